@@ -1,0 +1,128 @@
+"""Checks of the numbers that a closed form is given: what was found, what was expected, what to do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.errors import InputError
+
+
+def positive(name: str, value: float) -> float:
+    """Return `value` as a float, or refuse it if it is not positive and finite.
+
+    Raises
+    ------
+    InputError
+        If the value is not a positive, finite number.
+
+    Examples
+    --------
+    >>> positive("the force", 2)
+    2.0
+    """
+    number = finite(name, value)
+    if number <= 0:
+        raise InputError(f"Expected {name} to be positive; found {value!r}.")
+    return number
+
+
+def finite(name: str, value: float) -> float:
+    """Return `value` as a float, or refuse it if it is not a finite number.
+
+    Raises
+    ------
+    InputError
+        If the value is not a finite number.
+
+    Examples
+    --------
+    >>> finite("the angle", 0)
+    0.0
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"Expected {name} to be one finite number; found {value!r}.") from None
+    if not math.isfinite(number):
+        raise InputError(f"Expected {name} to be one finite number; found {value!r}.")
+    return number
+
+
+def coordinates(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return `values` as an array of floats of any shape, or refuse it if one of them is not finite.
+
+    Raises
+    ------
+    InputError
+        If a value is not a finite number.
+
+    Examples
+    --------
+    >>> coordinates("r", [0, 1])
+    array([0., 1.])
+    """
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"Expected {name} to be an array of numbers; found {values!r}.") from None
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"Expected finite values of {name}; found NaN or infinity. Remove those points.")
+    return array
+
+
+def depths(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return `values` as an array of floats, or refuse it if one of them is negative or not finite.
+
+    Raises
+    ------
+    InputError
+        If a value is negative or not finite.
+
+    Examples
+    --------
+    >>> depths("z", 0.5)
+    array(0.5)
+    """
+    array = coordinates(name, values)
+    if np.any(array < 0):
+        raise InputError(f"Expected {name} >= 0 (measured from the axis or into the body); found {array.min()}.")
+    return array
+
+
+def point_array(name: str, values: ArrayLike, dimension: int) -> NDArray[np.float64]:
+    """Return `values` as an array of shape (..., dimension), or refuse it.
+
+    Raises
+    ------
+    InputError
+        If the last axis has another length or a value is not finite.
+
+    Examples
+    --------
+    >>> point_array("points", [0, 0, 1], 3).shape
+    (3,)
+    """
+    array = coordinates(name, values)
+    if array.ndim == 0 or array.shape[-1] != dimension:
+        raise InputError(f"Expected {name} with {dimension} coordinates on the last axis; found shape {array.shape}.")
+    return array
+
+
+def one_of(first: str, a: float | None, second: str, b: float | None) -> None:
+    """Refuse a pair of alternatives of which not exactly one is given.
+
+    Raises
+    ------
+    InputError
+        If both or none are given.
+
+    Examples
+    --------
+    >>> one_of("force", 1.0, "approach", None)
+    """
+    if (a is None) == (b is None):
+        found = "neither" if a is None else "both"
+        raise InputError(f"Expected either {first}= or {second}=; found {found}. Give exactly one of them.")

@@ -1,0 +1,373 @@
+"""Hertz contact over a circle: spheres, a sphere in a seat, a sphere on a plane."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from fecontact.analytic import _checks, disc
+from fecontact.analytic._functions import arctan_defect
+from fecontact.analytic._table import table
+from fecontact.analytic.modulus import pair_modulus, poisson_ratio
+from fecontact.analytic.stress import AxisymmetricStress
+from fecontact.errors import InputError
+from fecontact.material import Material
+
+
+@dataclass(frozen=True)
+class CircularContact:
+    """Frictionless contact of two spherical surfaces under Hertz's assumptions; made by `spheres`.
+
+    Parameters
+    ----------
+    force : float
+        Load P.
+    approach : float
+        Distance delta by which points far from the contact come together, a^2 / R.
+    a : float
+        Radius of the contact circle, (3 P R / (4 E*))^(1/3).
+    p0 : float
+        Pressure at the centre, 3 P / (2 pi a^2).
+    R : float
+        Relative radius, 1/R = 1/R1 + 1/R2.
+    E_star : float
+        Contact modulus.
+    materials : tuple of (Material or None)
+        Materials of the two bodies, None for a rigid one.
+
+    References
+    ----------
+    H. Hertz, J. reine angew. Math. 92 (1882) 156; K. L. Johnson, Contact Mechanics, 1985, section 4.2.
+
+    Examples
+    --------
+    >>> steel = Material(E=210e3, nu=0.3)
+    >>> print(spheres(radii=(250.0, 250.0), materials=(steel, steel), force=7124.0))
+    Hertz contact over a circle
+      force             P      7124
+      approach          delta  0.0257902
+      contact radius    a      1.79549
+      maximum pressure  p0     1055.12
+      mean pressure     pm     703.411
+      stiffness         dP/dd  414343
+      relative radius   R      125
+      contact modulus   E*     115385
+    """
+
+    force: float
+    approach: float
+    a: float
+    p0: float
+    R: float
+    E_star: float
+    materials: tuple[Material | None, Material | None]
+
+    @property
+    def mean_pressure(self) -> float:
+        """P / (pi a^2), two thirds of the maximum."""
+        return 2 * self.p0 / 3
+
+    @property
+    def stiffness(self) -> float:
+        """Slope dP/d(delta) = 2 E* a."""
+        return 2 * self.E_star * self.a
+
+    def pressure(self, r: ArrayLike) -> NDArray[np.float64]:
+        """Return the pressure p0 sqrt(1 - r^2/a^2), zero outside the contact.
+
+        Parameters
+        ----------
+        r : array_like
+            Distance from the axis, any shape.
+
+        Returns
+        -------
+        numpy.ndarray
+            Pressure, shape of `r`, compression positive.
+
+        Raises
+        ------
+        InputError
+            If a distance is negative or not finite.
+
+        References
+        ----------
+        Johnson 1985, eq. (3.39).
+
+        Examples
+        --------
+        >>> contact = spheres(radii=(1.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), approach=0.01)
+        >>> contact.pressure([0.0, 0.06, 1.0]) / contact.p0
+        array([1. , 0.8, 0. ])
+        """
+        return disc.hertz_pressure(r, a=self.a, p0=self.p0)
+
+    def displacement(self, r: ArrayLike) -> NDArray[np.float64]:
+        """Return the normal surface displacement of both bodies together, inside and outside the contact.
+
+        Parameters
+        ----------
+        r : array_like
+            Distance from the axis, any shape.
+
+        Returns
+        -------
+        numpy.ndarray
+            Displacement u1 + u2 into the bodies, shape of `r`; `approach` at the centre, P/(pi E* r) far away.
+
+        Raises
+        ------
+        InputError
+            If a distance is negative or not finite.
+
+        References
+        ----------
+        Johnson 1985, eqs. (3.41a), (3.42a).
+
+        Examples
+        --------
+        >>> contact = spheres(radii=(1.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), approach=0.01)
+        >>> contact.displacement([0.0, 0.1])
+        array([0.01 , 0.005])
+        """
+        return disc.hertz_displacement(r, a=self.a, p0=self.p0, modulus=self.E_star)
+
+    def gap(self, r: ArrayLike) -> NDArray[np.float64]:
+        """Return the distance of the deformed surfaces, zero inside the contact.
+
+        Parameters
+        ----------
+        r : array_like
+            Distance from the axis, any shape.
+
+        Returns
+        -------
+        numpy.ndarray
+            r^2/(2R) - approach + displacement, evaluated without the cancellation near the edge.
+
+        Raises
+        ------
+        InputError
+            If a distance is negative or not finite.
+
+        References
+        ----------
+        Johnson 1985, eq. (3.42a) with (4.17).
+
+        Examples
+        --------
+        >>> contact = spheres(radii=(1.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), approach=0.01)
+        >>> contact.gap([0.0, 0.1, 0.2]).round(8)
+        array([0.        , 0.        , 0.01217996])
+        """
+        xi = _checks.depths("r", r) / self.a
+        s = np.sqrt(np.maximum((xi - 1) * (xi + 1), 0.0))
+        return np.asarray(self.a * (self.a / self.R) / np.pi * (s * arctan_defect(s) + s**2 * np.arctan(s)))
+
+    def stress(self, r: ArrayLike, z: ArrayLike, body: int = 0) -> AxisymmetricStress:
+        """Return the stress at points below the surface of one body.
+
+        Parameters
+        ----------
+        r, z : array_like
+            Distance from the axis and depth below the surface, broadcast together.
+        body : int
+            0 for the first body, 1 for the second.
+
+        Returns
+        -------
+        AxisymmetricStress
+            Stress components, tension positive, each of the broadcast shape.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is negative or not finite, or the body is rigid.
+
+        References
+        ----------
+        M. T. Huber, Ann. Physik 14 (1904) 153.
+
+        Examples
+        --------
+        >>> steel = Material(E=210e3, nu=0.3)
+        >>> contact = spheres(radii=(250.0, 250.0), materials=(steel, steel), force=7124.0)
+        >>> (contact.stress(0.0, [0.0, contact.a]).zz / contact.p0).round(3)
+        array([-1. , -0.5])
+        """
+        return disc.hertz_stress(r, z, a=self.a, p0=self.p0, nu=poisson_ratio(self.materials, body))
+
+    def stress_on_axis(self, z: ArrayLike, body: int = 0) -> AxisymmetricStress:
+        """Return the stress at depths z below the centre of the contact: `stress` at r = 0.
+
+        Parameters
+        ----------
+        z : array_like
+            Depth, any shape.
+        body : int
+            0 for the first body, 1 for the second.
+
+        Returns
+        -------
+        AxisymmetricStress
+            Stress components, tension positive, shape of `z`; radial and hoop stress are equal.
+
+        Raises
+        ------
+        InputError
+            If a depth is negative or not finite, or the body is rigid.
+
+        References
+        ----------
+        Johnson 1985, eq. (3.45).
+
+        Examples
+        --------
+        >>> steel = Material(E=210e3, nu=0.3)
+        >>> contact = spheres(radii=(250.0, 250.0), materials=(steel, steel), force=7124.0)
+        >>> (contact.stress_on_axis([0.0, contact.a]).rr / contact.p0).round(3)
+        array([-0.8  , -0.029])
+        """
+        return self.stress(0.0, z, body)
+
+    def max_shear(self, body: int = 0) -> tuple[float, float]:
+        """Return the largest shear stress on the axis and its depth.
+
+        Parameters
+        ----------
+        body : int
+            0 for the first body, 1 for the second.
+
+        Returns
+        -------
+        tuple of (float, float)
+            Shear stress and depth; about 0.31 p0 and 0.48 a for nu = 0.3.
+
+        Raises
+        ------
+        InputError
+            If the body is rigid.
+
+        References
+        ----------
+        Johnson 1985, section 4.2, eq. (4.26) ff.
+
+        Examples
+        --------
+        >>> steel = Material(E=210e3, nu=0.3)
+        >>> contact = spheres(radii=(250.0, 250.0), materials=(steel, steel), force=7124.0)
+        >>> tau, depth = contact.max_shear()
+        >>> round(tau / contact.p0, 4), round(depth / contact.a, 4)
+        (0.31, 0.4809)
+        """
+        nu = poisson_ratio(self.materials, body)
+
+        def slope(zeta: float) -> float:
+            shape = math.atan2(1.0, zeta) - zeta / (1 + zeta**2)
+            return (1 + nu) * shape - 3 * zeta / (1 + zeta**2) ** 2
+
+        # The slope is positive at the surface (any nu > -1) and negative at zeta = 1 (nu < 0.5): one depth between.
+        depth = self.a * brentq(slope, 0.0, 1.0, xtol=1e-15)
+        return float(self.stress_on_axis(depth, body).max_shear), depth
+
+    def __str__(self) -> str:
+        return table(
+            "Hertz contact over a circle",
+            [
+                ("force", "P", self.force),
+                ("approach", "delta", self.approach),
+                ("contact radius", "a", self.a),
+                ("maximum pressure", "p0", self.p0),
+                ("mean pressure", "pm", self.mean_pressure),
+                ("stiffness", "dP/dd", self.stiffness),
+                ("relative radius", "R", self.R),
+                ("contact modulus", "E*", self.E_star),
+            ],
+        )
+
+
+def spheres(
+    radii: tuple[float, float],
+    materials: tuple[Material | None, Material | None],
+    *,
+    force: float | None = None,
+    approach: float | None = None,
+) -> CircularContact:
+    """Return the Hertz contact of two spheres.
+
+    Parameters
+    ----------
+    radii : tuple of (float, float)
+        Radii R1, R2; negative for a concave surface (a seat), `inf` for a plane.
+    materials : tuple of (Material or None)
+        Materials of the two bodies, None for a rigid one.
+    force : float, optional
+        Load P, positive.
+    approach : float, optional
+        Approach delta, positive; give this or the force.
+
+    Returns
+    -------
+    CircularContact
+        Radius, pressure, approach and, by its methods, the fields.
+
+    Raises
+    ------
+    InputError
+        If the surfaces do not meet at one point (1/R1 + 1/R2 <= 0), both bodies are rigid, or not exactly one of
+        force and approach is given and positive.
+
+    Notes
+    -----
+    Valid while a is small beside R1 and R2; a closely fitting seat leaves this range at small loads.
+
+    References
+    ----------
+    Johnson 1985, eqs. (4.22)-(4.24).
+
+    Examples
+    --------
+    >>> rubber = Material(E=2.0, nu=0.49)
+    >>> round(spheres(radii=(10.0, np.inf), materials=(rubber, None), force=1.0).a, 4)
+    1.4177
+    >>> round(spheres(radii=(10.0, -11.0), materials=(rubber, None), force=1.0).a, 4)
+    3.153
+    """
+    R = _relative_radius(radii)
+    E_star = pair_modulus(materials)
+    _checks.one_of("force", force, "approach", approach)
+    if force is not None:
+        a = math.cbrt(3 * _checks.positive("the force", force) * R / (4 * E_star))
+        delta = a * (a / R)
+    else:
+        assert approach is not None
+        delta = _checks.positive("the approach", approach)
+        a = math.sqrt(R * delta)
+    p0 = 2 * E_star * a / (np.pi * R)
+    load = float(force) if force is not None else 4 * E_star * a * delta / 3
+    return CircularContact(force=load, approach=delta, a=a, p0=p0, R=R, E_star=E_star, materials=materials)
+
+
+def _relative_radius(radii: tuple[float, float]) -> float:
+    """1/(1/R1 + 1/R2), formed as R1 R2/(R1 + R2) so that a closely fitting seat does not cancel twice."""
+    try:
+        first, second = (float(radius) for radius in radii)
+    except (TypeError, ValueError):
+        raise InputError(f"Expected radii=(R1, R2), two numbers; found {radii!r}.") from None
+    if math.isnan(first) or math.isnan(second) or 0 in (first, second):
+        raise InputError(f"Expected radii that are not zero (negative: concave, inf: plane); found {radii!r}.")
+    if math.isinf(first) or math.isinf(second):
+        curvature = 1 / first + 1 / second
+        R = 1 / curvature if curvature != 0 else math.inf
+    else:
+        R = second / (1 + second / first) if first + second != 0 else math.inf
+    if not 0 < R < math.inf:
+        raise InputError(
+            f"Expected 1/R1 + 1/R2 > 0, so that the surfaces touch at one point; found radii {first} and {second}. "
+            "The radius of a concave surface must be larger than that of the ball in it."
+        )
+    return R

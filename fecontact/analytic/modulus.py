@@ -1,0 +1,85 @@
+"""The modulus by which a pair of bodies resists indentation."""
+
+from __future__ import annotations
+
+from fecontact.errors import InputError
+from fecontact.material import Material
+
+
+def contact_modulus(first: Material, second: Material | None = None) -> float:
+    """Return E*, with 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
+
+    Parameters
+    ----------
+    first : Material
+        Material of one body.
+    second : Material or None
+        Material of the other body; None for a rigid one.
+
+    Returns
+    -------
+    float
+        Contact modulus E* (force / length^2).
+
+    References
+    ----------
+    K. L. Johnson, Contact Mechanics, 1985, eq. (4.20).
+
+    Examples
+    --------
+    >>> steel = Material(E=210e3, nu=0.3)
+    >>> round(contact_modulus(steel, steel), 2), round(contact_modulus(steel), 2)
+    (115384.62, 230769.23)
+    """
+    compliance = 1 / first.plane_strain_modulus
+    if second is not None:
+        compliance += 1 / second.plane_strain_modulus
+    return 1 / compliance
+
+
+def pair_modulus(materials: tuple[Material | None, Material | None]) -> float:
+    """Return E* of a pair of which at most one may be None, that is rigid.
+
+    Raises
+    ------
+    InputError
+        If the pair is not two materials, or both are rigid.
+
+    Examples
+    --------
+    >>> round(pair_modulus((None, Material(E=210e3, nu=0.3))), 2)
+    230769.23
+    """
+    try:
+        first, second = materials
+    except (TypeError, ValueError):
+        raise InputError(f"Expected materials=(m1, m2), None for a rigid body; found {materials!r}.") from None
+    for material in (first, second):
+        if not (material is None or isinstance(material, Material)):
+            raise InputError(f"Expected a Material, or None for a rigid body; found {material!r}.")
+    if first is None:
+        first, second = second, first
+    if first is None:
+        raise InputError("Expected at least one elastic body; found both rigid (None). Give one a Material.")
+    return contact_modulus(first, second)
+
+
+def poisson_ratio(materials: tuple[Material | None, Material | None], body: int) -> float:
+    """Return Poisson's ratio of body 0 or 1 of a pair, in which a stress is wanted.
+
+    Raises
+    ------
+    InputError
+        If there is no such body, or it is rigid.
+
+    Examples
+    --------
+    >>> poisson_ratio((None, Material(E=210e3, nu=0.3)), 1)
+    0.3
+    """
+    if body not in (0, 1):
+        raise InputError(f"Expected body 0 (the first) or 1 (the second); found {body!r}.")
+    material = materials[body]
+    if material is None:
+        raise InputError(f"Body {body} is rigid: it has no stress. Ask for body {1 - body}.")
+    return material.nu

@@ -1,0 +1,87 @@
+"""Stress fields as the closed forms return them: tension positive, with the measures that rate them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class AxisymmetricStress:
+    """Stress in cylindrical coordinates (r, theta, z), tension positive, z into the body.
+
+    Parameters
+    ----------
+    rr, tt, zz, rz : numpy.ndarray
+        Radial, hoop, axial and shear stress, all of the same shape.
+
+    Examples
+    --------
+    >>> AxisymmetricStress(rr=np.array(-1.0), tt=np.array(-1.0), zz=np.array(-3.0), rz=np.array(0.0)).max_shear
+    array(1.)
+    """
+
+    rr: NDArray[np.float64]
+    tt: NDArray[np.float64]
+    zz: NDArray[np.float64]
+    rz: NDArray[np.float64]
+
+    @property
+    def max_shear(self) -> NDArray[np.float64]:
+        """Largest shear stress at each point, over all planes."""
+        return _max_shear(self.rr, self.zz, self.rz, self.tt)
+
+    @property
+    def von_mises(self) -> NDArray[np.float64]:
+        """Equivalent stress of von Mises at each point."""
+        return _von_mises(self.rr, self.tt, self.zz, self.rz)
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneStrainStress:
+    """Stress in Cartesian coordinates of a body under plane strain in y, tension positive, z into the body.
+
+    Parameters
+    ----------
+    xx, yy, zz, xz : numpy.ndarray
+        Stress components, all of the same shape.
+
+    Examples
+    --------
+    >>> PlaneStrainStress(xx=np.array(1.0), yy=np.array(0.0), zz=np.array(-1.0), xz=np.array(0.0)).max_shear
+    array(1.)
+    """
+
+    xx: NDArray[np.float64]
+    yy: NDArray[np.float64]
+    zz: NDArray[np.float64]
+    xz: NDArray[np.float64]
+
+    @property
+    def max_shear(self) -> NDArray[np.float64]:
+        """Largest shear stress at each point, over all planes."""
+        return _max_shear(self.xx, self.zz, self.xz, self.yy)
+
+    @property
+    def von_mises(self) -> NDArray[np.float64]:
+        """Equivalent stress of von Mises at each point."""
+        return _von_mises(self.xx, self.yy, self.zz, self.xz)
+
+
+def _max_shear(
+    first: NDArray[np.float64], second: NDArray[np.float64], shear: NDArray[np.float64], third: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Half the spread of the principal stresses, of which `third` is one."""
+    radius = np.hypot((first - second) / 2, shear)
+    # Distance of the third principal stress from the centre of the other two: no sum is formed and subtracted again.
+    offset = np.abs((third - first) + (third - second)) / 2
+    return np.asarray(np.maximum(radius, (radius + offset) / 2))
+
+
+def _von_mises(
+    first: NDArray[np.float64], second: NDArray[np.float64], third: NDArray[np.float64], shear: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    squares = (first - second) ** 2 + (second - third) ** 2 + (third - first) ** 2
+    return np.asarray(np.sqrt(squares / 2 + 3 * shear**2))
