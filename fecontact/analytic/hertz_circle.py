@@ -12,9 +12,8 @@ from scipy.optimize import brentq
 from fecontact.analytic import _checks, disc
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic._table import table
-from fecontact.analytic.modulus import pair_modulus, poisson_ratio
+from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import AxisymmetricStress
-from fecontact.errors import InputError
 from fecontact.material import Material
 
 
@@ -337,7 +336,7 @@ def spheres(
     >>> round(spheres(radii=(10.0, -11.0), materials=(rubber, None), force=1.0).a, 4)
     3.153
     """
-    R = _relative_radius(radii)
+    R = relative_radius(radii)
     E_star = pair_modulus(materials)
     _checks.one_of("force", force, "approach", approach)
     if force is not None:
@@ -350,24 +349,3 @@ def spheres(
     p0 = 2 * E_star * a / (np.pi * R)
     load = float(force) if force is not None else 4 * E_star * a * delta / 3
     return CircularContact(force=load, approach=delta, a=a, p0=p0, R=R, E_star=E_star, materials=materials)
-
-
-def _relative_radius(radii: tuple[float, float]) -> float:
-    """1/(1/R1 + 1/R2), formed as R1 R2/(R1 + R2) so that a closely fitting seat does not cancel twice."""
-    try:
-        first, second = (float(radius) for radius in radii)
-    except (TypeError, ValueError):
-        raise InputError(f"Expected radii=(R1, R2), two numbers; found {radii!r}.") from None
-    if math.isnan(first) or math.isnan(second) or 0 in (first, second):
-        raise InputError(f"Expected radii that are not zero (negative: concave, inf: plane); found {radii!r}.")
-    if math.isinf(first) or math.isinf(second):
-        curvature = 1 / first + 1 / second
-        R = 1 / curvature if curvature != 0 else math.inf
-    else:
-        R = second / (1 + second / first) if first + second != 0 else math.inf
-    if not 0 < R < math.inf:
-        raise InputError(
-            f"Expected 1/R1 + 1/R2 > 0, so that the surfaces touch at one point; found radii {first} and {second}. "
-            "The radius of a concave surface must be larger than that of the ball in it."
-        )
-    return R

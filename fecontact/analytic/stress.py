@@ -40,8 +40,8 @@ class AxisymmetricStress:
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneStrainStress:
-    """Stress in Cartesian coordinates of a body under plane strain in y, tension positive, z into the body.
+class SymmetryPlaneStress:
+    """Stress in a plane of symmetry y = 0, where xy and yz vanish; tension positive, z into the body.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class PlaneStrainStress:
 
     Examples
     --------
-    >>> PlaneStrainStress(xx=np.array(1.0), yy=np.array(0.0), zz=np.array(-1.0), xz=np.array(0.0)).max_shear
+    >>> SymmetryPlaneStress(xx=np.array(1.0), yy=np.array(0.0), zz=np.array(-1.0), xz=np.array(0.0)).max_shear
     array(1.)
     """
 

@@ -1,6 +1,8 @@
-"""The modulus by which a pair of bodies resists indentation."""
+"""What a pair of bodies amounts to: one contact modulus and one relative radius."""
 
 from __future__ import annotations
+
+import math
 
 from fecontact.errors import InputError
 from fecontact.material import Material
@@ -83,3 +85,49 @@ def poisson_ratio(materials: tuple[Material | None, Material | None], body: int)
     if material is None:
         raise InputError(f"Body {body} is rigid: it has no stress. Ask for body {1 - body}.")
     return material.nu
+
+
+def relative_radius(radii: tuple[float, float]) -> float:
+    """Return R, with 1/R = 1/R1 + 1/R2.
+
+    Parameters
+    ----------
+    radii : tuple of (float, float)
+        Radii of the two surfaces; negative for a concave one, `inf` for a plane.
+
+    Returns
+    -------
+    float
+        Relative radius, positive.
+
+    Raises
+    ------
+    InputError
+        If a radius is zero or not a number, or 1/R1 + 1/R2 is not positive.
+
+    References
+    ----------
+    K. L. Johnson, Contact Mechanics, 1985, eq. (4.7).
+
+    Examples
+    --------
+    >>> relative_radius((10.0, math.inf)), relative_radius((10.0, -20.0))
+    (10.0, 20.0)
+    """
+    try:
+        first, second = (float(radius) for radius in radii)
+    except (TypeError, ValueError):
+        raise InputError(f"Expected radii=(R1, R2), two numbers; found {radii!r}.") from None
+    if math.isnan(first) or math.isnan(second) or 0 in (first, second):
+        raise InputError(f"Expected radii that are not zero (negative: concave, inf: plane); found {radii!r}.")
+    if math.isinf(first) or math.isinf(second):
+        curvature = 1 / first + 1 / second
+        R = 1 / curvature if curvature != 0 else math.inf
+    else:
+        R = second / (1 + second / first) if first + second != 0 else math.inf
+    if not 0 < R < math.inf:
+        raise InputError(
+            f"Expected 1/R1 + 1/R2 > 0, so that the surfaces touch at one point; found radii {first} and {second}. "
+            "The radius of a concave surface must be larger than that of the ball in it."
+        )
+    return R

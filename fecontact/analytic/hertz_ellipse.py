@@ -1,0 +1,409 @@
+"""Hertz contact over an ellipse: any principal curvatures, any angle between the bodies' axes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import elliprd, elliprf
+
+from fecontact.analytic import _checks
+from fecontact.analytic._table import table
+from fecontact.analytic.pair import pair_modulus, poisson_ratio
+from fecontact.analytic.stress import SymmetryPlaneStress
+from fecontact.errors import InputError
+from fecontact.material import Material
+
+
+@dataclass(frozen=True)
+class EllipticalContact:
+    """Frictionless contact of two smooth surfaces under Hertz's assumptions; made by `ellipse`.
+
+    The x axis lies along the longer semi-axis a of the contact, where the gap A x^2 + B y^2 opens slowest.
+
+    Parameters
+    ----------
+    force : float
+        Load P.
+    approach : float
+        Distance delta by which points far from the contact come together.
+    a, b : float
+        Longer and shorter semi-axis of the contact ellipse.
+    p0 : float
+        Pressure at the centre, 3 P / (2 pi a b).
+    A, B : float
+        Coefficients of the undeformed gap A x^2 + B y^2, A <= B (1 / length).
+    angle : float
+        Angle in radians from the first axis of body 1 to the x axis, in (-pi/2, pi/2].
+    E_star : float
+        Contact modulus.
+    materials : tuple of (Material or None)
+        Materials of the two bodies, None for a rigid one.
+
+    References
+    ----------
+    H. Hertz, J. reine angew. Math. 92 (1882) 156; K. L. Johnson, Contact Mechanics, 1985, section 4.1-4.2.
+
+    Examples
+    --------
+    >>> steel = Material(E=210e3, nu=0.3)
+    >>> print(ellipse(radii=((20.0, 10.0), (np.inf, np.inf)), materials=(steel, steel), force=1000.0))
+    Hertz contact over an ellipse
+      force              P      1000
+      approach           delta  0.0143073
+      longer semi-axis   a      0.564599
+      shorter semi-axis  b      0.356034
+      maximum pressure   p0     2375.25
+      mean pressure      pm     1583.5
+      stiffness          dP/dd  104841
+      gap along x        A      0.025
+      gap along y        B      0.05
+      angle of x (rad)   angle  0
+      contact modulus    E*     115385
+    """
+
+    force: float
+    approach: float
+    a: float
+    b: float
+    p0: float
+    A: float
+    B: float
+    angle: float
+    E_star: float
+    materials: tuple[Material | None, Material | None]
+
+    @property
+    def mean_pressure(self) -> float:
+        """P / (pi a b), two thirds of the maximum."""
+        return 2 * self.p0 / 3
+
+    @property
+    def stiffness(self) -> float:
+        """Slope dP/d(delta) = 3 P / (2 delta)."""
+        return 1.5 * self.force / self.approach
+
+    def pressure(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """Return the pressure p0 sqrt(1 - x^2/a^2 - y^2/b^2), zero outside the contact.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Coordinates along the longer and the shorter semi-axis, broadcast together.
+
+        Returns
+        -------
+        numpy.ndarray
+            Pressure, compression positive, of the broadcast shape.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not finite.
+
+        References
+        ----------
+        Johnson 1985, eq. (3.58).
+
+        Examples
+        --------
+        >>> ball = ellipse(radii=((20.0, 10.0), (np.inf, np.inf)), materials=(Material(1.0, 0.0), None), force=1.0)
+        >>> ball.pressure([0.0, 0.6 * ball.a], 0.0) / ball.p0
+        array([1. , 0.8])
+        """
+        xi = _checks.coordinates("x", x) / self.a
+        eta = _checks.coordinates("y", y) / self.b
+        return np.asarray(self.p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi) - eta**2, 0.0)))
+
+    def displacement(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """Return the normal surface displacement of both bodies together, inside and outside the contact.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Coordinates along the longer and the shorter semi-axis, broadcast together.
+
+        Returns
+        -------
+        numpy.ndarray
+            Displacement into the bodies, of the broadcast shape; `approach` at the centre.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not finite.
+
+        Notes
+        -----
+        The potential of the ellipse, an integral over the confocal coordinate from 0 inside or from that of the point
+        outside, is evaluated by Carlson's symmetric integrals R_F and R_D.
+
+        References
+        ----------
+        Johnson 1985, eqs. (3.60)-(3.61); B. C. Carlson, Numer. Math. 33 (1979) 1.
+
+        Examples
+        --------
+        >>> ball = ellipse(radii=((20.0, 10.0), (np.inf, np.inf)), materials=(Material(1.0, 0.0), None), force=1.0)
+        >>> bool(abs(ball.displacement(0.0, 0.0) - ball.approach) < 1e-14 * ball.approach)
+        True
+        """
+        xi, eta = np.broadcast_arrays(_checks.coordinates("x", x) / self.a, _checks.coordinates("y", y) / self.a)
+        square = (self.b / self.a) ** 2
+        confocal = _confocal(xi, eta, square)
+        wide, narrow = 1 + confocal, square + confocal
+        shape = (
+            elliprf(confocal, narrow, wide)
+            - xi**2 * elliprd(confocal, narrow, wide) / 3
+            - eta**2 * elliprd(confocal, wide, narrow) / 3
+        )
+        return np.asarray(3 * self.force / (2 * np.pi * self.E_star * self.a) * shape)
+
+    def stress_on_axis(self, z: ArrayLike, body: int = 0) -> SymmetryPlaneStress:
+        """Return the stress at depths z below the centre of the contact.
+
+        Parameters
+        ----------
+        z : array_like
+            Depth, any shape.
+        body : int
+            0 for the first body, 1 for the second.
+
+        Returns
+        -------
+        SymmetryPlaneStress
+            Principal stresses xx, yy, zz (and xz = 0), tension positive, shape of `z`.
+
+        Raises
+        ------
+        InputError
+            If a depth is negative or not finite, or the body is rigid.
+
+        Notes
+        -----
+        The formulas divide by the squared eccentricity; written with Carlson's R_D it cancels, so that nearly circular
+        ellipses are exact.
+
+        References
+        ----------
+        H. R. Thomas & V. A. Hoersch, Univ. Illinois Eng. Exp. Stn. Bull. 212, 1930; Johnson 1985, eqs. (3.68)-(3.69).
+
+        Examples
+        --------
+        >>> ball = ellipse(radii=((20.0, 10.0), (np.inf, np.inf)), materials=(Material(1.0, 0.3), None), force=1.0)
+        >>> round(float(ball.stress_on_axis(0.0).zz / ball.p0), 12)
+        -1.0
+        """
+        nu = poisson_ratio(self.materials, body)
+        zeta = _checks.depths("z", z) / self.a
+        k = self.b / self.a
+        wide, narrow = 1 + zeta**2, k**2 + zeta**2
+        T = np.sqrt(narrow / wide)
+        along = 2 * k / 3 * zeta * elliprd(zeta**2, narrow, wide)
+        across = 2 * k / 3 * zeta * elliprd(zeta**2, wide, narrow)
+        spread = k / (wide * (1 + T))
+        return SymmetryPlaneStress(
+            xx=np.asarray(self.p0 * (along - spread + nu * (across - 2 * spread / T))),
+            yy=np.asarray(self.p0 * (across - spread / T + nu * (along - 2 * spread))),
+            zz=np.asarray(-self.p0 * k / (wide * T)),
+            xz=np.zeros_like(zeta),
+        )
+
+    def max_shear(self, body: int = 0) -> tuple[float, float]:
+        """Return the largest shear stress on the axis and its depth.
+
+        Parameters
+        ----------
+        body : int
+            0 for the first body, 1 for the second.
+
+        Returns
+        -------
+        tuple of (float, float)
+            Shear stress (good to 1e-12) and depth (good to 1e-6 of itself, the maximum being flat).
+
+        Raises
+        ------
+        InputError
+            If the body is rigid.
+
+        References
+        ----------
+        Johnson 1985, table 4.1.
+
+        Examples
+        --------
+        >>> ball = ellipse(radii=((20.0, 10.0), (np.inf, np.inf)), materials=(Material(1.0, 0.3), None), force=1.0)
+        >>> tau, depth = ball.max_shear()
+        >>> round(tau / ball.p0, 3), round(depth / ball.b, 3)
+        (0.321, 0.586)
+        """
+        # The depth lies between 0 (nu = -1) and 0.79 b (line contact): a coarse scan brackets it, a search refines it.
+        grid = np.linspace(0, self.b, 65)
+        best = int(np.argmax(self.stress_on_axis(grid, body).max_shear))
+        found = minimize_scalar(
+            lambda depth: -float(self.stress_on_axis(depth, body).max_shear),
+            bounds=(grid[max(best - 1, 0)], grid[min(best + 1, 64)]),
+            method="bounded",
+            options={"xatol": 1e-9 * self.b},
+        )
+        return -float(found.fun), float(found.x)
+
+    def __str__(self) -> str:
+        return table(
+            "Hertz contact over an ellipse",
+            [
+                ("force", "P", self.force),
+                ("approach", "delta", self.approach),
+                ("longer semi-axis", "a", self.a),
+                ("shorter semi-axis", "b", self.b),
+                ("maximum pressure", "p0", self.p0),
+                ("mean pressure", "pm", self.mean_pressure),
+                ("stiffness", "dP/dd", self.stiffness),
+                ("gap along x", "A", self.A),
+                ("gap along y", "B", self.B),
+                ("angle of x (rad)", "angle", self.angle),
+                ("contact modulus", "E*", self.E_star),
+            ],
+        )
+
+
+def ellipse(
+    radii: tuple[tuple[float, float], tuple[float, float]],
+    materials: tuple[Material | None, Material | None],
+    *,
+    angle: float = 0.0,
+    force: float | None = None,
+    approach: float | None = None,
+) -> EllipticalContact:
+    """Return the Hertz contact of two smooth surfaces of any principal curvatures.
+
+    Parameters
+    ----------
+    radii : tuple of two tuples of (float, float)
+        Principal radii ((R1x, R1y), (R2x, R2y)) of the two bodies, each in its own principal axes: Rx is the radius of
+        the section that contains the body's first axis. Negative: concave; `inf`: straight.
+    materials : tuple of (Material or None)
+        Materials of the two bodies, None for a rigid one.
+    angle : float
+        Angle in radians from the first axis of body 1 to the first axis of body 2.
+    force : float, optional
+        Load P, positive.
+    approach : float, optional
+        Approach delta, positive; give this or the force.
+
+    Returns
+    -------
+    EllipticalContact
+        Semi-axes, pressure, approach and, by its methods, the fields.
+
+    Raises
+    ------
+    InputError
+        If the surfaces do not meet at one point (A <= 0), both bodies are rigid, or not exactly one of force and
+        approach is given and positive.
+
+    Notes
+    -----
+    Hertz's condition (E/k^2 - K)/(K - E) = B/A becomes R_D(0, 1, k^2)/R_D(0, k^2, 1) = B/A in Carlson's integrals; the
+    factor e^2, which vanishes for a circle, has gone. It is solved for log k.
+
+    References
+    ----------
+    Johnson 1985, eqs. (4.25)-(4.28); B. C. Carlson, Numer. Math. 33 (1979) 1.
+
+    Examples
+    --------
+    >>> steel = Material(E=210e3, nu=0.3)
+    >>> crossed = ellipse(
+    ...     radii=((np.inf, 10.0), (np.inf, 10.0)), angle=np.pi / 2, materials=(steel, steel), force=100.0
+    ... )
+    >>> round(crossed.a, 6), round(crossed.b, 6)
+    (0.186626, 0.186626)
+    """
+    A, B, direction = _gap_coefficients(radii, _checks.finite("the angle", angle))
+    E_star = pair_modulus(materials)
+    _checks.one_of("force", force, "approach", approach)
+    k = _axis_ratio(B / A)
+    # a^3 = P R_D / (2 pi E* A) and delta = 3 P R_F / (2 pi E* a), in which R_F is K(e).
+    second, first = float(elliprd(0.0, k**2, 1.0)), float(elliprf(0.0, k**2, 1.0))
+    if force is not None:
+        load = _checks.positive("the force", force)
+        a = math.cbrt(load * second / (2 * math.pi * E_star * A))
+        delta = 3 * load * first / (2 * math.pi * E_star * a)
+    else:
+        assert approach is not None
+        delta = _checks.positive("the approach", approach)
+        a = math.sqrt(delta * second / (3 * A * first))
+        load = 2 * math.pi * E_star * a * delta / (3 * first)
+    b = k * a
+    return EllipticalContact(
+        force=load,
+        approach=delta,
+        a=a,
+        b=b,
+        p0=3 * load / (2 * math.pi * a * b),
+        A=A,
+        B=B,
+        angle=direction,
+        E_star=E_star,
+        materials=materials,
+    )
+
+
+def _gap_coefficients(
+    radii: tuple[tuple[float, float], tuple[float, float]], angle: float
+) -> tuple[float, float, float]:
+    """Return A <= B of the gap A x^2 + B y^2 and the angle of its x axis from the first axis of body 1."""
+    try:
+        (r1x, r1y), (r2x, r2y) = radii
+        k1x, k1y, k2x, k2y = (1 / float(radius) for radius in (r1x, r1y, r2x, r2y))
+    except (TypeError, ValueError, ZeroDivisionError):
+        raise InputError(
+            f"Expected radii=((R1x, R1y), (R2x, R2y)), none zero (inf: straight, negative: concave); found {radii!r}."
+        ) from None
+    c, s = math.cos(angle), math.sin(angle)
+    turned_x, turned_y, mixed = k2x * c * c + k2y * s * s, k2x * s * s + k2y * c * c, (k2x - k2y) * s * c
+    mean = (k1x + k1y + k2x + k2y) / 4
+    half_x, half_xy = (k1x - k1y + turned_x - turned_y) / 4, mixed / 2
+    B = mean + math.hypot(half_x, half_xy)
+    # The determinant of the sum of two quadratic forms: all terms positive for convex bodies, so that A keeps its
+    # digits where it is far smaller than B (cylinders crossed at a small angle).
+    determinant = (k1x * k1y + k2x * k2y + k1y * turned_x + k1x * turned_y) / 4
+    A = determinant / B if B > 0 else -math.inf
+    if not (0 < A < math.inf):
+        raise InputError(
+            f"Expected surfaces that touch at one point and open in every direction; found radii {radii!r} with "
+            f"angle {angle}. Straight parallel generators need line(); a concave radius must exceed its counterpart."
+        )
+    A = min(A, B)  # equal curvatures: rounding may place A above B
+    # Written as differences from zero, lest a negative zero turn the axes by a half turn.
+    return A, B, math.atan2(0.0 - half_xy, 0.0 - half_x) / 2
+
+
+def _axis_ratio(ratio: float) -> float:
+    """Return b/a that belongs to B/A >= 1."""
+    if ratio == 1:
+        return 1.0
+
+    def defect(log_k: float) -> float:
+        square = math.exp(2 * log_k)
+        return math.log(elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0) / ratio)
+
+    # k lies between (A/B)^1 and (A/B)^(1/2); the ends are widened for rounding at k close to 1.
+    return math.exp(brentq(defect, -math.log(ratio) - 1e-15, 0.0, xtol=1e-16, rtol=1e-15))
+
+
+def _confocal(xi: NDArray[np.float64], eta: NDArray[np.float64], square: float) -> NDArray[np.float64]:
+    """Return the largest root of xi^2/(1 + w) + eta^2/(k^2 + w) = 1, zero inside the ellipse; `square` is k^2."""
+    # w^2 - trace w - product = 0, with the roots' product negative exactly outside the ellipse.
+    trace = xi**2 + eta**2 - 1 - square
+    product = (xi - 1) * (xi + 1) * square + eta**2
+    root = np.hypot(xi**2 - eta**2 - (1 - square), 2 * xi * eta)
+    larger = (root + np.abs(trace)) / 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        w = np.where(trace >= 0, larger, np.where(larger > 0, product / larger, 0.0))
+    return np.where(product > 0, w, 0.0)
