@@ -1,0 +1,300 @@
+"""Mesh: what a body is cut into. Points, cells, named boundaries and element sets; frozen, its verbs return a copy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from fecontact.errors import InputError, MeshError
+from fecontact.mesh.basis import Pattern
+from fecontact.mesh.reference import EDGES, FACES
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+CELL_TYPES = {8: "hex8", 20: "hex20", 27: "hex27"}
+
+
+@dataclass(frozen=True, eq=False)
+class CellGroup:
+    """Cells that share one set of shape functions.
+
+    Attributes
+    ----------
+    cells : (n_cells,) array
+        Their numbers in the mesh.
+    nodes : (n_cells, n_functions) array
+        Distinct nodes in order of first appearance, then mid-face nodes.
+    pattern, midfaces
+        The kind of element, as `basis.element_basis` takes it.
+    """
+
+    cells: IntArray
+    nodes: IntArray
+    pattern: Pattern
+    midfaces: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Hexahedra of 8, 20 or 27 nodes, possibly degenerate, possibly with mid-face nodes on contact faces.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+    cells : (n_cells, 8 | 20 | 27) int array
+        In VTK's node order. A repeated number is a coalesced node (degenerate element).
+    boundaries : mapping of str to (n, 2) int array
+        Named sets of faces, each as (cell, local face 0 ... 5).
+    groups : mapping of str to (n,) int array
+        Named sets of cells.
+    midface : (n_cells, 6) int array, optional
+        Point number of the mid-face node of each face, -1 where there is none; see `with_midface_nodes`.
+
+    Raises
+    ------
+    MeshError
+        If arrays have the wrong shape, refer to points that do not exist, or contain NaN.
+
+    Examples
+    --------
+    >>> from fecontact import shapes
+    >>> mesh = shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    >>> mesh
+    Mesh(hex20, 8 cells, 81 points, boundaries: x_min, x_max, y_min, y_max, bottom, top)
+    """
+
+    points: Array
+    cells: IntArray
+    boundaries: Mapping[str, IntArray] = field(default_factory=dict)
+    groups: Mapping[str, IntArray] = field(default_factory=dict)
+    midface: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        points = np.ascontiguousarray(self.points, dtype=float)
+        cells = np.ascontiguousarray(self.cells, dtype=np.int64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise MeshError(f"Points must have the shape (n, 3); found {points.shape}.")
+        if cells.ndim != 2 or cells.shape[1] not in CELL_TYPES or len(cells) == 0:
+            raise MeshError(f"Cells must be hexahedra of 8, 20 or 27 nodes, shape (n, 8|20|27); found {cells.shape}.")
+        if cells.min() < 0 or cells.max() >= len(points):
+            raise MeshError(f"A cell refers to point {cells.max()}, but there are only {len(points)} points.")
+        if not np.isfinite(points).all():
+            bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+            raise MeshError(f"{len(bad)} points have coordinates that are not finite, the first is point {bad[0]}.")
+        frozen = {"points": points, "cells": cells}
+        for name, value in frozen.items():
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+        for name in ("boundaries", "groups"):
+            sets = {k: np.asarray(v, dtype=np.int64) for k, v in getattr(self, name).items()}
+            object.__setattr__(self, name, MappingProxyType(sets))
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.boundaries) or "none"
+        return f"Mesh({self.cell_type}, {len(self.cells)} cells, {len(self.points)} points, boundaries: {names})"
+
+    @property
+    def cell_type(self) -> str:
+        """'hex8', 'hex20' or 'hex27'."""
+        return CELL_TYPES[self.cells.shape[1]]
+
+    @cached_property
+    def cell_groups(self) -> tuple[CellGroup, ...]:
+        """Cells by kind of element: which nodes have coalesced and which faces carry a mid-face node."""
+        cells = self.cells
+        first = np.argmax(cells[:, :, None] == cells[:, None, :], axis=2) if self.has_coalesced else None
+        has_mid = np.zeros((len(cells), 6), bool) if self.midface is None else self.midface >= 0
+        pattern = np.broadcast_to(np.arange(cells.shape[1]), cells.shape) if first is None else first
+        kinds, kind_of = np.unique(np.concatenate([pattern, has_mid], axis=1), axis=0, return_inverse=True)
+        kind_of = kind_of.ravel()
+        out = []
+        for k, kind in enumerate(kinds):
+            chosen = np.flatnonzero(kind_of == k)
+            faces = tuple(np.flatnonzero(kind[-6:]).tolist())
+            distinct = np.unique(kind[:-6])
+            nodes = cells[np.ix_(chosen, distinct)]
+            if faces and self.midface is not None:
+                nodes = np.concatenate([nodes, self.midface[np.ix_(chosen, faces)]], axis=1)
+            out.append(CellGroup(chosen, nodes, tuple(kind[:-6].tolist()), faces))
+        return tuple(out)
+
+    @cached_property
+    def has_coalesced(self) -> bool:
+        """Whether any cell repeats a node."""
+        ordered = np.sort(self.cells, axis=1)
+        return bool((ordered[:, 1:] == ordered[:, :-1]).any())
+
+    @cached_property
+    def outer_faces(self) -> IntArray:
+        """Faces (n, 2) that belong to one cell only, as (cell, local face); collapsed faces are left out."""
+        corners = self.cells[:, FACES[:, :4]].reshape(-1, 4)
+        ordered = np.sort(corners, axis=1)
+        n_distinct = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
+        # a triangle may list a different one of its corners twice in each of its two cells: repeat the largest
+        repeated = ordered[:, 1:] == ordered[:, :-1]
+        triangle = n_distinct == 3
+        if triangle.any():
+            rows = np.flatnonzero(triangle)
+            unique3 = np.array([np.unique(r) for r in ordered[rows]])
+            ordered[rows] = np.concatenate([unique3, unique3[:, -1:]], axis=1)
+        del repeated
+        _, inverse, count = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
+        outer = np.flatnonzero((count[inverse.ravel()] == 1) & (n_distinct >= 3))
+        return np.stack(np.divmod(outer, 6), axis=1)
+
+    def faces(self, name: str) -> IntArray:
+        """Faces (n, 2) of a named boundary.
+
+        Raises
+        ------
+        InputError
+            If there is no such boundary; the message lists those there are.
+        """
+        if name not in self.boundaries:
+            known = ", ".join(repr(k) for k in self.boundaries) or "none"
+            raise InputError(f"The mesh has no boundary {name!r}. Its boundaries are: {known}.")
+        return self.boundaries[name]
+
+    def face_nodes(self, faces: IntArray) -> IntArray:
+        """Node numbers (n_faces, 4 | 8 | 9) of faces; nine where they have a centre or a mid-face node."""
+        n = {8: 4, 20: 8, 27: 9}[self.cells.shape[1]]
+        nodes = np.take_along_axis(self.cells[faces[:, 0]], FACES[faces[:, 1], :n], axis=1)
+        if self.midface is not None:
+            mid = self.midface[faces[:, 0], faces[:, 1]]
+            if (mid >= 0).all():
+                nodes = np.concatenate([nodes, mid[:, None]], axis=1)
+        return nodes
+
+    def boundary_nodes(self, name: str) -> IntArray:
+        """Distinct node numbers of a named boundary."""
+        return np.unique(self.face_nodes(self.faces(name)))
+
+    # verbs: each returns a copy
+
+    def mapped(self, mapping: Callable[[Array], ArrayLike]) -> Mesh:
+        """Move every point by ``mapping(points) -> points``."""
+        return replace(self, points=np.asarray(mapping(self.points), dtype=float))
+
+    def translated(self, offset: ArrayLike) -> Mesh:
+        """Move the mesh; to pose a body without touching its coordinates use `ElasticBody.placed`."""
+        shift = np.asarray(offset, dtype=float)
+        return self.mapped(lambda x: x + shift)
+
+    def scaled(self, factor: float) -> Mesh:
+        """Multiply all coordinates, for instance by 1e-3 to come from millimetres to metres."""
+        if not (np.isfinite(factor) and factor > 0):
+            raise InputError(f"A scale must be a positive, finite number; found {factor!r}.")
+        return self.mapped(lambda x: factor * x)
+
+    def with_boundary(self, name: str, where: Callable[[Array], NDArray[np.bool_]]) -> Mesh:
+        """Name the outer faces whose corners all satisfy ``where(points (n, 3)) -> (n,) bool``."""
+        inside = np.asarray(where(self.points), dtype=bool)
+        faces = self.outer_faces
+        corners = np.take_along_axis(self.cells[faces[:, 0]], FACES[faces[:, 1], :4], axis=1)
+        chosen = faces[inside[corners].all(axis=1)]
+        if len(chosen) == 0:
+            raise InputError(f"No outer face lies wholly in the region given for the boundary {name!r}.")
+        return replace(self, boundaries={**self.boundaries, name: chosen})
+
+    def with_group(self, name: str, where: Callable[[Array], NDArray[np.bool_]]) -> Mesh:
+        """Name the cells whose mean corner satisfies ``where(centres (n, 3)) -> (n,) bool``."""
+        centres = self.points[self.cells[:, :8]].mean(axis=1)
+        return replace(self, groups={**self.groups, name: np.flatnonzero(where(centres))})
+
+    def with_midface_nodes(self, names: tuple[str, ...]) -> Mesh:
+        """Give every face of the named boundaries of a 20-node mesh a ninth node at its mapped centre.
+
+        The geometry stays that of the 20 nodes. See `fecontact.mesh.basis` for the shape functions.
+
+        Raises
+        ------
+        InputError
+            If the mesh is not of 20-node hexahedra or a face has a coalesced edge.
+        """
+        if self.cells.shape[1] != 20:
+            raise InputError(f"Mid-face nodes belong to 20-node hexahedra; this mesh has {self.cell_type} cells.")
+        faces = np.unique(np.concatenate([self.faces(name) for name in names]), axis=0)
+        midface = np.full((len(self.cells), 6), -1, dtype=np.int64) if self.midface is None else self.midface.copy()
+        new = faces[midface[faces[:, 0], faces[:, 1]] < 0]
+        nodes = np.take_along_axis(self.cells[new[:, 0]], FACES[new[:, 1], :8], axis=1)
+        ordered = np.sort(nodes, axis=1)
+        collapsed = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
+        if collapsed.any():
+            cell, face = new[np.argmax(collapsed)]
+            raise InputError(
+                f"Face {face} of cell {cell} has a coalesced edge, so it cannot take a mid-face node. Cut contact "
+                "surfaces into quadrilaterals (the shapes of fecontact do) or use pressure='nodal'."
+            )
+        x = self.points[nodes]
+        centres = x[:, 4:8].sum(axis=1) / 2 - x[:, :4].sum(axis=1) / 4
+        midface[new[:, 0], new[:, 1]] = len(self.points) + np.arange(len(new))
+        return replace(self, points=np.concatenate([self.points, centres]), midface=midface)
+
+    def upgraded(self, n_nodes: int) -> Mesh:
+        """Turn 8-node cells into 20- or 27-node cells with straight edges, adding shared nodes once."""
+        if self.cells.shape[1] != 8 or n_nodes not in (20, 27):
+            raise InputError(f"Only hex8 can be upgraded, to 20 or 27 nodes; found {self.cell_type} and {n_nodes}.")
+        if self.has_coalesced:
+            raise InputError("Degenerate hex8 cells cannot be upgraded; coalesce the nodes after the upgrade.")
+        points, columns = [self.points], [self.cells]
+        start = len(self.points)
+        for local in (EDGES, FACES[:, :4])[: 1 if n_nodes == 20 else 2]:
+            corners = self.cells[:, local].reshape(-1, local.shape[1])
+            _, index, inverse = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_inverse=True)
+            points.append(self.points[corners[index]].mean(axis=1))
+            columns.append(start + inverse.reshape(len(self.cells), -1))
+            start += len(index)
+        if n_nodes == 27:
+            points.append(self.points[self.cells].mean(axis=1))
+            columns.append(start + np.arange(len(self.cells))[:, None])
+        return replace(self, points=np.concatenate(points), cells=np.concatenate(columns, axis=1))
+
+
+def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
+    """Join meshes of one cell type into one; points closer than `tolerance` (a length) become one point.
+
+    Boundaries and groups of the same name are joined; faces that have become interior leave their boundaries.
+
+    Raises
+    ------
+    MeshError
+        If the cell types differ.
+    """
+    if len({m.cells.shape[1] for m in meshes}) != 1:
+        raise MeshError(f"Meshes of different cells cannot be merged: {sorted({m.cell_type for m in meshes})}.")
+    point_start = np.cumsum([0] + [len(m.points) for m in meshes])
+    cell_start = np.cumsum([0] + [len(m.cells) for m in meshes])
+    points = np.concatenate([m.points for m in meshes])
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    target = np.arange(len(points))
+    # the smallest number of a cluster represents it; repeated until chains of pairs have settled
+    while True:
+        before = target.copy()
+        np.minimum.at(target, pairs[:, 1], target[pairs[:, 0]])
+        np.minimum.at(target, pairs[:, 0], target[pairs[:, 1]])
+        if np.array_equal(before, target):
+            break
+    kept, number = np.unique(target, return_inverse=True)
+    cells = number[np.concatenate([m.cells + p for m, p in zip(meshes, point_start[:-1], strict=True)])]
+    whole = Mesh(points[kept], cells)
+    outer = {tuple(face) for face in whole.outer_faces.tolist()}
+    boundaries: dict[str, list[list[int]]] = {}
+    groups: dict[str, list[int]] = {}
+    for m, c in zip(meshes, cell_start[:-1].tolist(), strict=True):
+        for name, faces in m.boundaries.items():
+            moved = (faces + np.array([c, 0])).tolist()
+            boundaries.setdefault(name, []).extend(f for f in moved if tuple(f) in outer)
+        for name, members in m.groups.items():
+            groups.setdefault(name, []).extend((members + c).tolist())
+    return replace(
+        whole,
+        boundaries={k: np.array(v, dtype=np.int64) for k, v in boundaries.items() if v},
+        groups={k: np.array(v, dtype=np.int64) for k, v in groups.items()},
+    )

@@ -1,0 +1,529 @@
+"""Ready-made bodies: block, cylinder, thick ring, and spheres graded hard towards the contact point.
+
+All sizes are lengths in the user's unit. Round shapes are **ring meshes**: a square core on the axis (no collapsed
+edge inside a contact), then rings whose edges are circles. With ``contact_radius=a`` one ring lies at r = a exactly;
+the rings narrow towards it from inside and widen from it outwards, because the pressure has a square-root edge there
+and an element edge along it is worth more than refinement. Away from the contact everything widens by `growth` per
+ring and per layer. The pole of a sphere is the local origin and its body lies in z >= 0, so that the sagitta
+r^2 / (R + sqrt(R^2 - r^2)) keeps all its digits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.errors import InputError
+from fecontact.mesh.mesh import Mesh, merge
+
+Array = NDArray[np.float64]
+
+_NODES = {"hex8": 8, "hex20": 20, "hex27": 27}
+SECTORS = {"quarter": 1, "half": 2, "full": 4}
+
+
+def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str = "hex20") -> Mesh:
+    """Mesh of an index box [0, n1] x [0, n2] x [0, n3], to be mapped to its true shape.
+
+    Parameters
+    ----------
+    divisions : three ints
+    names : six names or None
+        Boundaries at i = 0, i = n1, j = 0, j = n2, k = 0, k = n3.
+    element : {'hex8', 'hex20', 'hex27'}
+    """
+    if element not in _NODES:
+        raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, _NODES))}.")
+    n = np.asarray(divisions)
+    if n.shape != (3,) or (n < 1).any():
+        raise InputError(f"Divisions must be three positive integers; found {tuple(divisions)}.")
+    index = np.arange(np.prod(n + 1)).reshape(n + 1)
+    points = np.stack(np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cells = np.stack([index[tuple(slice(c, c + k) for c, k in zip(cor, n, strict=True))].ravel() for cor in corners], 1)
+    number = np.arange(len(cells)).reshape(n)
+    boundaries = {}
+    for face, name in enumerate(names):
+        if name is not None:
+            layer = np.take(number, -1 if face % 2 else 0, axis=face // 2).ravel()
+            faces = np.stack([layer, np.full_like(layer, face)], axis=1)
+            boundaries[name] = np.concatenate([boundaries[name], faces]) if name in boundaries else faces
+    mesh = Mesh(points, cells, boundaries)
+    return mesh if element == "hex8" else mesh.upgraded(_NODES[element])
+
+
+def _positions(size: float, division: int | ArrayLike, what: str) -> Array:
+    """Positions 0 ... size: an equal division, or the given increasing positions."""
+    if isinstance(division, int | np.integer):
+        return np.linspace(0.0, size, int(division) + 1)
+    positions = np.asarray(division, dtype=float)
+    if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
+        raise InputError(f"The {what} must be a count or increasing positions; found {division!r}.")
+    return positions
+
+
+def _check_lengths(**lengths: float) -> None:
+    for name, value in lengths.items():
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} must be a positive, finite length; found {value!r}.")
+
+
+def _interpolate(index: Array, positions: Array) -> Array:
+    return np.interp(index, np.arange(len(positions)), positions)
+
+
+def geometric(first: float, growth: float, total: float) -> Array:
+    """Positions 0 ... total of intervals that begin at `first` and grow by `growth` each, stretched to fit exactly.
+
+    Examples
+    --------
+    >>> geometric(1.0, 2.0, 7.0).tolist()
+    [0.0, 1.0, 3.0, 7.0]
+    """
+    if first >= total:
+        return np.array([0.0, total])
+    if growth <= 1.0 + 1e-9:
+        return np.linspace(0.0, total, max(1, round(total / first)) + 1)
+    n = max(1, round(math.log1p(total * (growth - 1) / first) / math.log(growth)))
+    steps = first * growth ** np.arange(n)
+    return np.concatenate([[0.0], np.cumsum(steps)]) * (total / steps.sum())
+
+
+def block(
+    size: Sequence[float],
+    divisions: Sequence[int | ArrayLike],
+    *,
+    element: str = "hex20",
+) -> Mesh:
+    """Rectangular block with one corner at the origin.
+
+    Parameters
+    ----------
+    size : three lengths
+    divisions : three counts, or increasing positions from 0 to the size
+    element : {'hex8', 'hex20', 'hex27'}
+
+    Returns
+    -------
+    Mesh
+        Boundaries `x_min, x_max, y_min, y_max, bottom, top`.
+
+    Examples
+    --------
+    >>> block((2.0, 1.0, 1.0), (4, 2, 2)).cell_type
+    'hex20'
+    """
+    _check_lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
+    positions = [_positions(s, d, "divisions") for s, d in zip(size, divisions, strict=True)]
+    mesh = lattice([len(p) - 1 for p in positions], ("x_min", "x_max", "y_min", "y_max", "bottom", "top"), element)
+    return mesh.mapped(lambda i: np.stack([_interpolate(i[:, k], positions[k]) for k in range(3)], axis=1))
+
+
+def thick_ring(
+    inner: float,
+    outer: float,
+    height: float,
+    divisions: tuple[int, int | ArrayLike, int | ArrayLike] = (8, 4, 1),
+    *,
+    sector: str = "quarter",
+    element: str = "hex20",
+) -> Mesh:
+    """Thick cylinder about the z axis.
+
+    Parameters
+    ----------
+    inner, outer, height : float
+        Radii and height.
+    divisions : (around a quarter, through the thickness, along z)
+        The last two as counts or as positions (from 0).
+    sector : {'quarter', 'half', 'full'}
+    element : {'hex8', 'hex20', 'hex27'}
+
+    Returns
+    -------
+    Mesh
+        Boundaries `inner, outer, bottom, top` and the symmetry planes `sym_x` (x = 0) and `sym_y` (y = 0).
+    """
+    _check_lengths(inner=inner, outer=outer, height=height)
+    if outer <= inner:
+        raise InputError(f"The outer radius must exceed the inner one; found inner = {inner}, outer = {outer}.")
+    across = inner + _positions(outer - inner, divisions[1], "radial division")
+    along = _positions(height, divisions[2], "axial division")
+    n = (len(across) - 1, divisions[0], len(along) - 1)
+    base = lattice(n, ("inner", "outer", "sym_y", "sym_x", "bottom", "top"), element)
+
+    def shape(index: Array) -> Array:
+        r, angle = _interpolate(index[:, 0], across), index[:, 1] * (np.pi / 2 / divisions[0])
+        return np.stack([r * np.cos(angle), r * np.sin(angle), _interpolate(index[:, 2], along)], axis=1)
+
+    return _sector(base.mapped(shape), sector, 1e-9 * outer)
+
+
+@dataclass(frozen=True)
+class RingGrading:
+    """Radii of the rings and depths of the layers of a ring mesh.
+
+    Attributes
+    ----------
+    core : int
+        Elements along a side of the square core (per quarter); every ring has twice as many.
+    radii : (n_rings,) array
+        Outer radius of each ring, increasing, within the contact block.
+    depths : (n_layers + 1,) array
+        From 0 to the depth of the contact block.
+    """
+
+    core: int
+    radii: Array
+    depths: Array
+
+
+def grading(
+    contact_radius: float,
+    extent: float,
+    depth: float,
+    *,
+    level: float = 2,
+    growth: float = 1.8,
+    core: int | None = None,
+    rings: int | None = None,
+    edge: float | None = None,
+    layer: float | None = None,
+) -> RingGrading:
+    """Ring mesh fitted to a contact radius.
+
+    Inside the contact radius a the core and `rings` rings narrow towards r = a, where the last has the width
+    ``edge * a``; outside they widen from there by `growth`. Layers begin with ``layer * a`` and widen by `growth`.
+
+    Parameters
+    ----------
+    contact_radius, extent, depth : float
+        Expected contact radius and size of the contact block.
+    level : float
+        1 (coarse) to 5 (fine); sets what is not given below.
+    growth : float
+        Ratio of neighbouring widths away from the contact.
+    core, rings : int, optional
+        Elements along the core's side and rings inside the contact.
+    edge, layer : float, optional
+        Width of the ring inside the contact edge and of the first layer, over the contact radius.
+    """
+    _check_lengths(contact_radius=contact_radius, extent=extent, depth=depth)
+    if contact_radius >= extent:
+        raise InputError(
+            f"The contact radius {contact_radius:g} does not fit in the contact block of radius {extent:g}; "
+            "give a smaller contact radius or a larger body."
+        )
+    core = core if core is not None else max(2, round(1 + level))
+    rings = rings if rings is not None else max(2, round(1 + 1.5 * level))
+    edge = edge if edge is not None else 0.16 / 2 ** (level - 1)
+    layer = layer if layer is not None else 0.5 / (1 + level)
+    inside = _towards_edge(contact_radius, core, rings, edge)
+    outside = contact_radius + geometric(edge * contact_radius, growth, extent - contact_radius)[1:]
+    return RingGrading(core, np.concatenate([inside, outside]), geometric(layer * contact_radius, growth, depth))
+
+
+def _towards_edge(a: float, core: int, rings: int, edge: float) -> Array:
+    """Ring radii up to a: widths in geometric progression, ending with ``edge * a``; the core as wide as it fits."""
+    from scipy.optimize import brentq
+
+    def radius_of_core(ratio: float) -> float:
+        return 1.0 - edge * (ratio ** np.arange(rings)).sum()
+
+    # the core's elements are as wide as the first ring: radius_of_core = core * edge * ratio^rings
+    ratio = brentq(lambda q: radius_of_core(q) - core * edge * q**rings, 1e-3, 1e3)
+    widths = edge * ratio ** np.arange(rings)[::-1]
+    return a * np.concatenate([(1.0 - widths.sum()) + np.cumsum(widths)[:-1], [1.0]])
+
+
+def _disc(n_layers: int, ring: RingGrading, names: dict[str, str | None], element: str) -> tuple[Mesh, Mesh]:
+    """Quarter disc times layers in plan coordinates (x, y, layer index): the core and the rings."""
+    m, radii = ring.core, ring.radii
+    top, bottom, side = names["top"], names["bottom"], names["side"]
+    core = lattice((m, m, n_layers), ("sym_x", None, "sym_y", None, top, bottom), element)
+    rings = lattice((2 * m, len(radii), n_layers), ("sym_y", "sym_x", None, side, top, bottom), element)
+    # the core is a square with its corner pulled in, so that its corners and those of the first ring are all obtuse
+    first = radii[1] - radii[0] if len(radii) > 1 else radii[0] / 2
+    reach = max(radii[0] - first * (radii[0] / radii[1]) if len(radii) > 1 else first, 0.5 * radii[0])
+    c, d = reach, 0.77 * reach
+
+    def boundary(j: Array) -> Array:
+        """Outer side of the core for ring index j in [0, 2m]: (c, 0) to (d, d) to (0, c)."""
+        v = np.minimum(j, 2 * m - j) / m
+        x, y = c + (d - c) * v, d * v
+        return np.where((j <= m)[:, None], np.stack([x, y], 1), np.stack([y, x], 1))
+
+    def core_plan(index: Array) -> Array:
+        u, v = index[:, 0] / m, index[:, 1] / m
+        x = c * u + (d - c) * u * v
+        y = c * v + (d - c) * u * v
+        return np.stack([x, y, index[:, 2]], 1)
+
+    def ring_plan(index: Array) -> Array:
+        j, k = index[:, 0], index[:, 1]
+        angle = np.pi / 2 * j / (2 * m)
+        direction = np.stack([np.cos(angle), np.sin(angle)], 1)
+        direction[angle == np.pi / 2] = (0.0, 1.0)
+        r = np.interp(k, np.arange(1, len(radii) + 1), radii)
+        circle = r[:, None] * direction
+        inner = np.clip(k, 0.0, 1.0)[:, None]
+        xy = np.where(inner < 1, (1 - inner) * boundary(j) + inner * radii[0] * direction, circle)
+        return np.stack([xy[:, 0], xy[:, 1], index[:, 2]], 1)
+
+    # the ring lattice runs (around, outwards, down): left-handed against (x, y, down), which `_orient` mends
+    return core.mapped(core_plan), rings.mapped(ring_plan)
+
+
+Curve = Callable[[Array], Array]
+
+
+def _coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Callable[[Array, Array], Array]:
+    """Transfinite interpolation of four curves [0, 1] -> (rho, z); top and bottom run along s, left and right along t."""
+    zero, one = np.zeros(1), np.ones(1)
+    c00, c10, c01, c11 = top(zero), top(one), bottom(zero), bottom(one)
+
+    def patch(s: Array, t: Array) -> Array:
+        a, b = s[:, None], t[:, None]
+        corners = (1 - a) * (1 - b) * c00 + a * (1 - b) * c10 + (1 - a) * b * c01 + a * b * c11
+        return ((1 - b) * top(s) + b * bottom(s)) + ((1 - a) * left(t) + a * right(t)) - corners
+
+    return patch
+
+
+def _line(start: ArrayLike, end: ArrayLike) -> Curve:
+    p, q = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    return lambda x: (1 - x)[:, None] * p + x[:, None] * q
+
+
+def sagitta(r: Array, radius: float) -> Array:
+    """Depth of a sphere's surface below its pole's tangent plane, r^2/(R + sqrt(R^2 - r^2)), without cancellation."""
+    return r**2 / (radius + np.sqrt(np.maximum((radius - r) * (radius + r), 0.0)))
+
+
+def _revolved(mesh: Mesh, patch: Callable[[Array, Array], Array], s_of: Curve, t_of: Curve) -> Mesh:
+    """Plan coordinates (x, y, layer index) to space by a meridian map (s, t) -> (rho, z)."""
+
+    def shape(plan: Array) -> Array:
+        r = np.hypot(plan[:, 0], plan[:, 1])
+        meridian = patch(s_of(r), t_of(plan[:, 2]))
+        stretch = np.divide(meridian[:, 0], r, out=np.zeros_like(r), where=r > 0)
+        return np.stack([stretch * plan[:, 0], stretch * plan[:, 1], meridian[:, 1]], 1)
+
+    return mesh.mapped(shape)
+
+
+def _orient(mesh: Mesh) -> Mesh:
+    """Make all cells right-handed by mirroring those that are not (corner test; shapes have no folded cells)."""
+    x = mesh.points[mesh.cells[:, :8]]
+    det = np.einsum(
+        "ni,ni->n", np.cross(x[:, [1]] - x[:, [0]], x[:, [3]] - x[:, [0]])[:, 0], x[:, 4:].mean(1) - x[:, :4].mean(1)
+    )
+    left = det < 0
+    if not left.any():
+        return mesh
+    swap_nodes = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19, 20, 21, 22, 23, 25, 24, 26]
+    n = mesh.cells.shape[1]
+    cells = mesh.cells.copy()
+    cells[left] = cells[left][:, swap_nodes[:n]]
+    swap_faces = np.array([0, 1, 2, 3, 5, 4])
+    boundaries = {
+        k: np.stack([f[:, 0], np.where(left[f[:, 0]], swap_faces[f[:, 1]], f[:, 1])], 1)
+        for k, f in mesh.boundaries.items()
+    }
+    return replace(mesh, cells=cells, boundaries=boundaries)
+
+
+def _sector(quarter: Mesh, sector: str, tolerance: float) -> Mesh:
+    """Turn a quarter model (x, y >= 0) into a half (y >= 0) or the full body by turning and joining it."""
+    if sector not in SECTORS:
+        raise InputError(f"Unknown sector {sector!r}; expected one of {', '.join(map(repr, SECTORS))}.")
+    quarter = _orient(quarter)
+    if sector == "quarter":
+        return quarter
+    turns = []
+    for k in range(SECTORS[sector]):
+        cos, sin = [(1, 0), (0, 1), (-1, 0), (0, -1)][k]
+        turned = quarter.mapped(
+            lambda x, cos=cos, sin=sin: np.stack([cos * x[:, 0] - sin * x[:, 1], sin * x[:, 0] + cos * x[:, 1], x[:, 2]], 1)
+        )
+        # a quarter turn brings the plane y = 0 to x = 0 and back; only y = 0 is left as a boundary of the half
+        names = {"sym_x": "sym_y", "sym_y": "sym_x"} if k % 2 else {}
+        turns.append(replace(turned, boundaries={names.get(n, n): f for n, f in turned.boundaries.items()}))
+    return merge(turns, tolerance)
+
+
+def cap(
+    radius: float,
+    extent: float,
+    depth: float,
+    *,
+    contact_radius: float | None = None,
+    level: float = 2,
+    growth: float = 1.8,
+    sector: str = "full",
+    element: str = "hex20",
+    rings: RingGrading | None = None,
+) -> Mesh:
+    """Cut from a sphere round its pole: a cylinder of radius `extent` and height `depth` with a spherical top.
+
+    Parameters
+    ----------
+    radius : float
+        Of the sphere; ``math.inf`` for a flat top (then the shape is a cylinder).
+    extent, depth : float
+        Radius of the cylinder and distance from the pole to the flat base.
+    contact_radius : float, optional
+        Where the rings are fitted; a tenth of `extent` unless given.
+    level, growth, rings
+        As in `grading`.
+    sector : {'quarter', 'half', 'full'}
+    element : {'hex8', 'hex20', 'hex27'}
+
+    Returns
+    -------
+    Mesh
+        Pole at the origin, body in z >= 0; boundaries `cap, base, side` and the planes `sym_x`, `sym_y`.
+    """
+    _check_lengths(extent=extent, depth=depth)
+    if not radius > 0 or extent > radius:
+        raise InputError(f"The radius must be positive and not below the extent; found {radius!r} and {extent!r}.")
+    top_depth = 0.0 if math.isinf(radius) else float(sagitta(np.array(extent), radius))
+    if top_depth >= depth:
+        raise InputError(f"The depth {depth:g} must exceed the cap's own height {top_depth:g}.")
+    ring = rings or grading(contact_radius or extent / 10, extent, depth, level=level, growth=growth)
+
+    def top(s: Array) -> Array:
+        r = s * extent
+        return np.stack([r, np.zeros_like(r) if math.isinf(radius) else sagitta(r, radius)], 1)
+
+    patch = _coons(
+        top, _line((0, depth), (extent, depth)), _line((0, 0), (0, depth)), _line((extent, top_depth), (extent, depth))
+    )
+    names = {"top": "cap", "bottom": "base", "side": "side"}
+    parts = [
+        _revolved(part, patch, lambda r: r / extent, lambda i: _interpolate(i, ring.depths) / depth)
+        for part in _disc(len(ring.depths) - 1, ring, names, element)
+    ]
+    tolerance = 1e-9 * extent
+    return _sector(_orient(merge([_orient(p) for p in parts], tolerance)), sector, tolerance)
+
+
+def cylinder(radius: float, height: float, **options: object) -> Mesh:
+    """Cylinder about the z axis with its contact end in the plane z = 0 and its body in z >= 0.
+
+    Takes the options of `cap`; boundaries `cap` (z = 0), `base` (z = height), `side`, `sym_x`, `sym_y`.
+    """
+    return cap(math.inf, radius, height, **options)  # type: ignore[arg-type]
+
+
+def half_sphere(
+    radius: float,
+    *,
+    contact_radius: float | None = None,
+    level: float = 2,
+    growth: float = 1.8,
+    sector: str = "full",
+    element: str = "hex20",
+    rings: RingGrading | None = None,
+) -> Mesh:
+    """Half of a solid sphere, graded towards the contact point at its pole.
+
+    In the meridian plane it is three blocks: the contact block under the pole (out to 45 degrees on the surface), one
+    round it and one below it.
+
+    Parameters
+    ----------
+    radius : float
+    contact_radius : float, optional
+        Expected contact radius, where the rings are fitted (a/R down to 1e-4 and below); R/100 unless given.
+    level, growth, rings
+        As in `grading`.
+    sector : {'quarter', 'half', 'full'}
+        How much of it is modelled; the planes of symmetry are the boundaries `sym_x` (x = 0) and `sym_y` (y = 0).
+    element : {'hex8', 'hex20', 'hex27'}
+
+    Returns
+    -------
+    Mesh
+        Pole at the origin, body in z >= 0; boundaries `cap` (the surface out to 45 degrees), `flank` (the rest of
+        it), `base` (the flat face z = R) and the planes of symmetry.
+
+    Examples
+    --------
+    >>> half_sphere(250.0, contact_radius=1.8, level=1, sector="quarter").cell_type
+    'hex20'
+    """
+    _check_lengths(radius=radius)
+    extent, depth = radius * math.sqrt(0.5), 0.55 * radius
+    ring = rings or grading(contact_radius or radius / 100, extent, depth, level=level, growth=growth)
+    n_layers, n_outer = len(ring.depths) - 1, 2
+    on_axis, inner, below = (0.0, depth), (0.5 * radius, 0.6 * radius), (0.55 * radius, radius)
+    rim, equator, centre = (extent, radius - extent), (radius, radius), (0.0, radius)
+
+    def top(s: Array) -> Array:
+        r = s * extent
+        return np.stack([r, sagitta(r, radius)], 1)
+
+    def flank(s: Array) -> Array:
+        angle = np.pi / 4 * (1 + s)
+        return radius * np.stack([np.sin(angle), 2 * np.sin(angle / 2) ** 2], 1)
+
+    contact = _coons(top, _line(on_axis, inner), _line((0, 0), on_axis), _line(rim, inner))
+    around = _coons(flank, _line(inner, below), _line(rim, inner), _line(equator, below))
+    under = _coons(_line(on_axis, inner), _line(centre, below), _line(on_axis, centre), _line(inner, below))
+
+    def layer(i: Array) -> Array:
+        return _interpolate(i, ring.depths) / depth
+
+    def outer(i: Array) -> Array:
+        return i / n_outer
+
+    disc = _disc(n_layers, ring, {"top": "cap", "bottom": None, "side": None}, element)
+    low = _disc(n_outer, ring, {"top": None, "bottom": "base", "side": None}, element)
+    parts = [_revolved(p, contact, lambda r: r / extent, layer) for p in disc]
+    parts += [_revolved(p, under, lambda r: r / extent, outer) for p in low]
+    parts.append(_collar(ring, n_layers, n_outer, around, layer, element))
+    tolerance = 1e-9 * radius
+    return _sector(merge([_orient(p) for p in parts], tolerance), sector, tolerance)
+
+
+def _collar(
+    ring: RingGrading,
+    n_layers: int,
+    n_outer: int,
+    patch: Callable[[Array, Array], Array],
+    layer: Curve,
+    element: str,
+) -> Mesh:
+    """Rings outside the contact block: from the 45 degree rim to the equator."""
+    names = ("sym_y", "sym_x", None, "base", "flank", None)
+    mesh = lattice((2 * ring.core, n_outer, n_layers), names, element)
+
+    def shape(index: Array) -> Array:
+        angle = np.pi / 2 * index[:, 0] / (2 * ring.core)
+        direction = np.stack([np.cos(angle), np.sin(angle)], 1)
+        direction[angle == np.pi / 2] = (0.0, 1.0)
+        meridian = patch(index[:, 1] / n_outer, layer(index[:, 2]))
+        return np.concatenate([meridian[:, :1] * direction, meridian[:, 1:]], axis=1)
+
+    return mesh.mapped(shape)
+
+
+def quarter_sphere(radius: float, **options: object) -> Mesh:
+    """A quarter (x, y >= 0) of `half_sphere`: what a scene with two planes of symmetry needs."""
+    return half_sphere(radius, sector="quarter", **options)  # type: ignore[arg-type]
+
+
+def sphere(radius: float, **options: object) -> Mesh:
+    """A whole ball with its graded pole at the origin: `half_sphere` and its mirror image below the equator.
+
+    Boundaries `cap` (round the pole at the origin), `far_cap` (round the opposite pole) and `flank`.
+    """
+    upper = half_sphere(radius, **options)  # type: ignore[arg-type]
+    lower = _orient(upper.mapped(lambda x: np.stack([x[:, 0], x[:, 1], 2 * radius - x[:, 2]], 1)))
+    renamed = {("far_cap" if n == "cap" else n): f for n, f in lower.boundaries.items()}
+    return merge([upper, replace(lower, boundaries=renamed)], 1e-9 * radius)
