@@ -1,0 +1,356 @@
+"""The frictionless contact problem on its candidate points, its residuals and the form of an answer.
+
+    minimise 1/2 l^T S l + g^T l   subject to   l >= 0,  B l = F
+    gap      w = S l + g + B^T q >= 0,   l . w = 0,   q the multiplier of B l = F (the rigid motion)
+
+Nothing here knows of meshes or bodies; compression and opening are positive.
+
+Examples
+--------
+>>> import numpy as np
+>>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([-1.0, 1.0]))
+>>> problem.residuals(forces=np.array([1.0, 0.0]), q=np.zeros(0)).worst
+0.0
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator
+
+from fecontact.errors import InputError, SolverError
+from fecontact.solvers.scaling import ScaledProblem, scale
+
+SYMMETRY_TOLERANCE = 1e-8
+"""Largest |S - S^T| relative to the largest entry that is read as rounding; more is a wrong matrix."""
+
+GAP_FLOOR = 1e-3
+"""Share of the largest gap below which the elastic deflection is not used as the scale of gaps."""
+
+ROW_FLOOR = 1e-6
+"""Share of the largest row of B below which a row is judged by that share: such a row is a rounding residue."""
+
+
+class Status(StrEnum):
+    """How a solver ended; only the first two are success.
+
+    ==================  ===================================================================================
+    ``solved``          certified: the recomputed residuals are within the tolerance
+    ``no-contact``      certified: nothing touches, all forces are exactly zero
+    ``infeasible``      no forces l >= 0 balance the load: a body can move freely where it is pushed
+    ``unbounded``       an interference that no elastic deflection and no rigid motion can remove
+    ``singular``        the solver met a dependent set of points that it cannot treat
+    ``artificial``      artificial variables were left positive (Wolfe's short form on a singular S)
+    ``ray``             complementary pivoting ended on a ray
+    ``cycling``         the active sets came back
+    ``iteration-limit`` the allowed number of iterations was spent
+    ``refused``         an answer came back but did not pass the certificate
+    ==================  ===================================================================================
+    """
+
+    SOLVED = "solved"
+    NO_CONTACT = "no-contact"
+    INFEASIBLE = "infeasible"
+    UNBOUNDED = "unbounded"
+    SINGULAR = "singular"
+    ARTIFICIAL = "artificial"
+    RAY = "ray"
+    CYCLING = "cycling"
+    ITERATION_LIMIT = "iteration-limit"
+    REFUSED = "refused"
+
+
+class InfeasibleLoadError(SolverError):
+    """No non-negative contact forces balance the load.
+
+    Attributes
+    ----------
+    direction : ndarray, shape (m,)
+        A motion y of the rigid components with B^T y >= 0 (no gap closes) and F . y < 0 (the load does
+        work along it), by Farkas' lemma the proof that no answer exists.
+    """
+
+    def __init__(self, message: str, direction: np.ndarray) -> None:
+        super().__init__(message)
+        self.direction = direction
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """How far an answer is from the contact conditions; every number is relative and has no unit.
+
+    Parameters
+    ----------
+    penetration : float
+        Deepest negative gap over the gap scale.
+    tension : float
+        Largest negative force over the force scale.
+    complementarity : float
+        Largest, over the points, of the smaller of |force| / force scale and |gap| / gap scale.
+    equilibrium : float
+        Largest |B l - F| of a row over what the row has to balance.
+
+    Notes
+    -----
+    Force scale: the sum of |l|, or, if larger, the load, each F_j over the largest entry of its row of B.
+    Gap scale: the largest elastic deflection |S l|, but not less than 1e-3 of the largest |g + B^T q|
+    (rigid bodies have no deflection). Row scale: the row's largest entry times the force scale, plus |F_j|.
+    All follow a change of units, and a residual that is exactly zero stays zero whatever the scales.
+    """
+
+    penetration: float
+    tension: float
+    complementarity: float
+    equilibrium: float
+
+    @property
+    def worst(self) -> float:
+        """The largest of the four numbers."""
+        return max(self.penetration, self.tension, self.complementarity, self.equilibrium)
+
+    def within(self, tolerance: float) -> bool:
+        """Whether the answer is certified: penetration within ten times the tolerance, the others within it."""
+        others = max(self.tension, self.complementarity, self.equilibrium)
+        return bool(self.penetration <= 10 * tolerance and others <= tolerance)
+
+    def __str__(self) -> str:
+        return (
+            f"penetration {self.penetration:.1e}, tension {self.tension:.1e}, "
+            f"complementarity {self.complementarity:.1e}, equilibrium {self.equilibrium:.1e}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ComplementarityProblem:
+    """Frictionless contact on n candidate points with m rigid components in equilibrium.
+
+    Parameters
+    ----------
+    S : ndarray, shape (n, n), or scipy.sparse.linalg.LinearOperator
+        Compliance, symmetric positive semidefinite: gap opened at a point by unit forces at the others.
+    g : ndarray, shape (n,)
+        Gap without contact forces and rigid motion, opening positive; negative is interference.
+    B : ndarray, shape (m, n), optional
+        Equilibrium rows: B l is what the contact forces give to each free rigid component. May be dependent.
+    F : ndarray, shape (m,), optional
+        What the contact forces have to balance.
+
+    Raises
+    ------
+    InputError
+        For shapes that do not fit, entries that are not finite, or an S that is not symmetric or has a
+        negative diagonal entry.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> problem = ComplementarityProblem(S=np.eye(3), g=np.arange(3.0), B=np.ones((1, 3)), F=np.array([1.0]))
+    >>> problem.n, problem.m
+    (3, 1)
+    """
+
+    S: np.ndarray | LinearOperator
+    g: np.ndarray
+    B: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    F: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        g = _array("g", self.g, 1)
+        if g.size == 0:
+            raise InputError("The problem has no candidate point: g is empty. Give at least one point.")
+        B = np.empty((0, g.size)) if self.B is None or np.size(self.B) == 0 else _array("B", self.B, 2)
+        F = np.empty(0) if self.F is None else _array("F", self.F, 1)
+        if B.shape[1] != g.size:
+            raise InputError(f"B must have one column per point, {g.size}; found shape {B.shape}.")
+        if B.shape[0] != F.size:
+            raise InputError(f"F must have one entry per row of B, {B.shape[0]}; found {F.size}.")
+        S = self.S if isinstance(self.S, LinearOperator) else _array("S", self.S, 2)
+        if S.shape != (g.size, g.size):
+            raise InputError(f"S must have shape {(g.size, g.size)}, one row per entry of g; found {S.shape}.")
+        if isinstance(S, np.ndarray):
+            _check_compliance(S)
+        for name, value in (("S", S), ("g", g), ("B", B), ("F", F)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def n(self) -> int:
+        """Number of candidate points."""
+        return int(self.g.size)
+
+    @property
+    def m(self) -> int:
+        """Number of equilibrium rows."""
+        return int(self.F.size)
+
+    def gap(self, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Gap w = S l + g + B^T q, shape (n,).
+
+        Parameters
+        ----------
+        forces : ndarray, shape (n,)
+        q : ndarray, shape (m,)
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> ComplementarityProblem(S=np.eye(2), g=np.ones(2)).gap(np.array([0.5, 0.0]), np.zeros(0)).tolist()
+        [1.5, 1.0]
+        """
+        return np.asarray(self.S @ forces + self.g + self.B.T @ q)
+
+    def residuals(self, forces: np.ndarray, q: np.ndarray) -> Residuals:
+        """Residuals of an answer, recomputed from the problem alone.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (n,)
+        q : ndarray, shape (m,)
+
+        Returns
+        -------
+        Residuals
+            Infinite where the answer is not finite.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([-1.0, 1.0]))
+        >>> problem.residuals(np.array([0.5, 0.0]), np.zeros(0)).penetration
+        0.5
+        """
+        forces, q = np.asarray(forces, dtype=float), np.asarray(q, dtype=float)
+        if forces.shape != (self.n,) or q.shape != (self.m,):
+            raise InputError(
+                f"Residuals need forces of shape {(self.n,)} and q of shape {(self.m,)}; "
+                f"found {forces.shape} and {q.shape}."
+            )
+        if not (np.isfinite(forces).all() and np.isfinite(q).all()):
+            return Residuals(np.inf, np.inf, np.inf, np.inf)
+        deflection = np.asarray(self.S @ forces)
+        rigid = self.g + self.B.T @ q
+        gap = deflection + rigid
+        gap_scale = max(_largest(deflection), GAP_FLOOR * _largest(rigid))
+        row = np.abs(self.B).max(axis=1, initial=0.0)
+        row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
+        force_scale = max(float(np.abs(forces).sum()), _largest(_ratio(self.F, row)))
+        row_scale = row * force_scale + np.abs(self.F)
+        both = np.minimum(np.abs(_ratio(forces, force_scale)), np.abs(_ratio(gap, gap_scale)))
+        return Residuals(
+            penetration=_largest(_ratio(np.minimum(gap, 0.0), gap_scale)),
+            tension=_largest(_ratio(np.minimum(forces, 0.0), force_scale)),
+            complementarity=_largest(both),
+            equilibrium=_largest(_ratio(self.B @ forces - self.F, row_scale)),
+        )
+
+    def scaled(self) -> ScaledProblem:
+        """Nondimensional form with unit diagonal and orthonormal rows, and the way back.
+
+        Returns
+        -------
+        ScaledProblem
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> scaled = ComplementarityProblem(S=4e-12 * np.eye(2), g=np.array([-1e-6, 1e-6])).scaled()
+        >>> scaled.S.diagonal().tolist(), scaled.g.round(12).tolist()
+        ([1.0, 1.0], [-1.0, 1.0])
+        """
+        return scale(self.S, self.g, self.B, self.F)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a solver found, judged by the problem.
+
+    Parameters
+    ----------
+    forces : ndarray, shape (n,)
+        Contact forces, compression positive.
+    q : ndarray, shape (m,)
+        Multiplier of the equilibrium rows, the rigid motion; for status ``infeasible`` the direction
+        that proves it (see `InfeasibleLoadError`).
+    gap : ndarray, shape (n,)
+        S l + g + B^T q.
+    success : bool
+        Whether the recomputed residuals certify the answer.
+    status : Status
+        One short word; the table is with `Status`.
+    message : str
+        The same in a sentence.
+    nit : int
+        Iterations or pivots.
+    solver : str
+        The name of the solver that gave the answer.
+    residuals : Residuals
+        Recomputed from the problem, never the solver's own.
+    seconds : float
+        Wall time.
+    history : tuple of float
+        The solver's own measure of what is left, one entry per iteration; empty if it has none.
+    """
+
+    forces: np.ndarray
+    q: np.ndarray
+    gap: np.ndarray
+    success: bool
+    status: Status
+    message: str
+    nit: int
+    solver: str
+    residuals: Residuals
+    seconds: float
+    history: tuple[float, ...] = ()
+
+    @property
+    def active(self) -> np.ndarray:
+        """Points that carry force, shape (n,), bool; a warm start for the next problem."""
+        return self.forces > 0
+
+
+def _array(name: str, value: object, ndim: int) -> np.ndarray:
+    """Return a read-only float view of `value`, checked for its dimension and for finite entries."""
+    try:
+        array = np.asarray(value, dtype=float).view()
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be an array of numbers; found {type(value).__name__} ({error}).") from error
+    if array.ndim != ndim:
+        raise InputError(f"{name} must have {ndim} dimension(s); found shape {array.shape}.")
+    if not np.isfinite(array).all():
+        raise InputError(f"{name} must be finite; found {int((~np.isfinite(array)).sum())} entries that are not.")
+    array.flags.writeable = False
+    return array
+
+
+def _check_compliance(S: np.ndarray) -> None:
+    largest = max(S.max(), -S.min())
+    diagonal = S.diagonal()
+    if diagonal.min() < -SYMMETRY_TOLERANCE * largest:
+        k = int(diagonal.argmin())
+        raise InputError(
+            f"S must be positive semidefinite; found the diagonal entry S[{k}, {k}] = {diagonal[k]:.3g}. "
+            "A force must open the gap where it acts: check the sign of the coupling."
+        )
+    # in strips, so that a large S needs no second copy of itself
+    for first in range(0, len(S), 512):
+        strip = slice(first, first + 512)
+        difference = np.abs(S[strip, : first + 512] - S[: first + 512, strip].T)
+        if difference.max() > SYMMETRY_TOLERANCE * largest:
+            i, k = np.unravel_index(int(difference.argmax()), difference.shape)
+            raise InputError(
+                f"S must be symmetric; found S[{first + i}, {k}] = {S[first + i, k]:.6g} and "
+                f"S[{k}, {first + i}] = {S[k, first + i]:.6g}."
+            )
+
+
+def _largest(values: np.ndarray) -> float:
+    return float(np.abs(values).max(initial=0.0))
+
+
+def _ratio(values: np.ndarray, scales: np.ndarray | float) -> np.ndarray:
+    """Return values / scales, where 0 / 0 is 0 and anything else over 0 is infinite."""
+    scales = np.broadcast_to(scales, values.shape)
+    return np.divide(values, scales, out=np.where(values == 0, 0.0, np.inf), where=scales > 0)

@@ -1,0 +1,185 @@
+"""Nondimensional form of a complementarity problem: unit diagonal, orthonormal rows, data of order one.
+
+The solvers see only this form. That is what lets one set of tolerances serve SI units (compliances of 1e-12,
+gaps of 1e-6) and rows that differ by sixteen orders of magnitude.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.sparse.linalg import LinearOperator
+
+ZERO_ROW = 1e-14
+"""Norm of a row of B, relative to the largest, at which it is a rounding residue and says nothing."""
+
+DEPENDENT_ROW = 1e-11
+"""Singular value of the normalised rows at which one of them follows from the others."""
+
+UNBALANCED = 1e-10
+"""Share of the load that may stay unbalanced when no forces l >= 0 carry it exactly."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledProblem:
+    """Problem in x, with l = force_scale * x and q = motion_map @ p.
+
+        w / gap_scale = S x + g + B^T p,    B x = F
+
+    Parameters
+    ----------
+    S : ndarray, shape (n, n), or LinearOperator
+        Unit diagonal (an operator: only its mean diagonal is one).
+    g : ndarray, shape (n,)
+    B : ndarray, shape (r, n)
+        Orthonormal rows, r the rank of the rows given.
+    F : ndarray, shape (r,)
+    force_scale, gap_scale : ndarray, shape (n,)
+    motion_map : ndarray, shape (m, r)
+    inconsistency : ndarray, shape (m,)
+        Zero, or a direction y with B^T y = 0 and F . y < 0: dependent rows whose loads contradict each other.
+    """
+
+    S: np.ndarray | LinearOperator
+    g: np.ndarray
+    B: np.ndarray
+    F: np.ndarray
+    force_scale: np.ndarray
+    gap_scale: np.ndarray
+    motion_map: np.ndarray
+    inconsistency: np.ndarray
+
+    @property
+    def n(self) -> int:
+        """Number of points."""
+        return int(self.g.size)
+
+    @property
+    def r(self) -> int:
+        """Number of independent equilibrium rows."""
+        return int(self.F.size)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """S as an array; only for problems that were given one."""
+        if not isinstance(self.S, np.ndarray):
+            raise TypeError("the compliance is an operator, not an array")
+        return self.S
+
+    def forces(self, x: np.ndarray) -> np.ndarray:
+        """Forces of x, shape (n,)."""
+        return self.force_scale * x
+
+    def motion(self, p: np.ndarray) -> np.ndarray:
+        """Multiplier q of p, shape (m,); of least norm where the rows leave it open."""
+        return self.motion_map @ p
+
+    def gap(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Nondimensional gap, shape (n,)."""
+        return np.asarray(self.S @ x + self.g + self.B.T @ p)
+
+    def free_direction(self) -> np.ndarray | None:
+        """Motion that the load pushes and no point resists, shape (m,), or None if the load can be balanced.
+
+        Returns
+        -------
+        ndarray or None
+            y with B^T y >= 0 and F . y < 0, of unit norm. The residual of the non-negative least-squares
+            problem B x = F is that direction (Farkas' lemma; Lawson & Hanson 1974, chapter 23).
+        """
+        if self.inconsistency.any():
+            return self.inconsistency
+        if not self.F.any():
+            return None
+        x, distance = nnls(self.B, self.F, maxiter=30 * self.n + 100)
+        if distance <= UNBALANCED * float(np.linalg.norm(self.F)):
+            return None
+        direction = self.motion(self.B @ x - self.F)
+        return direction / float(np.linalg.norm(direction))
+
+
+def scale(S: np.ndarray | LinearOperator, g: np.ndarray, B: np.ndarray, F: np.ndarray) -> ScaledProblem:
+    """Nondimensional form of a problem.
+
+    Parameters
+    ----------
+    S : ndarray, shape (n, n), or LinearOperator
+    g : ndarray, shape (n,)
+    B : ndarray, shape (m, n)
+    F : ndarray, shape (m,)
+
+    Returns
+    -------
+    ScaledProblem
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> scaled = scale(np.diag([1e-8, 1e8]), np.array([0.0, -1.0]), np.array([[1.0, 1.0], [2.0, 2.0]]), np.ones(2) * 0)
+    >>> scaled.r, scaled.S.tolist()
+    (1, [[1.0, 0.0], [0.0, 1.0]])
+    """
+    d = 1.0 / np.sqrt(_diagonal(S, len(g)))
+    rows, loads, to_rows, inconsistency = _orthonormal_rows(B * d, F)
+    gaps = g * d
+    unit = max(float(np.abs(gaps).max()), float(np.abs(loads).max(initial=0.0)))
+    unit = unit if unit > 0 else 1.0
+    return ScaledProblem(
+        S=_scaled_compliance(S, d),
+        g=gaps / unit,
+        B=rows,
+        F=loads / unit,
+        force_scale=d * unit,
+        gap_scale=unit / d,
+        motion_map=to_rows * unit,
+        inconsistency=inconsistency,
+    )
+
+
+def _diagonal(S: np.ndarray | LinearOperator, n: int) -> np.ndarray:
+    """Return positive numbers like the diagonal of S, shape (n,), so that no scaled entry exceeds one."""
+    if not isinstance(S, np.ndarray):
+        # mean diagonal by one Hutchinson probe: an operator does not show its entries
+        probe = np.where(np.random.default_rng(0).random(n) < 0.5, -1.0, 1.0)
+        mean = float(probe @ (S @ probe)) / n
+        return np.full(n, mean if mean > 0 else 1.0)
+    diagonal = np.array(S.diagonal())
+    positive = diagonal > 0
+    if not positive.any():
+        return np.ones(n)
+    if not positive.all():
+        diagonal[~positive] = np.exp(np.log(diagonal[positive]).mean())
+    return diagonal
+
+
+def _scaled_compliance(S: np.ndarray | LinearOperator, d: np.ndarray) -> np.ndarray | LinearOperator:
+    if isinstance(S, np.ndarray):
+        scaled = S * d
+        scaled *= d[:, None]
+        return scaled
+    operator = S
+    return LinearOperator(S.shape, matvec=lambda x: d * (operator @ (d * np.ravel(x))), dtype=float)
+
+
+def _orthonormal_rows(B: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return orthonormal rows (r, n) with their loads (r,), the map (m, r) of their multipliers, and a contradiction.
+
+    Rows are normalised first: forces and moments have different units, and their rank must not depend on them.
+    """
+    m = len(F)
+    norms = np.linalg.norm(B, axis=1)
+    norms = np.where(norms > ZERO_ROW * norms.max(initial=0.0), norms, np.inf)
+    U, s, V = np.linalg.svd(B / norms[:, None], full_matrices=False) if m else (np.eye(0), np.empty(0), B)
+    rank = int((s > DEPENDENT_ROW * s.max(initial=0.0)).sum())
+    U, s, V = U[:, :rank], s[:rank], V[:rank]
+    # rows that say nothing keep their load as it is: compared with the others, it has to be nothing too
+    finite = np.isfinite(norms)
+    loads = F / np.where(finite, norms, norms[finite].max(initial=0.0) or 1.0)
+    left = loads - U @ (U.T @ loads)
+    inconsistent = np.linalg.norm(left) > UNBALANCED * np.linalg.norm(loads)
+    direction = -left / np.where(finite, norms, 1.0) if inconsistent else np.zeros(m)
+    if inconsistent:
+        direction /= np.linalg.norm(direction)
+    return V, (U.T @ loads) / s, (U / s) / norms[:, None], direction
