@@ -1,5 +1,8 @@
-"""Closed forms of contact mechanics: pure functions, arrays in, arrays out, any consistent units."""
+"""Closed forms of contact mechanics: pure functions, arrays in, arrays out, any consistent units.
 
-from fecontact.analytic import disc, hertz
+Pressures are positive in compression, stresses in tension; z points into the body.
+"""
 
-__all__ = ["disc", "hertz"]
+from fecontact.analytic import axisymmetric, boussinesq, cylinder, disc, hertz, layer, punch, rectangle, sinusoid
+
+__all__ = ["axisymmetric", "boussinesq", "cylinder", "disc", "hertz", "layer", "punch", "rectangle", "sinusoid"]

@@ -111,18 +111,23 @@ def point_array(name: str, values: ArrayLike, dimension: int) -> NDArray[np.floa
     return array
 
 
-def one_of(first: str, a: float | None, second: str, b: float | None) -> None:
-    """Refuse a pair of alternatives of which not exactly one is given.
+def one_of(**alternatives: float | None) -> tuple[str, float]:
+    """Return the name and the value of the one alternative that is given, checked to be positive.
 
     Raises
     ------
     InputError
-        If both or none are given.
+        If not exactly one is given, or it is not positive and finite.
 
     Examples
     --------
-    >>> one_of("force", 1.0, "approach", None)
+    >>> one_of(force=2.0, approach=None)
+    ('force', 2.0)
     """
-    if (a is None) == (b is None):
-        found = "neither" if a is None else "both"
-        raise InputError(f"Expected either {first}= or {second}=; found {found}. Give exactly one of them.")
+    given = [(name, value) for name, value in alternatives.items() if value is not None]
+    if len(given) != 1:
+        choices = ", ".join(f"{name}=" for name in alternatives)
+        found = " and ".join(name for name, _ in given) or "none"
+        raise InputError(f"Expected exactly one of {choices}; found {found}. Give one and leave the others out.")
+    name, value = given[0]
+    return name, positive(f"the {name}" if len(name) > 1 else name, value)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import ellipe, elliprd
 
 from fecontact.analytic import _checks
 from fecontact.analytic._functions import arctan_defect
@@ -157,3 +158,93 @@ def hertz_stress(r: ArrayLike, z: ArrayLike, *, a: float, p0: float, nu: float) 
         zz=-p0 * cubic,
         rz=-p0 * rho * shell * shear,
     )
+
+
+def uniform_displacement(r: ArrayLike, *, a: float, pressure: float, modulus: float) -> NDArray[np.float64]:
+    """Return the normal surface displacement under uniform pressure, inside and outside the disc.
+
+    Parameters
+    ----------
+    r : array_like
+        Distance from the axis, any shape.
+    a : float
+        Radius of the disc.
+    pressure : float
+        Pressure, positive into the body.
+    modulus : float
+        E/(1 - nu^2) of the half-space, or E* for both bodies together.
+
+    Returns
+    -------
+    numpy.ndarray
+        Displacement into the body, shape of `r`; 2 p a / E' at the centre, 4 p a / (pi E') at the edge.
+
+    Raises
+    ------
+    InputError
+        If a distance is negative or not finite, or the radius or modulus not positive.
+
+    Notes
+    -----
+    Outside, E(m) - (1 - m) K(m) with m = a^2/r^2 is m (1 - m) R_D(0, 1, 1 - m)/3 in Carlson's integral: no
+    cancellation for r >> a.
+
+    References
+    ----------
+    Johnson 1985, eqs. (3.29).
+
+    Examples
+    --------
+    >>> uniform_displacement([0.0, 1.0], a=1.0, pressure=1.0, modulus=4.0).round(6)
+    array([0.5    , 0.31831])
+    """
+    xi = _checks.depths("r", r) / _checks.positive("the radius a", a)
+    beyond = np.where(xi > 1, xi, 2.0)
+    complement = (1 - 1 / beyond) * (1 + 1 / beyond)
+    outside = complement * elliprd(0.0, 1.0, complement) / (3 * beyond)
+    shape = np.where(xi > 1, outside, ellipe(np.minimum(xi, 1.0) ** 2))
+    return np.asarray(4 * pressure * a / (np.pi * _checks.positive("the modulus", modulus)) * shape)
+
+
+def uniform_stress_on_axis(z: ArrayLike, *, a: float, pressure: float, nu: float) -> AxisymmetricStress:
+    """Return the stress at depths z below the centre of a uniformly loaded disc.
+
+    Parameters
+    ----------
+    z : array_like
+        Depth, any shape.
+    a : float
+        Radius of the disc.
+    pressure : float
+        Pressure, positive into the body.
+    nu : float
+        Poisson's ratio.
+
+    Returns
+    -------
+    AxisymmetricStress
+        Stress components, tension positive, shape of `z`; radial and hoop stress are equal.
+
+    Raises
+    ------
+    InputError
+        If a depth is negative or not finite, or the radius not positive.
+
+    References
+    ----------
+    Johnson 1985, eqs. (3.33); S. P. Timoshenko & J. N. Goodier, Theory of Elasticity, 3rd ed. 1970, art. 139.
+
+    Examples
+    --------
+    >>> stress = uniform_stress_on_axis([0.0, 1.0], a=1.0, pressure=1.0, nu=0.25)
+    >>> stress.zz.round(4), stress.rr.round(4)
+    (array([-1.    , -0.6464]), array([-0.75  , -0.0429]))
+    """
+    zeta = _checks.depths("z", z) / _checks.positive("the radius a", a)
+    root = np.hypot(1, zeta)
+    cosine = zeta / root
+    # 1 - z/sqrt(1 + z^2) and 1 - (z/sqrt(1 + z^2))^3 without the subtraction that fails at great depth.
+    first = 1 / (root * (root + zeta))
+    third = first * (1 + cosine + cosine**2)
+    lateral = -pressure * ((1 + 2 * nu) * first / 2 - cosine / (2 * root**2))
+    return AxisymmetricStress(rr=lateral, tt=lateral, zz=-pressure * third, rz=np.zeros_like(zeta))

@@ -338,14 +338,12 @@ def spheres(
     """
     R = relative_radius(radii)
     E_star = pair_modulus(materials)
-    _checks.one_of("force", force, "approach", approach)
-    if force is not None:
-        a = math.cbrt(3 * _checks.positive("the force", force) * R / (4 * E_star))
+    name, value = _checks.one_of(force=force, approach=approach)
+    if name == "force":
+        load, a = value, math.cbrt(3 * value * R / (4 * E_star))
         delta = a * (a / R)
     else:
-        assert approach is not None
-        delta = _checks.positive("the approach", approach)
-        a = math.sqrt(R * delta)
+        delta, a = value, math.sqrt(R * value)
+        load = 4 * E_star * a * delta / 3
     p0 = 2 * E_star * a / (np.pi * R)
-    load = float(force) if force is not None else 4 * E_star * a * delta / 3
     return CircularContact(force=load, approach=delta, a=a, p0=p0, R=R, E_star=E_star, materials=materials)

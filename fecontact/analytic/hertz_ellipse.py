@@ -326,18 +326,15 @@ def ellipse(
     """
     A, B, direction = _gap_coefficients(radii, _checks.finite("the angle", angle))
     E_star = pair_modulus(materials)
-    _checks.one_of("force", force, "approach", approach)
+    name, value = _checks.one_of(force=force, approach=approach)
     k = _axis_ratio(B / A)
     # a^3 = P R_D / (2 pi E* A) and delta = 3 P R_F / (2 pi E* a), in which R_F is K(e).
     second, first = float(elliprd(0.0, k**2, 1.0)), float(elliprf(0.0, k**2, 1.0))
-    if force is not None:
-        load = _checks.positive("the force", force)
-        a = math.cbrt(load * second / (2 * math.pi * E_star * A))
+    if name == "force":
+        load, a = value, math.cbrt(value * second / (2 * math.pi * E_star * A))
         delta = 3 * load * first / (2 * math.pi * E_star * a)
     else:
-        assert approach is not None
-        delta = _checks.positive("the approach", approach)
-        a = math.sqrt(delta * second / (3 * A * first))
+        delta, a = value, math.sqrt(value * second / (3 * A * first))
         load = 2 * math.pi * E_star * a * delta / (3 * first)
     b = k * a
     return EllipticalContact(

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from fecontact.analytic import _checks
+from fecontact.analytic._functions import trough_gap
 from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import SymmetryPlaneStress
@@ -150,10 +151,6 @@ class LineContact:
         InputError
             If a distance is not finite.
 
-        Notes
-        -----
-        With cosh t = x/a the gap is (a^2/(2R)) (sinh(2t)/2 - t), evaluated by its series near the edge.
-
         References
         ----------
         Johnson 1985, section 4.2(c).
@@ -164,16 +161,8 @@ class LineContact:
         >>> contact.gap([0.0, 1.0, 2.0]).round(6)
         array([0.      , 0.      , 0.107357])
         """
-        xi = np.maximum(np.abs(_checks.coordinates("x", x)) / self.a, 1.0)
-        root = np.sqrt((xi - 1) * (xi + 1))
-        t = np.arcsinh(root)
-        twice = np.minimum(2 * t, 1.0)
-        # sinh(y) - y = y^3/6 (1 + y^2/20 (1 + y^2/42 (1 + ...))); for y <= 1 the first term left out is 3e-17 of it.
-        series = np.ones_like(twice)
-        for n in range(8, 1, -1):
-            series = 1 + twice**2 / (2 * n * (2 * n + 1)) * series
-        near = twice**3 / 12 * series
-        return np.asarray(self.a * (self.a / self.R) / 2 * np.where(2 * t < 1, near, xi * root - t))
+        xi = np.abs(_checks.coordinates("x", x)) / self.a
+        return np.asarray(self.a * (self.a / self.R) / 2 * trough_gap(xi))
 
     def stress(self, x: ArrayLike, z: ArrayLike, body: int = 0) -> SymmetryPlaneStress:
         """Return the stress at points below the surface of one body.

@@ -1,0 +1,238 @@
+"""Line contact of a sinusoidal surface with a flat half-space (Westergaard 1939)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import hyp2f1
+
+from fecontact.analytic import _checks
+from fecontact.analytic._functions import trough_gap
+from fecontact.analytic._table import table
+from fecontact.errors import InputError
+
+
+@dataclass(frozen=True)
+class SinusoidContact:
+    """Contact of the surface Delta cos(2 pi x/lambda) with a flat, crests at x = 0; made by `westergaard`.
+
+    Parameters
+    ----------
+    mean_pressure : float
+        Load per length over the wavelength.
+    closing_pressure : float
+        Mean pressure p* = pi E* Delta/lambda at which contact becomes complete.
+    a : float
+        Half-width of the contact at each crest; lambda/2 in complete contact.
+    mean_gap : float
+        Mean distance of the deformed surfaces over a wavelength.
+    amplitude, wavelength : float
+        Delta and lambda.
+    E_star : float
+        Contact modulus.
+
+    References
+    ----------
+    H. M. Westergaard, J. Appl. Mech. 6 (1939) 49; K. L. Johnson, Contact Mechanics, 1985, section 13.2.
+
+    Examples
+    --------
+    >>> print(westergaard(amplitude=0.01, wavelength=1.0, modulus=100.0, mean_pressure=np.pi / 2))
+    Westergaard's sinusoid
+      mean pressure     pm      1.5708
+      closing pressure  p*      3.14159
+      maximum pressure  p0      4.44288
+      half-width        a       0.25
+      area fraction     2a/lam  0.5
+      mean gap          g       0.00153426
+      amplitude         Delta   0.01
+      wavelength        lam     1
+      contact modulus   E*      100
+    """
+
+    mean_pressure: float
+    closing_pressure: float
+    a: float
+    mean_gap: float
+    amplitude: float
+    wavelength: float
+    E_star: float
+
+    @property
+    def complete(self) -> bool:
+        """Whether the surfaces touch everywhere."""
+        return self.mean_pressure >= self.closing_pressure
+
+    @property
+    def area_fraction(self) -> float:
+        """2 a / lambda."""
+        return 2 * self.a / self.wavelength
+
+    @property
+    def max_pressure(self) -> float:
+        """Pressure at the crests."""
+        if self.complete:
+            return self.mean_pressure + self.closing_pressure
+        return 2 * math.sqrt(self.mean_pressure * self.closing_pressure)
+
+    def pressure(self, x: ArrayLike) -> NDArray[np.float64]:
+        """Return the pressure, zero in the gaps.
+
+        Parameters
+        ----------
+        x : array_like
+            Coordinate from a crest, any sign and shape.
+
+        Returns
+        -------
+        numpy.ndarray
+            Pressure, compression positive, shape of `x`.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not finite.
+
+        References
+        ----------
+        Westergaard 1939; Johnson 1985, eqs. (13.4)-(13.7).
+
+        Examples
+        --------
+        >>> contact = westergaard(amplitude=0.01, wavelength=1.0, modulus=100.0, mean_pressure=np.pi / 2)
+        >>> contact.pressure([0.0, 0.125, 0.5, 1.0]).round(6)
+        array([4.442883, 3.451618, 0.      , 4.442883])
+        """
+        psi = np.pi * self._phase(x)
+        if self.complete:
+            return np.asarray(self.mean_pressure + self.closing_pressure * np.cos(2 * psi))
+        if self.a == 0:
+            return np.zeros_like(psi)
+        edge = np.pi * self.a / self.wavelength
+        # sin^2(edge) - sin^2(psi) = sin(edge - psi) sin(edge + psi) keeps its digits near the edge.
+        open_part = np.maximum(np.sin(edge - psi) * np.sin(edge + psi), 0.0)
+        inside = np.abs(psi) < edge
+        return np.asarray(np.where(inside, 2 * self.closing_pressure * np.cos(psi) * np.sqrt(open_part), 0.0))
+
+    def gap(self, x: ArrayLike) -> NDArray[np.float64]:
+        """Return the distance of the deformed surfaces, zero where they touch.
+
+        Parameters
+        ----------
+        x : array_like
+            Coordinate from a crest, any sign and shape.
+
+        Returns
+        -------
+        numpy.ndarray
+            Gap, shape of `x`.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not finite.
+
+        Notes
+        -----
+        The slope of the gap is the analytic continuation of the pressure; its integral is
+        2 Delta (s sqrt(s^2 - s_a^2) - s_a^2 arccosh(s/s_a)) with s = |sin(pi x/lambda)|, s_a its value at x = a.
+
+        References
+        ----------
+        Johnson 1985, section 13.2, integrated.
+
+        Examples
+        --------
+        >>> contact = westergaard(amplitude=0.01, wavelength=1.0, modulus=100.0, mean_pressure=np.pi / 2)
+        >>> contact.gap([0.0, 0.25, 0.5]).round(6)
+        array([0.      , 0.      , 0.005328])
+        """
+        s = np.abs(np.sin(np.pi * self._phase(x)))
+        if self.complete:
+            return np.zeros_like(s)
+        edge = math.sin(math.pi * self.a / self.wavelength)
+        if edge == 0:
+            return np.asarray(2 * self.amplitude * s**2)
+        return np.asarray(2 * self.amplitude * edge**2 * trough_gap(s / edge))
+
+    def _phase(self, x: ArrayLike) -> NDArray[np.float64]:
+        """Return x/lambda reduced to the nearest crest."""
+        phase = _checks.coordinates("x", x) / self.wavelength
+        return np.asarray(phase - np.round(phase))
+
+    def __str__(self) -> str:
+        return table(
+            "Westergaard's sinusoid",
+            [
+                ("mean pressure", "pm", self.mean_pressure),
+                ("closing pressure", "p*", self.closing_pressure),
+                ("maximum pressure", "p0", self.max_pressure),
+                ("half-width", "a", self.a),
+                ("area fraction", "2a/lam", self.area_fraction),
+                ("mean gap", "g", self.mean_gap),
+                ("amplitude", "Delta", self.amplitude),
+                ("wavelength", "lam", self.wavelength),
+                ("contact modulus", "E*", self.E_star),
+            ],
+        )
+
+
+def westergaard(*, amplitude: float, wavelength: float, modulus: float, mean_pressure: float) -> SinusoidContact:
+    """Return the contact of a sinusoidal surface with a flat one under a mean pressure.
+
+    Parameters
+    ----------
+    amplitude, wavelength : float
+        Delta and lambda of the surface Delta cos(2 pi x/lambda), positive; plane strain.
+    modulus : float
+        Contact modulus E*.
+    mean_pressure : float
+        Load per area, zero or positive.
+
+    Returns
+    -------
+    SinusoidContact
+        Half-width, mean gap and, by its methods, the fields.
+
+    Raises
+    ------
+    InputError
+        If a number is not positive, or the mean pressure negative.
+
+    Notes
+    -----
+    sin^2(pi a/lambda) = pm/p* = beta; mean gap = Delta (1 - beta + beta log beta), written with a hypergeometric
+    function in 1 - beta so that it keeps its digits close to complete contact.
+
+    References
+    ----------
+    Westergaard 1939; Johnson 1985, eqs. (13.6)-(13.8).
+
+    Examples
+    --------
+    >>> westergaard(amplitude=0.01, wavelength=1.0, modulus=100.0, mean_pressure=4.0).complete
+    True
+    """
+    delta, lam = _checks.positive("the amplitude", amplitude), _checks.positive("the wavelength", wavelength)
+    E_star = _checks.positive("the modulus", modulus)
+    pm = _checks.finite("the mean pressure", mean_pressure)
+    if pm < 0:
+        raise InputError(f"Expected a mean pressure >= 0 (compression positive); found {mean_pressure!r}.")
+    closing = math.pi * E_star * delta / lam
+    closed = min(pm / closing, 1.0)
+    still_open = max((closing - pm) / closing, 0.0)
+    # atan2 of both shares: arcsin alone would lose half the digits close to complete contact.
+    a = lam / math.pi * math.atan2(math.sqrt(closed), math.sqrt(still_open))
+    mean_gap = delta * still_open**2 / 2 * float(hyp2f1(1.0, 1.0, 3.0, still_open))
+    return SinusoidContact(
+        mean_pressure=pm,
+        closing_pressure=closing,
+        a=a,
+        mean_gap=mean_gap,
+        amplitude=delta,
+        wavelength=lam,
+        E_star=E_star,
+    )
