@@ -169,7 +169,7 @@ class AxisymmetricContact:
         --------
         >>> contact = indent(slope=lambda r: r, modulus=np.pi / 2, a=1.0)
         >>> contact.pressure([0.0, 0.6, 2.0]).round(9)
-        array([nan, 0.8, 0. ])
+        array([1. , 0.8, 0. ])
         """
         radii = _checks.depths("r", r)
         values = [self._pressure_at(float(radius)) for radius in radii.ravel()]

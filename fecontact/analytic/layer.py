@@ -447,8 +447,8 @@ def thin_incompressible(*, radius: float, thickness: float, material: Material, 
     -----
     Material is displaced sideways by the pressure gradient as in a lubricating film, delta - r^2/(2R) =
     -(h^3/(3G)) lap p, with p and its gradient zero at the edge: p = (3 G/(32 R h^3)) (a^2 - r^2)^2. The error falls
-    only as h/a: for nu = 0.499999 the exact force is 2.2, 1.33 and 1.19 times this one at a/h = 10, 30 and 50, the approach
-    1.25, 1.09 and 1.06 times. An order of magnitude, not a target.
+    only as h/a: for nu = 0.499999 the exact force is 2.2, 1.33 and 1.19 times this one at a/h = 10, 30 and 50, the
+    approach 1.25, 1.09 and 1.06 times. An order of magnitude, not a target.
 
     References
     ----------

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import hyp2f1
+from scipy.special import beta, betainc, hyp2f1
 
 from fecontact.analytic import _checks
 from fecontact.analytic._functions import arctan_defect
@@ -293,8 +293,8 @@ class PowerPunch:
 
         Notes
         -----
-        (n E* delta/(pi a)) times the integral of s^(n-1)/sqrt(s^2 - x^2) over s = x ... 1, x = r/a, which is
-        sqrt(1 - x^2) F(1 - n/2, 1; 3/2; 1 - x^2). For the cone it is arccosh(1/x).
+        (n E* delta/(pi a)) times the integral of s^(n-1)/sqrt(s^2 - x^2) over s = x ... 1, x = r/a, which is a
+        hypergeometric function of 1 - x^2. For the cone it is arccosh(1/x).
 
         References
         ----------
@@ -308,13 +308,7 @@ class PowerPunch:
         """
         xi = _checks.depths("r", r) / self.a
         n = self.exponent
-        complement = np.maximum((1 - xi) * (1 + xi), 0.0)
-        if n == 1:
-            with np.errstate(divide="ignore"):
-                shape = np.arccosh(np.maximum(1 / xi, 1.0))
-        else:
-            shape = np.sqrt(complement) * hyp2f1(1 - n / 2, 1.0, 1.5, complement)
-        return np.asarray(n * self.E_star * self.approach / (np.pi * self.a) * shape)
+        return np.asarray(n * self.E_star * self.approach / (np.pi * self.a) * _power_shape(xi, n))
 
     def displacement(self, r: ArrayLike) -> NDArray[np.float64]:
         """Return the normal surface displacement, inside and outside the contact.
@@ -366,6 +360,24 @@ class PowerPunch:
                 ("contact modulus", "E*", self.E_star),
             ],
         )
+
+
+def _power_shape(xi: NDArray[np.float64], n: float) -> NDArray[np.float64]:
+    """Return the integral of s^(n-1)/sqrt(s^2 - xi^2) over s = xi ... 1, zero for xi >= 1."""
+    complement = np.maximum((1 - xi) * (1 + xi), 0.0)
+    if n == 1:
+        with np.errstate(divide="ignore"):
+            return np.arccosh(np.maximum(1 / xi, 1.0))
+    wide = np.sqrt(complement) * hyp2f1(1 - n / 2, 1.0, 1.5, complement)
+    if n >= 3:
+        return np.asarray(wide)
+    # Below n = 3 the function varies as xi^(n-1) near the axis, which 1 - xi^2 no longer shows: incomplete beta
+    # functions instead, by one step of the recurrence (n - 1) J_n = sqrt(1 - xi^2) + (n - 2) xi^2 J_(n-2) if n > 1.
+    power = (1 - n) / 2 if n < 1 else (3 - n) / 2
+    with np.errstate(divide="ignore"):
+        tip = xi ** (n - 1) / 2 * beta(0.5, power) * betainc(0.5, power, complement)
+    close = tip if n < 1 else (np.sqrt(complement) + (n - 2) * tip) / (n - 1)
+    return np.where(xi < 0.5, close, wide)
 
 
 def power(
@@ -465,7 +477,7 @@ def cone(
     >>> round(cone(angle=0.1, modulus=1.0, a=1.0).approach, 6)
     0.157605
     """
-    beta = _checks.positive("the angle", angle)
-    if beta >= math.pi / 2:
+    side = _checks.positive("the angle", angle)
+    if side >= math.pi / 2:
         raise InputError(f"Expected an angle between the cone and the surface below pi/2 (radians); found {angle!r}.")
-    return power(coefficient=math.tan(beta), exponent=1.0, modulus=modulus, force=force, approach=approach, a=a)
+    return power(coefficient=math.tan(side), exponent=1.0, modulus=modulus, force=force, approach=approach, a=a)
