@@ -1,4 +1,4 @@
-"""Primal-dual active set: the fast solver, five or six Cholesky solves whatever the number of points.
+"""Primal-dual active set: the fast solver, a few Cholesky solves whatever the number of points.
 
 The step is Newton's on min(x, w) = 0 (Hintermueller, Ito & Kunisch 2002): solve with the points thought to touch,
 then let go of those that pull and take in those that penetrate. It is finite in practice but can cycle, so it
@@ -14,33 +14,35 @@ import numpy as np
 from fecontact.solvers.equality import PointSet, first_touch, solve_on
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import Status
-from fecontact.solvers.scaling import ScaledProblem
+from fecontact.solvers.projected_cg import projected_cg
+from fecontact.solvers.scaling import ROUNDING, SMALLEST, ScaledProblem
+
+GUESSES = 10
+"""Steps of projected conjugate gradients that guess the first set: each costs a product, not a factorisation."""
 
 PATIENCE = 8
 """Full exchanges without progress before single ones."""
 
-ROUNDING = 1e-13
-"""A force or a gap of this size, relative to the largest in its solve, has no sign."""
-
 DEPENDENT_GAP = 1e-11
-"""The same for the gap of a point that depends on others in touch: it closes only as exactly as it depends."""
+"""A gap of this size at a point that depends on those in touch is closed: it closes as exactly as it depends."""
 
 
-def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterations: int = 200) -> Outcome:
+def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterations: int = 100) -> Outcome:
     """Solve by the primal-dual active-set method.
 
     Parameters
     ----------
     problem : ScaledProblem
     start : ndarray of bool, shape (n,), optional
-        Points thought to touch.
+        Points thought to touch; ten steps of projected conjugate gradients guess them otherwise.
     max_iterations : int
         Largest number of solves.
 
     Returns
     -------
     Outcome
-        ``solved``, or ``cycling`` / ``iteration-limit`` / ``unbounded`` with the last iterate.
+        ``solved``, or ``cycling``, ``singular`` or ``iteration-limit`` with the last iterate. The history is the
+        largest force that pulls or penetration.
 
     Examples
     --------
@@ -51,9 +53,7 @@ def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_i
     >>> outcome.status.value, problem.forces(outcome.x).round(12).tolist()
     ('solved', [0.5, 0.5, 0.0])
     """
-    active = problem.g < 0 if start is None else start.copy()
-    if start is None and problem.r:
-        active[:] = False
+    active = projected_cg(problem, max_iterations=GUESSES).x > 0 if start is None else start.copy()
     fewest, patience = problem.n + 1, PATIENCE
     singles: set[bytes] = set()
     history: list[float] = []
@@ -91,13 +91,10 @@ def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_i
 
 def _wrong(problem: ScaledProblem, point: PointSet, active: np.ndarray) -> tuple[np.ndarray, float]:
     """Points that pull or penetrate, shape (n,), and the largest violation."""
-    deflection = problem.S @ point.x
-    rigid = problem.g + problem.B.T @ point.p
-    gap = deflection + rigid
-    scale = max(float(np.abs(deflection).max()), float(np.abs(rigid).max()))
-    limit = np.full(problem.n, ROUNDING)
-    limit[point.dropped] = DEPENDENT_GAP
+    gap, rounding = problem.gap_and_rounding(point.x, point.p)
+    limit = np.full(problem.n, rounding)
+    limit[point.dropped] = max(rounding, DEPENDENT_GAP * float(np.abs(gap).max()))
     pull = np.where(active, -point.x, 0.0)
     sink = np.where(active, 0.0, -gap)
-    wrong = (pull > ROUNDING * np.abs(point.x).max()) | (sink > limit * scale)
+    wrong = (pull > max(ROUNDING * float(np.abs(point.x).max()), SMALLEST)) | (sink > limit)
     return wrong, float(max(pull.max(), sink.max()))

@@ -142,12 +142,13 @@ def _factor(S: np.ndarray, V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     kept = np.ones(size, dtype=bool)
     if size == 0:
         return np.empty((0, 0)), kept
-    H = S + V.T @ V
-    factor, info = dpotrf(H, lower=1, clean=1)
+    # the transpose is the same matrix in the order LAPACK wants: factorised in place, no copy
+    factor, info = dpotrf((S + V.T @ V).T, lower=1, clean=0, overwrite_a=1)
     if info == 0 and (factor.diagonal() ** 2).min() > DEPENDENT:
         return factor, kept
-    factor, order, rank, _ = dpstrf(H, tol=DEPENDENT * H.diagonal().max(), lower=1)
+    H = S + V.T @ V
+    _, order, rank, _ = dpstrf(H, tol=DEPENDENT * H.diagonal().max(), lower=1)
     kept[order[rank:] - 1] = False
     # the kept points in their own order: pivoting has chosen them, plain Cholesky is safe on them
-    factor, _ = dpotrf(H[np.ix_(kept, kept)], lower=1, clean=1)
+    factor, _ = dpotrf(H[np.ix_(kept, kept)], lower=1, clean=0)
     return factor, kept

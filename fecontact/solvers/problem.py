@@ -30,6 +30,9 @@ SYMMETRY_TOLERANCE = 1e-8
 GAP_FLOOR = 1e-3
 """Share of the largest gap below which the elastic deflection is not used as the scale of gaps."""
 
+TERM_FLOOR = 1e-4
+"""The same for the terms of the gap, g and B^T q, one by one: where they cancel, their rounding must not count."""
+
 ROW_FLOOR = 1e-6
 """Share of the largest row of B below which a row is judged by that share: such a row is a rounding residue."""
 
@@ -96,8 +99,9 @@ class Residuals:
     Notes
     -----
     Force scale: the sum of |l|, or, if larger, the load, each F_j over the largest entry of its row of B.
-    Gap scale: the largest elastic deflection |S l|, but not less than 1e-3 of the largest |g + B^T q|
-    (rigid bodies have no deflection). Row scale: the row's largest entry times the force scale, plus |F_j|.
+    Gap scale: the largest elastic deflection |S l|, but not less than 1e-3 of the largest |g + B^T q| (rigid
+    bodies have no deflection) or 1e-4 of the largest |g| or |B^T q| (rounding). Row scale: the row's largest
+    entry times the force scale, plus |F_j|.
     All follow a change of units, and a residual that is exactly zero stays zero whatever the scales.
     """
 
@@ -219,7 +223,7 @@ class ComplementarityProblem:
         >>> import numpy as np
         >>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([-1.0, 1.0]))
         >>> problem.residuals(np.array([0.5, 0.0]), np.zeros(0)).penetration
-        0.5
+        1.0
         """
         forces, q = np.asarray(forces, dtype=float), np.asarray(q, dtype=float)
         if forces.shape != (self.n,) or q.shape != (self.m,):
@@ -230,9 +234,11 @@ class ComplementarityProblem:
         if not (np.isfinite(forces).all() and np.isfinite(q).all()):
             return Residuals(np.inf, np.inf, np.inf, np.inf)
         deflection = np.asarray(self.S @ forces)
-        rigid = self.g + self.B.T @ q
+        motion = self.B.T @ q
+        rigid = self.g + motion
         gap = deflection + rigid
-        gap_scale = max(_largest(deflection), GAP_FLOOR * _largest(rigid))
+        terms = max(_largest(self.g), _largest(motion))
+        gap_scale = max(_largest(deflection), GAP_FLOOR * _largest(rigid), TERM_FLOOR * terms)
         row = np.abs(self.B).max(axis=1, initial=0.0)
         row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
         force_scale = max(float(np.abs(forces).sum()), _largest(_ratio(self.F, row)))
@@ -339,7 +345,7 @@ def _check_compliance(S: np.ndarray) -> None:
         strip = slice(first, first + 512)
         difference = np.abs(S[strip, : first + 512] - S[: first + 512, strip].T)
         if difference.max() > SYMMETRY_TOLERANCE * largest:
-            i, k = np.unravel_index(int(difference.argmax()), difference.shape)
+            i, k = (int(index) for index in np.unravel_index(int(difference.argmax()), difference.shape))
             raise InputError(
                 f"S must be symmetric; found S[{first + i}, {k}] = {S[first + i, k]:.6g} and "
                 f"S[{k}, {first + i}] = {S[k, first + i]:.6g}."

@@ -1,44 +1,137 @@
 """One door to all solvers: names, options, the certificate and the fall-back.
 
-No solver certifies itself. Its outcome is mapped back, its residuals are recomputed from the problem, and only
-what passes is returned.
+No solver certifies itself. Its outcome is mapped back to the units of the problem, sharpened by an equality solve on
+the points it says are in touch, and its residuals are recomputed from the problem. Only what passes is returned.
+
+=================  ====================================================================================
+``wolfe``          Wolfe's simplex, short form: the reference; S positive definite on the free motions
+``lemke``          complementary pivoting: any semidefinite S, finite; n up to about a thousand
+``active-set``     primal-dual active set: the fastest; S positive definite on the points in touch
+``projected-cg``   matrix products only: large n, S may be a `scipy.sparse.linalg.LinearOperator`
+``nnls``           Lawson and Hanson's method with equality rows: any semidefinite S
+others             back-ends of `qpsolvers` that are installed
+=================  ====================================================================================
 """
 
 from __future__ import annotations
 
+import inspect
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from scipy.sparse.linalg import LinearOperator
 
 from fecontact.errors import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers.active_set import active_set
+from fecontact.solvers.lemke import lemke
+from fecontact.solvers.nnls import nnls
 from fecontact.solvers.outcome import Outcome
-from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Solution, Status
+from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Residuals, Solution, Status
+from fecontact.solvers.projected_cg import projected_cg
+from fecontact.solvers.qp import backend, backends
+from fecontact.solvers.refine import polish
 from fecontact.solvers.scaling import ScaledProblem
+from fecontact.solvers.wolfe import wolfe
 
-SOLVERS: dict[str, Callable[..., Outcome]] = {"active-set": active_set}
+NATIVE: dict[str, Callable[..., Outcome]] = {
+    "wolfe": wolfe,
+    "lemke": lemke,
+    "active-set": active_set,
+    "projected-cg": projected_cg,
+    "nnls": nnls,
+}
+
+FALL_BACK = ("active-set", "nnls", "lemke")
+"""What ``auto`` tries, the fastest first and the one that is finite for every semidefinite S last."""
+
+FEW_SOLVES = 10
+"""Equality solves that sharpen the answer of a back-end; one has to do for the exact methods."""
+
+NO_FORCE = 1e-13
+"""Without any load, forces of this size (for data of order one) are rounding and there is no contact force."""
 
 
 def available_solvers() -> tuple[str, ...]:
-    """Names that `solve` accepts besides ``auto``."""
-    return tuple(SOLVERS)
+    """Names that `solve` accepts besides ``auto``: our own first, then the installed back-ends of `qpsolvers`.
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> available_solvers()[:5]
+    ('wolfe', 'lemke', 'active-set', 'projected-cg', 'nnls')
+    """
+    return (*NATIVE, *backends())
 
 
 def solve(
     problem: ComplementarityProblem,
     solver: str = "auto",
     *,
-    start: np.ndarray | None = None,
+    start: np.ndarray | Solution | None = None,
     tolerance: float = 1e-10,
     **options: object,
 ) -> Solution:
-    """Certified answer of a contact problem, or an error that says why there is none."""
+    """Certified answer of a contact problem, or an error that says why there is none.
+
+    Parameters
+    ----------
+    problem : ComplementarityProblem
+    solver : str
+        ``auto`` or one of `available_solvers`. ``auto`` tries the fast method and falls back on the finite ones.
+    start : ndarray of bool or float, shape (n,), or Solution, optional
+        Points thought to touch, or forces that are positive there. A hint: methods that have no use for it
+        ignore it, and the answer does not depend on it.
+    tolerance : float
+        Largest relative residual of a certified answer; ten times that for the penetration.
+    **options
+        ``max_iterations`` of our own solvers; ``settings`` (a mapping) of the back-ends.
+
+    Returns
+    -------
+    Solution
+        With ``success`` True.
+
+    Raises
+    ------
+    InputError
+        For an option that the solver does not have, or a start that does not fit.
+    SolverNotFoundError
+        For a solver that is unknown or not installed.
+    InfeasibleLoadError
+        If no forces l >= 0 balance the load; its ``direction`` is the motion.
+    SolverError
+        If no certified answer was found.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.solvers import ComplementarityProblem, solve
+    >>> problem = ComplementarityProblem(
+    ...     S=np.eye(3), g=np.array([0.0, 0.0, 9.0]), B=np.ones((1, 3)), F=np.array([1.0])
+    ... )
+    >>> solution = solve(problem)
+    >>> solution.forces.round(12).tolist(), solution.q.round(12).tolist(), solution.status.value
+    ([0.5, 0.5, 0.0], [-0.5], 'solved')
+    """
     solution = attempt(problem, solver, start=start, tolerance=tolerance, **options)
     if solution.status is Status.INFEASIBLE:
         raise InfeasibleLoadError(solution.message, solution.q)
     if not solution.success:
-        raise SolverError(f"{solution.solver}: {solution.status}: {solution.message} ({solution.residuals}).")
+        advice = (
+            "Check that S is positive semidefinite and that the interference can be removed by a deflection."
+            if solver == "auto"
+            else "Use solver='auto', which falls back on methods that stand a singular compliance."
+        )
+        raise SolverError(
+            f"No certified answer from solver {solver!r}: {solution.message} "
+            f"(status {solution.status.value}; {solution.residuals}; tolerance {tolerance:.0e}). {advice}"
+        )
     return solution
 
 
@@ -46,55 +139,160 @@ def attempt(
     problem: ComplementarityProblem,
     solver: str = "auto",
     *,
-    start: np.ndarray | None = None,
+    start: np.ndarray | Solution | None = None,
     tolerance: float = 1e-10,
     **options: object,
 ) -> Solution:
-    """As `solve`, but a failure comes back as a `Solution` with ``success`` False."""
+    """As `solve`, but a failure comes back as a `Solution` with ``success`` False: for comparisons.
+
+    Parameters
+    ----------
+    problem, solver, start, tolerance, **options
+        As in `solve`.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    InputError, SolverNotFoundError
+        As in `solve`.
+    SolverError
+        If the compliance is an operator and the solver needs an array.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.solvers import ComplementarityProblem
+    >>> pulled = ComplementarityProblem(S=np.eye(1), g=np.ones(1), B=np.ones((1, 1)), F=np.array([-1.0]))
+    >>> solution = attempt(pulled)
+    >>> solution.success, solution.status.value, solution.q.tolist()
+    (False, 'infeasible', [1.0])
+    """
     began = time.perf_counter()
-    names = ("active-set",) if solver == "auto" else (solver,)
-    if names[0] not in SOLVERS:
-        raise SolverNotFoundError(f"Unknown solver {solver!r}; available: auto, {', '.join(available_solvers())}.")
-    if options:
-        raise InputError(f"Unknown options {sorted(options)}.")
+    names = _chain(problem, solver)
+    _check_options(names, options)
+    touching = _touching(problem, start)
     scaled = problem.scaled()
-    if not scaled.F.any() and not scaled.inconsistency.any() and scaled.g.min() >= 0:
-        nothing = Outcome(np.zeros(scaled.n), np.zeros(scaled.r), Status.NO_CONTACT, "nothing touches", 0)
-        return _judge(problem, scaled, nothing, solver, tolerance, began)
-    if (direction := scaled.free_direction()) is not None:
-        message = "no contact forces l >= 0 balance the load; q is a motion that the load pushes and no point resists"
-        zero = np.zeros(problem.n)
-        residuals = problem.residuals(zero, np.zeros(problem.m))
-        gap = problem.gap(zero, direction)
-        seconds = time.perf_counter() - began
-        return Solution(zero, direction, gap, False, Status.INFEASIBLE, message, 0, solver, residuals, seconds)
-    outcome = SOLVERS[names[0]](scaled, start, **options)
-    return _judge(problem, scaled, outcome, names[0], tolerance, began)
+    simple = _without_solver(problem, scaled, solver)
+    if simple is not None:
+        return replace(simple, seconds=time.perf_counter() - began)
+    failures: list[Solution] = []
+    for name in names:
+        solution = _certified(problem, scaled, name, touching, tolerance, options)
+        solution = replace(solution, seconds=time.perf_counter() - began)
+        if solution.success:
+            return solution
+        failures.append(solution)
+    best = min(failures, key=lambda failure: failure.residuals.worst)
+    if len(failures) == 1:
+        return best
+    status = Status.UNBOUNDED if failures[-1].status is Status.RAY else best.status
+    message = "; ".join(f"{failure.solver}: {failure.message}" for failure in failures)
+    return replace(best, status=status, message=message, seconds=failures[-1].seconds)
 
 
-def _judge(
+def _function(name: str) -> Callable[..., Outcome]:
+    return NATIVE[name] if name in NATIVE else partial(backend, name=name)
+
+
+def _chain(problem: ComplementarityProblem, solver: str) -> tuple[str, ...]:
+    """Names to try one after the other."""
+    operator = isinstance(problem.S, LinearOperator)
+    if solver == "auto":
+        return ("projected-cg",) if operator else FALL_BACK
+    if solver not in NATIVE and solver not in backends():
+        raise SolverNotFoundError(
+            f"There is no solver {solver!r} here. Available: auto, {', '.join(available_solvers())}. "
+            "More come with the back-ends of qpsolvers: pip install 'fecontact[qp]'."
+        )
+    if operator and solver != "projected-cg":
+        raise SolverError(
+            f"The solver {solver!r} needs the compliance as an array, and it is an operator. "
+            "Use solver='projected-cg' or 'auto', or form the array."
+        )
+    return (solver,)
+
+
+def _check_options(names: tuple[str, ...], options: dict[str, object]) -> None:
+    for name in names:
+        parameters = inspect.signature(NATIVE.get(name, backend)).parameters.values()
+        allowed = {each.name for each in parameters if each.kind is each.KEYWORD_ONLY} - {"name"}
+        if unknown := sorted(set(options) - allowed):
+            raise InputError(
+                f"The solver {name!r} has no option {', '.join(map(repr, unknown))}; "
+                f"its options are: {', '.join(sorted(allowed))}."
+            )
+
+
+def _touching(problem: ComplementarityProblem, start: np.ndarray | Solution | None) -> np.ndarray | None:
+    if start is None:
+        return None
+    mask = start.active if isinstance(start, Solution) else np.asarray(start) > 0
+    if mask.shape != (problem.n,):
+        raise InputError(f"start must have one entry per point, shape {(problem.n,)}; found {mask.shape}.")
+    return mask
+
+
+def _without_solver(problem: ComplementarityProblem, scaled: ScaledProblem, solver: str) -> Solution | None:
+    """Answer of the two cases that need no solver: nothing touches, or nothing can carry the load."""
+    zero, still = np.zeros(problem.n), np.zeros(problem.m)
+    if not problem.F.any() and problem.g.min() >= 0:
+        residuals = problem.residuals(zero, still)
+        return Solution(
+            zero, still, problem.g.copy(), True, Status.NO_CONTACT, "nothing touches", 0, solver, residuals, 0.0
+        )
+    direction = scaled.free_direction()
+    if direction is None:
+        return None
+    message = (
+        "No contact forces l >= 0 balance the load: along the motion q the load does work and no gap closes. "
+        "Hold that motion, or change the load."
+    )
+    gap, residuals = problem.gap(zero, direction), problem.residuals(zero, still)
+    return Solution(zero, direction, gap, False, Status.INFEASIBLE, message, 0, solver, residuals, 0.0)
+
+
+def _certified(
     problem: ComplementarityProblem,
     scaled: ScaledProblem,
-    outcome: Outcome,
     name: str,
+    start: np.ndarray | None,
     tolerance: float,
-    began: float,
+    options: dict[str, object],
 ) -> Solution:
-    forces, q = scaled.forces(outcome.x), scaled.motion(outcome.p)
-    residuals = problem.residuals(forces, q)
-    claimed = outcome.status in (Status.SOLVED, Status.NO_CONTACT)
-    success = claimed and residuals.within(tolerance)
-    status = Status.REFUSED if claimed and not success else outcome.status
+    """Return what one solver found, sharpened and judged by the problem."""
+    outcome = _function(name)(scaled, start, **options)
+    best = _judge(problem, scaled, outcome)
+    if outcome.status is Status.SOLVED and isinstance(scaled.S, np.ndarray) and name != "active-set":
+        solves = 1 if name in NATIVE else FEW_SOLVES
+        candidates = polish(scaled, outcome.x, outcome.p, solves=solves)
+        best = min([best, *(_judge(problem, scaled, each) for each in candidates)], key=lambda judged: judged[2].worst)
+    forces, q, residuals = best
+    status, message = outcome.status, outcome.message
+    if status is Status.SOLVED and not residuals.within(tolerance):
+        status, message = Status.REFUSED, "the answer does not pass the certificate"
     return Solution(
         forces=forces,
         q=q,
         gap=problem.gap(forces, q),
-        success=success,
+        success=status is Status.SOLVED,
         status=status,
-        message=outcome.message,
+        message=message,
         nit=outcome.nit,
         solver=name,
         residuals=residuals,
-        seconds=time.perf_counter() - began,
+        seconds=0.0,
         history=tuple(outcome.history),
     )
+
+
+def _judge(
+    problem: ComplementarityProblem, scaled: ScaledProblem, outcome: Outcome
+) -> tuple[np.ndarray, np.ndarray, Residuals]:
+    """Return forces, multiplier and residuals in the units of the problem."""
+    idle = not problem.F.any() and outcome.x.max() < NO_FORCE
+    forces = np.zeros(problem.n) if idle else scaled.forces(outcome.x)
+    q = scaled.motion(outcome.p)
+    return forces, q, problem.residuals(forces, q)

@@ -22,6 +22,13 @@ UNBALANCED = 1e-10
 """Share of the load that may stay unbalanced when no forces l >= 0 carry it exactly."""
 
 
+ROUNDING = 1e-13
+"""A force or a gap of this size, relative to the largest in its solve, has no sign."""
+
+SMALLEST = 1e-15
+"""The same relative to the data, which are of order one."""
+
+
 @dataclass(frozen=True, eq=False)
 class ScaledProblem:
     """Problem in x, with l = force_scale * x and q = motion_map @ p.
@@ -69,16 +76,24 @@ class ScaledProblem:
         return self.S
 
     def forces(self, x: np.ndarray) -> np.ndarray:
-        """Forces of x, shape (n,)."""
+        """Return the forces of x, shape (n,)."""
         return self.force_scale * x
 
     def motion(self, p: np.ndarray) -> np.ndarray:
-        """Multiplier q of p, shape (m,); of least norm where the rows leave it open."""
+        """Return the multiplier q of p, shape (m,); of least norm where the rows leave it open."""
         return self.motion_map @ p
 
     def gap(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Nondimensional gap, shape (n,)."""
+        """Return the nondimensional gap, shape (n,)."""
         return np.asarray(self.S @ x + self.g + self.B.T @ p)
+
+    def gap_and_rounding(self, x: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, float]:
+        """Return the nondimensional gap, shape (n,), and the size below which its entries are rounding."""
+        deflection = np.asarray(self.S @ x)
+        motion = self.B.T @ p
+        rigid = self.g + motion
+        scale = max(float(np.abs(deflection).max()), float(np.abs(rigid).max()))
+        return deflection + rigid, ROUNDING * scale + SMALLEST * max(1.0, float(np.abs(motion).max()))
 
     def free_direction(self) -> np.ndarray | None:
         """Motion that the load pushes and no point resists, shape (m,), or None if the load can be balanced.

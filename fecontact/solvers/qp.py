@@ -1,0 +1,108 @@
+"""Back-ends of `qpsolvers`, on the nondimensional problem.
+
+Most of them stop when their own measure is small, far from the exact set of points in touch. The registry sharpens
+what they return on the set they found and then certifies it; what does not pass is refused.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_matrix
+
+from fecontact.solvers.outcome import Outcome
+from fecontact.solvers.problem import Status
+from fecontact.solvers.scaling import ScaledProblem
+
+ACCURATE: dict[str, dict[str, object]] = {
+    "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 50_000},
+    "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0},
+    "piqp": {"eps_abs": 1e-10, "eps_rel": 1e-10},
+    "scs": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 50_000},
+}
+"""Settings tighter than the back-ends' defaults, under their own names; the user's come on top."""
+
+
+def backends() -> tuple[str, ...]:
+    """Names of the installed back-ends.
+
+    Returns
+    -------
+    tuple of str
+        Empty if `qpsolvers` is not installed.
+
+    Examples
+    --------
+    >>> isinstance(backends(), tuple)
+    True
+    """
+    try:
+        import qpsolvers
+    except ImportError:
+        return ()
+    return tuple(sorted(qpsolvers.available_solvers))
+
+
+def backend(
+    problem: ScaledProblem,
+    start: np.ndarray | None = None,
+    *,
+    name: str,
+    settings: Mapping[str, object] | None = None,
+) -> Outcome:
+    """Solve with one back-end.
+
+    Parameters
+    ----------
+    problem : ScaledProblem
+    start : ndarray of bool, shape (n,), optional
+        Points thought to touch; only some back-ends use it.
+    name : str
+        One of `backends`.
+    settings : mapping, optional
+        Passed on to the back-end under its own names.
+
+    Returns
+    -------
+    Outcome
+        ``solved`` as the back-end claims it, or ``refused`` if it gave nothing. Its number of iterations is zero
+        where the back-end does not tell it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.solvers.scaling import scale
+    >>> problem = scale(np.eye(2), np.array([-1.0, 1.0]), np.empty((0, 2)), np.empty(0))
+    >>> backend(problem, name="osqp").x.round(6).tolist()
+    [1.0, 0.0]
+    """
+    import qpsolvers
+
+    sparse = name not in qpsolvers.dense_solvers
+    matrix = csc_matrix if sparse else np.asarray
+    rows = (matrix(problem.B), problem.F) if problem.r else (None, None)
+    given = qpsolvers.Problem(matrix(problem.matrix), problem.g, A=rows[0], b=rows[1], lb=np.zeros(problem.n))
+    x, p = np.zeros(problem.n), np.zeros(problem.r)
+    chosen: dict[str, Any] = {**ACCURATE.get(name, {}), **(settings or {})}
+    try:
+        with warnings.catch_warnings():
+            # what a back-end mutters about its own accuracy is settled by the certificate
+            warnings.simplefilter("ignore")
+            answer = qpsolvers.solve_problem(
+                given, solver=name, initvals=None if start is None else start.astype(float), **chosen
+            )
+    except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError) as error:
+        return Outcome(x, p, Status.REFUSED, f"the back-end gave up: {error}", 0)
+    if answer.x is None or not np.isfinite(answer.x).all():
+        return Outcome(x, p, Status.REFUSED, "the back-end found no answer", 0)
+    p = answer.y if answer.y is not None and len(answer.y) == problem.r else p
+    return Outcome(answer.x, np.asarray(p, dtype=float), Status.SOLVED, "solved", _iterations(answer.extras))
+
+
+def _iterations(extras: Mapping[str, Any]) -> int:
+    """Return the number of iterations from what the back-end tells about itself, zero if it does not."""
+    told = extras.get("iterations", getattr(extras.get("info"), "iter", 0))
+    return int(np.ravel(told)[0])

@@ -1,0 +1,198 @@
+"""Wolfe's simplex for quadratic programmes (1959), short form: the reference solver.
+
+The rows w - S l - B^T q = g and B l = F get artificial variables, and the simplex method drives these to zero with
+one restriction: a force and the gap of the same point are never basic together (a force may enter where the gap of
+its own point leaves, and the other way round). The multiplier q has any sign: the pair q+ - q- that a table of
+non-negative variables needs shares one column here, which may rise or fall and, once basic, never blocks.
+
+Order: Wolfe's own. First the load rows with only forces entering, then the others. One objective for both sets of
+artificials can end with the load not carried, even for a positive definite S: once all gaps are basic no force may
+enter.
+
+Limits: the short form needs S positive definite on the motions that B leaves, or g in the range of S. Otherwise
+artificials may stay positive; that is reported as status ``artificial`` and never returned as an answer. Use
+``lemke`` or ``nnls`` then.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fecontact.solvers.outcome import Outcome
+from fecontact.solvers.problem import Status
+from fecontact.solvers.scaling import ScaledProblem
+from fecontact.solvers.tableau import PIVOT, Dictionary
+
+LEFT_POSITIVE = 1e-10
+"""Sum of the artificial variables, relative to its first value, that counts as zero."""
+
+ROUNDING = 1e-14
+"""The same as an absolute number, for data of order one."""
+
+DEAD = -1
+"""Name of a column whose artificial variable has left for good."""
+
+
+def wolfe(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterations: int | None = None) -> Outcome:
+    """Solve by Wolfe's simplex with restricted basis entry.
+
+    Parameters
+    ----------
+    problem : ScaledProblem
+    start : ignored
+        The simplex has its own start.
+    max_iterations : int, optional
+        Largest number of pivots, 20 per point by default.
+
+    Returns
+    -------
+    Outcome
+        ``solved``, ``artificial`` or ``iteration-limit``. The history is the sum of the artificial variables.
+
+    Notes
+    -----
+    Names: l_k is k, w_k is n + k, z_k (artificial of the gap row k) 2 n + k, q_j 3 n + j, the artificial of load
+    row j is 3 n + r + j. As long as z_k is basic, the column of w_k is a single entry in the same row and is not
+    stored; when z_k leaves, its column becomes that of w_k. So the tableau has n columns and n + r rows.
+
+    References
+    ----------
+    P. Wolfe, The simplex method for quadratic programming, Econometrica 27 (1959) 382-398.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.solvers.scaling import scale
+    >>> problem = scale(np.eye(3), np.array([0.0, 0.0, 9.0]), np.ones((1, 3)), np.array([1.0]))
+    >>> outcome = wolfe(problem)
+    >>> outcome.status.value, problem.forces(outcome.x).round(12).tolist()
+    ('solved', [0.5, 0.5, 0.0])
+    """
+    n, r = problem.n, problem.r
+    table = _table(problem)
+    loads = _carry_loads(table, n, r)
+    limit = 20 * n + 50 if max_iterations is None else max_iterations
+    history, pivots, ended = _remove_artificials(table, n, r, limit)
+    names = table.row_names
+    x, p = np.zeros(n), np.zeros(r)
+    forces, motions = names < n, (names >= 3 * n) & (names < 3 * n + r)
+    x[names[forces]] = np.maximum(table.h[forces], 0.0)
+    p[names[motions] - 3 * n] = table.h[motions]
+    nit = loads + pivots
+    if history and history[-1] > max(LEFT_POSITIVE * history[0], ROUNDING):
+        status = Status.ARTIFICIAL if ended else Status.ITERATION_LIMIT
+        count = int(((names >= 2 * n) & (names < 3 * n) & (table.h > ROUNDING)).sum())
+        message = f"{count} artificial variables were left positive after {nit} pivots, their sum is {history[-1]:.2e}"
+        return Outcome(x, p, status, message, nit, history)
+    return Outcome(x, p, Status.SOLVED, "solved", nit, history)
+
+
+def _table(problem: ScaledProblem) -> Dictionary:
+    """Set up z = S l + B^T q + g in the gap rows (w left out, see the notes), v = +-(F - B l) in the load rows."""
+    n, r = problem.n, problem.r
+    sign = np.where(problem.F < 0, -1.0, 1.0)
+    T = np.zeros((n + r, n + r))
+    T[:n, :n] = problem.matrix
+    T[:n, n:] = problem.B.T
+    T[n:, :n] = -sign[:, None] * problem.B
+    names = np.concatenate([np.arange(n), 3 * n + np.arange(r)])
+    rows = np.concatenate([2 * n + np.arange(n), 3 * n + r + np.arange(r)])
+    return Dictionary(T, np.concatenate([problem.g, sign * problem.F]), rows, names)
+
+
+def _carry_loads(table: Dictionary, n: int, r: int) -> int:
+    """Drive the artificials of the load rows to zero with forces alone; the gap rows have no sign yet.
+
+    Returns the number of pivots. That the load can be carried was checked before.
+    """
+    pivots = 0
+    while (artificial := table.row_names >= 3 * n + r).any():
+        cost = table.T[artificial].sum(axis=0)
+        cost[table.column_names >= n] = 0.0
+        cost[table.column_names == DEAD] = 0.0
+        column = int(cost.argmin())
+        row = table.blocking(column, rows=artificial | (table.row_names < n)) if cost[column] < -PIVOT else -1
+        if row < 0:
+            # what is left is zero: any force that occurs in such a row may take it, without a step
+            row = int(np.flatnonzero(artificial)[0])
+            entries = np.where((table.column_names >= 0) & (table.column_names < n), np.abs(table.T[row]), 0.0)
+            column = int(entries.argmax())
+        table.exchange(row, column)
+        if table.column_names[column] >= 3 * n + r:
+            _bury(table, column)
+        pivots += 1
+    return pivots
+
+
+def _remove_artificials(table: Dictionary, n: int, r: int, limit: int) -> tuple[list[float], int, bool]:
+    """Phase with restricted basis entry: the sums of the artificials, the pivots, whether it came to its end."""
+    gap_rows = np.flatnonzero((table.row_names >= 2 * n) & (table.row_names < 3 * n))
+    below = gap_rows[table.h[gap_rows] < 0]
+    # artificials are not negative: z = gap - w where the gap is open, z = -gap + w where it is not
+    sign = np.ones(n)
+    sign[table.row_names[below] - 2 * n] = -1.0
+    table.negate_row(below)
+    table.reset_perturbation(table.row_names < 3 * n)
+    nit = _let_gaps_in(table, n, sign)
+    history = [_sum(table, n)]
+    while history[-1] > max(LEFT_POSITIVE * history[0], ROUNDING):
+        pivot = _restricted_entry(table, n)
+        if pivot is None:
+            return history, nit, True
+        if nit >= limit:
+            return history, nit, False
+        row, column = pivot
+        table.exchange(row, column)
+        left = table.column_names[column]
+        if 2 * n <= left < 3 * n:
+            # its row read z + sign w = ..., so the column of w is that of z times the sign
+            table.column_names[column] -= n
+            table.T[:, column] *= sign[left - 2 * n]
+        nit += 1 + _let_gaps_in(table, n, sign)
+        history.append(_sum(table, n))
+    return history, nit, True
+
+
+def _let_gaps_in(table: Dictionary, n: int, sign: np.ndarray) -> int:
+    """Let w_k take the row of z_k = gap - w wherever l_k is not basic: pivots on unit columns, only names change."""
+    names = table.row_names
+    forceless = np.ones(n, dtype=bool)
+    forceless[names[names < n]] = False
+    rows = np.flatnonzero((names >= 2 * n) & (names < 3 * n))
+    k = names[rows] - 2 * n
+    rows = rows[forceless[k] & (sign[k] > 0)]
+    names[rows] -= n
+    return len(rows)
+
+
+def _restricted_entry(table: Dictionary, n: int) -> tuple[int, int] | None:
+    """Pivot (row, column) with the most negative cost that never makes l_k and w_k basic together, or None."""
+    names = table.column_names
+    free = names >= 3 * n
+    cost = table.T[(table.row_names >= 2 * n) & (table.row_names < 3 * n)].sum(axis=0)
+    gain = np.where(free, np.abs(cost), -cost)
+    gain[names == DEAD] = 0.0
+    row_of = np.full(2 * n, -1)
+    basic = table.row_names < 2 * n
+    row_of[table.row_names[basic]] = np.flatnonzero(basic)
+    blocks = table.row_names < 3 * n
+    for column in np.argsort(-gain, kind="stable"):
+        if gain[column] <= PIVOT:
+            return None
+        name = names[column]
+        row = table.blocking(int(column), 1.0 if cost[column] < 0 else -1.0, rows=blocks)
+        if row < 0:
+            continue
+        partner = -1 if free[column] else row_of[(name + n) % (2 * n)]
+        if partner in (-1, row):
+            return row, int(column)
+    return None
+
+
+def _bury(table: Dictionary, column: int) -> None:
+    table.column_names[column] = DEAD
+    table.T[:, column] = 0.0
+
+
+def _sum(table: Dictionary, n: int) -> float:
+    return float(table.h[(table.row_names >= 2 * n) & (table.row_names < 3 * n)].sum())
