@@ -1,0 +1,55 @@
+"""fecontact: frictionless elastic contact of solids, without penalties and with a certificate.
+
+Examples
+--------
+>>> import fecontact as fc
+>>> steel = fc.Material(E=210e3, nu=0.3)
+>>> hertz = fc.hertz.spheres(radii=(250.0, 250.0), materials=(steel, steel), force=7124.0)
+>>> round(hertz.a, 3)
+1.797
+"""
+
+from fecontact.analytic import hertz
+from fecontact.bodies import Body, ElasticBody, Plane, Pose, RigidBody, Sphere, rotation_about
+from fecontact.errors import (
+    FecontactError,
+    InputError,
+    MeshError,
+    MissingPackageError,
+    SolverError,
+    SolverNotFoundError,
+    SupportError,
+)
+from fecontact.material import Material
+from fecontact.mesh import shapes
+from fecontact.mesh.mesh import Mesh
+from fecontact.result import ContactResult
+from fecontact.scene import Contact, Scene
+from fecontact.solvers import available_solvers
+
+__all__ = [
+    "Body",
+    "Contact",
+    "ContactResult",
+    "ElasticBody",
+    "FecontactError",
+    "InputError",
+    "Material",
+    "Mesh",
+    "MeshError",
+    "MissingPackageError",
+    "Plane",
+    "Pose",
+    "RigidBody",
+    "Scene",
+    "SolverError",
+    "SolverNotFoundError",
+    "Sphere",
+    "SupportError",
+    "available_solvers",
+    "hertz",
+    "rotation_about",
+    "shapes",
+]
+
+__version__ = "0.1.0"

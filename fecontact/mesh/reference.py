@@ -129,9 +129,7 @@ def midface_shape(face: int, X: Array) -> tuple[Array, Array]:
             factors.append(4 * x * (1 - x))
             slopes.append(4 - 8 * x)
     value = factors[0] * factors[1] * factors[2]
-    gradient = np.stack(
-        [slopes[i] * factors[(i + 1) % 3] * factors[(i + 2) % 3] for i in range(3)], axis=-1
-    )
+    gradient = np.stack([slopes[i] * factors[(i + 1) % 3] * factors[(i + 2) % 3] for i in range(3)], axis=-1)
     return value, gradient
 
 

@@ -348,7 +348,9 @@ def _sector(quarter: Mesh, sector: str, tolerance: float) -> Mesh:
     for k in range(SECTORS[sector]):
         cos, sin = [(1, 0), (0, 1), (-1, 0), (0, -1)][k]
         turned = quarter.mapped(
-            lambda x, cos=cos, sin=sin: np.stack([cos * x[:, 0] - sin * x[:, 1], sin * x[:, 0] + cos * x[:, 1], x[:, 2]], 1)
+            lambda x, cos=cos, sin=sin: np.stack(
+                [cos * x[:, 0] - sin * x[:, 1], sin * x[:, 0] + cos * x[:, 1], x[:, 2]], 1
+            )
         )
         # a quarter turn brings the plane y = 0 to x = 0 and back; only y = 0 is left as a boundary of the half
         names = {"sym_x": "sym_y", "sym_y": "sym_x"} if k % 2 else {}

@@ -1,0 +1,208 @@
+"""Elastic body of 8-, 20- or 27-node hexahedra."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Reduced
+from fecontact.errors import InputError
+from fecontact.fem.model import Condensation, Model
+from fecontact.interface.pairing import along
+from fecontact.interface.surface import FacetSurface, Feet
+from fecontact.material import Material
+from fecontact.mesh.mesh import Mesh
+from fecontact.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+PRESSURES = ("midface", "nodal")
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticBody:
+    """A linear elastic body cut into hexahedra.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    material : Material, or mapping of element set to Material
+    contact : str or sequence of str
+        Boundaries that may come into contact.
+    supports : mapping of boundary name to components, optional
+        Components (``"xyz"``, ``"z"``, ...) in which a boundary is tied to the body's frame. The frame is held unless
+        a load or a motion is prescribed for it (see `Scene.solve`). Motions that no support resists stay free.
+    pressure : {'midface', 'nodal'}
+        With 20-node hexahedra: 'midface' gives every contact face a ninth node, so that nodal forces are pressures;
+        'nodal' is the plain element of the report, whose corner nodes cannot take load (kept for comparison).
+    name : str, optional
+    backend : {'auto', 'pardiso', 'superlu'}
+        Factorisation back-end.
+
+    Raises
+    ------
+    InputError, MeshError
+        Unknown boundary or component, inverted or folded cells, unused or doubled points.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"bottom": "xyz"})
+    >>> body.n_dofs
+    255
+    """
+
+    mesh: Mesh
+    material: Material | Mapping[str, Material]
+    contact: str | Sequence[str] = ()
+    supports: Mapping[str, str] = field(default_factory=dict)
+    pressure: str = "midface"
+    name: str = "body"
+    backend: str = "auto"
+    pose: Pose = field(default_factory=Pose)
+    model: Model | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.pressure not in PRESSURES:
+            raise InputError(f"Unknown pressure {self.pressure!r}; expected one of {', '.join(map(repr, PRESSURES))}.")
+        names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
+        object.__setattr__(self, "contact", names)
+        if self.model is None:
+            for name in names:
+                self.mesh.faces(name)
+            mesh = self.mesh
+            if names and self.pressure == "midface" and mesh.cell_type == "hex20":
+                mesh = mesh.with_midface_nodes(names)
+            object.__setattr__(self, "mesh", mesh)
+            object.__setattr__(self, "model", Model(mesh, self.material, self.supports, self.backend))
+
+    @property
+    def _model(self) -> Model:
+        assert self.model is not None
+        return self.model
+
+    def placed(
+        self,
+        translation: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> ElasticBody:
+        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`.
+
+        The pose is kept apart from the coordinates, and the model (stiffness, factor) is shared.
+        """
+        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
+        return replace(self, pose=pose, name=self.name if name is None else name)
+
+    @property
+    def n_dofs(self) -> int:
+        """Degrees of freedom, three per node, held ones included."""
+        return self._model.n_dofs
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box."""
+        return self._model.size
+
+    @property
+    def reference_point(self) -> Array:
+        """Centre of mass (of volume where no density is given), in the body's axes."""
+        return self._model.mass_and_centre[1]
+
+    @property
+    def contact_modulus(self) -> float:
+        """E / (1 - nu^2) of the softest material."""
+        return min(m.plane_strain_modulus for m in self._model.materials)
+
+    @property
+    def rigid_modes(self) -> Array:
+        """Displacements (n_dofs, 6) of the rigid motions about the reference point."""
+        return self._model.rigid_modes
+
+    @property
+    def free_motions(self) -> Array:
+        """Rigid motions (6, k) that the supports do not resist."""
+        return self._model.free_motions
+
+    @cached_property
+    def _surfaces(self) -> dict[str, FacetSurface]:
+        return {}
+
+    def surface(self, name: str) -> FacetSurface:
+        """Facets of a contact boundary.
+
+        Raises
+        ------
+        InputError
+            If the boundary was not declared as a contact surface.
+        """
+        if name not in self.contact:
+            declared = ", ".join(map(repr, self.contact)) or "none"
+            self.mesh.faces(name)
+            raise InputError(
+                f"Boundary {name!r} of {self.name!r} is not a contact surface; declared were: {declared}. "
+                f"Pass contact={name!r} when the body is made."
+            )
+        if name not in self._surfaces:
+            mesh = self._model.mesh
+            self._surfaces[name] = FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(name)), name)
+        return self._surfaces[name]
+
+    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
+        assert feet.weights is not None
+        return along(feet.weights, directions)
+
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+        """Compliance and response along rows.
+
+        The stiffness is condensed onto the nodes that the rows touch, all three components, so that later pairings and
+        poses of the same candidates are small products: S = Y^T Y with Y = L^-1 C^T, L L^T = K_hat.
+        """
+        condensation = self._model.condensed(np.unique(rows.indices // 3), watch)
+        with watch("condense"):
+            C = _local(rows, condensation)
+            Y = scipy.linalg.solve_triangular(condensation.cholesky, C.T.toarray(), lower=True, check_finite=False)
+            response = np.zeros(rows.shape[0])
+            if loads is not None and loads.any():
+                response = C @ condensation.solve(condensation.factor.reduce(self._solved(loads)[:, None]))[:, 0]
+            return Reduced(Y.T @ Y, response)
+
+    def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
+        """Elastic displacements (n_dofs,) under forces along rows and external loads."""
+        model = self._model
+        f = np.asarray(rows.T @ forces) if loads is None else rows.T @ forces + loads
+        condensation = model.condensed(np.unique(rows.indices // 3), Stopwatch())
+        f_solved = self._solved(f)[:, None]
+        u_c = condensation.solve(condensation.factor.reduce(f_solved))
+        u = np.zeros(model.n_dofs)
+        u[model.solved_dofs] = condensation.factor.expand(u_c, f_solved)[:, 0]
+        return u
+
+    def _solved(self, f: Array) -> Array:
+        return f[self._model.solved_dofs]
+
+    def describe(self) -> str:
+        """One line: what was modelled."""
+        m = self.mesh
+        mid = "" if m.midface is None else f" + {(m.midface >= 0).sum()} mid-face nodes"
+        return f"{self.name}: {len(m.cells)} {m.cell_type} cells{mid}, {self.n_dofs} dofs"
+
+
+def _local(rows: sp.csr_matrix, condensation: Condensation) -> sp.csr_matrix:
+    """Rows over the retained degrees of freedom; held ones drop out."""
+    coo = rows.tocoo()
+    position = condensation.position[coo.col]
+    kept = position >= 0
+    shape = (rows.shape[0], len(condensation.dofs))
+    return sp.csr_matrix((coo.data[kept], (coo.row[kept], position[kept])), shape=shape)

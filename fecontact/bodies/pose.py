@@ -1,0 +1,78 @@
+"""Where a body stands: a rotation and a translation, kept apart from its coordinates.
+
+Compliance is computed in the body's own axes and never changes; only the pose does. That is why a body may stand far
+from the origin without losing digits, and why a sweep of poses costs one factorisation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+def rotation_about(axis: ArrayLike, angle: float) -> Array:
+    """Rotation matrix (3, 3) by an angle (radians) about an axis through the origin (Rodrigues' formula).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> (rotation_about((0, 0, 1), np.pi / 2) @ [1, 0, 0]).round(12).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    a = np.asarray(axis, dtype=float)
+    length = np.linalg.norm(a)
+    if a.shape != (3,) or not length > 0:
+        raise InputError(f"A rotation axis must be a vector of three numbers, not zero; found {axis!r}.")
+    x, y, z = a / length
+    W = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    # 2 sin^2(angle/2) instead of 1 - cos(angle): exact for small angles
+    return np.eye(3) + np.sin(angle) * W + 2 * np.sin(angle / 2) ** 2 * (W @ W)
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Rigid placement ``x_world = rotation @ x_body + translation``.
+
+    Attributes
+    ----------
+    rotation : (3, 3) array
+    translation : (3,) array
+    """
+
+    rotation: Array = field(default_factory=lambda: np.eye(3))
+    translation: Array = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        Q, t = np.array(self.rotation, dtype=float), np.array(self.translation, dtype=float)
+        if t.shape != (3,) or not np.isfinite(t).all():
+            raise InputError(f"A translation must be three finite numbers; found {self.translation!r}.")
+        if Q.shape != (3, 3) or not np.allclose(Q @ Q.T, np.eye(3), atol=1e-9) or np.linalg.det(Q) < 0:
+            raise InputError(
+                "A rotation must be a proper orthogonal 3x3 matrix (use fecontact.rotation_about(axis, angle)); "
+                f"found {np.array2string(Q, precision=4)}."
+            )
+        object.__setattr__(self, "rotation", Q)
+        object.__setattr__(self, "translation", t)
+
+    def then(self, rotation: Array, translation: Array) -> Pose:
+        """This pose followed by a further rotation about the world's origin and a translation."""
+        Q = np.asarray(rotation, dtype=float)
+        return Pose(Q @ self.rotation, Q @ self.translation + np.asarray(translation, dtype=float))
+
+    def to_world(self, points: Array) -> Array:
+        """World coordinates (n, 3) of body coordinates."""
+        return points @ self.rotation.T + self.translation
+
+    def to_body(self, points: Array) -> Array:
+        """Body coordinates (n, 3) of world coordinates."""
+        return (points - self.translation) @ self.rotation
+
+    def relative_to(self, other: Pose) -> Pose:
+        """This body's pose seen from another's axes; translations are subtracted first, so a common offset drops out."""
+        return Pose(other.rotation.T @ self.rotation, (self.translation - other.translation) @ other.rotation)

@@ -1,0 +1,80 @@
+"""What a scene asks of a body: how much its surface gives, which motions cost nothing, and where its surface is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.bodies.pose import Pose
+from fecontact.interface.surface import Feet, Surface
+from fecontact.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """A body as a scene's contact problem sees it.
+
+    Attributes
+    ----------
+    compliance : (n, n) array
+        Displacements along the rows by unit forces along the rows, without rigid motion.
+    response : (n,) array
+        Displacements along the rows by the external loads, without rigid motion.
+    """
+
+    compliance: Array
+    response: Array
+
+
+class Body(Protocol):
+    """Anything that can take part in a scene. All arrays are in the body's own axes."""
+
+    name: str
+    pose: Pose
+    contact: tuple[str, ...]
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of generalised displacements."""
+
+    @property
+    def size(self) -> float:
+        """A length by which rotations are compared with translations."""
+
+    @property
+    def reference_point(self) -> Array:
+        """Point (3,) about which rotations and moments count."""
+
+    @property
+    def contact_modulus(self) -> float:
+        """E / (1 - nu^2) of the softest material, infinite for a rigid body; for estimates only."""
+
+    @property
+    def rigid_modes(self) -> Array:
+        """Displacements (n_dofs, 6) of the rigid motions about the reference point."""
+
+    @property
+    def free_motions(self) -> Array:
+        """Rigid motions (6, k) that the body's supports do not resist."""
+
+    def surface(self, name: str) -> Surface:
+        """A contact surface."""
+
+    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
+
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+        """Compliance and response along rows (n, n_dofs), under external loads (n_dofs,)."""
+
+    def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
+        """Elastic displacements (n_dofs,) under forces (n,) along rows and external loads."""
+
+    def describe(self) -> str:
+        """One line: what was modelled."""

@@ -1,0 +1,168 @@
+"""Rigid bodies: obstacles that do not give, in closed form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Reduced
+from fecontact.errors import InputError
+from fecontact.fem.rigid import rigid_modes
+from fecontact.interface.surface import Feet
+from fecontact.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
+
+
+class RigidShape(Protocol):
+    """The surface of a rigid body in its own axes."""
+
+    size: float
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3)."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane z = 0; the body fills z <= 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Plane().project(np.array([[0.0, 0.0, 2.0]])).gap.tolist()
+    [2.0]
+    """
+
+    size: float = 1.0
+
+    def project(self, points: Array) -> Feet:
+        """Feet straight below the points."""
+        normals = np.zeros_like(points)
+        normals[:, 2] = 1.0
+        feet = points * np.array([1.0, 1.0, 0.0])
+        return Feet(feet, normals, points[:, 2].copy(), np.zeros(len(points), bool))
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball that rests on the origin from above: its centre is at (0, 0, radius).
+
+    Parameters
+    ----------
+    radius : float
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.radius) and self.radius > 0):
+            raise InputError(f"A sphere's radius must be positive and finite; found {self.radius!r}.")
+
+    @property
+    def size(self) -> float:
+        """Diameter."""
+        return 2 * self.radius
+
+    def project(self, points: Array) -> Feet:
+        """Feet along the radius; gaps near the pole keep their digits far below the radius."""
+        x, y, z = points.T
+        height = z - self.radius
+        distance = np.sqrt(x**2 + y**2 + height**2)
+        # distance - radius = (x^2 + y^2 + z^2 - 2 z radius) / (distance + radius), without cancellation at the pole
+        gap = (x**2 + y**2 + z**2 - 2 * z * self.radius) / (distance + self.radius)
+        normals = np.stack([x, y, height], axis=1) / distance[:, None]
+        return Feet(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBody:
+    """A body that does not deform. It is held unless a load or a motion is prescribed for it.
+
+    Parameters
+    ----------
+    shape : Plane, Sphere or another shape with `project` and `size`
+    name : str, optional
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> fc.RigidBody(fc.Plane()).describe()
+    'rigid: rigid Plane'
+    """
+
+    shape: RigidShape
+    name: str = "rigid"
+    pose: Pose = field(default_factory=Pose)
+    contact: tuple[str, ...] = ("surface",)
+
+    def placed(
+        self,
+        translation: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> RigidBody:
+        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`."""
+        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
+        return replace(self, pose=pose, name=self.name if name is None else name)
+
+    @property
+    def n_dofs(self) -> int:
+        """Its six rigid motions."""
+        return 6
+
+    @property
+    def size(self) -> float:
+        """A length of the shape."""
+        return self.shape.size
+
+    @property
+    def reference_point(self) -> Array:
+        """The origin of its axes."""
+        return np.zeros(3)
+
+    @property
+    def contact_modulus(self) -> float:
+        """Infinite."""
+        return math.inf
+
+    @property
+    def rigid_modes(self) -> Array:
+        """The rigid motions are the generalised displacements."""
+        return np.eye(6)
+
+    @property
+    def free_motions(self) -> Array:
+        """None: a rigid body is held in every component that is not released."""
+        return np.zeros((6, 0))
+
+    def surface(self, name: str) -> RigidShape:
+        """Its only surface."""
+        if name not in self.contact:
+            raise InputError(f"A rigid body has the one surface 'surface'; found {name!r}.")
+        return self.shape
+
+    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+        """Rows (n, 6) that take the rigid displacement at feet along directions (n, 3)."""
+        modes = rigid_modes(feet.points, np.zeros(3)).reshape(-1, 3, 6)
+        return sp.csr_matrix(np.einsum("ni,nic->nc", directions, modes))
+
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+        """No compliance."""
+        n = rows.shape[0]
+        return Reduced(np.zeros((n, n)), np.zeros(n))
+
+    def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
+        """No elastic displacement."""
+        return np.zeros(6)
+
+    def describe(self) -> str:
+        """One line: what was modelled."""
+        return f"{self.name}: rigid {type(self.shape).__name__}"

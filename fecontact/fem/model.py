@@ -1,0 +1,202 @@
+"""The finite element model behind an elastic body: assembled once, condensed as often as candidates change.
+
+A model lives in the body's own axes. Bodies that are the same model in another pose share it, so two equal spheres
+cost one factorisation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.errors import InputError
+from fecontact.fem.factor import Condensed, condense
+from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.rigid import rigid_modes, unresisted
+from fecontact.fem.stiffness import assemble_stiffness
+from fecontact.fem.support import check_supports, grounding, held_dofs
+from fecontact.material import Material
+from fecontact.mesh.check import check_mesh
+from fecontact.mesh.mesh import Mesh
+from fecontact.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Condensation:
+    """A model condensed onto some nodes.
+
+    Attributes
+    ----------
+    dofs : (n_c,) array
+        Retained degrees of freedom of the model.
+    position : (n_dofs,) array
+        Where a degree of freedom stands among the retained; -1 for inner and held ones.
+    factor : Condensed
+    cholesky : (n_c, n_c) array
+        Lower Cholesky factor of the condensed stiffness.
+    """
+
+    dofs: IntArray
+    position: IntArray
+    factor: Condensed
+    cholesky: Array
+
+    def solve(self, f: Array) -> Array:
+        """Retained displacements (n_c, k) under condensed loads (n_c, k)."""
+        return scipy.linalg.cho_solve((self.cholesky, True), f, check_finite=False)
+
+
+class Model:
+    """Mesh, materials and supports, with what is computed from them on first use.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    materials : Material or mapping of element set to Material
+    supports : mapping of boundary name to components
+    backend : str
+        Factorisation back-end, see `fem.factor.condense`.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        materials: Material | Mapping[str, Material],
+        supports: Mapping[str, str],
+        backend: str = "auto",
+    ) -> None:
+        check_supports(mesh, supports)
+        self.material_of_cell, self.materials = _materials(mesh, materials)
+        check_mesh(mesh)
+        self.mesh, self.supports, self.backend = mesh, dict(supports), backend
+        self._condensation: Condensation | None = None
+
+    @property
+    def n_dofs(self) -> int:
+        """Degrees of freedom, held ones included."""
+        return 3 * len(self.mesh.points)
+
+    def _per_cell(self, name: str) -> Array:
+        return np.array([getattr(m, name) for m in self.materials], dtype=float)[self.material_of_cell]
+
+    @cached_property
+    def lame(self) -> Array:
+        """First Lame constant of each cell."""
+        return self._per_cell("lame")
+
+    @cached_property
+    def shear(self) -> Array:
+        """Shear modulus of each cell."""
+        return self._per_cell("shear_modulus")
+
+    @cached_property
+    def density(self) -> Array:
+        """Density of each cell; one everywhere if no material has any, so that mass means volume."""
+        given = [m.density for m in self.materials]
+        if all(d is None for d in given):
+            return np.ones(len(self.mesh.cells))
+        if any(d is None for d in given):
+            raise InputError("Give a density to every material of the body or to none.")
+        return self._per_cell("density")
+
+    @cached_property
+    def mass_and_centre(self) -> tuple[float, Array]:
+        """Mass and its centre."""
+        return moments_of_volume(self.mesh, self.density)
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.mesh.points, axis=0)))
+
+    @cached_property
+    def rigid_modes(self) -> Array:
+        """Displacements (n_dofs, 6) of the rigid motions about the centre of mass."""
+        return rigid_modes(self.mesh.points, self.mass_and_centre[1])
+
+    @cached_property
+    def held(self) -> IntArray:
+        """Degrees of freedom held by the supports."""
+        return held_dofs(self.mesh, self.supports)
+
+    @cached_property
+    def free_motions(self) -> Array:
+        """Rigid motions (6, k) that the supports do not resist."""
+        return unresisted(self.rigid_modes[self.held], self.size)
+
+    @cached_property
+    def grounded(self) -> IntArray:
+        """Artificially held degrees of freedom, one for each free motion; results do not depend on which."""
+        return grounding(self.rigid_modes @ self.free_motions, self.held, self.size)
+
+    @cached_property
+    def solved_dofs(self) -> IntArray:
+        """Degrees of freedom that are neither held nor grounded."""
+        return np.setdiff1d(np.arange(self.n_dofs), np.concatenate([self.held, self.grounded]), assume_unique=True)
+
+    @cached_property
+    def stiffness(self) -> sp.csr_matrix:
+        """Upper triangle of the stiffness (n_dofs, n_dofs)."""
+        return assemble_stiffness(self.mesh, self.lame, self.shear)
+
+    def condensed(self, nodes: IntArray, watch: Stopwatch) -> Condensation:
+        """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all."""
+        mask = np.zeros(self.n_dofs, bool)
+        mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
+        mask[self.held] = mask[self.grounded] = False
+        if self._condensation is not None and (self._condensation.position[mask] >= 0).all():
+            return self._condensation
+        with watch("assemble"):
+            solved = self.solved_dofs
+            K = self.stiffness if len(solved) == self.n_dofs else _restricted(self.stiffness, solved)
+        dofs = np.flatnonzero(mask)
+        with watch("factorise"):
+            factor = condense(K, np.searchsorted(solved, dofs), self.backend)
+        with watch("condense"):
+            position = np.full(self.n_dofs, -1, dtype=np.int64)
+            position[dofs] = np.arange(len(dofs))
+            cholesky = scipy.linalg.cholesky(factor.stiffness, lower=True, check_finite=False)
+            self._condensation = Condensation(dofs, position, factor, cholesky)
+        return self._condensation
+
+
+def _restricted(K: sp.csr_matrix, dofs: IntArray) -> sp.csr_matrix:
+    """Rows and columns `dofs` (sorted) of an upper triangle."""
+    number = np.full(K.shape[0], -1, dtype=K.indices.dtype)
+    number[dofs] = np.arange(len(dofs))
+    columns = number[K.indices]
+    kept_rows = np.repeat(number >= 0, np.diff(K.indptr))
+    kept = kept_rows & (columns >= 0)
+    count = np.add.reduceat(kept, K.indptr[:-1], dtype=np.int64)[number >= 0]
+    pointer = np.concatenate([[0], np.cumsum(count)]).astype(K.indptr.dtype)
+    return sp.csr_matrix((K.data[kept], columns[kept], pointer), shape=(len(dofs), len(dofs)))
+
+
+def _materials(mesh: Mesh, given: Material | Mapping[str, Material]) -> tuple[IntArray, list[Material]]:
+    """Index of each cell's material and the list of materials."""
+    if isinstance(given, Material):
+        return np.zeros(len(mesh.cells), dtype=np.int64), [given]
+    if not isinstance(given, Mapping) or not all(isinstance(m, Material) for m in given.values()):
+        raise InputError(f"A body takes one Material or a mapping of element sets to Materials; found {given!r}.")
+    index = np.full(len(mesh.cells), -1, dtype=np.int64)
+    for k, name in enumerate(given):
+        if name not in mesh.groups:
+            raise InputError(f"The mesh has no element set {name!r}. Its sets are: {', '.join(mesh.groups) or 'none'}.")
+        members = mesh.groups[name]
+        if (index[members] >= 0).any():
+            raise InputError(
+                f"Cell {members[index[members] >= 0][0]} is in {name!r} and in another set with a material."
+            )
+        index[members] = k
+    if (index < 0).any():
+        raise InputError(f"{(index < 0).sum()} cells have no material; the first is cell {np.argmax(index < 0)}.")
+    return index, list(given.values())

@@ -1,0 +1,141 @@
+"""Rigid modes: which motions cost nothing, their separation by Gram-Schmidt, and their names in words."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+#: The six components of a rigid motion: translations, then rotations about axes through the reference point.
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def rigid_modes(points: Array, origin: ArrayLike) -> Array:
+    """Displacement fields of the six small rigid motions about `origin`.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    origin : (3,) array
+
+    Returns
+    -------
+    (3 n, 6) array
+        Columns in the order of `COMPONENTS`; rotations in radians.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> R = rigid_modes(np.array([[1.0, 0.0, 0.0]]), (0.0, 0.0, 0.0))
+    >>> R[:, 5].tolist()  # a turn about z moves a point on the x axis along y
+    [0.0, 1.0, 0.0]
+    """
+    x, y, z = (np.asarray(points, dtype=float) - np.asarray(origin, dtype=float)).T
+    R = np.zeros((len(x), 3, 6))
+    R[:, 0, 0] = R[:, 1, 1] = R[:, 2, 2] = 1.0
+    R[:, 1, 3], R[:, 2, 3] = -z, y
+    R[:, 0, 4], R[:, 2, 4] = z, -x
+    R[:, 0, 5], R[:, 1, 5] = -y, x
+    return R.reshape(-1, 6)
+
+
+def gram_schmidt(R: Array, tolerance: float = 1e-10) -> Array:
+    """Orthonormal basis of the columns of R by modified Gram-Schmidt with re-orthogonalisation.
+
+    Columns whose remainder falls below `tolerance` of their own length depend on the earlier ones and are dropped.
+    Source: Elangovan (1978), appendix A; "twice is enough" after Kahan and Parlett.
+
+    Parameters
+    ----------
+    R : (n, m) array
+
+    Returns
+    -------
+    (n, rank) array
+    """
+    basis: list[Array] = []
+    for column in R.T:
+        length = np.linalg.norm(column)
+        if length == 0:
+            continue
+        v = column / length
+        for _ in range(2):
+            for q in basis:
+                v = v - (q @ v) * q
+        remainder = np.linalg.norm(v)
+        if remainder > tolerance:
+            basis.append(v / remainder)
+    return np.stack(basis, axis=1) if basis else np.zeros((len(R), 0))
+
+
+def unresisted(constraints: Array, length: float) -> Array:
+    """Rigid motions that a set of constraints does not see.
+
+    Parameters
+    ----------
+    constraints : (n, 6) array
+        Displacement of each held component under the six unit motions.
+    length : float
+        Size of the body; rotations are compared with translations over this arm.
+
+    Returns
+    -------
+    (6, n_free) array
+        Motions (columns) in the order of `COMPONENTS`; pure components where the free space is spanned by such.
+    """
+    scale = np.array([1.0] * 3 + [1.0 / length] * 3)
+    if len(constraints) == 0:
+        return np.eye(6)
+    _, singular, Vt = np.linalg.svd(constraints * scale, full_matrices=True)
+    rank = int((singular > 1e-9 * singular[0]).sum()) if singular[0] > 0 else 0
+    free = Vt[rank:].T
+    projector = free @ free.T
+    # a component that lies in the free space is taken by itself, so that a floating z is called z
+    pure = [c for c in range(6) if abs(projector[c, c] - 1) < 1e-12]
+    rest = gram_schmidt(np.concatenate([np.eye(6)[:, pure], free], axis=1), tolerance=1e-8)
+    return rest * scale[:, None]
+
+
+def describe_motion(motion: ArrayLike, origin: ArrayLike, length: float) -> str:
+    """Say a rigid motion in words.
+
+    Parameters
+    ----------
+    motion : (6,) array
+        Translation of the reference point and rotation vector.
+    origin : (3,) array
+        Reference point.
+    length : float
+        Size of the body, to weigh rotation against translation.
+
+    Examples
+    --------
+    >>> describe_motion([0, 0, 1, 0, 0, 0], (0, 0, 0), 1.0)
+    'translation along z'
+    >>> describe_motion([0, 0, 0, 0, 2, 0], (0.5, 0, 0), 1.0)
+    'rotation about y through (0.5, 0, 0)'
+    """
+    m = np.asarray(motion, dtype=float)
+    m = np.where(np.abs(m) < 1e-9 * np.abs(m * ([1] * 3 + [length] * 3)).max() / np.array([1] * 3 + [length] * 3), 0, m)
+    translation, rotation = m[:3], m[3:]
+    angle = np.linalg.norm(rotation)
+    if angle * length < 1e-6 * np.linalg.norm(translation):
+        return f"translation along {_axis(translation)}"
+    # the screw axis: the point that moves only along the axis, nearest the reference point
+    point = np.asarray(origin, dtype=float) + np.cross(rotation, translation) / angle**2
+    point = np.where(np.abs(point) < 1e-9 * length, 0.0, point)
+    text = f"rotation about {_axis(rotation)} through ({', '.join(f'{p:.4g}' for p in point)})"
+    along = rotation @ translation / angle**2
+    if abs(along) > 1e-6 * length:
+        text += f", with {along:.4g} of translation along it per radian"
+    return text
+
+
+def _axis(v: Array) -> str:
+    """'x', '-x', ... for a coordinate direction, else the unit vector."""
+    unit = v / np.linalg.norm(v)
+    k = int(np.argmax(np.abs(unit)))
+    if abs(abs(unit[k]) - 1) < 1e-6:
+        return "xyz"[k]
+    return f"({', '.join(f'{u:.3g}' for u in unit)})"

@@ -1,0 +1,147 @@
+"""Rigid motions of the bodies of a scene: which are held, moved, loaded or free.
+
+Every body has a frame to which its supports are tied. Its six components (x, y, z, rx, ry, rz: world axes, rotations
+about the body's reference point) are
+
+- **held**, if a support resists them and nothing else is said;
+- **moved** by what `motions` prescribes;
+- **loaded**, if `forces` or `moments` name them with a number that is not zero: then the frame follows;
+- **free**, if no support resists them, or if `free` names them.
+
+A load on a body acts through its supports as through a rigid platen; on a component that floats it is spread over the
+body like gravity. A moved component that floats moves the body's mean position (weighted by mass, as in Elangovan
+1978, eq. A-17), and the force this takes is spread in the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.bodies.protocol import Body
+from fecontact.errors import InputError
+from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Rigid motions of one body, in world axes about its reference point.
+
+    Attributes
+    ----------
+    released : (6, k) array
+        Motions that the contact problem has to find.
+    moved : (6,) array
+        Prescribed motion.
+    mean_held : (6, j) array
+        Floating motions that are prescribed, hence held by the body's mean position.
+    load : (6,) array
+        Force and moment that act on the body as a whole.
+    spread : bool
+        Whether that load is spread over the mass instead of acting through the supports.
+    """
+
+    body: Body
+    released: Array
+    moved: Array
+    mean_held: Array
+    load: Array
+    spread: bool
+
+    @property
+    def point(self) -> Array:
+        """Reference point (3,) in the world."""
+        return self.body.pose.to_world(self.body.reference_point)
+
+    def in_body_axes(self, motions: Array) -> Array:
+        """World motions (6, k) as motions in the body's axes."""
+        Q = self.body.pose.rotation
+        return np.concatenate([Q.T @ motions[:3], Q.T @ motions[3:]])
+
+    def modes(self, motions: Array) -> Array:
+        """Displacement fields (n_dofs, k) in the body's axes of world motions (6, k)."""
+        return self.body.rigid_modes @ self.in_body_axes(motions)
+
+    def describe(self, motion: Array) -> str:
+        """A world motion (6,) of this body in words."""
+        return f"{self.body.name}: {describe_motion(motion, self.point, self.body.size)}"
+
+
+def _vector(value: ArrayLike, what: str) -> Array:
+    v = np.asarray(value, dtype=float)
+    if v.shape != (3,) or not np.isfinite(v).all():
+        raise InputError(f"{what} must be three finite numbers; found {value!r}.")
+    return v
+
+
+def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:
+    """Prescribed components by number."""
+    out = {}
+    for name, value in (given or {}).items():
+        if name not in COMPONENTS:
+            raise InputError(
+                f"Unknown component {name!r} of the motion of {body.name!r}; expected {', '.join(COMPONENTS)}."
+            )
+        if not np.isfinite(value):
+            raise InputError(f"The motion {name!r} of {body.name!r} must be a finite number; found {value!r}.")
+        out[COMPONENTS.index(name)] = float(value)
+    return out
+
+
+def make_frame(
+    body: Body,
+    force: ArrayLike | None = None,
+    moment: ArrayLike | None = None,
+    motion: Mapping[str, float] | None = None,
+    free: str | Sequence[str] = (),
+) -> Frame:
+    """Sort the six components of a body.
+
+    Raises
+    ------
+    InputError
+        Unknown components, numbers that are not finite, a component both loaded and moved.
+    """
+    load = np.concatenate(
+        [
+            np.zeros(3) if force is None else _vector(force, f"The force on {body.name!r}"),
+            np.zeros(3) if moment is None else _vector(moment, f"The moment on {body.name!r}"),
+        ]
+    )
+    prescribed = _motion(motion, body)
+    names = free.split() if isinstance(free, str) else list(free)
+    if unknown := set(names) - set(COMPONENTS):
+        raise InputError(
+            f"Unknown free components {sorted(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}."
+        )
+    loaded = set(np.flatnonzero(load).tolist()) | {COMPONENTS.index(n) for n in names}
+    if both := loaded & set(prescribed):
+        which = ", ".join(COMPONENTS[c] for c in sorted(both))
+        raise InputError(f"{body.name!r} is both loaded (or free) and moved in {which}; a component takes one of them.")
+    Q = body.pose.rotation
+    scale = np.array([1.0] * 3 + [body.size] * 3)[:, None]
+    floating = scale * np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+    unit = np.eye(6)
+    everything = gram_schmidt(np.concatenate([unit[:, sorted(loaded)], floating], axis=1), 1e-8)
+    released = _without(everything, list(prescribed))
+    mean_held = gram_schmidt(floating - released @ (released.T @ floating), 1e-8)
+    moved = np.zeros(6)
+    for component, value in prescribed.items():
+        moved[component] = value
+    work = np.abs(floating.T @ (load[:, None] / scale)).max(initial=0.0) if load.any() else 0.0
+    spread = bool(work > 1e-9 * np.abs(load[:, None] / scale).max()) if work else False
+    return Frame(body, released / scale, moved, mean_held / scale, load, spread)
+
+
+def _without(basis: Array, components: list[int]) -> Array:
+    """Orthonormal basis of the part of a space in which the given components are zero."""
+    if not components or basis.shape[1] == 0:
+        return basis
+    _, singular, Vt = np.linalg.svd(basis[components], full_matrices=True)
+    rank = int((singular > 1e-8).sum())
+    return basis @ Vt[rank:].T

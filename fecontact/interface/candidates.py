@@ -1,0 +1,68 @@
+"""Which pairs are worth condensing: those that may touch, judged from the gap before anything is solved.
+
+Only candidates cost anything, so there should be few; a pair that is left out and would penetrate is found by the
+certificate afterwards and taken in, so the choice decides the time and never the answer.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Share of the estimated rigid overlap within which pairs are candidates. A Hertz contact ends at one half.
+MARGIN = 0.72
+#: A contact has at least this many candidates, enough to stand on.
+FEWEST = 12
+
+
+def approach_for_load(gap: Array, area: Array, modulus: float, force: float) -> float:
+    """Rigid approach at which the overlap of the undeformed surfaces would carry a force, by a scale estimate.
+
+    The overlap of volume V and area A at approach d is taken to carry about E* V / sqrt(A). For a paraboloid, where
+    V = pi R d^2 and A = 2 pi R d, that is 0.94 of the elastic answer; for other shapes it is a scale.
+
+    Parameters
+    ----------
+    gap : (n,) array
+        Gaps, the smallest of which is zero.
+    area : (n,) array
+    modulus : float
+        Contact modulus E*.
+    force : float
+
+    Returns
+    -------
+    float
+        Approach measured from first touch.
+    """
+    order = np.argsort(gap)
+    g, a = gap[order], area[order]
+    covered = np.cumsum(a)
+    volume = g * covered - np.cumsum(a * g)
+    carried = modulus * volume / np.sqrt(covered)
+    k = int(np.searchsorted(np.maximum.accumulate(carried), force))
+    if k >= len(g):
+        # everything overlaps and the rest of the approach is uniform
+        return float(g[-1] + (force - carried[-1]) / (modulus * np.sqrt(covered[-1])))
+    if k == 0:
+        return float(g[0])
+    # between two nodes the area is that of the lower: modulus * (volume + A (d - g)) / sqrt(A) = force
+    extra = (force - carried[k - 1]) / (modulus * np.sqrt(covered[k - 1]))
+    return float(min(g[k - 1] + extra, g[k]))
+
+
+def choose(gap: Array, approach: float) -> NDArray[np.int64]:
+    """Numbers of the pairs whose gap above the smallest is within `MARGIN` of an approach, at least `FEWEST`."""
+    order = np.argsort(gap, kind="stable")
+    above = gap[order] - gap[order[0]]
+    n = int(np.searchsorted(above, MARGIN * approach, side="right"))
+    return np.sort(order[: max(n, min(FEWEST, len(gap)))])
+
+
+def grow(chosen: NDArray[np.int64], gap: Array, penetrating: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Take in the penetrating pairs and all others with no larger initial gap than half as much again."""
+    limit = gap[penetrating].max() - gap.min()
+    reach = gap - gap.min() <= 1.5 * limit
+    return np.union1d(chosen, np.flatnonzero(reach | penetrating))

@@ -1,0 +1,159 @@
+"""Pairs of contact points: each slave node with its foot on the master, and one line of action for both.
+
+The normal of a pair is the master's at the foot. Both bodies get the same force along it, opposite in sign and on one
+line (the foot lies on the normal through the node), so that forces and moments balance exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.errors import MeshError
+from fecontact.interface.surface import FacetSurface, Feet, Surface
+from fecontact.mesh.facets import nodal_areas, tributary_areas
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+#: Overhang of a slave face over its master face, relative to the latter's size, that still counts as nested.
+NESTED_TOLERANCE = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Pairing:
+    """All slave nodes of a contact that have a foot on the master.
+
+    Attributes
+    ----------
+    nodes : (n,) int array
+        Slave nodes.
+    weights : (n,) array
+        Area that belongs to each; force / weight is a pressure.
+    slave_points, slave_normals : (n, 3) arrays
+        In the slave's axes; the normals point out of the MASTER.
+    feet : Feet
+        In the master's axes.
+    n_beyond : int
+        Slave nodes left out because they lie beyond the master's rim.
+    """
+
+    nodes: IntArray
+    weights: Array
+    slave_points: Array
+    slave_normals: Array
+    feet: Feet
+    n_beyond: int
+
+    @property
+    def gap(self) -> Array:
+        """Initial gap (n,), negative where the bodies overlap."""
+        return self.feet.gap
+
+    def slave_rows(self, chosen: IntArray, n_nodes: int) -> sp.csr_matrix:
+        """Opening of the chosen pairs by the slave's displacements: +n at each node, (n_chosen, 3 n_nodes)."""
+        one = np.ones(len(chosen))
+        weights = sp.csr_matrix((one, self.nodes[chosen], np.arange(len(chosen) + 1)), shape=(len(chosen), n_nodes))
+        return along(weights, self.slave_normals[chosen])
+
+
+def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
+    """Rows that take the component along `directions` (n, 3) of points interpolated by `weights` (n, n_nodes)."""
+    count = np.diff(weights.indptr)
+    d = np.repeat(directions, count, axis=0)
+    data = (weights.data[:, None] * d).ravel()
+    columns = (3 * weights.indices[:, None] + np.arange(3)).ravel()
+    return sp.csr_matrix((data, columns, 3 * weights.indptr), shape=(weights.shape[0], 3 * weights.shape[1]))
+
+
+def pair(slave: FacetSurface, master: Surface, rotation: Array, translation: Array) -> Pairing:
+    """Pair every slave node with its foot.
+
+    Parameters
+    ----------
+    slave : FacetSurface
+    master : Surface
+    rotation, translation
+        Pose of the slave's axes seen from the master's.
+
+    Raises
+    ------
+    MeshError
+        If a slave face is so distorted that a nodal weight is not positive.
+    """
+    nodes = slave.nodes
+    points = slave.points[nodes]
+    feet = master.project(points @ rotation.T + translation)
+    kept = np.flatnonzero(~feet.beyond)
+    return Pairing(
+        nodes=nodes[kept],
+        weights=contact_weights(slave)[nodes[kept]],
+        slave_points=points[kept],
+        slave_normals=feet.normals[kept] @ rotation,
+        feet=_select(feet, kept),
+        n_beyond=len(nodes) - len(kept),
+    )
+
+
+def _select(feet: Feet, kept: IntArray) -> Feet:
+    return Feet(
+        feet.points[kept],
+        feet.normals[kept],
+        feet.gap[kept],
+        feet.beyond[kept],
+        None if feet.weights is None else feet.weights[kept],
+        None if feet.facet is None else feet.facet[kept],
+        None if feet.local is None else feet.local[kept],
+    )
+
+
+def contact_weights(surface: FacetSurface) -> Array:
+    """Area (n_nodes,) by which a nodal contact force is divided to show a pressure.
+
+    Nine- and four-node faces: the consistent weights, which are positive. Eight-node faces: their consistent corner
+    weights are negative, so tributary areas are shown instead; the forces themselves stay wrong at the corners.
+    """
+    if surface.facets.shape[1] == 8:
+        return tributary_areas(surface.points, surface.facets)
+    weights = nodal_areas(surface.points, surface.facets)
+    bad = weights[surface.facets].min(axis=1) <= 0
+    if bad.any():
+        raise MeshError(
+            f"Face {np.argmax(bad)} of the contact surface {surface.name!r} is so distorted that a nodal weight is not "
+            "positive; a contact force there would not be a pressure. Make its sides and angles more equal."
+        )
+    return weights
+
+
+def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: IntArray) -> bool:
+    """Whether every slave face near the contact lies inside one master face, so that nodal forces are exact.
+
+    On curved surfaces feet shift sideways by a share of the facet that vanishes with (r/R)^2; `NESTED_TOLERANCE` of a
+    facet's size is let pass.
+
+    Parameters
+    ----------
+    near : int array
+        Pairs that count as near the contact.
+    """
+    number = np.full(len(slave.points), -1, dtype=np.int64)
+    number[pairing.nodes[near]] = near
+    rows = number[slave.facets]
+    rows = rows[(rows >= 0).all(axis=1)]
+    feet = pairing.feet
+    if feet.facet is None or len(rows) == 0:
+        return True
+    holder = feet.facet[rows[:, -1]] if slave.facets.shape[1] == 9 else _most_common(feet.facet[rows])
+    facet = np.repeat(holder, rows.shape[1])
+    off = master.distance_to_facet(feet.points[rows.ravel()], facet)
+    return bool((off <= NESTED_TOLERANCE * master.mean_facet_size[facet]).all())
+
+
+def _most_common(facets: IntArray) -> IntArray:
+    """Most frequent entry of each row."""
+    equal = (facets[:, :, None] == facets[:, None, :]).sum(axis=2)
+    return np.take_along_axis(facets, equal.argmax(axis=1)[:, None], axis=1)[:, 0]

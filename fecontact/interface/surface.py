@@ -1,0 +1,227 @@
+"""Surfaces that points can be projected on: quadratic facets of a mesh.
+
+A foot is the point of a surface nearest to a given one. For facets it is found by Newton's method on the curved
+facet, for all points and their nearby facets at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fecontact.errors import MeshError
+from fecontact.mesh.reference import quad_shapes
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """Feet of n points on a surface, in the surface's own axes.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        The feet.
+    normals : (n, 3) array
+        Outward unit normals of the surface there.
+    gap : (n,) array
+        Signed distance along the normal; negative inside the body.
+    beyond : (n,) bool array
+        Whether the nearest point lies on the rim of the surface with the given point outside of it.
+    weights : (n, n_nodes) csr_matrix, optional
+        Interpolation from the nodes of the surface's mesh; None for a surface without nodes.
+    facet, local : (n,) and (n, 2) arrays, optional
+        Facet and its coordinates.
+    """
+
+    points: Array
+    normals: Array
+    gap: Array
+    beyond: NDArray[np.bool_]
+    weights: sp.csr_matrix | None = None
+    facet: IntArray | None = None
+    local: Array | None = None
+
+
+class Surface(Protocol):
+    """Something a point can be projected on."""
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3) given in the surface's axes."""
+
+
+@dataclass(frozen=True, eq=False)
+class FacetSurface:
+    """Curved facets of a mesh.
+
+    Parameters
+    ----------
+    points : (n_nodes, 3) array
+        All nodes of the mesh.
+    facets : (n_facets, 4 | 8 | 9) int array
+        Node numbers, corners counter-clockwise seen from outside.
+    name : str
+        For messages.
+    """
+
+    points: Array
+    facets: IntArray
+    name: str = "surface"
+
+    @cached_property
+    def nodes(self) -> IntArray:
+        """Distinct node numbers of the surface."""
+        return np.unique(self.facets)
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.points[self.nodes], axis=0)))
+
+    @cached_property
+    def mean_facet_size(self) -> Array:
+        """Square root of the approximate area (n_facets,) of each facet."""
+        corners = self.points[self.facets[:, :4]]
+        diagonals = corners[:, [2, 3]] - corners[:, [0, 1]]
+        return np.sqrt(np.linalg.norm(np.cross(diagonals[:, 0], diagonals[:, 1]), axis=1) / 2)
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self.points[self.nodes])
+
+    @cached_property
+    def _facets_of_node(self) -> IntArray:
+        """Facets around each surface node (n_surface_nodes, most), filled up by repeating the first."""
+        local = np.searchsorted(self.nodes, self.facets.ravel())
+        owner = np.repeat(np.arange(len(self.facets)), self.facets.shape[1])
+        order = np.argsort(local, kind="stable")
+        count = np.bincount(local, minlength=len(self.nodes))
+        start = np.concatenate([[0], np.cumsum(count)[:-1]])
+        column = np.arange(count.max())[None, :]
+        return owner[order][start[:, None] + np.where(column < count[:, None], column, 0)]
+
+    @cached_property
+    def _on_rim(self) -> NDArray[np.bool_]:
+        """Of each facet's four sides (n_facets, 4), those that belong to no other facet."""
+        corners = self.facets[:, :4]
+        sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        _, inverse, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+        return (count[inverse.ravel()] == 1).reshape(-1, 4)
+
+    def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
+        """Positions (n, 3), tangents (n, 3, 2) and shape functions (n, k) at facet coordinates."""
+        N, dN = quad_shapes(self.facets.shape[1], local)
+        x = self.points[self.facets[facet]]
+        return np.einsum("na,nai->ni", N, x), np.einsum("naj,nai->nij", dN, x), N
+
+    def normals(self, facet: IntArray, local: Array) -> Array:
+        """Outward unit normals (n, 3)."""
+        _, tangents, _ = self.evaluate(facet, local)
+        n = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+        length = np.linalg.norm(n, axis=1)
+        if (length == 0).any():
+            raise MeshError(
+                f"Facet {facet[np.argmin(length)]} of {self.name!r} has no normal: two of its sides coincide."
+            )
+        return n / length[:, None]
+
+    def project(self, points: Array, n_near: int = 3) -> Feet:
+        """Feet of points (n, 3): the nearest over the facets round each point's `n_near` nearest nodes."""
+        _, near = self._tree.query(points, k=min(n_near, len(self.nodes)))
+        around = self._facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
+        point, facet = np.unique(
+            np.stack([np.repeat(np.arange(len(points)), around.shape[1]), around.ravel()], 1), axis=0
+        ).T
+        local, distance2 = self._newton(points[point], facet)
+        # the nearest facet of each point; among equals the first, so that shared edges are decided once
+        order = np.lexsort((facet, _rounded(distance2), point))
+        best = order[np.searchsorted(point[order], np.arange(len(points)))]
+        facet, local = facet[best], local[best]
+        x, _, N = self.evaluate(facet, local)
+        normals = self.normals(facet, local)
+        offset = points - x
+        gap = np.einsum("ni,ni->n", offset, normals)
+        columns = self.facets[facet]
+        indptr = np.arange(0, columns.size + 1, columns.shape[1])
+        weights = sp.csr_matrix((N.ravel(), columns.ravel(), indptr), shape=(len(points), len(self.points)))
+        return Feet(x, normals, gap, self._beyond(facet, local, offset, normals), weights, facet, local)
+
+    def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
+        """Distance (n,) of each point from its given facet."""
+        return np.sqrt(self._newton(points, facet)[1])
+
+    def _newton(self, points: Array, facet: IntArray, iterations: int = 30) -> tuple[Array, Array]:
+        """Nearest point of given facets: Newton on half the squared distance, kept within the facet.
+
+        Gauss-Newton's matrix replaces the Hessian where that is not positive definite; a coordinate that leaves the
+        facet is held at its bound.
+        """
+        local = np.full((len(points), 2), 0.5)
+        active = np.arange(len(points))
+        nodes = self.points[self.facets[facet]]
+        for _ in range(iterations):
+            step = self._newton_step(points[active], nodes[active], local[active])
+            new = np.clip(local[active] + step, 0.0, 1.0)
+            moved = np.abs(new - local[active]).max(axis=1)
+            local[active] = new
+            active = active[moved > 1e-14]
+            if len(active) == 0:
+                break
+        x, _, _ = self.evaluate(facet, local)
+        return local, ((points - x) ** 2).sum(axis=1)
+
+    def _newton_step(self, points: Array, nodes: Array, local: Array) -> Array:
+        N, dN, d2N = _second_derivatives(self.facets.shape[1], local)
+        r = np.einsum("na,nai->ni", N, nodes) - points
+        t = np.einsum("naj,nai->nij", dN, nodes)
+        gradient = np.einsum("ni,nij->nj", r, t)
+        gauss = np.einsum("nij,nik->njk", t, t)
+        hessian = gauss + np.einsum("ni,najk,nai->njk", r, d2N, nodes)
+        det = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
+        indefinite = (det <= 0.01 * gauss[:, 0, 0] * gauss[:, 1, 1]) | (hessian[:, 0, 0] <= 0)
+        hessian = np.where(indefinite[:, None, None], gauss, hessian)
+        # a coordinate at its bound that would leave the facet is fixed, the other moves alone
+        held = ((local <= 0) & (gradient > 0)) | ((local >= 1) & (gradient < 0))
+        gradient = np.where(held, 0.0, gradient)
+        hessian[held[:, 0] | held[:, 1], 0, 1] = hessian[held[:, 0] | held[:, 1], 1, 0] = 0.0
+        det = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
+        det = np.where(det > 0, det, np.inf)
+        s = (hessian[:, 1, 1] * gradient[:, 0] - hessian[:, 0, 1] * gradient[:, 1]) / det
+        u = (hessian[:, 0, 0] * gradient[:, 1] - hessian[:, 1, 0] * gradient[:, 0]) / det
+        return np.clip(-np.stack([s, u], axis=1), -1.0, 1.0)
+
+    def _beyond(self, facet: IntArray, local: Array, offset: Array, normals: Array) -> NDArray[np.bool_]:
+        """Whether a foot lies on a rim side while the point's offset leans outwards across it."""
+        tangential = offset - np.einsum("ni,ni->n", offset, normals)[:, None] * normals
+        leaning = np.linalg.norm(tangential, axis=1) > 1e-6 * self.mean_facet_size[facet]
+        at = np.stack([local[:, 1] <= 0, local[:, 0] >= 1, local[:, 1] >= 1, local[:, 0] <= 0], axis=1)
+        return leaning & (at & self._on_rim[facet]).any(axis=1)
+
+
+def _rounded(distance2: Array) -> Array:
+    """Squared distances with their last digits cut off, so that equal ones compare equal."""
+    floor = 1e-24 * max(float(distance2.max(initial=0.0)), 1e-300)
+    return np.round(np.log(distance2 + floor), 6)
+
+
+def _second_derivatives(n_nodes: int, X: Array) -> tuple[Array, Array, Array]:
+    """Shape functions of a facet with first (n, k, 2) and second (n, k, 2, 2) derivatives.
+
+    scikit-fem gives first derivatives only. They are polynomials of degree at most two in each coordinate, so central
+    differences over a full unit step are exact.
+    """
+    N, dN = quad_shapes(n_nodes, X)
+    d2N = np.empty((*dN.shape, 2))
+    for j in range(2):
+        step = np.zeros(2)
+        step[j] = 0.5
+        d2N[..., j] = quad_shapes(n_nodes, X + step)[1] - quad_shapes(n_nodes, X - step)[1]
+    return N, dN, d2N

@@ -1,0 +1,169 @@
+"""Loads of a scene, sorted: what acts on bodies as a whole, on their boundaries and in their volume."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.protocol import Body
+from fecontact.errors import InputError
+from fecontact.fem.loads import body_force, surface_traction
+from fecontact.frames import Frame, make_frame
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Loading:
+    """Loads and rigid motions of a scene.
+
+    Attributes
+    ----------
+    frames : tuple of Frame
+        One for each body.
+    distributed : tuple of (n_dofs,) array or None
+        Nodal forces on each body, in its axes.
+    """
+
+    frames: tuple[Frame, ...]
+    distributed: tuple[Array | None, ...]
+
+    @property
+    def magnitude(self) -> float:
+        """Sum of the sizes of all applied forces, for estimates."""
+        total = sum(
+            float(np.linalg.norm(f.load[:3])) + float(np.linalg.norm(f.load[3:])) / f.body.size for f in self.frames
+        )
+        return total + sum(
+            float(np.linalg.norm(f.reshape(-1, 3).sum(axis=0))) for f in self.distributed if f is not None and f.size
+        )
+
+    def resultant(self, k: int) -> Array:
+        """Applied force and moment (6,) on body k about its reference point, in world axes."""
+        frame, nodal = self.frames[k], self.distributed[k]
+        total = np.zeros(6) if frame.spread else frame.load.copy()
+        if nodal is not None:
+            total += frame.modes(np.eye(6)).T @ nodal
+        return total
+
+
+def make_loading(
+    bodies: Sequence[Body],
+    forces: Mapping[object, ArrayLike] | None,
+    moments: Mapping[Body, ArrayLike] | None,
+    motions: Mapping[Body, Mapping[str, float]] | None,
+    free: Mapping[Body, str] | None,
+    pressures: Mapping[tuple[Body, str], float] | None,
+    gravity: ArrayLike | None,
+) -> Loading:
+    """Sort loads by body.
+
+    Raises
+    ------
+    InputError
+        If a key is no body of the scene or no boundary of its mesh, or gravity acts on a body without density.
+    """
+    whole, boundary = _split_keys(forces or {})
+    for given in (whole, moments or {}, motions or {}, free or {}):
+        for key in given:
+            _check_member(key, bodies)
+    for body, _ in [*boundary, *(pressures or {})]:
+        _check_member(body, bodies)
+    frames, distributed = [], []
+    for body in bodies:
+        frame = make_frame(
+            body, whole.get(body), (moments or {}).get(body), (motions or {}).get(body), (free or {}).get(body, ())
+        )
+        parts = [_boundary_force(b, name, f) for (b, name), f in boundary.items() if b is body]
+        parts += [_pressure(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
+        if gravity is not None and isinstance(body, ElasticBody):
+            parts.append(_gravity(body, gravity))
+        if frame.spread:
+            parts.append(_spread(frame))
+        frames.append(frame)
+        distributed.append(np.sum(parts, axis=0) if parts else None)
+    return Loading(tuple(frames), tuple(distributed))
+
+
+def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLike], dict[tuple[Body, str], ArrayLike]]:
+    whole: dict = {}
+    boundary: dict = {}
+    for key, value in forces.items():
+        if isinstance(key, tuple):
+            if len(key) != 2 or not isinstance(key[1], str):
+                raise InputError(f"A force acts on a body or on (body, 'boundary'); found the key {key!r}.")
+            boundary[key] = value
+        else:
+            whole[key] = value
+    return whole, boundary
+
+
+def _check_member(key: object, bodies: Sequence[Body]) -> None:
+    if not any(key is b for b in bodies):
+        names = ", ".join(repr(b.name) for b in bodies)
+        name = getattr(key, "name", key)
+        raise InputError(
+            f"A load or motion is given for {name!r}, which is not a body of this scene (they are {names})."
+        )
+
+
+def _elastic(body: Body, what: str) -> ElasticBody:
+    if not isinstance(body, ElasticBody):
+        raise InputError(f"{what} needs an elastic body; {body.name!r} is not. Give the force on the body as a whole.")
+    return body
+
+
+def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
+    """A resultant spread evenly over a boundary."""
+    elastic = _elastic(body, "A force on a boundary")
+    f = np.asarray(force, dtype=float)
+    if f.shape != (3,) or not np.isfinite(f).all():
+        raise InputError(f"The force on {name!r} of {body.name!r} must be three finite numbers; found {force!r}.")
+    mesh = elastic.mesh
+    local = f @ body.pose.rotation
+    spread = surface_traction(mesh, mesh.faces(name), lambda x, n: np.broadcast_to(local, x.shape))
+    area = surface_traction(mesh, mesh.faces(name), lambda x, n: np.broadcast_to([1.0, 0.0, 0.0], x.shape)).sum()
+    return spread / area
+
+
+def _pressure(body: Body, name: str, pressure: float) -> Array:
+    elastic = _elastic(body, "A pressure")
+    if not np.isfinite(pressure):
+        raise InputError(f"The pressure on {name!r} of {body.name!r} must be a finite number; found {pressure!r}.")
+    return surface_traction(elastic.mesh, elastic.mesh.faces(name), lambda x, n: -pressure * n)
+
+
+def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
+    g = np.asarray(gravity, dtype=float)
+    if g.shape != (3,) or not np.isfinite(g).all():
+        raise InputError(f"Gravity must be three finite numbers; found {gravity!r}.")
+    assert body.model is not None
+    if any(m.density is None for m in body.model.materials):
+        raise InputError(f"Gravity needs a density for every material of {body.name!r}: Material(E, nu, density=...).")
+    local = g @ body.pose.rotation
+    return body_force(body.mesh, lambda x: np.broadcast_to(local, x.shape), body.model.density)
+
+
+def mass_weighted(frame: Frame, motions: Array) -> Array:
+    """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R, column by column."""
+    body = _elastic(frame.body, "A floating body")
+    assert body.model is not None
+    local = frame.in_body_axes(motions)
+    centre = body.reference_point
+
+    def field(k: int, x: Array) -> Array:
+        return local[:3, k] + np.cross(local[3:, k], x - centre)
+
+    columns = [body_force(body.mesh, lambda x, k=k: field(k, x), body.model.density) for k in range(motions.shape[1])]
+    return np.stack(columns, axis=1) if columns else np.zeros((body.n_dofs, 0))
+
+
+def _spread(frame: Frame) -> Array:
+    """Nodal forces of a resultant spread over the mass as by an acceleration of the whole body."""
+    columns = mass_weighted(frame, np.eye(6))
+    inertia = frame.modes(np.eye(6)).T @ columns
+    return columns @ np.linalg.solve(inertia, frame.load)

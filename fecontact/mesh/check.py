@@ -1,0 +1,87 @@
+"""Validity of a mesh: what would otherwise be found as a wrong answer or a singular matrix much later."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fecontact.errors import MeshError
+from fecontact.mesh.basis import element_basis
+from fecontact.mesh.mesh import CellGroup, Mesh
+from fecontact.mesh.reference import EDGES, hex_quadrature
+
+Array = NDArray[np.float64]
+
+
+def check_mesh(mesh: Mesh) -> None:
+    """Refuse a mesh that cannot be computed with.
+
+    Checked are: unused points, points in the same place that are not one node, Jacobians that change sign or are not
+    positive at a quadrature point (scikit-fem takes the absolute value and says nothing), mid-edge nodes outside the
+    middle half of a straight edge (beyond the quarter points the mapping folds).
+
+    Raises
+    ------
+    MeshError
+        Says which point or cell, and what to do.
+    """
+    used = np.zeros(len(mesh.points), bool)
+    used[mesh.cells] = True
+    if mesh.midface is not None:
+        used[mesh.midface[mesh.midface >= 0]] = True
+    if not used.all():
+        raise MeshError(
+            f"{(~used).sum()} points belong to no cell; the first is point {np.argmin(used)}. Remove them: they would "
+            "make the stiffness singular."
+        )
+    _check_duplicates(mesh)
+    for group in mesh.cell_groups:
+        _check_jacobians(mesh, group)
+        if mesh.cells.shape[1] >= 20:
+            _check_mid_edge(mesh, group)
+
+
+def _check_duplicates(mesh: Mesh) -> None:
+    size = np.linalg.norm(np.ptp(mesh.points, axis=0))
+    pairs = cKDTree(mesh.points).query_pairs(1e-12 * size, output_type="ndarray")
+    if len(pairs):
+        a, b = pairs[0]
+        raise MeshError(
+            f"{len(pairs)} pairs of points lie in the same place; the first are points {a} and {b}. A crack between "
+            "them would open; join them with fecontact.mesh.merge([mesh], tolerance)."
+        )
+
+
+def _check_jacobians(mesh: Mesh, group: CellGroup) -> None:
+    X, _ = hex_quadrature(mesh.cells.shape[1])
+    _, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
+    for start in range(0, len(group.cells), 4096):
+        part = slice(start, start + 4096)
+        J = np.einsum("cai,qaj->cqji", mesh.points[group.nodes[part]], dN, optimize=True)
+        det = np.einsum("cqi,cqi->cq", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
+        bad = ~(det > 0).all(axis=1)
+        if bad.any():
+            cell = group.cells[part][np.argmax(bad)]
+            row = det[np.argmax(bad)]
+            kind = "left-handed: its nodes are in mirrored order" if (row < 0).all() else "folded or inverted"
+            raise MeshError(
+                f"Cell {cell} is {kind} (smallest Jacobian {row.min():.3g}, largest {row.max():.3g}); {bad.sum()} cells "
+                "in all. Nodes must run in VTK order, counter-clockwise below, then above."
+            )
+
+
+def _check_mid_edge(mesh: Mesh, group: CellGroup) -> None:
+    cells = mesh.cells[group.cells]
+    for edge, (a, b) in enumerate(EDGES.tolist()):
+        start, end, middle = mesh.points[cells[:, a]], mesh.points[cells[:, b]], mesh.points[cells[:, 8 + edge]]
+        chord = end - start
+        length2 = np.einsum("ij,ij->i", chord, chord)
+        along = np.einsum("ij,ij->i", middle - start, chord) / np.where(length2 > 0, length2, 1.0)
+        bad = (length2 > 0) & ((along <= 0.25) | (along >= 0.75))
+        if bad.any():
+            k = np.argmax(bad)
+            raise MeshError(
+                f"Cell {group.cells[k]} has its mid-edge node {8 + edge} at {along[k]:.3f} of the edge between its nodes "
+                f"{a} and {b}; it must lie between the quarter points (0.25 ... 0.75), or the mapping folds."
+            )

@@ -1,0 +1,334 @@
+"""From bodies and pairs to the complementarity problem, and from its solution back to the bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.optimize
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.bodies.protocol import Body
+from fecontact.errors import SupportError
+from fecontact.frames import Frame
+from fecontact.interface.pairing import Pairing
+from fecontact.loading import Loading, mass_weighted
+from fecontact.solvers import ComplementarityProblem, Solution
+from fecontact.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """One contact, paired: every slave node with its foot, and what the bodies' displacements do to the gap.
+
+    Attributes
+    ----------
+    slave, master : Body
+        As used, after a possible swap.
+    surfaces : (str, str)
+    pairing : Pairing
+    note : str
+        What was found about the two meshes.
+    """
+
+    slave: Body
+    master: Body
+    surfaces: tuple[str, str]
+    pairing: Pairing
+    note: str
+
+    @cached_property
+    def slave_rows(self) -> sp.csr_matrix:
+        """Opening by the slave's displacements (n_pairs, n_dofs)."""
+        return self.pairing.slave_rows(np.arange(len(self.pairing.nodes)), self.slave.n_dofs // 3)
+
+    @cached_property
+    def master_rows(self) -> sp.csr_matrix:
+        """Opening by the master's displacements (n_pairs, n_dofs)."""
+        return self.master.trace(self.pairing.feet, -self.pairing.feet.normals)
+
+    def rows(self, body: Body) -> sp.csr_matrix | None:
+        """Opening by the displacements of a body; None if it has no part in this contact."""
+        if body is self.slave:
+            return self.slave_rows
+        return self.master_rows if body is self.master else None
+
+    def opening_by(self, frames: Sequence[Frame]) -> Array:
+        """Gap (n_pairs,) after the prescribed rigid motions."""
+        opening = self.pairing.gap.copy()
+        for frame in frames:
+            rows = self.rows(frame.body)
+            if rows is not None and frame.moved.any():
+                opening += rows @ (frame.modes(frame.moved[:, None])[:, 0])
+        return opening
+
+
+def check_balance(interfaces: Sequence[Interface], loading: Loading) -> None:
+    """Refuse loads that no contact forces can balance, before anything is condensed.
+
+    By Farkas' lemma either B l = F has a solution l >= 0, or some rigid motion closes no gap while the load drives it;
+    non-negative least squares finds the one or the other.
+
+    Raises
+    ------
+    SupportError
+        Names the motion in words.
+    """
+    blocks, load = [], []
+    for k, frame in enumerate(loading.frames):
+        if frame.released.shape[1] == 0:
+            continue
+        modes = frame.modes(frame.released)
+        parts = [i.rows(frame.body) for i in interfaces]
+        columns = [
+            np.zeros((len(i.pairing.nodes), modes.shape[1])) if r is None else r @ modes
+            for i, r in zip(interfaces, parts, strict=True)
+        ]
+        blocks.append(np.concatenate(columns).T)
+        load.append(-frame.released.T @ loading.resultant(k))
+    if not blocks:
+        return
+    B, F = np.concatenate(blocks), np.concatenate(load)
+    scale = np.abs(B).max(axis=1)
+    scale[scale == 0] = 1.0
+    if not F.any():
+        return
+    B, F = B / scale[:, None], F / scale
+    forces, rest = scipy.optimize.nnls(B, F, maxiter=50 * sum(B.shape))
+    if rest <= 1e-8 * np.linalg.norm(F):
+        return
+    direction = (B @ forces - F) / scale
+    texts, start = [], 0
+    for frame in loading.frames:
+        part = direction[start : start + frame.released.shape[1]]
+        start += len(part)
+        arm = np.array([1.0] * 3 + [frame.body.size] * 3)
+        motion = frame.released @ part
+        if np.linalg.norm(arm * motion) > 1e-6 * np.linalg.norm(direction):
+            texts.append(frame.describe(motion))
+    raise SupportError(
+        "No contact forces can balance the load; it drives a motion that nothing resists - "
+        + "; ".join(texts)
+        + ". Support the body in that motion, prescribe it with motions=, or change the load."
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class MeanHold:
+    """A floating body some of whose rigid motions are held by its mean position.
+
+    The force that this takes is spread over the mass and follows from equilibrium, so that the rows C become
+    C (I - R m), with m the mass-weighted mean of the held motions R (m R = I).
+
+    Attributes
+    ----------
+    modes : (n_dofs, j) array
+        R, in the body's axes.
+    mean : (j, n_dofs) array
+        m.
+    """
+
+    modes: Array
+    mean: Array
+
+    def balanced(self, f: Array) -> Array:
+        """Loads (n_dofs,) together with the spread forces that hold the body against them."""
+        return f - self.mean.T @ (self.modes.T @ f)
+
+
+def _mean_hold(frame: Frame) -> MeanHold | None:
+    if frame.mean_held.shape[1] == 0:
+        return None
+    modes = frame.modes(frame.mean_held)
+    weighted = mass_weighted(frame, frame.mean_held)
+    return MeanHold(modes, np.linalg.solve(modes.T @ weighted, weighted.T))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One body's part in the problem: its rows, where they stand, and its rigid motions."""
+
+    body: Body
+    frame: Frame
+    rows: sp.csr_matrix
+    index: IntArray
+    loads: Array | None
+    released: Array
+    hold: MeanHold | None
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Displacements and gaps that follow from a solution.
+
+    Attributes
+    ----------
+    displacements : tuple of (n_dofs,) arrays
+        Of each body, rigid motion included, in its axes.
+    motions : tuple of (6,) arrays
+        Rigid motion of each body's frame in world axes (for floating components: see `ContactResult.rigid_motion`).
+    gaps : tuple of (n_pairs,) arrays
+        Gap of all pairs of each contact.
+    scale : float
+        Largest displacement, to judge penetration by.
+    """
+
+    displacements: tuple[Array, ...]
+    motions: tuple[Array, ...]
+    gaps: tuple[Array, ...]
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """The condensed problem and the way back.
+
+    Attributes
+    ----------
+    problem : ComplementarityProblem
+    parts : tuple of Part
+        One for each body.
+    interfaces : tuple of Interface
+    """
+
+    problem: ComplementarityProblem
+    parts: tuple[Part, ...]
+    interfaces: tuple[Interface, ...]
+
+    def state(self, solution: Solution) -> State:
+        """Displacements of all bodies and gaps of all pairs, candidates or not."""
+        displacements, motions = [], []
+        start = 0
+        for part in self.parts:
+            q = solution.q[start : start + part.released.shape[1]]
+            start += part.released.shape[1]
+            u, motion = _displacement(part, solution.forces[part.index], q)
+            displacements.append(u)
+            motions.append(motion)
+        gaps = []
+        scale = max((float(np.abs(u).max(initial=0.0)) for u in displacements), default=0.0)
+        for interface in self.interfaces:
+            change = np.zeros(len(interface.pairing.nodes))
+            for part, u in zip(self.parts, displacements, strict=True):
+                rows = interface.rows(part.body)
+                if rows is not None:
+                    change += rows @ u
+            gaps.append(interface.pairing.gap + change)
+        return State(tuple(displacements), tuple(motions), tuple(gaps), scale)
+
+
+def _displacement(part: Part, forces: Array, q: Array) -> tuple[Array, Array]:
+    frame, loads = part.frame, part.loads
+    if part.hold is not None:
+        f = part.rows.T @ forces + (0.0 if loads is None else loads)
+        loads = part.hold.balanced(f) - part.rows.T @ forces
+    u = part.body.displacement(part.rows, forces, loads)
+    motion = frame.moved + frame.released @ q
+    u = u + frame.modes(motion[:, None])[:, 0]
+    if part.hold is not None:
+        target = part.hold.mean @ frame.modes(frame.moved[:, None])[:, 0]
+        correction = target - part.hold.mean @ u
+        u = u + part.hold.modes @ correction
+        motion = motion + frame.mean_held @ correction
+    return u, motion
+
+
+def assemble(
+    bodies: Sequence[Body],
+    interfaces: Sequence[Interface],
+    chosen: Sequence[IntArray],
+    loading: Loading,
+    watch: Stopwatch,
+) -> Reduction:
+    """Condense every body onto the chosen pairs and add up.
+
+    Parameters
+    ----------
+    chosen : sequence of int arrays
+        Candidate pairs of each interface.
+    """
+    ends = np.cumsum([0] + [len(c) for c in chosen])
+    n = int(ends[-1])
+    _condense_shared(bodies, interfaces, chosen, watch)
+    S = np.zeros((n, n))
+    g = np.concatenate([i.pairing.gap[c] for i, c in zip(interfaces, chosen, strict=True)])
+    parts, B, F = [], [], []
+    for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
+        part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
+        reduced = body.reduce(part.rows, part.loads, watch)
+        compliance, response = reduced.compliance, reduced.response
+        with watch("condense"):
+            modes = frame.modes(np.concatenate([part.released, frame.moved[:, None]], axis=1))
+            motion_rows = part.rows @ modes
+            if part.hold is not None:
+                compliance, response = _held_by_mean(part, part.hold, compliance, response)
+            S[np.ix_(part.index, part.index)] += compliance
+            g[part.index] += response + motion_rows[:, -1]
+            columns = np.zeros((part.released.shape[1], n))
+            columns[:, part.index] = motion_rows[:, :-1].T
+            B.append(columns)
+            F.append(-part.released.T @ loading.resultant(k))
+            parts.append(part)
+    problem = ComplementarityProblem(S, g, np.concatenate(B), np.concatenate(F))
+    return Reduction(problem, tuple(parts), tuple(interfaces))
+
+
+def _condense_shared(
+    bodies: Sequence[Body], interfaces: Sequence[Interface], chosen: Sequence[IntArray], watch: Stopwatch
+) -> None:
+    """Condense a model that stands in several poses once, onto all its poses' candidates together."""
+    nodes: dict[int, list[IntArray]] = {}
+    models = {}
+    for body in bodies:
+        model = getattr(body, "model", None)
+        if model is None:
+            continue
+        models[id(model)] = model
+        for interface, c in zip(interfaces, chosen, strict=True):
+            rows = interface.rows(body)
+            if rows is not None:
+                nodes.setdefault(id(model), []).append(np.unique(rows[c].indices // 3))
+    for key, lists in nodes.items():
+        if len(lists) > 1:
+            models[key].condensed(np.unique(np.concatenate(lists)), watch)
+
+
+def _part(
+    body: Body,
+    frame: Frame,
+    interfaces: Sequence[Interface],
+    chosen: Sequence[IntArray],
+    ends: IntArray,
+    loads: Array | None,
+) -> Part:
+    rows, index = [sp.csr_matrix((0, body.n_dofs))], [np.zeros(0, dtype=np.int64)]
+    for interface, c, start in zip(interfaces, chosen, ends[:-1], strict=True):
+        own = interface.rows(body)
+        if own is not None:
+            rows.append(own[c])
+            index.append(start + np.arange(len(c)))
+    hold = _mean_hold(frame)
+    released = frame.released
+    if hold is not None and released.shape[1]:
+        # make the released motions leave the held mean alone
+        released = released - frame.mean_held @ (hold.mean @ frame.modes(released))
+    return Part(body, frame, sp.vstack(rows, format="csr"), np.concatenate(index), loads, released, hold)
+
+
+def _held_by_mean(part: Part, hold: MeanHold, compliance: Array, response: Array) -> tuple[Array, Array]:
+    """Compliance of the rows C (I - R m) and their response to loads that the held mean balances."""
+    rows = part.rows
+    none = np.zeros(rows.shape[0])
+    X = np.stack([part.body.displacement(rows, none, m) for m in hold.mean], axis=1)
+    CR, CX, mX = rows @ hold.modes, rows @ X, hold.mean @ X
+    compliance = compliance - CR @ CX.T - CX @ CR.T + CR @ mX @ CR.T
+    if part.loads is not None:
+        u = part.body.displacement(rows, none, hold.balanced(part.loads))
+        response = rows @ u - CR @ (hold.mean @ u)
+    return (compliance + compliance.T) / 2, response

@@ -1,0 +1,478 @@
+"""What a scene's solution tells: fields, resultants, residuals, and a report worth reading."""
+
+from __future__ import annotations
+
+import resource
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.protocol import Body
+from fecontact.errors import InputError
+from fecontact.fem.stress import gauss_strain, hooke, to_nodes
+from fecontact.interface.surface import FacetSurface
+from fecontact.loading import Loading, mass_weighted
+from fecontact.mesh.reference import quad_shapes
+from fecontact.reduction import Interface, Reduction, State
+from fecontact.solvers import Residuals, Solution
+from fecontact.stopwatch import Stopwatch
+
+if TYPE_CHECKING:
+    from fecontact.scene import Scene
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Region:
+    """One connected part of a contact area.
+
+    Attributes
+    ----------
+    area, max_pressure, mean_pressure : float
+    force : (3,) array
+        On the slave, world axes.
+    centre_of_pressure : (3,) array
+    """
+
+    area: float
+    force: Array
+    max_pressure: float
+    mean_pressure: float
+    centre_of_pressure: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ContactFields:
+    """Pressures, gaps and resultants of one contact. Points and vectors are in world axes.
+
+    Attributes
+    ----------
+    slave, master : Body
+        As used; the finer surface may have been made the slave (see `note`).
+    surfaces : (str, str)
+    points : (n, 3) array
+        Slave nodes that face the master, undeformed.
+    normals : (n, 3) array
+        Out of the master; the slave is pushed along them.
+    weights : (n,) array
+        Area of each point.
+    forces : (n,) array
+        Contact forces along the normals, zero where there is no contact.
+    gap : (n,) array
+        After deformation.
+    candidates : (n_candidates,) int array
+        Points that took part in the solution.
+    facets : (n_facets, 4 | 8 | 9) int array
+        Surface facets in terms of the points.
+    reference_point : (3,) array
+        About which `moment` counts: the slave's.
+    note : str
+        What was found about the two meshes.
+    """
+
+    slave: Body
+    master: Body
+    surfaces: tuple[str, str]
+    points: Array
+    normals: Array
+    weights: Array
+    forces: Array
+    gap: Array
+    candidates: IntArray
+    facets: IntArray
+    reference_point: Array
+    note: str
+
+    @property
+    def pressure(self) -> Array:
+        """Pressure (n,): force over area."""
+        return self.forces / self.weights
+
+    @property
+    def active(self) -> NDArray[np.bool_]:
+        """Points (n,) that carry force."""
+        return self.forces > 0
+
+    @property
+    def area(self) -> float:
+        """Sum of the areas of the points that carry force."""
+        return float(self.weights[self.active].sum())
+
+    @property
+    def force(self) -> Array:
+        """Resultant (3,) on the slave."""
+        return self.forces @ self.normals
+
+    @property
+    def moment(self) -> Array:
+        """Moment (3,) on the slave about its reference point."""
+        return np.cross(self.points - self.reference_point, self.forces[:, None] * self.normals).sum(axis=0)
+
+    @property
+    def total_force(self) -> float:
+        """Sum of the forces along their normals."""
+        return float(self.forces.sum())
+
+    @property
+    def centre_of_pressure(self) -> Array:
+        """Mean position (3,) weighted by force; NaN without contact."""
+        total = self.total_force
+        return self.forces @ self.points / total if total > 0 else np.full(3, np.nan)
+
+    @property
+    def max_pressure(self) -> float:
+        """Largest nodal pressure."""
+        return float(self.pressure.max(initial=0.0))
+
+    @property
+    def mean_pressure(self) -> float:
+        """Total force over area; zero without contact."""
+        return self.total_force / self.area if self.area > 0 else 0.0
+
+    @cached_property
+    def regions(self) -> tuple[Region, ...]:
+        """Connected parts of the contact area, the most loaded first; points are connected by facets they share."""
+        active = self.active
+        if not active.any():
+            return ()
+        f, k = self.facets.shape
+        member = sp.csr_matrix((np.ones(f * k), (self.facets.ravel(), np.repeat(np.arange(f), k))), (len(active), f))
+        member = member.multiply(active[:, None]).tocsr()
+        count, label = connected_components(member @ member.T, directed=False)
+        out = []
+        for k in np.unique(label[active]).tolist():
+            inside = active & (label == k)
+            total, area = self.forces[inside].sum(), self.weights[inside].sum()
+            out.append(
+                Region(
+                    area=float(area),
+                    force=self.forces[inside] @ self.normals[inside],
+                    max_pressure=float(self.pressure[inside].max()),
+                    mean_pressure=float(total / area),
+                    centre_of_pressure=self.forces[inside] @ self.points[inside] / total,
+                )
+            )
+        return tuple(sorted(out, key=lambda r: -r.mean_pressure * r.area))
+
+    def sampled(self, values: Array, n: int = 4) -> tuple[Array, Array, Array]:
+        """A nodal field interpolated inside the facets.
+
+        Parameters
+        ----------
+        values : (n_points,) array
+            For instance `pressure`.
+        n : int
+            Samples per side of a facet, at the middles of n x n equal cells of its coordinates.
+
+        Returns
+        -------
+        points : (n_samples, 3) array
+        values : (n_samples,) array
+        areas : (n_samples,) array
+            Area that each sample stands for.
+        """
+        t = (np.arange(n) + 0.5) / n
+        local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
+        N, dN = quad_shapes(self.facets.shape[1], local)
+        nodes = self.points[self.facets]
+        tangents = np.einsum("qaj,fai->fqij", dN, nodes)
+        areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
+        return (N @ nodes).reshape(-1, 3), (values[self.facets] @ N.T).ravel(), areas.ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """Small rigid motion of a body: `translation` (3,) of `point` (3,) and `rotation` vector (3,), world axes."""
+
+    translation: Array
+    rotation: Array
+    point: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ContactResult:
+    """Certified solution of a scene.
+
+    Attributes
+    ----------
+    contacts : tuple of ContactFields
+    solution : Solution
+        Of the condensed problem.
+    seconds : dict
+        Wall time by stage, and 'total'.
+    rounds : int
+        How often candidates were chosen.
+    """
+
+    scene: Scene
+    contacts: tuple[ContactFields, ...]
+    solution: Solution
+    seconds: dict[str, float]
+    rounds: int
+    loading: Loading = field(repr=False)
+    reduction: Reduction = field(repr=False)
+    state: State = field(repr=False)
+
+    @property
+    def success(self) -> bool:
+        """Whether the certificate holds; always true for a result that was returned."""
+        return self.solution.success
+
+    @property
+    def status(self) -> str:
+        """'solved' or 'no-contact'."""
+        return str(self.solution.status)
+
+    @property
+    def message(self) -> str:
+        """The status in a sentence."""
+        return self.solution.message
+
+    @property
+    def nit(self) -> int:
+        """Iterations of the solver in the last round."""
+        return self.solution.nit
+
+    @property
+    def n_dofs(self) -> int:
+        """Degrees of freedom of all models, each counted once however often it is placed."""
+        models = {id(getattr(b, "model", b)): b.n_dofs for b in self.scene.bodies if isinstance(b, ElasticBody)}
+        return sum(models.values())
+
+    @property
+    def n_candidates(self) -> int:
+        """Candidate points of all contacts."""
+        return self.reduction.problem.n
+
+    @property
+    def n_active(self) -> int:
+        """Points that carry force."""
+        return int((self.solution.forces > 0).sum())
+
+    def _number(self, body: Body) -> int:
+        for k, b in enumerate(self.scene.bodies):
+            if b is body:
+                return k
+        raise InputError(f"{getattr(body, 'name', body)!r} is not a body of this result's scene.")
+
+    def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
+        if not isinstance(body, ElasticBody):
+            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
+        return self._number(body), body
+
+    def displacement(self, body: Body) -> Array:
+        """Total displacement (n_points, 3) of the body's nodes in world axes."""
+        k, elastic = self._elastic(body)
+        return self.state.displacements[k].reshape(-1, 3) @ elastic.pose.rotation.T
+
+    def strain(self, body: Body) -> Array:
+        """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
+        k, elastic = self._elastic(body)
+        values, _ = gauss_strain(elastic.mesh, self.state.displacements[k].reshape(-1, 3))
+        return to_nodes(elastic.mesh, values)
+
+    def stress(self, body: Body) -> Array:
+        """Stress (n_points, 6) at the nodes, tension positive, in the body's own axes.
+
+        Taken at the Gauss points, extrapolated and averaged; components xx, yy, zz, xy, yz, xz.
+        """
+        k, elastic = self._elastic(body)
+        assert elastic.model is not None
+        values, _ = gauss_strain(elastic.mesh, self.state.displacements[k].reshape(-1, 3))
+        return to_nodes(elastic.mesh, hooke(values, elastic.model.lame[:, None], elastic.model.shear[:, None]))
+
+    def rigid_motion(self, body: Body) -> RigidMotion:
+        """Rigid motion of a body about its reference point.
+
+        Of the frame, where supports tie the body to it; of the mean position weighted by mass (Elangovan 1978,
+        eq. A-17), where it floats.
+        """
+        k = self._number(body)
+        frame, motion = self.loading.frames[k], self.state.motions[k].copy()
+        if body.free_motions.shape[1]:
+            Q = body.pose.rotation
+            floating = np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+            modes = frame.modes(floating)
+            weighted = mass_weighted(frame, floating)
+            elastic = self.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
+            motion += floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic)
+        return RigidMotion(motion[:3], motion[3:], frame.point)
+
+    def boundary_motion(self, body: Body, name: str) -> Array:
+        """Mean displacement (3,) of a boundary in world axes, over its nodes by their areas."""
+        k, elastic = self._elastic(body)
+        faces = elastic.mesh.faces(name)
+        from fecontact.fem.loads import surface_traction
+
+        weights = surface_traction(elastic.mesh, faces, lambda x, n: np.broadcast_to([1.0, 0.0, 0.0], x.shape))[::3]
+        return weights @ self.displacement(body) / weights.sum()
+
+    def residuals(self) -> Residuals:
+        """Penetration, tension, complementarity and equilibrium, recomputed from the problem; all relative.
+
+        Penetration covers the points outside the candidates too. Equilibrium is the larger of the condensed problem's
+        and of the balance of forces and moments of every pair of bodies in contact and on every free frame.
+        """
+        r = self.solution.residuals
+        outside = max((float(-g.min(initial=0.0)) for g in self.state.gaps), default=0.0)
+        scale = self.state.scale if self.state.scale > 0 else 1.0
+        equilibrium = max([r.equilibrium, *(self._imbalance(i) for i in self.reduction.interfaces)])
+        return Residuals(max(r.penetration, outside / scale), r.tension, r.complementarity, equilibrium)
+
+    def _imbalance(self, interface: Interface) -> float:
+        """Resultant of the forces on slave and master together (six components), relative to the forces."""
+        k = self.reduction.interfaces.index(interface)
+        fields = self.contacts[k]
+        if fields.total_force == 0:
+            return 0.0
+        feet = interface.master.pose.to_world(interface.pairing.feet.points)
+        vectors = fields.forces[:, None] * fields.normals
+        # the forces themselves are equal and opposite by construction; their lines of action must coincide
+        couple = np.cross(fields.points - feet, vectors).sum(axis=0)
+        return float(np.linalg.norm(couple) / (fields.total_force * interface.slave.size))
+
+    def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Any:
+        """Picture of a field, see `fecontact.plot`; written to `path` if given."""
+        from fecontact.plot import plot_result
+
+        return plot_result(self, what, path, **options)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the result; the suffix decides: .vtu (ParaView), .json (summary), .csv (contact points)."""
+        from fecontact.io import save_result
+
+        return save_result(self, path)
+
+    def summary(self) -> dict[str, Any]:
+        """Numbers for scripts, ready for JSON."""
+        r = self.residuals()
+        return {
+            "status": self.status,
+            "solver": self.solution.solver,
+            "iterations": self.nit,
+            "rounds": self.rounds,
+            "n_dofs": self.n_dofs,
+            "n_candidates": self.n_candidates,
+            "n_active": self.n_active,
+            "contacts": [
+                {
+                    "slave": c.slave.name,
+                    "master": c.master.name,
+                    "surfaces": list(c.surfaces),
+                    "force": c.force.tolist(),
+                    "moment": c.moment.tolist(),
+                    "area": c.area,
+                    "max_pressure": c.max_pressure,
+                    "mean_pressure": c.mean_pressure,
+                    "centre_of_pressure": c.centre_of_pressure.tolist() if c.active.any() else None,
+                    "regions": len(c.regions),
+                    "note": c.note,
+                }
+                for c in self.contacts
+            ],
+            "residuals": {
+                "penetration": r.penetration,
+                "tension": r.tension,
+                "complementarity": r.complementarity,
+                "equilibrium": r.equilibrium,
+            },
+            "seconds": dict(self.seconds),
+            "peak_rss_mb": peak_memory(),
+        }
+
+    def __str__(self) -> str:
+        return report(self)
+
+
+def report(result: ContactResult) -> str:
+    """The table that `print(result)` shows."""
+    r = result.residuals()
+    lines = [f"Contact of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
+    lines += [f"  {b.describe()}" for b in result.scene.bodies]
+    lines.append(
+        f"  {result.n_candidates} candidates, {result.n_active} in contact, {result.nit} iterations, {result.rounds} round(s)"
+    )
+    for c in result.contacts:
+        lines += [
+            f"{c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]} ({c.note})",
+            f"  force on {c.slave.name:<12} {_numbers(c.force)}",
+            f"  moment                {_numbers(c.moment)}",
+            f"  area                  {c.area:>13.6g}   in {len(c.regions)} region(s)",
+            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.mean_pressure:>13.6g}",
+        ]
+        if c.active.any():
+            lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}")
+    lines.append(
+        f"Residuals: penetration {r.penetration:.1e}, tension {r.tension:.1e}, "
+        f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}"
+    )
+    stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
+    lines.append(f"Seconds:   {stages}")
+    return "\n".join(lines)
+
+
+def _numbers(v: Array) -> str:
+    return " ".join(f"{x:>13.6g}" for x in v)
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far, in MB."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 1024 if sys.platform != "darwin" else peak / 1024**2
+
+
+def make_result(
+    scene: Scene,
+    interfaces: Sequence[Interface],
+    chosen: Sequence[IntArray],
+    loading: Loading,
+    reduction: Reduction,
+    solution: Solution,
+    state: State,
+    watch: Stopwatch,
+    rounds: int,
+) -> ContactResult:
+    """Bring the solution of the condensed problem into the form a person needs."""
+    contacts, start = [], 0
+    for interface, candidates, gap in zip(interfaces, chosen, state.gaps, strict=True):
+        forces = np.zeros(len(gap))
+        forces[candidates] = solution.forces[start : start + len(candidates)]
+        start += len(candidates)
+        contacts.append(_fields(interface, candidates, forces, gap))
+    seconds = dict(watch.seconds)
+    seconds["total"] = sum(seconds.values())
+    return ContactResult(scene, tuple(contacts), solution, seconds, rounds, loading, reduction, state)
+
+
+def _fields(interface: Interface, candidates: IntArray, forces: Array, gap: Array) -> ContactFields:
+    slave, pairing = interface.slave, interface.pairing
+    surface = slave.surface(interface.surfaces[0])
+    assert isinstance(surface, FacetSurface)
+    number = np.full(len(surface.points), -1, dtype=np.int64)
+    number[pairing.nodes] = np.arange(len(pairing.nodes))
+    facets = number[surface.facets]
+    return ContactFields(
+        slave=slave,
+        master=interface.master,
+        surfaces=interface.surfaces,
+        points=slave.pose.to_world(pairing.slave_points),
+        normals=pairing.slave_normals @ slave.pose.rotation.T,
+        weights=pairing.weights,
+        forces=forces,
+        gap=gap,
+        candidates=candidates,
+        facets=facets[(facets >= 0).all(axis=1)],
+        reference_point=slave.pose.to_world(slave.reference_point),
+        note=interface.note,
+    )

@@ -1,0 +1,292 @@
+"""Scene: bodies, contacts and loads, reduced to one complementarity problem on the candidate contact points.
+
+    minimise 1/2 l^T S l + g^T l   subject to   l >= 0,  B l = F
+    S = sum_b C_b K_b^+ C_b^T,   g = gaps + sum_b C_b (K_b^+ f_b + prescribed motions),   B = [R_b^T C_b^T]
+
+`Scene.solve` goes: pair - choose candidates - condense - solve - look for penetration outside - perhaps grow, again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.bodies.protocol import Body
+from fecontact.errors import InputError
+from fecontact.interface.candidates import approach_for_load, choose, grow
+from fecontact.interface.pairing import Pairing, nested, pair
+from fecontact.interface.surface import FacetSurface
+from fecontact.loading import Loading, make_loading
+from fecontact.reduction import Interface, assemble, check_balance
+from fecontact.result import ContactResult, make_result
+from fecontact.solvers import solve
+from fecontact.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Largest number of times the candidates are enlarged before the search is given up.
+MOST_ROUNDS = 12
+#: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
+OUTSIDE_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """Two surfaces that may touch, the slave first.
+
+    Contact forces live on the slave's nodes. Where its faces lie inside the master's faces (equal or nested meshes)
+    that is exact; elsewhere the finer surface should be the slave, and `swap='auto'` sees to it and says so.
+
+    Parameters
+    ----------
+    slave, master : Body
+    surfaces : (str, str), optional
+        Names of their surfaces; may be left out where a body has declared only one.
+    swap : {'auto', 'never'}
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="bottom", supports={"top": "xyz"})
+    >>> fc.Contact(body, fc.RigidBody(fc.Plane())).surfaces
+    ('bottom', 'surface')
+    """
+
+    slave: Body
+    master: Body
+    surfaces: tuple[str, str] | None = None
+    swap: str = "auto"
+
+    def __post_init__(self) -> None:
+        if self.swap not in ("auto", "never"):
+            raise InputError(f"swap must be 'auto' or 'never'; found {self.swap!r}.")
+        if self.slave is self.master:
+            raise InputError(f"{self.slave.name!r} cannot be in contact with itself; give two bodies.")
+        if self.surfaces is None:
+            for body in (self.slave, self.master):
+                if len(body.contact) != 1:
+                    raise InputError(
+                        f"{body.name!r} declares {len(body.contact)} contact surfaces ({', '.join(body.contact) or 'none'}); "
+                        "say which in Contact(..., surfaces=(slave's, master's))."
+                    )
+            object.__setattr__(self, "surfaces", (self.slave.contact[0], self.master.contact[0]))
+        elif len(self.surfaces) != 2:
+            raise InputError(f"surfaces must be a pair of names, the slave's first; found {self.surfaces!r}.")
+        assert self.surfaces is not None
+        self.slave.surface(self.surfaces[0])
+        self.master.surface(self.surfaces[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Bodies and the contacts between them.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+    contacts : sequence of Contact
+
+    Raises
+    ------
+    InputError
+        Bodies named twice or missing, no contact.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+    >>> floor = fc.RigidBody(fc.Plane())
+    >>> scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+    >>> result = scene.solve(motions={body: {"z": -0.01}})
+    >>> round(float(result.contacts[0].force[2]), 12)
+    0.01
+    """
+
+    bodies: Sequence[Body]
+    contacts: Sequence[Contact]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bodies", tuple(self.bodies))
+        object.__setattr__(self, "contacts", tuple(self.contacts))
+        if not self.contacts:
+            raise InputError("A scene needs at least one Contact.")
+        if len({id(b) for b in self.bodies}) != len(self.bodies):
+            raise InputError("A body is listed twice; use body.placed(...) to stand the same model in two places.")
+        for contact in self.contacts:
+            for body in (contact.slave, contact.master):
+                if not any(body is b for b in self.bodies):
+                    raise InputError(
+                        f"{body.name!r} is in a contact but not among the scene's bodies (bodies are compared by identity)."
+                    )
+
+    @cached_property
+    def _interfaces(self) -> tuple[Interface, ...]:
+        return tuple(_interface(c) for c in self.contacts)
+
+    def solve(
+        self,
+        forces: Mapping[object, ArrayLike] | None = None,
+        *,
+        moments: Mapping[Body, ArrayLike] | None = None,
+        motions: Mapping[Body, Mapping[str, float]] | None = None,
+        free: Mapping[Body, str] | None = None,
+        pressures: Mapping[tuple[Body, str], float] | None = None,
+        gravity: ArrayLike | None = None,
+        solver: str = "auto",
+        tolerance: float = 1e-10,
+        **options: object,
+    ) -> ContactResult:
+        """Solve the frictionless contact problem.
+
+        Parameters
+        ----------
+        forces : mapping, optional
+            Force (3,) on a body as a whole, or on one of its boundaries with the key ``(body, "boundary")``, spread
+            evenly over it. World axes.
+        moments : mapping of Body to (3,), optional
+            About the body's reference point (its centre of mass).
+        motions : mapping of Body to {component: value}, optional
+            Prescribed rigid components out of x, y, z, rx, ry, rz.
+        free : mapping of Body to str, optional
+            Components to release although supports resist them, such as ``"rx ry"``.
+        pressures : mapping of (Body, boundary) to float, optional
+            Pressures against boundaries.
+        gravity : (3,), optional
+            Acceleration; bodies need densities.
+        solver : str
+            'auto' or one of `available_solvers()`.
+        tolerance : float
+            Of the certificate, see `solvers.Residuals`.
+        **options
+            Passed to the solver.
+
+        Returns
+        -------
+        ContactResult
+
+        Raises
+        ------
+        InputError, SupportError, SolverError
+            With what was found, what was expected and what to do.
+        """
+        watch = Stopwatch()
+        loading = make_loading(self.bodies, forces, moments, motions, free, pressures, gravity)
+        with watch("pair"):
+            interfaces = []
+            for interface, contact in zip(self._interfaces, self.contacts, strict=True):
+                near = _first_choice(interface, interface.opening_by(loading.frames), loading)
+                interfaces.append(_finer_as_slave(interface, near, contact.swap))
+            check_balance(interfaces, loading)
+            opening = [i.opening_by(loading.frames) for i in interfaces]
+            chosen = [_first_choice(i, o, loading) for i, o in zip(interfaces, opening, strict=True)]
+        start: NDArray[np.bool_] | None = None
+        for round_number in range(1, MOST_ROUNDS + 1):
+            reduction = assemble(self.bodies, interfaces, chosen, loading, watch)
+            with watch("solve"):
+                solution = solve(reduction.problem, solver, start=start, tolerance=tolerance, **options)
+            with watch("certify"):
+                state = reduction.state(solution)
+                penetrating = [
+                    _outside(i, c, w, state.scale) for i, c, w in zip(interfaces, chosen, state.gaps, strict=True)
+                ]
+            if not any(p.any() for p in penetrating):
+                break
+            before = chosen
+            chosen = [grow(c, o, p) if p.any() else c for c, o, p in zip(chosen, opening, penetrating, strict=True)]
+            start = _warm_start(before, chosen, solution.active)
+        else:
+            raise InputError(
+                f"The candidates still grew after {MOST_ROUNDS} rounds; the contact does not settle. "
+                "Check the loads and the initial gap."
+            )
+        return make_result(self, interfaces, chosen, loading, reduction, solution, state, watch, round_number)
+
+
+def _interface(contact: Contact) -> Interface:
+    """Pair a contact; the side that has nodes, if only one has, is the slave."""
+    assert contact.surfaces is not None
+    slave, master, names = contact.slave, contact.master, contact.surfaces
+    note = ""
+    if not isinstance(slave.surface(names[0]), FacetSurface):
+        slave, master, names = master, slave, names[::-1]
+        note = f"{slave.name!r} has the nodes and was made the slave"
+    return Interface(slave, master, names, _paired(slave, master, names), note)
+
+
+def _finer_as_slave(interface: Interface, near: IntArray, swap: str) -> Interface:
+    """Say whether nodal forces are exact here; where they are not, make the finer side the slave."""
+    slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
+    s, m = slave.surface(names[0]), master.surface(names[1])
+    if not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
+        return interface
+    if nested(s, m, pairing, near):
+        return replace(interface, note="faces match or nest")
+    note = "faces do not match: nodal forces err by the order of the face size"
+    ours = s.mean_facet_size[np.isin(s.facets, pairing.nodes[near]).all(axis=1)]
+    theirs = m.mean_facet_size[np.unique(pairing.feet.facet[near])]  # type: ignore[index]
+    if swap == "auto" and len(ours) and theirs.mean() < 0.9 * ours.mean():
+        note += f"; {master.name!r} is finer and was made the slave"
+        return Interface(master, slave, names[::-1], _paired(master, slave, names[::-1]), note)
+    return replace(interface, note=note)
+
+
+def _paired(slave: Body, master: Body, names: tuple[str, str]) -> Pairing:
+    surface = slave.surface(names[0])
+    if not isinstance(surface, FacetSurface):
+        raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
+    relative = slave.pose.relative_to(master.pose)
+    pairing = pair(surface, master.surface(names[1]), relative.rotation, relative.translation)
+    if len(pairing.nodes) == 0:
+        raise InputError(
+            f"The surfaces {names[0]!r} of {slave.name!r} and {names[1]!r} of {master.name!r} do not face each other: "
+            "no point of the one has its foot on the other. Check the poses and which boundaries are named."
+        )
+    return pairing
+
+
+def _first_choice(interface: Interface, opening: Array, loading: Loading) -> IntArray:
+    """Candidates from the gap, the prescribed motions and the size of the loads."""
+    approach = max(0.0, -float(opening.min()))
+    force = loading.magnitude
+    if force > 0:
+        compliances = [1 / b.contact_modulus for b in (interface.slave, interface.master)]
+        if sum(compliances) > 0:
+            images = _mirror_images(interface, opening)
+            area = images * interface.pairing.weights
+            approach = max(
+                approach, approach_for_load(opening - opening.min(), area, 1 / sum(compliances), images * force)
+            )
+    return choose(opening, approach)
+
+
+def _mirror_images(interface: Interface, opening: Array) -> int:
+    """How many times the modelled part stands for the whole, guessed to judge the load against the area.
+
+    A boundary held in one component only that passes through the point nearest contact is taken for a plane of
+    symmetry. A wrong guess costs time, never accuracy.
+    """
+    supports = getattr(interface.slave, "supports", {})
+    nearest = interface.pairing.nodes[np.argmin(opening)]
+    planes = [name for name, held in supports.items() if len(held) == 1]
+    return 2 ** sum(nearest in interface.slave.mesh.boundary_nodes(name) for name in planes)  # type: ignore[attr-defined]
+
+
+def _outside(interface: Interface, chosen: IntArray, gaps: Array, scale: float) -> NDArray[np.bool_]:
+    """Pairs that are no candidates and penetrate."""
+    penetrating = gaps < -OUTSIDE_TOLERANCE * scale
+    penetrating[chosen] = False
+    return penetrating
+
+
+def _warm_start(before: list[IntArray], after: list[IntArray], active: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The active set of smaller candidate sets on larger ones."""
+    ends = np.cumsum([0] + [len(b) for b in before])
+    parts = [np.isin(a, b[active[s:e]]) for a, b, s, e in zip(after, before, ends[:-1], ends[1:], strict=True)]
+    return np.concatenate(parts)
