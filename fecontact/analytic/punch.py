@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import beta, betainc, hyp2f1
+from scipy.special import beta, betaincc, hyp2f1
 
 from fecontact.analytic import _checks
 from fecontact.analytic._functions import arctan_defect
@@ -375,7 +375,7 @@ def _power_shape(xi: NDArray[np.float64], n: float) -> NDArray[np.float64]:
     # functions instead, by one step of the recurrence (n - 1) J_n = sqrt(1 - xi^2) + (n - 2) xi^2 J_(n-2) if n > 1.
     power = (1 - n) / 2 if n < 1 else (3 - n) / 2
     with np.errstate(divide="ignore"):
-        tip = xi ** (n - 1) / 2 * beta(0.5, power) * betainc(0.5, power, complement)
+        tip = xi ** (n - 1) / 2 * beta(0.5, power) * betaincc(power, 0.5, np.minimum(xi, 1.0) ** 2)
     close = tip if n < 1 else (np.sqrt(complement) + (n - 2) * tip) / (n - 1)
     return np.where(xi < 0.5, close, wide)
 
