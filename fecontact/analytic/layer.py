@@ -498,7 +498,7 @@ def _solve(ratio: float, nu: float, base: Base) -> tuple[NDArray[np.float64], fl
     unit, weight = composite_gauss(panels, 40)
     kappa = 25 * unit
     spectrum = 25 * weight * _deficit(kappa, nu, base) * 2 * ratio / math.pi
-    order = 24 + math.ceil(6 * ratio)  # the kernel's width is h
+    order = 32 * math.ceil((24 + 6 * ratio) / 32)  # the kernel's width is h; steps of 32 share their nodes
     t, w = gauss(order)
     angles = (np.arange(order) + 0.5) * math.pi / order
     samples = np.sqrt((1 + np.cos(angles)) / 2)  # Chebyshev points in 2 t^2 - 1
