@@ -246,9 +246,13 @@ class ContactResult:
 
     @property
     def n_dofs(self) -> int:
-        """Degrees of freedom of all models, each counted once however often it is placed."""
-        models = {id(getattr(b, "model", b)): b.n_dofs for b in self.scene.bodies if isinstance(b, ElasticBody)}
-        return sum(models.values())
+        """Degrees of freedom of all elastic bodies."""
+        return sum(b.n_dofs for b in self.scene.bodies if isinstance(b, ElasticBody))
+
+    @property
+    def n_dofs_factorised(self) -> int:
+        """The same, with a model that stands in several poses counted once."""
+        return sum({id(b.model): b.n_dofs for b in self.scene.bodies if isinstance(b, ElasticBody)}.values())
 
     @property
     def n_candidates(self) -> int:

@@ -16,10 +16,16 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fecontact.errors import MeshError
-from fecontact.mesh.reference import quad_shapes
+from fecontact.mesh.reference import quad_nodes, quad_shapes
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+#: Offset, relative to the facet's size, below which its direction is rounding.
+SHORTEST_OFFSET = 1e-9
+#: Sine of the angle between offset and normal from which a point with its foot on the rim counts as beyond it.
+RIM_LEAN = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +37,7 @@ class Feet:
     points : (n, 3) array
         The feet.
     normals : (n, 3) array
-        Outward unit normals of the surface there.
+        Outward unit vectors along the line from foot to point: the surface's normals there.
     gap : (n,) array
         Signed distance along the normal; negative inside the body.
     beyond : (n,) bool array
@@ -146,13 +152,43 @@ class FacetSurface:
         best = order[np.searchsorted(point[order], np.arange(len(points)))]
         facet, local = facet[best], local[best]
         x, _, N = self.evaluate(facet, local)
-        normals = self.normals(facet, local)
         offset = points - x
+        normals = self._lines_of_action(facet, local, N, offset)
         gap = np.einsum("ni,ni->n", offset, normals)
         columns = self.facets[facet]
         indptr = np.arange(0, columns.size + 1, columns.shape[1])
         weights = sp.csr_matrix((N.ravel(), columns.ravel(), indptr), shape=(len(points), len(self.points)))
-        return Feet(x, normals, gap, self._beyond(facet, local, offset, normals), weights, facet, local)
+        return Feet(x, normals, gap, self._beyond(facet, local, offset), weights, facet, local)
+
+    @cached_property
+    def _mean_normals(self) -> Array:
+        """Unit normals (n_nodes, 3) averaged over the facets round each surface node; zero elsewhere."""
+        reference = quad_nodes(self.facets.shape[1])
+        k = len(reference)
+        facet = np.repeat(np.arange(len(self.facets)), k)
+        normals = self.normals(facet, np.tile(reference, (len(self.facets), 1)))
+        total = np.zeros_like(self.points)
+        np.add.at(total, self.facets.ravel(), normals)
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
+
+    def _lines_of_action(self, facet: IntArray, local: Array, N: Array, offset: Array) -> Array:
+        """Unit vectors from foot to point, outwards: a force along them has no moment about the foot.
+
+        Inside a facet that is its normal. On an edge or corner between facets any direction of the normal cone can be
+        nearest, so the offset itself gives the line; where it is too short to have a direction, the mean normal does.
+        """
+        normals = self.normals(facet, local)
+        on_edge = ((local <= 0) | (local >= 1)).any(axis=1)
+        mean = np.einsum("na,nai->ni", N[on_edge], self._mean_normals[self.facets[facet[on_edge]]])
+        mean /= np.linalg.norm(mean, axis=1, keepdims=True)
+        along = offset[on_edge]
+        length = np.linalg.norm(along, axis=1)
+        long = length > SHORTEST_OFFSET * self.mean_facet_size[facet[on_edge]]
+        sign = np.where(np.einsum("ni,ni->n", along, mean) < 0, -1.0, 1.0)
+        lines = np.divide(along, (sign * length)[:, None], out=mean.copy(), where=long[:, None])
+        normals[on_edge] = lines
+        return normals
 
     def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
         """Distance (n,) of each point from its given facet."""
@@ -198,10 +234,15 @@ class FacetSurface:
         u = (hessian[:, 0, 0] * gradient[:, 1] - hessian[:, 1, 0] * gradient[:, 0]) / det
         return np.clip(-np.stack([s, u], axis=1), -1.0, 1.0)
 
-    def _beyond(self, facet: IntArray, local: Array, offset: Array, normals: Array) -> NDArray[np.bool_]:
-        """Whether a foot lies on a rim side while the point's offset leans outwards across it."""
-        tangential = offset - np.einsum("ni,ni->n", offset, normals)[:, None] * normals
-        leaning = np.linalg.norm(tangential, axis=1) > 1e-6 * self.mean_facet_size[facet]
+    def _beyond(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
+        """Whether a foot lies on a rim side while the point's offset leans outwards across it.
+
+        On a plane of symmetry a coarse facet's normal leans a little out of the plane, so a small angle is let pass.
+        """
+        normals = self.normals(facet, local)
+        sideways = offset - np.einsum("ni,ni->n", offset, normals)[:, None] * normals
+        sideways = np.linalg.norm(sideways, axis=1)
+        leaning = (sideways > 1e-6 * self.mean_facet_size[facet]) & (sideways > RIM_LEAN * np.linalg.norm(offset, axis=1))
         at = np.stack([local[:, 1] <= 0, local[:, 0] >= 1, local[:, 1] >= 1, local[:, 0] <= 0], axis=1)
         return leaning & (at & self._on_rim[facet]).any(axis=1)
 
