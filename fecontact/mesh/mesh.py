@@ -84,7 +84,8 @@ class Mesh:
         if cells.ndim != 2 or cells.shape[1] not in CELL_TYPES or len(cells) == 0:
             raise MeshError(f"Cells must be hexahedra of 8, 20 or 27 nodes, shape (n, 8|20|27); found {cells.shape}.")
         if cells.min() < 0 or cells.max() >= len(points):
-            raise MeshError(f"A cell refers to point {cells.max()}, but there are only {len(points)} points.")
+            wrong = cells.min() if cells.min() < 0 else cells.max()
+            raise MeshError(f"A cell refers to point {wrong}, but there are only {len(points)} points (0, 1, ...).")
         if not np.isfinite(points).all():
             bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
             raise MeshError(f"{len(bad)} points have coordinates that are not finite, the first is point {bad[0]}.")
@@ -95,6 +96,19 @@ class Mesh:
         for name in ("boundaries", "groups"):
             sets = {k: np.asarray(v, dtype=np.int64) for k, v in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(sets))
+        self._check_sets()
+
+    def _check_sets(self) -> None:
+        n_cells = len(self.cells)
+        for name, faces in self.boundaries.items():
+            if faces.ndim != 2 or faces.shape[1] != 2 or (faces < 0).any() or (faces >= [n_cells, 6]).any():
+                raise MeshError(
+                    f"The boundary {name!r} must be an array (n, 2) of (cell, local face) with cells below {n_cells} and "
+                    f"faces 0 ... 5; found the shape {faces.shape}."
+                )
+        for name, members in self.groups.items():
+            if members.ndim != 1 or (members < 0).any() or (members >= n_cells).any():
+                raise MeshError(f"The element set {name!r} must be a list of cell numbers 0 ... {n_cells - 1}.")
 
     def __repr__(self) -> str:
         names = ", ".join(self.boundaries) or "none"
