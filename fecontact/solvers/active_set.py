@@ -20,6 +20,9 @@ from fecontact.solvers.scaling import ROUNDING, SMALLEST, ScaledProblem
 GUESSES = 10
 """Steps of projected conjugate gradients that guess the first set: each costs a product, not a factorisation."""
 
+LOW_RANK = 3
+"""Solves in which most points depended on the others, after which a method for singular compliances is quicker."""
+
 PATIENCE = 8
 """Full exchanges without progress before single ones."""
 
@@ -55,10 +58,12 @@ def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_i
     """
     active = projected_cg(problem, max_iterations=GUESSES).x > 0 if start is None else start.copy()
     fewest, patience = problem.n + 1, PATIENCE
+    low_rank = 0
     singles: set[bytes] = set()
     history: list[float] = []
     for nit in range(1, max_iterations + 1):
         point = solve_on(problem, np.flatnonzero(active))
+        low_rank += 2 * len(point.dropped) > int(active.sum())
         active[point.dropped] = False
         if point.unbalanced.any():
             touched = first_touch(problem, point.unbalanced, np.where(active, np.inf, problem.gap(point.x, point.p)))
@@ -72,6 +77,9 @@ def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_i
         count = int(wrong.sum())
         if count == 0:
             return Outcome(np.maximum(point.x, 0.0), point.p, Status.SOLVED, "solved", nit, history)
+        if low_rank > LOW_RANK or (patience == 0 and len(point.dropped)):
+            message = f"{len(point.dropped)} of {int(active.sum()) + len(point.dropped)} points depend on the others"
+            return Outcome(point.x, point.p, Status.SINGULAR, message, nit, history)
         if count < fewest:
             fewest, patience = count, PATIENCE
             singles.clear()

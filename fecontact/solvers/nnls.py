@@ -22,6 +22,9 @@ from fecontact.solvers.scaling import ROUNDING, SMALLEST, ScaledProblem
 DEPENDENT = 1e-11
 """Squared Cholesky pivot (of a matrix of unit diagonal) at which a point depends on those in touch."""
 
+NEWCOMER = 1e-10
+"""The point that entered last cannot pull; where it does by no more than this share, its force is zero."""
+
 PATIENCE = 30
 """Steps of length zero in a row before the smallest index decides."""
 
@@ -124,7 +127,10 @@ def nnls(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterati
     for nit in range(limit):
         target, p = touching.solve()
         points = np.array(touching.points, dtype=int)
-        if target.min(initial=0.0) < -max(ROUNDING * np.abs(target).max(initial=0.0), SMALLEST):
+        largest = np.abs(target).max(initial=0.0)
+        if -NEWCOMER * largest < target[-1:].min(initial=0.0) < 0.0:
+            target[-1] = 0.0
+        if target.min(initial=0.0) < -max(ROUNDING * largest, SMALLEST):
             length, position = _cut(x[points], target - x[points], idle > PATIENCE, points)
             x[points] = np.maximum(x[points] + length * (target - x[points]), 0.0)
             k = int(points[position])

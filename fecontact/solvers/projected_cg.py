@@ -28,6 +28,15 @@ CLOSED = 1e-12
 ROW_RANK = 1e-12
 """Relative eigenvalue of the rows' Gram matrix at which the points in touch do not resist a motion."""
 
+CARRIED = 4e-15
+"""Load not carried, relative to the forces, that is rounding."""
+
+DAMPING = 1e-3
+"""Least damping of the projection's Newton steps, per unit of the load that is not carried yet."""
+
+STANDSTILL = 200
+"""Steps without a smaller residual after which conjugate gradients have nothing more to give."""
+
 
 @dataclass(eq=False)
 class _Iterate:
@@ -77,7 +86,7 @@ def projected_cg(
     safe_length = 0.0
     direction, weight, previous = np.zeros(problem.n), 0.0, 1.0
     history: list[float] = []
-    p = np.zeros(problem.r)
+    p, best, best_nit = np.zeros(problem.r), np.inf, 0
     for nit in range(limit):
         gradient = at.Sx + problem.g
         touching = at.x > 0
@@ -89,6 +98,11 @@ def projected_cg(
         history.append(float(left.max()))
         if history[-1] <= CLOSED * scale:
             return Outcome(at.x, p, Status.SOLVED, "solved", nit, history)
+        if history[-1] < best:
+            best, best_nit = history[-1], nit
+        elif nit - best_nit > STANDSTILL:
+            message = f"no progress in the last {STANDSTILL} steps"
+            return Outcome(at.x, p, Status.ITERATION_LIMIT, message, nit, history)
         residual = np.where(touching, gap, 0.0)
         square = float(residual @ residual)
         direction = residual + weight * square / previous * direction
@@ -121,7 +135,7 @@ def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> np.ndarray:
     Notes
     -----
     x = max(y + B^T t, 0), where t minimises the convex, piecewise quadratic 1/2 |x|^2 - F . t in r unknowns:
-    Newton's method with a vanishing regularisation and halved steps.
+    Newton's method, damped in proportion to the slope and more where a step fails.
 
     Examples
     --------
@@ -131,24 +145,22 @@ def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> np.ndarray:
     """
     if len(F) == 0:
         return np.maximum(y, 0.0)
-    t = F - B @ y
+    t, damping = F - B @ y, DAMPING
     x = np.maximum(y + B.T @ t, 0.0)
     value = 0.5 * (x @ x) - F @ t
-    for _ in range(100):
+    for _ in range(60):
         slope = B @ x - F
         size = float(np.linalg.norm(slope))
-        if size <= SMALLEST * (1.0 + float(np.linalg.norm(F)) + float(np.linalg.norm(x))):
+        if size <= CARRIED * (float(np.linalg.norm(F)) + float(np.linalg.norm(x)) + float(np.linalg.norm(y))):
             break
         rows = B[:, x > 0]
-        step = np.linalg.lstsq(rows @ rows.T + 1e-3 * size * np.eye(len(F)), slope, rcond=None)[0]
-        length = 1.0
-        while length > SMALLEST:
-            trial = np.maximum(y + B.T @ (t - length * step), 0.0)
-            trial_value = 0.5 * (trial @ trial) - F @ (t - length * step)
-            if trial_value <= value - 1e-4 * length * (slope @ step) or length * np.abs(step).max() < SMALLEST:
-                break
-            length /= 2
-        t, x, value = t - length * step, trial, trial_value
+        step = np.linalg.lstsq(rows @ rows.T + damping * size * np.eye(len(F)), slope, rcond=None)[0]
+        trial = np.maximum(y + B.T @ (t - step), 0.0)
+        trial_value = 0.5 * (trial @ trial) - F @ (t - step)
+        if trial_value <= value:
+            t, x, value, damping = t - step, trial, trial_value, max(damping / 10, DAMPING)
+        else:
+            damping *= 10
     return x
 
 
@@ -181,7 +193,8 @@ def _step(
     x = np.maximum(x, 0.0)
     x[entering] = -length * gap[entering]
     following = _iterate(problem, project(problem.B, problem.F, x))
-    return following if following.energy < at.energy else None
+    # near the end the energy changes less than its rounding
+    return following if following.energy <= at.energy + SMALLEST * abs(at.energy) else None
 
 
 def _largest_eigenvalue(problem: ScaledProblem) -> float:

@@ -224,6 +224,9 @@ def _check_options(names: tuple[str, ...], options: dict[str, object]) -> None:
                 f"The solver {name!r} has no option {', '.join(map(repr, unknown))}; "
                 f"its options are: {', '.join(sorted(allowed))}."
             )
+    iterations = options.get("max_iterations", 1)
+    if not (isinstance(iterations, int) and iterations > 0):
+        raise InputError(f"max_iterations must be a positive integer; found {iterations!r}.")
 
 
 def _touching(problem: ComplementarityProblem, start: np.ndarray | Solution | None) -> np.ndarray | None:
