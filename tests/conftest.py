@@ -11,8 +11,8 @@ from fecontact.mesh.reference import hex_nodes
 COALESCED = {
     "one edge": {2: 1, 9: 1},
     "wedge": {2: 1, 9: 1, 6: 5, 13: 5, 18: 17},
-    "pyramid": {n: 4 for n in (5, 6, 7, 12, 13, 14, 15)},
-    "tetrahedron": {n: 4 for n in (5, 6, 7, 12, 13, 14, 15)} | {2: 1, 9: 1, 18: 17},
+    "pyramid": dict.fromkeys((5, 6, 7, 12, 13, 14, 15), 4),
+    "tetrahedron": dict.fromkeys((5, 6, 7, 12, 13, 14, 15), 4) | {2: 1, 9: 1, 18: 17},
 }
 # an affine map without symmetry, so that nothing is right by accident
 AFFINE = np.array([[1.0, 0.2, 0.1], [-0.1, 0.8, 0.15], [0.05, -0.2, 1.2]])

@@ -103,7 +103,7 @@ class Mesh:
         for name, faces in self.boundaries.items():
             if faces.ndim != 2 or faces.shape[1] != 2 or (faces < 0).any() or (faces >= [n_cells, 6]).any():
                 raise MeshError(
-                    f"The boundary {name!r} must be an array (n, 2) of (cell, local face) with cells below {n_cells} and "
+                    f"The boundary {name!r} must be (n, 2) pairs (cell, local face), cells below {n_cells} and "
                     f"faces 0 ... 5; found the shape {faces.shape}."
                 )
         for name, members in self.groups.items():

@@ -64,6 +64,10 @@ def _positions(size: float, division: int | ArrayLike, what: str) -> Array:
     positions = np.asarray(division, dtype=float)
     if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
         raise InputError(f"The {what} must be a count or increasing positions; found {division!r}.")
+    if positions[0] != 0 or abs(positions[-1] - size) > 1e-9 * size:
+        raise InputError(
+            f"The positions of the {what} must run from 0 to {size:g}; found {positions[0]:g} to {positions[-1]:g}."
+        )
     return positions
 
 
@@ -118,6 +122,8 @@ def block(
     >>> block((2.0, 1.0, 1.0), (4, 2, 2)).cell_type
     'hex20'
     """
+    if len(size) != 3 or len(divisions) != 3:
+        raise InputError(f"A block takes three sizes and three divisions; found {size!r} and {divisions!r}.")
     _check_lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
     positions = [_positions(s, d, "divisions") for s, d in zip(size, divisions, strict=True)]
     mesh = lattice([len(p) - 1 for p in positions], ("x_min", "x_max", "y_min", "y_max", "bottom", "top"), element)
@@ -328,7 +334,8 @@ def _coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Callable[[Ar
     def patch(s: Array, t: Array) -> Array:
         a, b = s[:, None], t[:, None]
         corners = (1 - a) * (1 - b) * c00 + a * (1 - b) * c10 + (1 - a) * b * c01 + a * b * c11
-        return ((1 - b) * top(s) + b * bottom(s)) + ((1 - a) * left(t) + a * right(t)) - corners
+        blended = ((1 - b) * top(s) + b * bottom(s)) + ((1 - a) * left(t) + a * right(t)) - corners
+        return np.where(b == 0, top(s), blended)  # a sagitta far below the rim's keeps its digits
 
     return patch
 
@@ -433,7 +440,7 @@ def cap(
     top_depth = 0.0 if math.isinf(radius) else float(sagitta(np.array(extent), radius))
     if top_depth >= depth:
         raise InputError(f"The depth {depth:g} must exceed the cap's own height {top_depth:g}.")
-    ring = grading(contact_radius or extent / 10, extent, depth, level)
+    ring = grading(extent / 10 if contact_radius is None else contact_radius, extent, depth, level)
 
     def top(s: Array) -> Array:
         r = s * extent
@@ -496,7 +503,7 @@ def half_sphere(
     """
     _check_lengths(radius=radius)
     extent, depth = radius * math.sqrt(0.5), 0.55 * radius
-    ring = grading(contact_radius or radius / 100, extent, depth, level)
+    ring = grading(radius / 100 if contact_radius is None else contact_radius, extent, depth, level)
     n_layers, n_outer = len(ring.depths) - 1, 2
     on_axis, inner, below = (0.0, depth), (0.5 * radius, 0.6 * radius), (0.55 * radius, radius)
     rim, equator, centre = (extent, radius - extent), (radius, radius), (0.0, radius)

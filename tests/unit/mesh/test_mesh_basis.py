@@ -40,7 +40,7 @@ def incompleteness(N, nodes, degree):
 @pytest.mark.parametrize("kind", KINDS)
 def test_degenerate_functions_sum_to_one_and_have_their_gradients(degenerate, kind):
     X = inside(20)
-    N, dN, nodes = functions(degenerate(kind), X)
+    N, dN, _ = functions(degenerate(kind), X)
     assert np.abs(N.sum(axis=1) - 1).max() < ROUNDING
     step = 1e-5
     for k, e in enumerate(np.eye(3)):
@@ -92,7 +92,7 @@ def test_faces_between_wedge_pyramid_tetrahedron_hold_quadratics(degenerate, kin
     (group,) = mesh.cell_groups
     X = inside(20)
     X[:, 2] = 0.0
-    N, _, nodes = functions(mesh, X)
+    N, _, _ = functions(mesh, X)
     distinct = np.unique(group.pattern)
     lower = np.isin(distinct, [0, 1, 2, 3, 8, 9, 10, 11])
     assert np.abs(N[:, ~lower]).max() < ROUNDING

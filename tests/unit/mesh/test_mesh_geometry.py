@@ -56,9 +56,9 @@ def test_default_mesh_is_one_curved_element():
 
 
 def test_degenerate_cells_and_other_meshes_are_refused(degenerate):
-    with pytest.raises(InputError, match="degenerate"):
+    with pytest.raises(InputError, match=r"degenerate"):
         to_skfem(degenerate("wedge"))
-    with pytest.raises(MeshError, match="MeshTet1"):
+    with pytest.raises(MeshError, match=r"MeshTet1"):
         from_skfem(MeshTet())
 
 

@@ -1,0 +1,183 @@
+"""Ready-made shapes: volumes against closed forms, boundaries where they should lie, valid at every grading."""
+
+import math
+
+import fecontact as fc
+import numpy as np
+import pytest
+from fecontact.errors import InputError
+from fecontact.fem.loads import moments_of_volume
+from fecontact.mesh.check import check_mesh
+from fecontact.mesh.facets import facet_integrals
+from fecontact.mesh.mesh import merge
+
+shapes = fc.shapes
+PARTS = {"quarter": 1 / 4, "half": 1 / 2, "full": 1.0}
+# quadratic sides on arcs of at most 22.5 degrees (two elements per 45 degrees); measured 5.4e-4 and below
+CURVED = 6e-4
+# straight sides of hex8 on the same arcs; measured 6.2 percent and below
+STRAIGHT = 0.07
+OFF = {"hex8": STRAIGHT, "hex20": CURVED, "hex27": CURVED}
+
+
+def area(mesh, name):
+    _, _, dA = facet_integrals(mesh.points, mesh.face_nodes(mesh.faces(name)))
+    return dA.sum(axis=(0, 1))
+
+
+def radius_from(mesh, name, centre):
+    return np.linalg.norm(mesh.points[mesh.boundary_nodes(name)] - centre, axis=1)
+
+
+def all_outer_faces_are_named(mesh):
+    named = sorted(tuple(f) for n in mesh.boundaries for f in mesh.faces(n).tolist())
+    return named == sorted(map(tuple, mesh.outer_faces.tolist()))
+
+
+def closed(mesh):
+    """Vector area of all outer faces, zero for a body without holes; all normals point outwards."""
+    _, x, dA = facet_integrals(mesh.points, mesh.face_nodes(mesh.outer_faces))
+    return dA.sum(axis=(0, 1)), np.einsum("fqi,fqi->", x, dA) / 3
+
+
+BUILD = {
+    "half_sphere": lambda **o: shapes.half_sphere(2.0, contact_radius=0.05, level=1, **o),
+    "cap": lambda **o: shapes.cap(5.0, 1.0, 1.2, contact_radius=0.2, level=1, **o),
+    "cylinder": lambda **o: shapes.cylinder(1.0, 1.5, contact_radius=0.2, level=1, **o),
+    "thick_ring": lambda **o: shapes.thick_ring(1.0, 2.0, 0.5, (4, 2, 1), **o),
+    "sphere": lambda **o: shapes.sphere(2.0, contact_radius=0.05, level=1, **o),
+}
+VOLUME = {
+    "half_sphere": 2 / 3 * math.pi * 8,
+    # the cylinder below the rim and the spherical segment above it, of height h
+    "cap": math.pi * (1.2 - (h := 5 - math.sqrt(24))) + math.pi * h**2 * (15 - h) / 3,
+    "cylinder": math.pi * 1.5,
+    "thick_ring": math.pi * 3 * 0.5,
+    "sphere": 4 / 3 * math.pi * 8,
+}
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
+@pytest.mark.parametrize("sector", list(PARTS))
+@pytest.mark.parametrize("name", list(BUILD))
+def test_shape_is_valid_closed_named_and_of_the_right_volume(name, sector, element):
+    mesh = BUILD[name](sector=sector, element=element)
+    check_mesh(mesh)
+    assert all_outer_faces_are_named(mesh)
+    volume = moments_of_volume(mesh)[0]
+    exact = VOLUME[name] * PARTS[sector]
+    assert abs(volume / exact - 1) < OFF[element]
+    vector, by_divergence = closed(mesh)
+    assert np.abs(vector).max() < 1e-12 * exact ** (2 / 3)
+    # the divergence theorem holds on the mesh itself; curved faces are of degree up to six, integrated to five
+    assert abs(by_divergence / volume - 1) < 1e-6
+
+
+@pytest.mark.parametrize("name", ["half_sphere", "cap", "thick_ring"])
+@pytest.mark.parametrize("sector", ["quarter", "half"])
+def test_symmetry_planes(name, sector):
+    mesh = BUILD[name](sector=sector)
+    assert ("sym_x" in mesh.boundaries) == (sector == "quarter")
+    size = np.ptp(mesh.points, axis=0).max()
+    for plane, axis in (("sym_x", 0), ("sym_y", 1)):
+        if plane in mesh.boundaries:
+            assert np.abs(mesh.points[mesh.boundary_nodes(plane)][:, axis]).max() < 1e-15 * size
+            # outwards is towards negative coordinates
+            normal = area(mesh, plane)
+            assert normal[axis] < 0
+            assert np.abs(np.delete(normal, axis)).max() < 1e-12 * size**2
+
+
+def test_half_sphere_boundaries_lie_where_they_should():
+    mesh = shapes.half_sphere(2.0, contact_radius=0.05, level=2, sector="quarter")
+    centre = (0, 0, 2.0)
+    corners = np.unique(mesh.cells[:, :8])
+    for name in ("cap", "flank"):
+        on_surface = radius_from(mesh, name, centre)
+        assert np.abs(on_surface - 2.0).max() < 1e-3 * 2.0  # quadratic sides over 11 degrees and less
+        nodes = np.intersect1d(mesh.boundary_nodes(name), corners)
+        assert np.abs(np.linalg.norm(mesh.points[nodes] - centre, axis=1) - 2).max() < 1e-14 * 2
+    assert np.abs(mesh.points[mesh.boundary_nodes("base")][:, 2] - 2).max() < 1e-14
+    assert mesh.points[mesh.boundary_nodes("cap")][:, 2].max() < 2 * (1 - math.sqrt(0.5)) + 1e-9
+    assert (mesh.points[0] == 0).all() or (mesh.points == 0).all(axis=1).sum() == 1
+
+
+def test_sphere_has_two_caps():
+    mesh = BUILD["sphere"](sector="full")
+    assert set(mesh.boundaries) == {"cap", "far_cap", "flank"}
+    assert mesh.points[mesh.boundary_nodes("far_cap")][:, 2].min() > 2.0
+    assert np.abs(moments_of_volume(mesh)[1] - [0, 0, 2]).max() < 1e-12
+
+
+@pytest.mark.parametrize("level", range(1, 6))
+def test_a_ring_lies_at_the_contact_radius(level):
+    a = 0.05
+    mesh = shapes.quarter_sphere(2.0, contact_radius=a, level=level)
+    facets = mesh.face_nodes(mesh.faces("cap"))
+    sides = facets[:, [[0, 1], [1, 2], [2, 3], [3, 0]]].reshape(-1, 2)
+    r = np.hypot(*mesh.points[sides][..., :2].transpose(2, 0, 1))
+    on_edge = (np.abs(r - a) < 1e-12 * a).all(axis=1)
+    # every ring side is seen from both of its facets
+    assert on_edge.sum() == 2 * 2 * shapes.LEVELS[level].core
+
+
+@pytest.mark.parametrize("sector", ["quarter", "full"])
+@pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.1])
+@pytest.mark.parametrize("element", ["hex8", "hex20"])
+def test_half_sphere_for_light_and_heavy_loads(ratio, element, sector):
+    mesh = shapes.half_sphere(25.0, contact_radius=25.0 * ratio, level=1, sector=sector, element=element)
+    check_mesh(mesh)
+    assert abs(moments_of_volume(mesh)[0] / (2 / 3 * math.pi * 25**3 * PARTS[sector]) - 1) < OFF[element]
+
+
+def test_cap_far_below_the_radius_keeps_its_sagitta():
+    # the sagitta r^2/2R at r = 1e-6 R is 5e-13 R: R - sqrt(R^2 - r^2) would keep three digits of it
+    mesh = shapes.half_sphere(1.0, contact_radius=1e-6, level=1, sector="quarter")
+    x = mesh.points[np.intersect1d(mesh.boundary_nodes("cap"), np.unique(mesh.cells[:, :8]))]
+    near = (np.hypot(x[:, 0], x[:, 1]) < 2e-6) & (np.hypot(x[:, 0], x[:, 1]) > 0)
+    r2 = (x[near, :2] ** 2).sum(axis=1)
+    assert np.abs(x[near, 2] / (r2 / 2) - 1).max() < 1e-11
+
+
+def test_matching_bodies_of_different_size_have_the_same_rings_near_the_contact():
+    small, large = (shapes.quarter_sphere(r, contact_radius=0.05, level=1) for r in (2.0, 5.0))
+    radii = [np.unique(np.hypot(*m.points[m.boundary_nodes("cap")][:, :2].T).round(12)) for m in (small, large)]
+    near = [r[r < 0.2] for r in radii]
+    assert np.abs(near[0] - near[1]).max() < 1e-12
+
+
+def test_block_divisions_by_positions():
+    mesh = shapes.block((2.0, 1.0, 1.0), ([0, 0.1, 2.0], 1, (0, 0.9, 1.0)), element="hex8")
+    assert np.unique(mesh.points[:, 0]).tolist() == [0, 0.1, 2.0]
+    assert len(mesh.cells) == 4
+
+
+def test_blocks_can_be_merged_with_a_degenerate_neighbour(degenerate):
+    wedge = degenerate("wedge")
+    moved = wedge.translated((5.0, 0.0, 0.0))
+    assert len(merge([wedge, moved], 1e-9).cells) == 2
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: shapes.block((1.0, -1.0, 1.0), (1, 1, 1)), r"size\[1\] must be a positive"),
+        (lambda: shapes.block((1.0, 1.0, 1.0), (1, 0, 1)), "ivision"),
+        (lambda: shapes.block((1.0, 1.0, 1.0), (1, [0, 1, 0.5], 1)), "increasing"),
+        (lambda: shapes.block((1.0, 1.0, 1.0), ([0, 0.5], 1, 1)), "0 .*1"),
+        (lambda: shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="tet4"), "'tet4'.*'hex8'"),
+        (lambda: shapes.block((1.0, 1.0), (1, 1, 1)), "three"),
+        (lambda: shapes.thick_ring(2.0, 1.0, 1.0), "outer radius must exceed"),
+        (lambda: shapes.thick_ring(1.0, 2.0, 1.0, sector="third"), "'third'.*'quarter'"),
+        (lambda: shapes.half_sphere(math.nan), "radius must be a positive"),
+        (lambda: shapes.half_sphere(1.0, level=9), "level must be 1"),
+        (lambda: shapes.half_sphere(1.0, contact_radius=0.9), "does not fit"),
+        (lambda: shapes.half_sphere(1.0, contact_radius=0.0), "positive"),
+        (lambda: shapes.cap(1.0, 2.0, 1.0), "not below the extent"),
+        (lambda: shapes.cap(1.0, 0.9, 0.1), "must exceed the cap's own height"),
+        (lambda: shapes.Level(core=0, rings=1, edge=0.1, layer=0.1), "core"),
+    ],
+)
+def test_bad_sizes(call, words):
+    with pytest.raises(InputError, match=words):
+        call()
