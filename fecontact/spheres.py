@@ -257,7 +257,9 @@ def solve_spheres(
         seconds["first_pass"] = time.perf_counter() - began
     cut = shapes.as_level(level) if edge_fit else _unfitted(shapes.as_level(level))
     at = fitted if edge_fit else 2 * fitted
-    result, upper, meshing = _press(spheres, at, cut, solver, element=element, pressure=pressure, model=model, backend=backend)
+    result, upper, meshing = _press(
+        spheres, at, cut, solver, element=element, pressure=pressure, model=model, backend=backend
+    )
     stages = {"mesh": meshing, **{k: v for k, v in result.seconds.items() if k != "total"}}
     seconds = {**stages, **seconds, "total": time.perf_counter() - began}
     chosen = {
@@ -273,7 +275,11 @@ def solve_spheres(
 def _check(case: str | Spheres, element: str, pressure: str, model: str) -> Spheres:
     if isinstance(case, str) and case not in CASES:
         raise InputError(f"Unknown case {case!r}; expected one of {', '.join(map(repr, CASES))} or a Spheres object.")
-    for value, allowed, what in ((element, ELEMENTS, "element"), (pressure, PRESSURES, "pressure"), (model, MODELS, "model")):
+    for value, allowed, what in (
+        (element, ELEMENTS, "element"),
+        (pressure, PRESSURES, "pressure"),
+        (model, MODELS, "model"),
+    ):
         if value not in allowed:
             raise InputError(f"Unknown {what} {value!r}; expected one of {', '.join(map(repr, allowed))}.")
     spheres = CASES[case] if isinstance(case, str) else case
@@ -356,8 +362,6 @@ def _saved(out: SpheresResult) -> str:
     if once < n:
         return f"modelled: a quarter of each, {n} of {4 * n} dofs; the lower is the upper in another pose, so {once} were factorised"
     return f"modelled: a quarter of each sphere, {n} of {4 * n} dofs: two planes of symmetry"
-
-
 
 
 def report_table(level: int = 2, **options: Any) -> str:

@@ -140,17 +140,17 @@ def _superlu(K: sp.csc_matrix) -> tuple[IntArray, Any]:
         graph = K - sp.diags(K.diagonal())
         graph.eliminate_zeros()
         graph = graph.tocsr()
-        order = np.asarray(pymetis.nested_dissection(xadj=graph.indptr, adjncy=graph.indices)[0])
+        order = np.asarray(pymetis.nested_dissection(pymetis.CSRAdjacency(graph.indptr, graph.indices))[0])
         K = K[order][:, order].tocsc()
         permc = "NATURAL"
     try:
         lu = spla.splu(K, permc_spec=permc, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
-        raise FecontactError(_SINGULAR) from error
+        raise FecontactError(SINGULAR) from error
     return order, lu
 
 
-_SINGULAR = (
+SINGULAR = (
     "The stiffness is singular: some part of the body hangs on nothing. Check that the mesh is connected and that no "
     "node is left unused."
 )
@@ -209,7 +209,7 @@ class _Pardiso:
                 "contact or model less of the scene."
             )
         if error.value != 0:
-            raise FecontactError(f"PARDISO failed in phase {phase} with error {error.value}. {_SINGULAR}")
+            raise FecontactError(f"PARDISO failed in phase {phase} with error {error.value}. {SINGULAR}")
 
     def reduce(self, f: Array) -> Array:
         return self._forward(f)[self._c]

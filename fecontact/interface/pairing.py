@@ -40,6 +40,8 @@ class Pairing:
         In the master's axes.
     n_beyond : int
         Slave nodes left out because they lie beyond the master's rim.
+    rotation, translation : (3, 3) and (3,) arrays
+        Pose of the slave's axes seen from the master's.
     """
 
     nodes: IntArray
@@ -48,6 +50,8 @@ class Pairing:
     slave_normals: Array
     feet: Feet
     n_beyond: int
+    rotation: Array
+    translation: Array
 
     @property
     def gap(self) -> Array:
@@ -96,6 +100,8 @@ def pair(slave: FacetSurface, master: Surface, rotation: Array, translation: Arr
         slave_normals=feet.normals[kept] @ rotation,
         feet=_select(feet, kept),
         n_beyond=len(nodes) - len(kept),
+        rotation=rotation,
+        translation=translation,
     )
 
 
@@ -140,20 +146,16 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
     near : int array
         Pairs that count as near the contact.
     """
-    number = np.full(len(slave.points), -1, dtype=np.int64)
-    number[pairing.nodes[near]] = near
-    rows = number[slave.facets]
-    rows = rows[(rows >= 0).all(axis=1)]
-    feet = pairing.feet
-    if feet.facet is None or len(rows) == 0:
+    near_node = np.zeros(len(slave.points), bool)
+    near_node[pairing.nodes[near]] = True
+    faces = np.flatnonzero(near_node[slave.facets].all(axis=1))
+    if len(faces) == 0:
         return True
-    holder = feet.facet[rows[:, -1]] if slave.facets.shape[1] == 9 else _most_common(feet.facet[rows])
-    facet = np.repeat(holder, rows.shape[1])
-    off = master.distance_to_facet(feet.points[rows.ravel()], facet)
+    centres, _, _ = slave.evaluate(faces, np.full((len(faces), 2), 0.5))
+    holder = master.project(centres @ pairing.rotation.T + pairing.translation).facet
+    assert holder is not None
+    corners = slave.points[slave.facets[faces]].reshape(-1, 3) @ pairing.rotation.T + pairing.translation
+    feet = master.project(corners).points
+    facet = np.repeat(holder, slave.facets.shape[1])
+    off = master.distance_to_facet(feet, facet)
     return bool((off <= NESTED_TOLERANCE * master.mean_facet_size[facet]).all())
-
-
-def _most_common(facets: IntArray) -> IntArray:
-    """Most frequent entry of each row."""
-    equal = (facets[:, :, None] == facets[:, None, :]).sum(axis=2)
-    return np.take_along_axis(facets, equal.argmax(axis=1)[:, None], axis=1)[:, 0]

@@ -242,7 +242,9 @@ class FacetSurface:
         normals = self.normals(facet, local)
         sideways = offset - np.einsum("ni,ni->n", offset, normals)[:, None] * normals
         sideways = np.linalg.norm(sideways, axis=1)
-        leaning = (sideways > 1e-6 * self.mean_facet_size[facet]) & (sideways > RIM_LEAN * np.linalg.norm(offset, axis=1))
+        leaning = (sideways > 1e-6 * self.mean_facet_size[facet]) & (
+            sideways > RIM_LEAN * np.linalg.norm(offset, axis=1)
+        )
         at = np.stack([local[:, 1] <= 0, local[:, 0] >= 1, local[:, 1] >= 1, local[:, 0] <= 0], axis=1)
         return leaning & (at & self._on_rim[facet]).any(axis=1)
 

@@ -1,0 +1,41 @@
+# Everything is set up on first use in .venv, from pyproject.toml and the pinned versions in constraints/.
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+
+.PHONY: hertz test lint types examples docs bench compare clean
+
+hertz: $(READY)  ## the main job: two spheres, table and picture
+	@mkdir -p out
+	$(BIN)/fecontact hertz --plot out/hertz.png --vtu out/hertz.vtu
+	@if [ -n "$$DISPLAY" ] && command -v xdg-open >/dev/null; then xdg-open out/hertz.png; fi
+
+test: $(READY)  ## unit tests, docstring examples, verification
+	$(BIN)/python -m pytest tests/unit tests/verification
+	$(BIN)/python -m pytest --doctest-modules fecontact
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY)
+	$(BIN)/mypy
+
+examples: $(READY)  ## every example, at its full size
+	@mkdir -p out
+	@set -e; for f in examples/*.py; do echo "== $$f"; $(BIN)/python $$f; done
+
+docs: $(READY)  ## pictures and tables of docs/, made anew
+	$(BIN)/python docs/build.py
+
+bench: $(READY)  ## benchmarks; ratios in one run, never part of a test
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-autosave -o python_files='bench_*.py'
+
+$(READY): pyproject.toml constraints/pinned.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --constraint constraints/pinned.txt --editable '.[dev]'
+	@touch $(READY)
+
+clean:
+	rm -rf .venv out build dist .pytest_cache .mypy_cache .ruff_cache

@@ -1,0 +1,73 @@
+"""The command line, run in this process."""
+
+import json
+
+import meshio
+import numpy as np
+import pytest
+
+from fecontact.cli import main
+
+KEYS = {
+    "case",
+    "n_dofs",
+    "n_candidates",
+    "n_active",
+    "contact_radius",
+    "centre_pressure",
+    "max_pressure",
+    "approach",
+    "total_force",
+    "pressure_l2_error",
+    "errors",
+    "exact",
+    "residuals",
+    "seconds",
+    "solver",
+    "peak_rss_mb",
+}
+
+
+def test_hertz_json_on_standard_output_has_all_keys(capsys):
+    assert main(["hertz", "--model", "symmetric", "--level", "1", "--json", "-"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert set(data) >= KEYS
+    assert set(data["errors"]) == {"contact_radius", "centre_pressure", "approach"}
+    assert set(data["exact"]) == {"a", "p0", "approach"}
+    assert set(data["residuals"]) == {"penetration", "tension", "complementarity", "equilibrium"}
+    assert set(data["seconds"]) >= {"mesh", "assemble", "factorise", "condense", "pair", "solve", "total"}
+
+
+def test_hertz_writes_picture_bodies_and_figures(tmp_path, capsys):
+    files = [tmp_path / name for name in ("p.png", "b.vtu", "f.json")]
+    options = [f"--{kind}={file}" for kind, file in zip(("plot", "vtu", "json"), files, strict=True)]
+    assert main(["hertz", "--model=symmetric", "--level=1", *options]) == 0
+    assert "contact radius" in capsys.readouterr().out
+    assert files[0].read_bytes()[:4] == b"\x89PNG"
+    mesh = meshio.read(files[1])
+    assert {c.type for c in mesh.cells} == {"hexahedron20"}
+    assert set(mesh.point_data) == {"displacement", "stress", "von_mises", "contact_pressure"}
+    figures = json.loads(files[2].read_text())
+    # the largest nodal pressure is in the file as in the table
+    assert abs(np.max(mesh.point_data["contact_pressure"]) / figures["max_pressure"] - 1) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["hertz", "--vtu", "/no/such/folder/x.vtu"], "does not exist"),
+        (["hertz", "--level", "9"], "level must be 1"),
+        (["hertz", "--solver", "magic"], "no solver 'magic'"),
+        (["hertz", "--case", "unequal", "--model", "symmetric"], "needs equal spheres"),
+    ],
+)
+def test_errors_are_explained_with_status_two(arguments, message, capsys):
+    assert main(arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_without_edge_fit(capsys):
+    assert main(["hertz", "--model=symmetric", "--level=1", "--no-edge-fit", "--json=-"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["edge_fit"] is False
+    assert data["seconds"]["first_pass"] == 0

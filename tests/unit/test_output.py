@@ -1,0 +1,76 @@
+"""Results on paper, on screen and in files."""
+
+import csv
+import json
+import stat
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.io import check_writable
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    """A block pressed on a plane by two percent of its height, uniaxially: sigma = E * 0.02."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    supports = {"top": "z", "x_min": "x", "y_min": "y"}
+    block = fc.ElasticBody(mesh, fc.Material(E=50.0, nu=0.3), contact="bottom", supports=supports, name="block")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    return block, fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.02}})
+
+
+def test_print_shows_forces_pressures_residuals_and_time(pressed):
+    text = str(pressed[1])
+    for word in ("solved", "block.bottom on floor.surface", "force on block", "pressure max", "Residuals", "Seconds"):
+        assert word in text
+
+
+def test_json_summary(pressed, tmp_path):
+    data = json.loads(pressed[1].save(tmp_path / "r.json").read_text())
+    assert abs(data["contacts"][0]["force"][2] - 1.0) < 1e-12  # E * strain * area, exact for a uniform state
+    assert data["contacts"][0]["regions"] == 1
+
+
+def test_csv_has_one_row_per_point(pressed, tmp_path):
+    rows = list(csv.DictReader(pressed[1].save(tmp_path / "r.csv").open()))
+    assert len(rows) == len(pressed[1].contacts[0].points)
+    assert abs(sum(float(r["force"]) for r in rows) - 1.0) < 1e-12
+
+
+def test_picture_of_pressure_and_gap(pressed, tmp_path):
+    for what in ("pressure", "gap"):
+        pressed[1].plot(what, tmp_path / f"{what}.png")
+        assert (tmp_path / f"{what}.png").stat().st_size > 5000
+
+
+def test_unknown_field_and_file_type_are_refused(pressed, tmp_path):
+    with pytest.raises(fc.InputError, match="expected one of 'pressure', 'gap'"):
+        pressed[1].plot("colour")
+    with pytest.raises(fc.InputError, match="Unknown file type '.xyz'"):
+        pressed[1].save(tmp_path / "r.xyz")
+
+
+def test_unwritable_paths_are_refused(tmp_path):
+    with pytest.raises(fc.InputError, match="does not exist"):
+        check_writable(tmp_path / "none" / "x.json")
+    with pytest.raises(fc.InputError, match="it is a folder"):
+        check_writable(tmp_path)
+
+
+def test_an_interrupted_write_leaves_the_old_file(pressed, tmp_path):
+    path = tmp_path / "r.json"
+    path.write_text("old")
+    pressed[1].save(path)
+    assert json.loads(path.read_text())["status"] == "solved"
+    assert stat.S_IMODE(path.stat().st_mode) & stat.S_IROTH
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_stress_and_strain_of_a_uniform_state(pressed):
+    block, result = pressed
+    stress, strain = result.stress(block), result.strain(block)
+    expected = np.array([0, 0, -1.0, 0, 0, 0])
+    assert np.abs(stress - expected).max() < 1e-12  # linear fields are reproduced exactly
+    assert np.abs(strain[:, 0] - 0.3 * 0.02).max() < 1e-12
