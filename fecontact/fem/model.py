@@ -14,9 +14,10 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
-from fecontact.errors import InputError
-from fecontact.fem.factor import Condensed, condense
+from fecontact.errors import FecontactError, InputError, MeshError
+from fecontact.fem.factor import SINGULAR, Condensed, condense
 from fecontact.fem.loads import moments_of_volume
 from fecontact.fem.rigid import rigid_modes, unresisted
 from fecontact.fem.stiffness import assemble_stiffness
@@ -79,11 +80,30 @@ class Model:
         check_mesh(mesh)
         self.mesh, self.supports, self.backend = mesh, dict(supports), backend
         self._condensation: Condensation | None = None
+        self._check_connected()
 
     @property
     def n_dofs(self) -> int:
         """Degrees of freedom, held ones included."""
         return 3 * len(self.mesh.points)
+
+    def _check_connected(self) -> None:
+        """Refuse a part without connection to the rest that its own supports do not hold."""
+        cells = self.mesh.cells
+        ends = (np.arange(len(cells)).repeat(cells.shape[1]), cells.ravel())
+        touched = sp.csr_matrix((np.ones(cells.size), ends), shape=(len(cells), len(self.mesh.points)))
+        count, part = connected_components(touched @ touched.T, directed=False)
+        if count == 1:
+            return
+        nodes = self.held // 3
+        owner = np.zeros(len(self.mesh.points), dtype=np.int64)
+        owner[cells] = part[:, None]
+        for k in range(count):
+            if unresisted(self.rigid_modes[self.held[owner[nodes] == k]], self.size).shape[1]:
+                raise MeshError(
+                    f"The mesh has {count} parts without connection, and the one with cell {np.argmax(part == k)} can "
+                    "move by itself. Make each part a body of its own, or join them with fecontact.mesh.mesh.merge."
+                )
 
     def _per_cell(self, name: str) -> Array:
         return np.array([getattr(m, name) for m in self.materials], dtype=float)[self.material_of_cell]
@@ -164,7 +184,10 @@ class Model:
         with watch("condense"):
             position = np.full(self.n_dofs, -1, dtype=np.int64)
             position[dofs] = np.arange(len(dofs))
-            cholesky = scipy.linalg.cholesky(factor.stiffness, lower=True, check_finite=False)
+            try:
+                cholesky = scipy.linalg.cholesky(factor.stiffness, lower=True, check_finite=False)
+            except np.linalg.LinAlgError as error:
+                raise FecontactError(SINGULAR) from error
             self._condensation = Condensation(dofs, position, factor, cholesky)
         return self._condensation
 
