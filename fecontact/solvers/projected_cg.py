@@ -82,7 +82,7 @@ def projected_cg(
     """
     limit = 1000 + 2 * problem.n if max_iterations is None else max_iterations
     guess = np.zeros(problem.n) if start is None else start.astype(float)
-    at = _iterate(problem, project(problem.B, problem.F, guess))
+    at = _iterate(problem, project(problem.B, problem.F, guess)[0])
     safe_length = 0.0
     direction, weight, previous = np.zeros(problem.n), 0.0, 1.0
     history: list[float] = []
@@ -90,7 +90,7 @@ def projected_cg(
     for nit in range(limit):
         gradient = at.Sx + problem.g
         touching = at.x > 0
-        p = _multiplier(problem.B, gradient, touching)
+        p = _multiplier(problem, at.x, gradient, touching)
         gap = gradient + problem.B.T @ p
         scale = max(float(np.abs(at.Sx).max()), SMALLEST / CLOSED)
         entering = ~touching & (gap < -CLOSED * scale)
@@ -112,12 +112,12 @@ def projected_cg(
         weight = 1.0 if following is not None and not entering.any() and (following.x > 0)[touching].all() else 0.0
         if following is None:
             safe_length = safe_length or 1.0 / _largest_eigenvalue(problem)
-            following = _iterate(problem, project(problem.B, problem.F, at.x - safe_length * gap))
+            following = _iterate(problem, project(problem.B, problem.F, at.x - safe_length * gap)[0])
         at = following
     return Outcome(at.x, p, Status.ITERATION_LIMIT, f"{limit} steps were not enough", limit, history)
 
 
-def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> np.ndarray:
+def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Nearest point to y with x >= 0 and B x = F.
 
     Parameters
@@ -130,7 +130,10 @@ def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (n,)
+    x : ndarray, shape (n,)
+        The point.
+    t : ndarray, shape (r,)
+        Its multiplier.
 
     Notes
     -----
@@ -140,11 +143,11 @@ def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> np.ndarray:
     Examples
     --------
     >>> import numpy as np
-    >>> project(np.full((1, 4), 0.5), np.array([1.0]), np.array([3.0, 2.0, 0.0, -1.0])).round(12).tolist()
+    >>> project(np.full((1, 4), 0.5), np.array([1.0]), np.array([3.0, 2.0, 0.0, -1.0]))[0].round(12).tolist()
     [1.5, 0.5, 0.0, 0.0]
     """
     if len(F) == 0:
-        return np.maximum(y, 0.0)
+        return np.maximum(y, 0.0), F
     t, damping = F - B @ y, DAMPING
     x = np.maximum(y + B.T @ t, 0.0)
     value = 0.5 * (x @ x) - F @ t
@@ -161,7 +164,7 @@ def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> np.ndarray:
             t, x, value, damping = t - step, trial, trial_value, max(damping / 10, DAMPING)
         else:
             damping *= 10
-    return x
+    return x, t
 
 
 def _iterate(problem: ScaledProblem, x: np.ndarray) -> _Iterate:
@@ -169,10 +172,15 @@ def _iterate(problem: ScaledProblem, x: np.ndarray) -> _Iterate:
     return _Iterate(x, Sx, float(0.5 * (x @ Sx) + problem.g @ x))
 
 
-def _multiplier(B: np.ndarray, gradient: np.ndarray, touching: np.ndarray) -> np.ndarray:
-    """Multiplier that makes the gap on the touching points least, of least norm, shape (r,)."""
-    rows = B[:, touching]
-    return np.asarray(np.linalg.lstsq(rows @ rows.T, -rows @ gradient[touching], rcond=ROW_RANK)[0])
+def _multiplier(problem: ScaledProblem, x: np.ndarray, gradient: np.ndarray, touching: np.ndarray) -> np.ndarray:
+    """Multiplier that makes the gap on the touching points least, shape (r,).
+
+    Where these points leave a motion open, the projection of a gradient step tells it: its own multiplier is the
+    right one once the step leads nowhere.
+    """
+    rows = problem.B[:, touching]
+    p, _, rank, _ = np.linalg.lstsq(rows @ rows.T, -rows @ gradient[touching], rcond=ROW_RANK)
+    return np.asarray(p if rank == problem.r else -project(problem.B, problem.F, x - gradient)[1])
 
 
 def _step(
@@ -192,7 +200,7 @@ def _step(
         return _Iterate(x, Sx, float(0.5 * (x @ Sx) + problem.g @ x))
     x = np.maximum(x, 0.0)
     x[entering] = -length * gap[entering]
-    following = _iterate(problem, project(problem.B, problem.F, x))
+    following = _iterate(problem, project(problem.B, problem.F, x)[0])
     # near the end the energy changes less than its rounding
     return following if following.energy <= at.energy + SMALLEST * abs(at.energy) else None
 

@@ -13,7 +13,7 @@ from scipy.linalg import lstsq
 from fecontact.solvers.active_set import active_set
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import Status
-from fecontact.solvers.scaling import ScaledProblem
+from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 
 NEGLIGIBLE = 1e-12
 """Relative singular value that the smallest change ignores."""
@@ -43,7 +43,8 @@ def polish(problem: ScaledProblem, x: np.ndarray, p: np.ndarray, *, solves: int)
     >>> polish(problem, np.array([0.999, 1e-5]), np.empty(0), solves=1)[0].x.tolist()
     [1.0, 0.0]
     """
-    touching = x > np.maximum(problem.gap(x, p), 0.0)
+    # a force that is rounding must not hold a motion that is open
+    touching = x > np.maximum(problem.gap(x, p), ROUNDING * x.max())
     solved = active_set(problem, touching, max_iterations=solves)
     if solved.status is Status.SOLVED:
         return [solved]

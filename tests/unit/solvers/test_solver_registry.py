@@ -1,0 +1,108 @@
+"""Names, options, refusals, and the one limit that is part of the method: Wolfe's short form."""
+
+from __future__ import annotations
+
+import fecontact.solvers.qp
+import fecontact.solvers.registry
+import numpy as np
+import pytest
+from fecontact.errors import InputError, SolverError, SolverNotFoundError
+from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve
+from scipy.sparse.linalg import aslinearoperator
+
+
+def test_names() -> None:
+    names = available_solvers()
+    assert names[:5] == ("wolfe", "lemke", "active-set", "projected-cg", "nnls")
+    assert "osqp" in names
+
+
+def test_unknown_solver_lists_the_others(half_space) -> None:
+    with pytest.raises(SolverNotFoundError, match=r"simplex.*auto, wolfe.*fecontact\[qp\]"):
+        solve(half_space(3), "simplex")
+
+
+def test_without_qpsolvers_our_own_remain(half_space, monkeypatch) -> None:
+    monkeypatch.setattr(fecontact.solvers.registry, "backends", lambda: ())
+    assert available_solvers() == ("wolfe", "lemke", "active-set", "projected-cg", "nnls")
+    with pytest.raises(SolverNotFoundError):
+        solve(half_space(3), "osqp")
+
+
+@pytest.mark.parametrize("solver", ["auto", "wolfe", "osqp"])
+def test_unknown_option_is_refused(half_space, solver: str) -> None:
+    with pytest.raises(InputError, match="no option 'epsilon'"):
+        solve(half_space(3), solver, epsilon=1e-3)
+
+
+def test_options_are_checked_and_used(half_space) -> None:
+    problem = half_space(8, 1)
+    with pytest.raises(InputError, match="positive integer"):
+        solve(problem, "wolfe", max_iterations=0)
+    for solver in ("wolfe", "lemke", "active-set", "projected-cg", "nnls"):
+        start = np.ones(64, dtype=bool)
+        assert attempt(problem, solver, start=start, max_iterations=1).status is Status.ITERATION_LIMIT
+    with pytest.raises(SolverError, match=r"iteration-limit.*solver='auto'"):
+        solve(problem, "wolfe", max_iterations=1)
+    assert solve(problem, "osqp", settings={"eps_abs": 1e-6}).success
+
+
+def test_start_must_fit(half_space) -> None:
+    with pytest.raises(InputError, match="one entry per point"):
+        solve(half_space(3), start=np.ones(8, dtype=bool))
+
+
+def test_a_loose_back_end_is_sharpened_or_refused(half_space) -> None:
+    problem = half_space(8, 1)
+    rough = attempt(problem, "osqp", settings={"eps_abs": 1e-1, "eps_rel": 1e-1, "max_iter": 5})
+    assert rough.success or rough.status is Status.REFUSED
+    assert rough.success == rough.residuals.within(1e-10)
+
+
+def test_an_impossible_tolerance_is_refused(half_space) -> None:
+    solution = attempt(half_space(8, 3), tolerance=1e-20)
+    assert solution.status is Status.REFUSED
+    assert "active-set" in solution.message
+    assert "lemke" in solution.message
+
+
+def test_wolfes_short_form_on_singular_compliances_is_detected(random_problem) -> None:
+    """Of 300 random problems of rank 6 of 12, and of rank 3, some end with artificials left: never returned."""
+    for rank, fewest in ((6, 1), (3, 30)):
+        left = 0
+        for seed in range(60):
+            problem = random_problem(seed, 12, 1, rank)
+            solution = attempt(problem, "wolfe")
+            assert solution.success or solution.status is Status.ARTIFICIAL
+            if solution.status is Status.ARTIFICIAL:
+                left += 1
+                assert "left positive" in solution.message
+                with pytest.raises(SolverError, match=r"artificial.*solver='auto'"):
+                    solve(problem, "wolfe")
+                assert solve(problem).success
+        assert left >= fewest
+
+
+def test_auto_falls_back_and_says_so(random_problem) -> None:
+    used = {solve(random_problem(seed, 12, 0, 3)).solver for seed in range(10)}
+    assert "nnls" in used
+
+
+def test_operator(half_space) -> None:
+    problem = half_space(8, 3)
+    operator = ComplementarityProblem(S=aslinearoperator(problem.S), g=problem.g, B=problem.B, F=problem.F)
+    with pytest.raises(SolverError, match="operator"):
+        solve(operator, "wolfe")
+    reference, solution = solve(problem), solve(operator)
+    assert solution.solver == "projected-cg"
+    # conjugate gradients end at 1e-12 of the deflection; times the condition of S
+    assert np.abs(solution.forces - reference.forces).max() <= 1e-8 * reference.forces.max()
+    assert np.abs(solution.q - reference.q).max() <= 1e-8
+
+
+def test_history_and_time(half_space) -> None:
+    for solver in ("wolfe", "lemke", "active-set", "projected-cg", "nnls"):
+        solution = solve(half_space(8, 1), solver)
+        assert len(solution.history) > 0
+        assert solution.seconds > 0
+        assert solution.nit > 0
