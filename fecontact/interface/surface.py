@@ -148,7 +148,7 @@ class FacetSurface:
         ).T
         local, distance2 = self._newton(points[point], facet)
         # the nearest facet of each point; among equals the first, so that shared edges are decided once
-        order = np.lexsort((facet, _rounded(distance2), point))
+        order = np.lexsort((facet, _rounded(distance2, self.mean_facet_size[facet]), point))
         best = order[np.searchsorted(point[order], np.arange(len(points)))]
         facet, local = facet[best], local[best]
         x, _, N = self.evaluate(facet, local)
@@ -249,10 +249,12 @@ class FacetSurface:
         return leaning & (at & self._on_rim[facet]).any(axis=1)
 
 
-def _rounded(distance2: Array) -> Array:
-    """Squared distances with their last digits cut off, so that equal ones compare equal."""
-    floor = 1e-24 * max(float(distance2.max(initial=0.0)), 1e-300)
-    return np.round(np.log(distance2 + floor), 6)
+def _rounded(distance2: Array, size: Array) -> Array:
+    """Logarithms of squared distances with their last digits cut off, so that equal ones compare equal.
+
+    Cut at 1e-12, for a foot moves sideways by the root of that, and at 1e-12 of the facet's size.
+    """
+    return np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12)
 
 
 def _second_derivatives(n_nodes: int, X: Array) -> tuple[Array, Array, Array]:

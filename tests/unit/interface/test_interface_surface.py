@@ -1,0 +1,176 @@
+"""Closest-point projection on curved facets."""
+
+import fecontact as fc
+import numpy as np
+import pytest
+from fecontact.errors import MeshError
+from fecontact.interface.surface import FacetSurface
+from fecontact.mesh.reference import quad_nodes
+
+RADIUS = 2.0
+
+
+def patch(n, k, height):
+    """Facets of k nodes, n x n over [-1, 1]^2, with all nodes at z = height(x, y) and normals upwards."""
+    facets, points = [], []
+    for i in range(n):
+        for j in range(n):
+            facets.append(np.arange(k) + k * len(facets))
+            points.append(-1 + 2 * (np.array([i, j]) + quad_nodes(k)) / n)
+    xy, number = np.unique(np.concatenate(points).round(12), axis=0, return_inverse=True)
+    x = np.column_stack([xy, height(xy)])
+    return FacetSurface(x, number.reshape(len(facets), k))
+
+
+def ball(xy):
+    return np.sqrt(RADIUS**2 - (xy**2).sum(axis=1))
+
+
+def above_ball(n=200, seed=1, most=0.7):
+    """Points near the ball's surface with their exact gap."""
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform(-most, most, (n, 2))
+    gap = rng.uniform(-0.2, 0.3, n)
+    on = np.column_stack([xy, ball(xy)])
+    return on * (1 + gap / RADIUS)[:, None], gap
+
+
+@pytest.mark.parametrize("k", [4, 8, 9])
+def test_a_plane_is_exact(k):
+    surface = patch(3, k, lambda xy: np.zeros(len(xy)))
+    rng = np.random.default_rng(2)
+    points = np.column_stack([rng.uniform(-0.99, 0.99, (100, 2)), rng.uniform(-1, 1, 100)])
+    feet = surface.project(points)
+    assert np.abs(feet.gap - points[:, 2]).max() < 1e-14
+    assert np.abs(feet.points - points * [1, 1, 0]).max() < 1e-14
+    assert np.abs(feet.normals - [0, 0, 1]).max() < 1e-14
+    assert not feet.beyond.any()
+
+
+@pytest.mark.parametrize("k", [4, 8, 9])
+def test_an_inclined_plane_far_away(k):
+    Q = fc.rotation_about((1, 2, 3), 0.8)
+    flat = patch(3, k, lambda xy: np.zeros(len(xy)))
+    surface = FacetSurface(flat.points @ Q.T + 100.0, flat.facets)
+    rng = np.random.default_rng(3)
+    local = np.column_stack([rng.uniform(-0.99, 0.99, (50, 2)), rng.uniform(-1, 1, 50)])
+    feet = surface.project(local @ Q.T + 100.0)
+    # coordinates of size 100 leave 1e-14
+    assert np.abs(feet.gap - local[:, 2]).max() < 1e-12
+    assert np.abs(feet.normals - Q[:, 2]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("k", "order"), [(4, 2), (8, 3), (9, 3)])
+def test_gaps_to_a_ball_converge_with_the_degree_of_the_facets(k, order):
+    points, gap = above_ball()
+    errors = [np.abs(patch(n, k, ball).project(points).gap - gap).max() for n in (4, 8, 16)]
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    # between two refinements the largest error wanders by a few tenths of an order
+    assert (rates > order - 0.4).all(), (errors, rates)
+
+
+@pytest.mark.parametrize(("k", "order"), [(4, 1), (8, 2), (9, 2)])
+def test_normals_of_a_ball_converge(k, order):
+    points, _ = above_ball()
+    exact = points / np.linalg.norm(points, axis=1)[:, None]
+    errors = [np.abs(patch(n, k, ball).project(points).normals - exact).max() for n in (4, 8, 16)]
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (rates > order - 0.4).all(), (errors, rates)
+
+
+@pytest.mark.parametrize("k", [4, 8, 9])
+def test_the_foot_lies_on_the_normal_through_the_point(k):
+    surface = patch(5, k, ball)
+    points, _ = above_ball()
+    feet = surface.project(points)
+    offset = points - feet.points
+    assert np.abs(np.cross(offset, feet.normals)).max() < 1e-12
+    assert np.abs(offset - feet.gap[:, None] * feet.normals).max() < 1e-12
+    assert np.abs(np.linalg.norm(feet.normals, axis=1) - 1).max() < 1e-14
+    # inside a facet the line of action is the facet's own normal
+    inside = ((feet.local > 0) & (feet.local < 1)).all(axis=1)
+    assert inside.sum() > 100
+    assert np.abs(surface.normals(feet.facet, feet.local) - feet.normals)[inside].max() < 1e-12
+
+
+@pytest.mark.parametrize("k", [4, 8, 9])
+def test_the_foot_is_the_nearest_point(k):
+    surface = patch(3, k, ball)
+    points, _ = above_ball(40)
+    feet = surface.project(points)
+    t = np.linspace(0, 1, 41)
+    local = np.stack(np.meshgrid(t, t), axis=-1).reshape(-1, 2)
+    n = len(surface.facets)
+    cloud = surface.evaluate(np.repeat(np.arange(n), len(local)), np.tile(local, (n, 1)))[0]
+    nearest = np.linalg.norm(points[:, None, :] - cloud[None], axis=2).min(axis=1)
+    assert (np.abs(feet.gap) <= nearest + 1e-12).all()
+
+
+def test_weights_interpolate_the_foot():
+    surface = patch(4, 8, ball)
+    points, _ = above_ball(30)
+    feet = surface.project(points)
+    assert np.abs(feet.weights @ surface.points - feet.points).max() < 1e-14
+    assert np.abs(feet.weights.sum(axis=1) - 1).max() < 1e-14
+
+
+@pytest.mark.parametrize("k", [4, 8, 9])
+def test_nodes_of_the_surface_project_on_themselves(k):
+    surface = patch(4, k, ball)
+    feet = surface.project(surface.points)
+    assert np.abs(feet.points - surface.points).max() < 1e-14
+    assert np.abs(feet.gap).max() < 1e-14
+    assert not feet.beyond.any()
+    # nodes on shared edges get the mean normal, so neither neighbour is preferred
+    exact = surface.points / RADIUS
+    inner = (np.abs(surface.points[:, :2]) < 0.99).all(axis=1)
+    assert np.abs(feet.normals - exact)[inner].max() < (0.06 if k == 4 else 0.02)
+
+
+def test_points_beyond_the_rim_are_flagged():
+    surface = patch(3, 8, lambda xy: np.zeros(len(xy)))
+    inside, on_rim, just_off, off = (0.5, 0.5, 0.1), (1.0, 0.5, 0.1), (1.0 + 1e-9, 0.5, 0.1), (1.2, 0.5, 0.1)
+    corner, touching = (1.2, 1.2, 0.1), (1.1, 0.0, 0.0)
+    feet = surface.project(np.array([inside, on_rim, just_off, off, corner, touching]))
+    assert feet.beyond.tolist() == [False, False, False, True, True, True]
+    # their foot is on the rim all the same
+    assert np.abs(feet.points[3:] - [(1, 0.5, 0), (1, 1, 0), (1, 0, 0)]).max() < 1e-14
+
+
+def test_the_number_of_newton_runs_does_not_grow_with_the_points(monkeypatch):
+    surface = patch(4, 8, ball)
+    calls = []
+    newton = FacetSurface._newton
+    monkeypatch.setattr(FacetSurface, "_newton", lambda self, *a, **k: calls.append(1) or newton(self, *a, **k))
+    counts = []
+    for n in (10, 1000):
+        calls.clear()
+        surface.project(above_ball(n)[0])
+        counts.append(len(calls))
+    assert counts == [1, 1]
+
+
+def test_distance_to_a_given_facet():
+    surface = patch(2, 4, lambda xy: np.zeros(len(xy)))
+    points = np.array([[0.5, 0.5, 0.3], [-0.5, 0.5, 0.0]])
+    facet = np.full(2, np.argmax((surface.points[surface.facets] >= 0)[..., :2].all(axis=(1, 2))))
+    assert np.abs(surface.distance_to_facet(points, facet) - [0.3, 0.5]).max() < 1e-14
+
+
+def test_on_a_very_slender_facet():
+    flat = patch(2, 8, lambda xy: 0.01 * xy[:, 0] ** 2)
+    surface = FacetSurface(flat.points * [1, 1e-4, 1], flat.facets)
+    rng = np.random.default_rng(4)
+    xy = rng.uniform(-0.9, 0.9, (30, 2)) * [1, 1e-4]
+    slope = 0.02 * xy[:, 0]
+    normal = np.column_stack([-slope, np.zeros(30), np.ones(30)]) / np.sqrt(1 + slope**2)[:, None]
+    on = np.column_stack([xy, 0.01 * xy[:, 0] ** 2])
+    feet = surface.project(on + 0.05 * normal)
+    assert np.abs(feet.gap - 0.05).max() < 1e-13
+    assert np.abs(feet.points - on).max() < 1e-10
+
+
+def test_a_facet_without_normal_is_named():
+    surface = FacetSurface(np.outer(np.arange(4.0), [1, 0, 0]), np.arange(4)[None], "lid")
+    with pytest.raises(MeshError, match=r"Facet 0 of 'lid'"):
+        surface.normals(np.array([0]), np.array([[0.5, 0.5]]))
