@@ -72,11 +72,22 @@ class Frame:
         return f"{self.body.name}: {describe_motion(motion, self.point, self.body.size)}"
 
 
-def _vector(value: ArrayLike, what: str) -> Array:
-    v = np.asarray(value, dtype=float)
+def vector(value: ArrayLike, what: str) -> Array:
+    """Three finite numbers, or an InputError that begins with `what`."""
+    try:
+        v = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        v = np.zeros(0)
     if v.shape != (3,) or not np.isfinite(v).all():
         raise InputError(f"{what} must be three finite numbers; found {value!r}.")
     return v
+
+
+def number(value: float, what: str) -> float:
+    """A finite number, or an InputError that begins with `what`."""
+    if not isinstance(value, int | float | np.number) or not np.isfinite(value):
+        raise InputError(f"{what} must be a finite number; found {value!r}.")
+    return float(value)
 
 
 def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:
@@ -87,9 +98,7 @@ def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:
             raise InputError(
                 f"Unknown component {name!r} of the motion of {body.name!r}; expected {', '.join(COMPONENTS)}."
             )
-        if not np.isfinite(value):
-            raise InputError(f"The motion {name!r} of {body.name!r} must be a finite number; found {value!r}.")
-        out[COMPONENTS.index(name)] = float(value)
+        out[COMPONENTS.index(name)] = number(value, f"The motion {name!r} of {body.name!r}")
     return out
 
 
@@ -109,8 +118,8 @@ def make_frame(
     """
     load = np.concatenate(
         [
-            np.zeros(3) if force is None else _vector(force, f"The force on {body.name!r}"),
-            np.zeros(3) if moment is None else _vector(moment, f"The moment on {body.name!r}"),
+            np.zeros(3) if force is None else vector(force, f"The force on {body.name!r}"),
+            np.zeros(3) if moment is None else vector(moment, f"The moment on {body.name!r}"),
         ]
     )
     prescribed = _motion(motion, body)

@@ -12,7 +12,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError
 from fecontact.fem.loads import body_force, surface_traction
-from fecontact.frames import Frame, make_frame
+from fecontact.frames import Frame, make_frame, number, vector
 
 Array = NDArray[np.float64]
 
@@ -68,11 +68,14 @@ def make_loading(
         If a key is no body of the scene or no boundary of its mesh, or gravity acts on a body without density.
     """
     whole, boundary = _split_keys(forces or {})
+    for pressed in pressures or {}:
+        if not isinstance(pressed, tuple) or len(pressed) != 2 or not isinstance(pressed[1], str):
+            raise InputError(f"A pressure acts on (body, 'boundary'); found the key {pressed!r}.")
     for given in (whole, moments or {}, motions or {}, free or {}):
         for key in given:
             _check_member(key, bodies)
-    for body, _ in [*boundary, *(pressures or {})]:
-        _check_member(body, bodies)
+    for member, _ in [*boundary, *(pressures or {})]:
+        _check_member(member, bodies)
     frames, distributed = [], []
     for body in bodies:
         frame = make_frame(
@@ -120,9 +123,7 @@ def _elastic(body: Body, what: str) -> ElasticBody:
 def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
     """A resultant spread evenly over a boundary."""
     elastic = _elastic(body, "A force on a boundary")
-    f = np.asarray(force, dtype=float)
-    if f.shape != (3,) or not np.isfinite(f).all():
-        raise InputError(f"The force on {name!r} of {body.name!r} must be three finite numbers; found {force!r}.")
+    f = vector(force, f"The force on {name!r} of {body.name!r}")
     mesh = elastic.mesh
     local = f @ body.pose.rotation
     spread = surface_traction(mesh, mesh.faces(name), lambda x, n: np.broadcast_to(local, x.shape))
@@ -132,15 +133,12 @@ def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
 
 def _pressure(body: Body, name: str, pressure: float) -> Array:
     elastic = _elastic(body, "A pressure")
-    if not np.isfinite(pressure):
-        raise InputError(f"The pressure on {name!r} of {body.name!r} must be a finite number; found {pressure!r}.")
-    return surface_traction(elastic.mesh, elastic.mesh.faces(name), lambda x, n: -pressure * n)
+    p = number(pressure, f"The pressure on {name!r} of {body.name!r}")
+    return surface_traction(elastic.mesh, elastic.mesh.faces(name), lambda x, n: -p * n)
 
 
 def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
-    g = np.asarray(gravity, dtype=float)
-    if g.shape != (3,) or not np.isfinite(g).all():
-        raise InputError(f"Gravity must be three finite numbers; found {gravity!r}.")
+    g = vector(gravity, "Gravity")
     assert body.model is not None
     if any(m.density is None for m in body.model.materials):
         raise InputError(f"Gravity needs a density for every material of {body.name!r}: Material(E, nu, density=...).")
@@ -152,13 +150,13 @@ def mass_weighted(frame: Frame, motions: Array) -> Array:
     """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R, column by column."""
     body = _elastic(frame.body, "A floating body")
     assert body.model is not None
-    local = frame.in_body_axes(motions)
     centre = body.reference_point
 
-    def field(k: int, x: Array) -> Array:
-        return local[:3, k] + np.cross(local[3:, k], x - centre)
+    def column(motion: Array) -> Array:
+        return body_force(mesh, lambda x: motion[:3] + np.cross(motion[3:], x - centre), density)
 
-    columns = [body_force(body.mesh, lambda x, k=k: field(k, x), body.model.density) for k in range(motions.shape[1])]
+    mesh, density = body.mesh, body.model.density
+    columns = [column(motion) for motion in frame.in_body_axes(motions).T]
     return np.stack(columns, axis=1) if columns else np.zeros((body.n_dofs, 0))
 
 

@@ -1,0 +1,170 @@
+"""Which rigid components of a body are held, moved, loaded or free; and the loads."""
+
+import fecontact as fc
+import numpy as np
+import pytest
+from fecontact.errors import InputError
+from fecontact.fem.rigid import COMPONENTS
+from fecontact.frames import make_frame
+from fecontact.loading import make_loading
+
+STEEL = fc.Material(E=210e3, nu=0.3, density=2.0)
+Q = fc.rotation_about((1, 2, 3), 0.7)
+
+
+def cube(supports=None, **options):
+    mesh = fc.shapes.block((1.0, 1.2, 0.9), (2, 2, 2))
+    return fc.ElasticBody(mesh, STEEL, contact="top", supports=supports or {}, **options)
+
+
+def components(motions):
+    """Names of the pure components that span motions, or None if they do not."""
+    scaled = motions / np.linalg.norm(motions, axis=0) if motions.size else motions
+    projector = scaled @ scaled.T
+    names = [c for k, c in enumerate(COMPONENTS) if abs(projector[k, k] - 1) < 1e-9]
+    return set(names) if len(names) == motions.shape[1] else None
+
+
+HELD = {"bottom": "xyz"}
+# two planes of symmetry leave only z
+SLIDE = {"x_min": "x", "y_min": "y"}
+
+
+@pytest.mark.parametrize(
+    ("supports", "arguments", "released", "mean_held"),
+    [
+        (HELD, {}, set(), set()),
+        (HELD, {"force": (0, 0, -1)}, {"z"}, set()),
+        (HELD, {"force": (0, 0, -1), "free": "rx ry"}, {"z", "rx", "ry"}, set()),
+        (HELD, {"moment": (0, 2, 0)}, {"ry"}, set()),
+        (HELD, {"motion": {"z": 0.1}}, set(), set()),
+        (HELD, {"motion": {"z": 0.1}, "free": ["rx"]}, {"rx"}, set()),
+        ({}, {}, set(COMPONENTS), set()),
+        ({}, {"motion": {"z": 0.1}}, {"x", "y", "rx", "ry", "rz"}, {"z"}),
+        ({}, {"motion": dict.fromkeys(COMPONENTS, 0.0)}, set(), set(COMPONENTS)),
+        (SLIDE, {}, {"z"}, set()),
+        (SLIDE, {"motion": {"z": -0.1}}, set(), {"z"}),
+        (SLIDE, {"force": (1, 0, -1)}, {"x", "z"}, set()),
+        ({"bottom": "z"}, {}, {"x", "y", "rz"}, set()),
+    ],
+)
+def test_sorting_of_components(supports, arguments, released, mean_held):
+    frame = make_frame(cube(supports), **arguments)
+    assert components(frame.released) == released
+    assert components(frame.mean_held) == mean_held
+
+
+def test_a_hinge_that_is_not_a_component():
+    # a turn about the bottom's middle line is a mixture of a turn and a translation of the centre of mass
+    body = cube({"bottom": "xy", "x_min": "x"})
+    frame = make_frame(body)
+    assert frame.released.shape == (6, 2)
+    field = frame.modes(frame.released).reshape(-1, 3, 2)
+    assert np.abs(field[body.mesh.boundary_nodes("bottom")][:, :2]).max() < 1e-12
+    assert np.abs(field[body.mesh.boundary_nodes("x_min")][:, 0]).max() < 1e-12
+    assert components(frame.released) is None
+
+
+def test_components_of_a_turned_body_are_world_components():
+    body = cube(SLIDE).placed(rotation=fc.rotation_about((0, 1, 0), np.pi / 2))
+    assert components(make_frame(body).released) == {"x"}
+    turned = cube().placed(rotation=Q, translation=(5, 6, 7))
+    frame = make_frame(turned, motion={"z": 0.1})
+    field = turned.pose.rotation @ frame.modes(frame.moved[:, None])[:3, 0]
+    assert np.abs(field - [0, 0, 0.1]).max() < 1e-15
+
+
+def test_modes_are_displacements_about_the_reference_point():
+    body = cube().placed(rotation=Q, translation=(5, 6, 7))
+    frame = make_frame(body)
+    motion = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    world = body.pose.to_world(body.mesh.points)
+    expected = motion[:3] + np.cross(motion[3:], world - frame.point)
+    found = frame.modes(motion[:, None])[:, 0].reshape(-1, 3) @ Q.T
+    assert np.abs(found - expected).max() < 1e-13
+
+
+def test_a_spread_load_has_the_resultant_it_stands_for():
+    body = cube().placed(rotation=Q, translation=(5, 6, 7))
+    loading = make_loading([body], {body: (1, 2, 3)}, {body: (-1, 0.5, 2)}, None, None, None, None)
+    assert loading.frames[0].spread
+    assert np.abs(loading.resultant(0) - [1, 2, 3, -1, 0.5, 2]).max() < 1e-12
+    f = loading.distributed[0].reshape(-1, 3) @ Q.T
+    assert np.abs(f.sum(axis=0) - [1, 2, 3]).max() < 1e-12
+
+
+def test_a_load_on_a_supported_body_acts_through_its_supports():
+    body = cube(HELD)
+    loading = make_loading([body], {body: (0, 0, -3)}, None, None, None, None, None)
+    assert not loading.frames[0].spread
+    assert loading.distributed[0] is None
+    assert np.array_equal(loading.resultant(0), [0, 0, -3, 0, 0, 0])
+
+
+def test_boundary_forces_pressures_and_gravity():
+    body = cube(HELD).placed(rotation=Q, translation=(5, 6, 7))
+    volume = 1.0 * 1.2 * 0.9
+
+    def resultant(**given):
+        arguments = dict.fromkeys(("forces", "moments", "motions", "free", "pressures", "gravity"))
+        loading = make_loading([body], *{**arguments, **given}.values())
+        return loading.resultant(0)
+
+    force = resultant(forces={(body, "x_max"): (1, 2, 3)})
+    arm = Q @ ([1.0, 0.6, 0.45] - body.reference_point)
+    assert np.abs(force - [1, 2, 3, *np.cross(arm, [1, 2, 3])]).max() < 1e-12
+    assert np.abs(resultant(gravity=(0, 0, -9.81)) - [0, 0, -9.81 * 2 * volume, 0, 0, 0]).max() < 1e-11
+    pressed = resultant(pressures={(body, "top"): 4.0})
+    assert np.abs(pressed[:3] - Q @ [0, 0, -4.0 * 1.2]).max() < 1e-12
+    both = resultant(forces={(body, "x_max"): (1, 2, 3), body: (0, 0, 1)}, pressures={(body, "top"): 4.0})
+    assert np.abs(both - force - pressed - [0, 0, 1, 0, 0, 0]).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"force": (1, 2)}, r"force on 'body' must be three finite numbers"),
+        ({"force": (1, 2, np.nan)}, r"force on 'body' must be three finite numbers"),
+        ({"moment": "a lot"}, r"moment on 'body' must be three finite numbers"),
+        ({"motion": {"w": 1.0}}, r"Unknown component 'w'.*x, y, z, rx, ry, rz"),
+        ({"motion": {"z": "far"}}, r"motion 'z' of 'body' must be a finite number"),
+        ({"motion": {"z": np.inf}}, r"motion 'z' of 'body' must be a finite number"),
+        ({"free": "rx rw"}, r"Unknown free components \['rw'\]"),
+        ({"force": (0, 0, 1), "motion": {"z": 1.0}}, r"both loaded.*moved in z"),
+        ({"free": "z", "motion": {"z": 1.0}}, r"both loaded \(or free\) and moved in z"),
+    ],
+)
+def test_bad_arguments(arguments, words):
+    with pytest.raises(InputError, match=words):
+        make_frame(cube(HELD), **arguments)
+
+
+def test_bad_loads():
+    body, other, rigid = cube(HELD), cube(HELD, name="other"), fc.RigidBody(fc.Plane())
+    nothing = dict.fromkeys(("forces", "moments", "motions", "free", "pressures", "gravity"))
+
+    def loading(**given):
+        return make_loading([body, rigid], *{**nothing, **given}.values())
+
+    for given, words in [
+        ({"forces": {other: (0, 0, 1)}}, r"'other'"),
+        ({"forces": {"body": (0, 0, 1)}}, r"'body'"),
+        ({"moments": {other: (0, 0, 1)}}, r"'other'"),
+        ({"motions": {other: {"z": 1.0}}}, r"'other'"),
+        ({"free": {other: "z"}}, r"'other'"),
+        ({"pressures": {(other, "top"): 1.0}}, r"'other'"),
+        ({"pressures": {(body, "lid"): 1.0}}, r"'lid'.*'top'"),
+        ({"pressures": {(body, "top"): np.nan}}, r"finite"),
+        ({"pressures": {body: 1.0}}, r"\(body, 'boundary'\)"),
+        ({"pressures": {(rigid, "surface"): 1.0}}, r"'rigid'"),
+        ({"forces": {(rigid, "surface"): (0, 0, 1)}}, r"'rigid'"),
+        ({"forces": {(body, "lid"): (0, 0, 1)}}, r"'lid'.*'top'"),
+        ({"forces": {(body, "top"): (0, 1)}}, r"three finite numbers"),
+        ({"forces": {(body, "top", 1): (0, 0, 1)}}, r"\(body, 'boundary'\)"),
+        ({"gravity": (0, 0)}, r"Gravity must be three finite numbers"),
+    ]:
+        with pytest.raises(InputError, match=words):
+            loading(**given)
+    weightless = fc.ElasticBody(body.mesh, fc.Material(E=1.0, nu=0.3), pressure="nodal", supports=HELD)
+    with pytest.raises(InputError, match=r"Gravity needs a density"):
+        make_loading([weightless], None, None, None, None, None, (0, 0, -1))
