@@ -108,10 +108,11 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
     Stresses are in each body's own axes. Mid-face nodes have no place in the file's elements and are left out.
     """
     path = check_writable(path)
-    points, cells, number = [], {}, []
+    points, number = [], []
+    cells: dict[int, list[NDArray[np.int64]]] = {}
     data: dict[str, list[Array]] = {"displacement": [], "stress": [], "von_mises": [], "contact_pressure": []}
     start = 0
-    for k, body in enumerate(b for b in result.scene.bodies if isinstance(b, ElasticBody)):
+    for k, body in enumerate(result.elastic_bodies):
         mesh = body.mesh
         used = np.unique(mesh.cells)
         index = np.full(len(mesh.points), -1, dtype=np.int64)

@@ -77,7 +77,10 @@ def draw_field(
     """Draw a nodal field of a contact with smooth shading, the facets' edges and the scale."""
     plane = view_axes(contact.normals, contact.forces)
     triangles, xy, shades = _shaded(contact, contact.points @ plane.T, values)
-    drawn = axes.tripcolor(Triangulation(*xy.T, triangles), shades, shading="gouraud", cmap=COLOURS[what])
+    limits = {"vmin": 0.0, "vmax": values.max() or 1.0} if what == "pressure" else {}
+    drawn = axes.tripcolor(
+        Triangulation(xy[:, 0], xy[:, 1], triangles), shades, shading="gouraud", cmap=COLOURS[what], **limits
+    )
     for side in _facet_sides(contact, contact.points @ plane.T):
         axes.plot(*side.T, color="0.4", linewidth=0.3, alpha=0.6)
     name = {"pressure": "contact pressure", "gap": "gap"}[what]
@@ -154,6 +157,7 @@ def plot_spheres(out: SpheresResult, path: str | Path | None = None) -> Figure:
     )
     right.legend(loc="upper right")
     right.set_title(
-        f"{out.options['element']}, {out.options['pressure']} pressures, {out.result.n_dofs} dofs, {out.seconds['total']:.1f} s"
+        f"{out.options['element']}, {out.options['pressure']} pressures, {out.result.n_dofs} dofs, "
+        f"{out.seconds['total']:.1f} s"
     )
     return save_figure(figure, path)

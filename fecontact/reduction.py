@@ -147,7 +147,8 @@ def _mean_hold(frame: Frame) -> MeanHold | None:
         return None
     modes = frame.modes(frame.mean_held)
     weighted = mass_weighted(frame, frame.mean_held)
-    return MeanHold(modes, np.linalg.solve(modes.T @ weighted, weighted.T))
+    mean = np.asarray(np.linalg.solve(modes.T @ weighted, weighted.T), dtype=np.float64)
+    return MeanHold(modes, mean)
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from fecontact.errors import InputError
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
+from fecontact.mesh.facets import nodal_areas
 from fecontact.mesh.reference import quad_shapes
 from fecontact.reduction import Interface, Reduction, State
 from fecontact.solvers import Residuals, Solution
@@ -149,7 +150,7 @@ class ContactFields:
         f, k = self.facets.shape
         member = sp.csr_matrix((np.ones(f * k), (self.facets.ravel(), np.repeat(np.arange(f), k))), (len(active), f))
         member = member.multiply(active[:, None]).tocsr()
-        count, label = connected_components(member @ member.T, directed=False)
+        _, label = connected_components(member @ member.T, directed=False)
         out = []
         for k in np.unique(label[active]).tolist():
             inside = active & (label == k)
@@ -247,12 +248,17 @@ class ContactResult:
     @property
     def n_dofs(self) -> int:
         """Degrees of freedom of all elastic bodies."""
-        return sum(b.n_dofs for b in self.scene.bodies if isinstance(b, ElasticBody))
+        return sum(b.n_dofs for b in self.elastic_bodies)
 
     @property
     def n_dofs_factorised(self) -> int:
         """The same, with a model that stands in several poses counted once."""
-        return sum({id(b.model): b.n_dofs for b in self.scene.bodies if isinstance(b, ElasticBody)}.values())
+        return sum({id(b.model): b.n_dofs for b in self.elastic_bodies}.values())
+
+    @property
+    def elastic_bodies(self) -> tuple[ElasticBody, ...]:
+        """The scene's elastic bodies."""
+        return tuple(b for b in self.scene.bodies if isinstance(b, ElasticBody))
 
     @property
     def n_candidates(self) -> int:
@@ -315,11 +321,8 @@ class ContactResult:
 
     def boundary_motion(self, body: Body, name: str) -> Array:
         """Mean displacement (3,) of a boundary in world axes, over its nodes by their areas."""
-        k, elastic = self._elastic(body)
-        faces = elastic.mesh.faces(name)
-        from fecontact.fem.loads import surface_traction
-
-        weights = surface_traction(elastic.mesh, faces, lambda x, n: np.broadcast_to([1.0, 0.0, 0.0], x.shape))[::3]
+        _, elastic = self._elastic(body)
+        weights = nodal_areas(elastic.mesh.points, elastic.mesh.face_nodes(elastic.mesh.faces(name)))
         return weights @ self.displacement(body) / weights.sum()
 
     def residuals(self) -> Residuals:
@@ -405,7 +408,8 @@ def report(result: ContactResult) -> str:
     lines = [f"Contact of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
     lines += [f"  {b.describe()}" for b in result.scene.bodies]
     lines.append(
-        f"  {result.n_candidates} candidates, {result.n_active} in contact, {result.nit} iterations, {result.rounds} round(s)"
+        f"  {result.n_candidates} candidates, {result.n_active} in contact, {result.nit} iterations, "
+        f"{result.rounds} round(s)"
     )
     for c in result.contacts:
         lines += [

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
-from fecontact.errors import InputError
+from fecontact.errors import InputError, SolverError
 from fecontact.interface.candidates import approach_for_load, choose, grow
 from fecontact.interface.pairing import Pairing, nested, pair
 from fecontact.interface.surface import FacetSurface
@@ -72,8 +72,8 @@ class Contact:
             for body in (self.slave, self.master):
                 if len(body.contact) != 1:
                     raise InputError(
-                        f"{body.name!r} declares {len(body.contact)} contact surfaces ({', '.join(body.contact) or 'none'}); "
-                        "say which in Contact(..., surfaces=(slave's, master's))."
+                        f"{body.name!r} declares {len(body.contact)} contact surfaces "
+                        f"({', '.join(body.contact) or 'none'}); say which: Contact(..., surfaces=(slave, master))."
                     )
             object.__setattr__(self, "surfaces", (self.slave.contact[0], self.master.contact[0]))
         elif len(self.surfaces) != 2:
@@ -123,7 +123,7 @@ class Scene:
             for body in (contact.slave, contact.master):
                 if not any(body is b for b in self.bodies):
                     raise InputError(
-                        f"{body.name!r} is in a contact but not among the scene's bodies (bodies are compared by identity)."
+                        f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity)."
                     )
 
     @cached_property
@@ -187,7 +187,9 @@ class Scene:
             opening = [i.opening_by(loading.frames) for i in interfaces]
             chosen = [_first_choice(i, o, loading) for i, o in zip(interfaces, opening, strict=True)]
         start: NDArray[np.bool_] | None = None
-        for round_number in range(1, MOST_ROUNDS + 1):
+        rounds = 0
+        while True:
+            rounds += 1
             reduction = assemble(self.bodies, interfaces, chosen, loading, watch)
             with watch("solve"):
                 solution = solve(reduction.problem, solver, start=start, tolerance=tolerance, **options)
@@ -201,12 +203,12 @@ class Scene:
             before = chosen
             chosen = [grow(c, o, p) if p.any() else c for c, o, p in zip(chosen, opening, penetrating, strict=True)]
             start = _warm_start(before, chosen, solution.active)
-        else:
-            raise InputError(
-                f"The candidates still grew after {MOST_ROUNDS} rounds; the contact does not settle. "
-                "Check the loads and the initial gap."
-            )
-        return make_result(self, interfaces, chosen, loading, reduction, solution, state, watch, round_number)
+            if rounds == MOST_ROUNDS:
+                raise SolverError(
+                    f"The candidates still grew after {MOST_ROUNDS} rounds; the contact does not settle. "
+                    "Check the loads and the initial gap."
+                )
+        return make_result(self, interfaces, chosen, loading, reduction, solution, state, watch, rounds)
 
 
 def _interface(contact: Contact) -> Interface:

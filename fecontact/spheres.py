@@ -358,9 +358,12 @@ def _saved(out: SpheresResult) -> str:
     """What was not modelled, and why it was not needed."""
     n, once = out.result.n_dofs, out.result.n_dofs_factorised
     if out.options["model"] == "symmetric":
-        return f"modelled: a quarter of one sphere, {n} of {8 * n} dofs: two planes of symmetry, and the other sphere is its mirror image"
+        return f"modelled: a quarter of one sphere, {n} of {8 * n} dofs: three planes of symmetry"
     if once < n:
-        return f"modelled: a quarter of each, {n} of {4 * n} dofs; the lower is the upper in another pose, so {once} were factorised"
+        return (
+            f"modelled: a quarter of each sphere, {n} of {4 * n} dofs: two planes of symmetry; "
+            f"{once} factorised, as the lower is the upper in another pose"
+        )
     return f"modelled: a quarter of each sphere, {n} of {4 * n} dofs: two planes of symmetry"
 
 
@@ -394,8 +397,9 @@ def report_table(level: int = 2, **options: Any) -> str:
     lines += [
         "",
         "The report (Elangovan 1978) prints for equal spheres at 726.4 kgf:",
-        "  a = 1.7845 mm, pressure at the centre 9990 kgf/cm2, Hertz's approach 0.02548 mm, its own approach 0.04895 or",
-        "  0.06131 mm (artificial support at the contact or at the sphere's centre); at 45.4 kgf it gave no answer.",
-        f"Its three Hertz figures are those of 666 kgf: {10 * at_666.a:.4f} mm, {at_666.p0:.0f} kgf/cm2, {10 * at_666.approach:.5f} mm.",
+        "  a = 1.7845 mm, pressure at the centre 9990 kgf/cm2, Hertz's approach 0.02548 mm, its own approach",
+        "  0.04895 or 0.06131 mm (artificial support at the contact or at the sphere's centre); at 45.4 kgf no answer.",
+        "Its three Hertz figures are those of 666 kgf: "
+        f"{10 * at_666.a:.4f} mm, {at_666.p0:.0f} kgf/cm2, {10 * at_666.approach:.5f} mm.",
     ]
     return "\n".join(lines)

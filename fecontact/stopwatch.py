@@ -24,6 +24,7 @@ class Stopwatch:
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
+        """Add the time spent inside ``with watch(stage):``."""
         start = time.perf_counter()
         try:
             yield

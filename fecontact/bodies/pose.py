@@ -74,5 +74,5 @@ class Pose:
         return (points - self.translation) @ self.rotation
 
     def relative_to(self, other: Pose) -> Pose:
-        """This body's pose seen from another's axes; translations are subtracted first, so a common offset drops out."""
+        """This body's pose seen from another's axes; a common offset drops out before anything is rounded."""
         return Pose(other.rotation.T @ self.rotation, (self.translation - other.translation) @ other.rotation)

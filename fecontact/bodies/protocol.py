@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -36,9 +37,17 @@ class Reduced:
 class Body(Protocol):
     """Anything that can take part in a scene. All arrays are in the body's own axes."""
 
-    name: str
-    pose: Pose
-    contact: tuple[str, ...]
+    @property
+    def name(self) -> str:
+        """For messages and tables."""
+
+    @property
+    def pose(self) -> Pose:
+        """Where the body stands."""
+
+    @property
+    def contact(self) -> Sequence[str]:
+        """Names of its contact surfaces."""
 
     @property
     def n_dofs(self) -> int:

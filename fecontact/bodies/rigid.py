@@ -23,7 +23,9 @@ Array = NDArray[np.float64]
 class RigidShape(Protocol):
     """The surface of a rigid body in its own axes."""
 
-    size: float
+    @property
+    def size(self) -> float:
+        """A length of the shape."""
 
     def project(self, points: Array) -> Feet:
         """Feet of points (n, 3)."""

@@ -1,0 +1,1 @@
+"""From a mesh to numbers: stiffness, supports, rigid modes, condensation, loads, stresses."""

@@ -1,0 +1,1 @@
+"""What lies between two bodies: surfaces, feet, pairs, candidates."""

@@ -254,7 +254,7 @@ def _rounded(distance2: Array, size: Array) -> Array:
 
     Cut at 1e-12, for a foot moves sideways by the root of that, and at 1e-12 of the facet's size.
     """
-    return np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12)
+    return np.asarray(np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12), dtype=np.float64)
 
 
 def _second_derivatives(n_nodes: int, X: Array) -> tuple[Array, Array, Array]:

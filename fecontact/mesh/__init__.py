@@ -1,0 +1,1 @@
+"""What a body is cut into: elements, shapes, checks."""

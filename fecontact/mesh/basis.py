@@ -1,7 +1,8 @@
 """Shape functions of one element: plain, with mid-face nodes on chosen faces, or with coalesced edges.
 
 A **degenerate** hexahedron repeats node numbers: an edge whose three nodes are one node has coalesced. For the 20-node
-element, adding up the coalesced functions does not give the functions of the wedge; every face that has become a triangle needs the correction of
+element, adding up the coalesced functions does not give the functions of the wedge; every face that has become a
+triangle needs the correction of
 Newton and Irons (Elangovan 1978, appendix B, eq. B-17/18)
 
     P_c += Delta (both corners opposite the coalesced edge),  P_m -= 2 Delta (the mid-side node between them),

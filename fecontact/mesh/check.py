@@ -66,8 +66,8 @@ def _check_jacobians(mesh: Mesh, group: CellGroup) -> None:
             row = det[np.argmax(bad)]
             kind = "left-handed: its nodes are in mirrored order" if (row < 0).all() else "folded or inverted"
             raise MeshError(
-                f"Cell {cell} is {kind} (smallest Jacobian {row.min():.3g}, largest {row.max():.3g}); {bad.sum()} cells "
-                "in all. Nodes must run in VTK order, counter-clockwise below, then above."
+                f"Cell {cell} is {kind} (smallest Jacobian {row.min():.3g}, largest {row.max():.3g}); "
+                f"{bad.sum()} cells in all. Nodes must run in VTK order, counter-clockwise below, then above."
             )
 
 
@@ -82,6 +82,6 @@ def _check_mid_edge(mesh: Mesh, group: CellGroup) -> None:
         if bad.any():
             k = np.argmax(bad)
             raise MeshError(
-                f"Cell {group.cells[k]} has its mid-edge node {8 + edge} at {along[k]:.3f} of the edge between its nodes "
-                f"{a} and {b}; it must lie between the quarter points (0.25 ... 0.75), or the mapping folds."
+                f"Cell {group.cells[k]} has its mid-edge node {8 + edge} at {along[k]:.3f} of the edge between its "
+                f"nodes {a} and {b}; it must lie between the quarter points (0.25 ... 0.75), or the mapping folds."
             )

@@ -135,7 +135,7 @@ class Mesh:
             distinct = np.unique(kind[:-6])
             nodes = cells[np.ix_(chosen, distinct)]
             if faces and self.midface is not None:
-                nodes = np.concatenate([nodes, self.midface[np.ix_(chosen, faces)]], axis=1)
+                nodes = np.concatenate([nodes, self.midface[np.ix_(chosen, np.asarray(faces))]], axis=1)
             out.append(CellGroup(chosen, nodes, tuple(kind[:-6].tolist()), faces))
         return tuple(out)
 

@@ -11,7 +11,7 @@ r^2 / (R + sqrt(R^2 - r^2)) keeps all its digits.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,7 +47,7 @@ def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str 
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
     cells = np.stack([index[tuple(slice(c, c + k) for c, k in zip(cor, n, strict=True))].ravel() for cor in corners], 1)
     number = np.arange(len(cells)).reshape(n)
-    boundaries = {}
+    boundaries: dict[str, NDArray[np.int64]] = {}
     for face, name in enumerate(names):
         if name is not None:
             layer = np.take(number, -1 if face % 2 else 0, axis=face // 2).ravel()
@@ -278,7 +278,7 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
 
 
 def _towards_edge(core: int, rings: int, edge: float) -> Array:
-    """Radii from the core's to 1: widths in geometric progression that end with `edge`, the core's cells next in line."""
+    """Radii from the core's to 1: widths in geometric progression that end with `edge`, the core's cells the next."""
 
     def radius_of_core(ratio: float) -> float:
         return 1.0 - edge * (ratio ** np.arange(rings)).sum()
@@ -288,7 +288,7 @@ def _towards_edge(core: int, rings: int, edge: float) -> Array:
     return np.concatenate([radius_of_core(ratio) + np.concatenate([[0.0], np.cumsum(widths)[:-1]]), [1.0]])
 
 
-def _disc(n_layers: int, ring: RingGrading, names: dict[str, str | None], element: str) -> tuple[Mesh, Mesh]:
+def _disc(n_layers: int, ring: RingGrading, names: Mapping[str, str | None], element: str) -> tuple[Mesh, Mesh]:
     """Quarter disc times layers in plan coordinates (x, y, layer index): the core and the rings."""
     m, radii = ring.core, ring.radii
     top, bottom, side = names["top"], names["bottom"], names["side"]
@@ -327,7 +327,7 @@ Curve = Callable[[Array], Array]
 
 
 def _coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Callable[[Array, Array], Array]:
-    """Transfinite interpolation of four curves [0, 1] -> (rho, z); top and bottom run along s, left and right along t."""
+    """Transfinite interpolation of curves [0, 1] -> (rho, z); top and bottom run along s, left and right along t."""
     zero, one = np.zeros(1), np.ones(1)
     c00, c10, c01, c11 = top(zero), top(one), bottom(zero), bottom(one)
 
@@ -393,11 +393,8 @@ def _sector(quarter: Mesh, sector: str, tolerance: float) -> Mesh:
     turns = []
     for k in range(SECTORS[sector]):
         cos, sin = [(1, 0), (0, 1), (-1, 0), (0, -1)][k]
-        turned = quarter.mapped(
-            lambda x, cos=cos, sin=sin: np.stack(
-                [cos * x[:, 0] - sin * x[:, 1], sin * x[:, 0] + cos * x[:, 1], x[:, 2]], 1
-            )
-        )
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        turned = replace(quarter, points=quarter.points @ turn.T)
         # a quarter turn brings the plane y = 0 to x = 0 and back; only y = 0 is left as a boundary of the half
         names = {"sym_x": "sym_y", "sym_y": "sym_x"} if k % 2 else {}
         turns.append(replace(turned, boundaries={names.get(n, n): f for n, f in turned.boundaries.items()}))

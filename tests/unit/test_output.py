@@ -48,7 +48,7 @@ def test_picture_of_pressure_and_gap(pressed, tmp_path):
 def test_unknown_field_and_file_type_are_refused(pressed, tmp_path):
     with pytest.raises(fc.InputError, match="expected one of 'pressure', 'gap'"):
         pressed[1].plot("colour")
-    with pytest.raises(fc.InputError, match="Unknown file type '.xyz'"):
+    with pytest.raises(fc.InputError, match=r"Unknown file type '\.xyz'"):
         pressed[1].save(tmp_path / "r.xyz")
 
 

@@ -1,0 +1,53 @@
+"""Why contact faces carry a ninth node: the plain 20-node element beside it, on Hertz and on a uniform patch.
+
+Run: python examples/plain_faces.py
+"""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import fecontact as fc
+from fecontact.plot import draw_field, save_figure
+from fecontact.spheres import solve_spheres
+
+
+def patch(pressure: str, n: int = 3) -> fc.ContactResult:
+    """A block under uniform compression; every contact force should be a share of one and the same pressure."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (n, n, n))
+    supports = {"top": "z", "x_min": "x", "y_min": "y"}
+    block = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "bottom", supports, pressure=pressure, name="block")
+    floor = fc.RigidBody(fc.Plane())
+    return fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(forces={block: (0, 0, -0.01)})
+
+
+def main(level: int = 2, out: str | Path = "out") -> dict[str, float]:
+    errors = {}
+    figure = Figure(figsize=(11.0, 9.0), layout="constrained")
+    for row, pressure in zip(figure.subplots(2, 2), ("midface", "nodal"), strict=True):
+        hertz = solve_spheres("equal", model="symmetric", level=level, pressure=pressure)
+        errors[pressure] = hertz.pressure_l2_error
+        near = hertz.radius < 1.3 * hertz.case.hertz.a
+        r = np.linspace(0, 1.3 * hertz.case.hertz.a, 500)
+        row[0].plot(hertz.radius[near], hertz.contact.pressure[near], "o", markersize=4)
+        row[0].plot(r, hertz.case.hertz.pressure(r), "k")
+        row[0].set_title(f"{pressure}: Hertz, L2 error {100 * hertz.pressure_l2_error:.1f} %")
+        row[0].set_xlabel("radius [cm]")
+        row[0].set_ylabel("pressure [kgf/cm²]")
+        uniform = patch(pressure).contacts[0]
+        draw_field(row[1], uniform, uniform.pressure, "pressure", "exact: 0.01")
+        row[1].set_title(
+            f"{pressure}: uniform compression, {(~uniform.active).sum()} of {len(uniform.points)} points idle",
+            fontsize=10,
+        )
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    save_figure(figure, folder / "plain_faces.png")
+    for name, error in errors.items():
+        print(f"{name:8} pressure L2 error {100 * error:6.2f} %")
+    return errors
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,37 @@
+"""Every example runs on small settings and gives what it says."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parents[2] / "examples"
+
+
+def load(name):
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_two_spheres(tmp_path):
+    # level 1 is within 3.5 % of Hertz in pressure
+    assert abs(load("two_spheres").main(level=1, out=tmp_path)) < 0.035
+
+
+def test_block_on_plane(tmp_path):
+    result = load("block_on_plane").main(n=4, out=tmp_path)
+    assert abs(result.contacts[0].total_force / 100.0 - 1) < 1e-10  # equilibrium
+    assert 0 < result.n_active < result.n_candidates  # an edge has lifted
+
+
+def test_plain_faces(tmp_path):
+    errors = load("plain_faces").main(level=1, out=tmp_path)
+    assert abs(errors["midface"]) < 0.035
+    assert abs(errors["nodal"]) > 0.5
+
+
+@pytest.mark.parametrize("name", sorted(p.stem for p in FOLDER.glob("*.py")))
+def test_every_example_is_tested(name):
+    assert f"def test_{name}(" in Path(__file__).read_text()
