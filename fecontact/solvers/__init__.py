@@ -1,4 +1,13 @@
-"""Complementarity problems of frictionless contact and their solvers."""
+"""Complementarity problems of frictionless contact and their solvers; knows nothing of meshes or bodies.
+
+Examples
+--------
+>>> import numpy as np
+>>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([0.0, 3.0]), B=np.ones((1, 2)), F=np.array([1.0]))
+>>> solution = solve(problem)
+>>> (solution.forces + 0.0).round(12).tolist(), solution.residuals.within(1e-10)
+([1.0, 0.0], True)
+"""
 
 from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Residuals, Solution, Status
 from fecontact.solvers.registry import attempt, available_solvers, solve

@@ -15,7 +15,7 @@ from fecontact.solvers.equality import PointSet, first_touch, solve_on
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import Status
 from fecontact.solvers.projected_cg import projected_cg
-from fecontact.solvers.scaling import ROUNDING, SMALLEST, ScaledProblem
+from fecontact.solvers.scaling import ScaledProblem
 
 GUESSES = 10
 """Steps of projected conjugate gradients that guess the first set: each costs a product, not a factorisation."""
@@ -104,5 +104,5 @@ def _wrong(problem: ScaledProblem, point: PointSet, active: np.ndarray) -> tuple
     limit[point.dropped] = max(rounding, DEPENDENT_GAP * float(np.abs(gap).max()))
     pull = np.where(active, -point.x, 0.0)
     sink = np.where(active, 0.0, -gap)
-    wrong = (pull > max(ROUNDING * float(np.abs(point.x).max()), SMALLEST)) | (sink > limit)
+    wrong = (pull > problem.rounding_of(point.x)) | (sink > limit)
     return wrong, float(max(pull.max(), sink.max()))

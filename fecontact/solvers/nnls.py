@@ -17,9 +17,9 @@ from scipy.optimize import nnls as plain_nnls
 
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import Status
-from fecontact.solvers.scaling import ROUNDING, SMALLEST, ScaledProblem
+from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 
-DEPENDENT = 1e-11
+DEPENDENT = 1e-13
 """Squared Cholesky pivot (of a matrix of unit diagonal) at which a point depends on those in touch."""
 
 NEWCOMER = 1e-10
@@ -127,10 +127,9 @@ def nnls(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterati
     for nit in range(limit):
         target, p = touching.solve()
         points = np.array(touching.points, dtype=int)
-        largest = np.abs(target).max(initial=0.0)
-        if -NEWCOMER * largest < target[-1:].min(initial=0.0) < 0.0:
+        if -NEWCOMER * np.abs(target).max(initial=0.0) < target[-1:].min(initial=0.0) < 0.0:
             target[-1] = 0.0
-        if target.min(initial=0.0) < -max(ROUNDING * largest, SMALLEST):
+        if target.min(initial=0.0) < -problem.rounding_of(target):
             length, position = _cut(x[points], target - x[points], idle > PATIENCE, points)
             x[points] = np.maximum(x[points] + length * (target - x[points]), 0.0)
             k = int(points[position])

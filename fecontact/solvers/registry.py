@@ -33,7 +33,7 @@ from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadErro
 from fecontact.solvers.projected_cg import projected_cg
 from fecontact.solvers.qp import backend, backends
 from fecontact.solvers.refine import polish
-from fecontact.solvers.scaling import ScaledProblem
+from fecontact.solvers.scaling import NO_FORCE, ScaledProblem
 from fecontact.solvers.wolfe import wolfe
 
 NATIVE: dict[str, Callable[..., Outcome]] = {
@@ -49,9 +49,6 @@ FALL_BACK = ("active-set", "nnls", "lemke")
 
 FEW_SOLVES = 10
 """Equality solves that sharpen the answer of a back-end; one has to do for the exact methods."""
-
-NO_FORCE = 1e-13
-"""Without any load, forces of this size (for data of order one) are rounding and there is no contact force."""
 
 
 def available_solvers() -> tuple[str, ...]:

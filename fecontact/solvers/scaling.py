@@ -28,6 +28,9 @@ ROUNDING = 1e-13
 SMALLEST = 1e-15
 """The same relative to the data, which are of order one."""
 
+NO_FORCE = 1e-13
+"""Without any load, forces of this size are rounding and there is no contact force."""
+
 
 @dataclass(frozen=True, eq=False)
 class ScaledProblem:
@@ -86,6 +89,10 @@ class ScaledProblem:
     def gap(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the nondimensional gap, shape (n,)."""
         return np.asarray(self.S @ x + self.g + self.B.T @ p)
+
+    def rounding_of(self, x: np.ndarray) -> float:
+        """Return the size below which entries of x are rounding."""
+        return max(ROUNDING * float(np.abs(x).max(initial=0.0)), SMALLEST if self.F.any() else NO_FORCE)
 
     def gap_and_rounding(self, x: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, float]:
         """Return the nondimensional gap, shape (n,), and the size below which its entries are rounding."""
