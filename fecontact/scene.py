@@ -23,7 +23,7 @@ from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, make_loading
 from fecontact.reduction import Interface, assemble, check_balance
 from fecontact.result import ContactResult, make_result
-from fecontact.solvers import solve
+from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.stopwatch import Stopwatch
 
 Array = NDArray[np.float64]
@@ -176,6 +176,7 @@ class Scene:
         InputError, SupportError, SolverError
             With what was found, what was expected and what to do.
         """
+        _check_solver(solver, tolerance, options)
         watch = Stopwatch()
         loading = make_loading(self.bodies, forces, moments, motions, free, pressures, gravity)
         with watch("pair"):
@@ -209,6 +210,13 @@ class Scene:
                     "Check the loads and the initial gap."
                 )
         return make_result(self, interfaces, chosen, loading, reduction, solution, state, watch, rounds)
+
+
+def _check_solver(solver: str, tolerance: float, options: Mapping[str, object]) -> None:
+    """Refuse an unknown solver or option before any work, by a problem of one open point."""
+    if not (np.isfinite(tolerance) and 0 < tolerance < 1):
+        raise InputError(f"The tolerance must lie between 0 and 1; found {tolerance!r}.")
+    solve(ComplementarityProblem(S=np.eye(1), g=np.ones(1)), solver, **options)  # type: ignore[arg-type]
 
 
 def _interface(contact: Contact) -> Interface:

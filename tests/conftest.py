@@ -1,8 +1,9 @@
 """Meshes and matrices that several test folders share."""
 
-import fecontact as fc
 import numpy as np
 import pytest
+
+import fecontact as fc
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.reference import hex_nodes

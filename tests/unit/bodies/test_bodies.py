@@ -1,9 +1,10 @@
 """Poses, rigid shapes and elastic bodies."""
 
-import fecontact as fc
 import numpy as np
 import pytest
 import scipy.sparse as sp
+
+import fecontact as fc
 from fecontact.errors import InputError, MeshError
 from fecontact.stopwatch import Stopwatch
 

@@ -2,10 +2,11 @@
 
 import importlib.util
 
-import fecontact as fc
 import numpy as np
 import pytest
 import scipy.sparse as sp
+
+import fecontact as fc
 from fecontact.errors import FecontactError, MissingPackageError, SolverNotFoundError
 from fecontact.fem import factor
 from fecontact.fem.factor import available_backends, condense

@@ -1,9 +1,10 @@
 """Supports, grounding, loads and the model that brings them together."""
 
-import fecontact as fc
 import numpy as np
 import pytest
 import scipy.sparse as sp
+
+import fecontact as fc
 from fecontact.errors import InputError, MeshError
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.model import Model

@@ -1,8 +1,9 @@
 """Stiffness: symmetric, positive, six zero modes, and the rigid modes they are."""
 
-import fecontact as fc
 import numpy as np
 import pytest
+
+import fecontact as fc
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt, rigid_modes, unresisted
 from fecontact.fem.stiffness import assemble_stiffness, batches, determinant_3x3, inverse_3x3
 from fecontact.mesh.mesh import Mesh

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from fecontact.fem.stress import VOIGT, gauss_strain, hooke, to_nodes, von_mises
 
 GRADIENT = np.array([[0.1, -0.2, 0.3], [0.0, 0.4, -0.1], [0.2, 0.1, -0.3]])

@@ -1,9 +1,10 @@
 """Pairs of points, their weights, and which of them are candidates."""
 
-import fecontact as fc
 import numpy as np
 import pytest
 import scipy.sparse as sp
+
+import fecontact as fc
 from fecontact.errors import MeshError
 from fecontact.interface import candidates
 from fecontact.interface.pairing import along, contact_weights, nested, pair

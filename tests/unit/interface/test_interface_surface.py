@@ -1,8 +1,9 @@
 """Closest-point projection on curved facets."""
 
-import fecontact as fc
 import numpy as np
 import pytest
+
+import fecontact as fc
 from fecontact.errors import MeshError
 from fecontact.interface.surface import FacetSurface
 from fecontact.mesh.reference import quad_nodes

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.stiffness import batches
 from fecontact.mesh import basis

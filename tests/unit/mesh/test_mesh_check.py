@@ -1,8 +1,9 @@
 """Meshes that must be refused, each with a message that names the place."""
 
-import fecontact as fc
 import numpy as np
 import pytest
+
+import fecontact as fc
 from fecontact.errors import MeshError
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh

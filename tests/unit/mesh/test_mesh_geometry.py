@@ -1,14 +1,15 @@
 """The way to scikit-fem and back, and scikit-fem's own assembly as an independent stiffness."""
 
-import fecontact as fc
 import numpy as np
 import pytest
+from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshTet
+from skfem.helpers import ddot, eye, sym_grad, trace
+
+import fecontact as fc
 from fecontact.errors import InputError, MeshError
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.geometry import MeshHex20, from_skfem, to_skfem
-from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshTet
-from skfem.helpers import ddot, eye, sym_grad, trace
 
 ELEMENTS = ["hex8", "hex20", "hex27"]
 ORDER = {"hex8": 3, "hex20": 5, "hex27": 5}

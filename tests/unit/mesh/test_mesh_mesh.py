@@ -1,8 +1,9 @@
 """Mesh: its arrays, faces, boundaries and verbs."""
 
-import fecontact as fc
 import numpy as np
 import pytest
+
+import fecontact as fc
 from fecontact.errors import InputError, MeshError
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from fecontact.mesh.basis import element_basis
 from fecontact.mesh.reference import (
     FACES,

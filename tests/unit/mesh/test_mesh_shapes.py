@@ -2,9 +2,10 @@
 
 import math
 
-import fecontact as fc
 import numpy as np
 import pytest
+
+import fecontact as fc
 from fecontact.errors import InputError
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
