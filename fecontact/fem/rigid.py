@@ -87,7 +87,11 @@ def unresisted(constraints: Array, length: float) -> Array:
     scale = np.array([1.0] * 3 + [1.0 / length] * 3)
     if len(constraints) == 0:
         return np.eye(6)
-    _, singular, Vt = np.linalg.svd(constraints * scale, full_matrices=True)
+    # many rows, six columns: the triangular factor has the same null space and singular values
+    triangle = np.zeros((6, 6))
+    factor = np.linalg.qr(constraints * scale, mode="r")
+    triangle[: len(factor)] = factor
+    _, singular, Vt = np.linalg.svd(triangle)
     rank = int((singular > 1e-9 * singular[0]).sum()) if singular[0] > 0 else 0
     free = Vt[rank:].T
     projector = free @ free.T
