@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fecontact.solvers import ComplementarityProblem, Solution, available_solvers, solve
 from scipy.linalg import block_diag
 from scipy.sparse.linalg import LinearOperator
+
+from fecontact.solvers import ComplementarityProblem, Solution, available_solvers, solve
 
 ANY_COMPLIANCE = ("auto", "nnls", "lemke")
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fecontact.solvers import ComplementarityProblem, Solution, attempt, available_solvers, solve
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from fecontact.solvers import ComplementarityProblem, Solution, attempt, available_solvers, solve
 
 FINITE = ("auto", "lemke", "nnls")
 DIRECT = ("auto", "active-set", "wolfe", "lemke", "nnls")

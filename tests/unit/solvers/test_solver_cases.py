@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
+
 from fecontact.errors import SolverError
 from fecontact.solvers import ComplementarityProblem, InfeasibleLoadError, Status, attempt, available_solvers, solve
-from scipy.linalg import block_diag
 
 OWN = ("auto", "wolfe", "lemke", "active-set", "projected-cg", "nnls")
 ALL = ("auto", *available_solvers())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from fecontact.errors import InputError
 from fecontact.solvers import ComplementarityProblem, Residuals, Solution, Status, solve
 

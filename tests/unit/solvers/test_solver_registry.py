@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import fecontact.solvers.qp
-import fecontact.solvers.registry
 import numpy as np
 import pytest
+from scipy.sparse.linalg import aslinearoperator
+
+import fecontact.solvers.registry
 from fecontact.errors import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve
-from scipy.sparse.linalg import aslinearoperator
 
 
 def test_names() -> None:
