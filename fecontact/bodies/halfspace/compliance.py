@@ -1,0 +1,104 @@
+"""Which compliance a half-space has: materials, layers, kind of pressure, free or periodic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.bodies.halfspace import kernels, layered
+from fecontact.bodies.halfspace.grid import Grid
+from fecontact.errors import InputError
+from fecontact.material import Material
+
+Array = NDArray[np.float64]
+
+PRESSURES = ("uniform", "bilinear", "point")
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCompliance:
+    """Displacement of the cells of a grid by pressure on them, as a kernel for every coarser grid too.
+
+    Parameters
+    ----------
+    grid : Grid
+    material : Material or None
+        Of the half-space below the layers; None: rigid.
+    layers : sequence of Layer
+    against : Material or None
+        Of a counter-body whose compliance is added; None: rigid.
+    pressure : {'uniform', 'bilinear', 'point'}
+    self_ratio : float
+        With 'point': see `kernels.points`.
+    periodic : bool
+    """
+
+    grid: Grid
+    material: Material | None
+    layers: Sequence[layered.Layer]
+    against: Material | None
+    pressure: str
+    self_ratio: float
+    periodic: bool
+
+    def __post_init__(self) -> None:
+        if self.pressure not in PRESSURES:
+            raise InputError(f"Unknown pressure {self.pressure!r}; expected one of {', '.join(map(repr, PRESSURES))}.")
+        if self.material is None and not self.layers:
+            raise InputError("A half-space without material is rigid; give a material, or layers on the rigid base.")
+        if (self.layers or self.periodic) and self.pressure != "uniform":
+            raise InputError(
+                f"pressure={self.pressure!r} is available for a homogeneous, free half-space only; use 'uniform'."
+            )
+        if self.periodic and (self.grid.shape[0] % 2 or self.grid.shape[1] % 2):
+            raise InputError(
+                f"A periodic half-space needs even numbers of cells; found {self.grid.shape}. "
+                "Drop or repeat no row: resample the surface, or use periodic=False."
+            )
+
+    @property
+    def modulus(self) -> float:
+        """Contact modulus E* of the homogeneous bodies together; of the top layer where there are layers."""
+        own = self.layers[0].material if self.layers else self.material
+        assert own is not None
+        return 1 / sum(1 / m.plane_strain_modulus for m in (own, self.against) if m is not None)
+
+    def kernel(self, level: int = 0) -> Array:
+        """Kernel of the grid that is `level` times coarser by two, see `nested.Level.kernel`."""
+        if self.periodic:
+            return self._symbol(level)
+        counts = tuple(-(-n // 2**level) + (level > 0) for n in self.grid.shape)
+        shape = (min(counts[0], self.grid.shape[0]), min(counts[1], self.grid.shape[1]))
+        cell = (self.grid.cell[0] * 2**level, self.grid.cell[1] * 2**level)
+        if self.layers:
+            table = layered.table(shape, cell, self.layers, self.material)
+            if self.against is not None:
+                table += kernels.love(shape, cell) / self.against.plane_strain_modulus
+            return table
+        # 1/r has no length of its own: the table of a coarser grid is part of this one's, scaled
+        return self._table if level == 0 else self._table[: shape[0], : shape[1]] * 2.0**level
+
+    @cached_property
+    def _table(self) -> Array:
+        if self.pressure == "point":
+            table = kernels.points(self.grid.shape, self.grid.cell, self.self_ratio)
+        else:
+            make = kernels.love if self.pressure == "uniform" else kernels.bilinear
+            table = make(self.grid.shape, self.grid.cell)
+        table /= self.modulus
+        return table
+
+    def _symbol(self, level: int) -> Array:
+        halves = [n // 2 ** (level + 1) for n in self.grid.shape]
+        kx, ky = (2 * math.pi / side * np.arange(m + 1) for side, m in zip(self.grid.size, halves, strict=True))
+        if not self.layers:
+            return kernels.symbol(kx[:, None], ky[None, :]) / self.modulus
+        values = layered.symbol(kx[:, None], ky[None, :], self.layers, self.material)
+        if self.against is not None:
+            values = values + kernels.symbol(kx[:, None], ky[None, :]) / self.against.plane_strain_modulus
+        return values

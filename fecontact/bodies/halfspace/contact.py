@@ -1,0 +1,232 @@
+"""What a half-space tells when something rigid has been pressed on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.ndimage
+import scipy.sparse
+import scipy.sparse.csgraph
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.analytic import rectangle
+from fecontact.bodies.halfspace.grid import Grid
+from fecontact.errors import InputError
+from fecontact.material import Material
+from fecontact.solvers import Residuals
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+TOUCHING = np.ones((3, 3), int)
+"""Cells that share a side or a corner belong to one region."""
+
+
+@dataclass(frozen=True)
+class SolverReport:
+    """How an answer was found.
+
+    Attributes
+    ----------
+    nit : int
+        Conjugate gradient steps on the finest grid.
+    rounds : int
+        Active sets on the finest grid.
+    levels : int
+        Grids.
+    products : int
+        Products with a compliance, on all grids.
+    transforms : float
+        Forward and backward real transforms on all grids, the preconditioner's and the certificate's included, in
+        units of one of the padded whole grid.
+    symmetric : (bool, bool)
+        Axes of which a half was modelled.
+    seconds : float
+    history : tuple of float
+        Relative gap or penetration left after each round.
+    """
+
+    nit: int
+    rounds: int
+    levels: int
+    products: int
+    transforms: float
+    symmetric: tuple[bool, bool]
+    seconds: float
+    history: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpaceContact:
+    """Contact of a half-space with a rigid surface; made by `HalfSpace.press`.
+
+    Attributes
+    ----------
+    grid : Grid
+    periodic : bool
+    material : Material or None
+        Of the half-space; None for a layered one on a rigid base.
+    pressure : (nx, ny) array
+        Uniform over each cell (bilinear: at the nodes), compression positive.
+    displacement : (nx, ny) array
+        Of the surface, into the body; of both bodies together where there is a counter-material.
+    gap : (nx, ny) array
+        After deformation; infinite where there is no counter-surface.
+    approach : float
+        Rigid displacement of the counter-surface into the body, at the origin of the grid: from the undisturbed
+        surface, or from the mean plane of a periodic one.
+    tilt : (float, float)
+        Slopes by which the counter-surface has turned, along x and y, rising positive.
+    residuals : Residuals
+        Recomputed from the problem, relative.
+    status : str
+        'solved' or 'no-contact'.
+    solver : SolverReport
+    """
+
+    grid: Grid
+    periodic: bool
+    material: Material | None
+    pressure: Array
+    displacement: Array
+    gap: Array
+    approach: float
+    tilt: tuple[float, float]
+    residuals: Residuals
+    status: str
+    solver: SolverReport
+
+    @property
+    def active(self) -> NDArray[np.bool_]:
+        """Cells (nx, ny) that carry pressure."""
+        return self.pressure > 0
+
+    @cached_property
+    def force(self) -> float:
+        """Total force."""
+        return float(self.pressure.sum()) * self.grid.area
+
+    @property
+    def area(self) -> float:
+        """Area of the cells that carry pressure."""
+        return int(self.active.sum()) * self.grid.area
+
+    @property
+    def area_fraction(self) -> float:
+        """Contact area over the area of the grid."""
+        return float(self.active.mean())
+
+    @property
+    def max_pressure(self) -> float:
+        """Largest pressure."""
+        return float(self.pressure.max())
+
+    @property
+    def mean_pressure(self) -> float:
+        """Force over contact area; zero without contact."""
+        return self.force / self.area if self.area > 0 else 0.0
+
+    @cached_property
+    def centre_of_pressure(self) -> tuple[float, float]:
+        """Mean position weighted by pressure; NaN without contact."""
+        total = self.pressure.sum()
+        if total == 0:
+            return (np.nan, np.nan)
+        x, y = self.pressure.sum(axis=1) @ self.grid.x / total, self.pressure.sum(axis=0) @ self.grid.y / total
+        return float(x), float(y)
+
+    @property
+    def mean_gap(self) -> float:
+        """Mean gap over the cells that have a counter-surface."""
+        return float(self.gap[np.isfinite(self.gap)].mean())
+
+    @cached_property
+    def regions(self) -> IntArray:
+        """Number (nx, ny) of the connected part of the contact that a cell belongs to, from 1; 0 without contact."""
+        label, count = scipy.ndimage.label(self.active, TOUCHING)
+        if self.periodic and count:
+            pairs = [(label[0], np.roll(label[-1], s)) for s in (-1, 0, 1)]
+            pairs += [(label[:, 0], np.roll(label[:, -1], s)) for s in (-1, 0, 1)]
+            a, b = np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+            both = (a > 0) & (b > 0)
+            joined = scipy.sparse.coo_matrix((np.ones(both.sum()), (a[both], b[both])), (count + 1, count + 1))
+            number = scipy.sparse.csgraph.connected_components(joined, directed=False)[1]
+            label = number[label]
+        return np.asarray(label, dtype=np.int64)
+
+    @property
+    def n_regions(self) -> int:
+        """Number of connected parts of the contact."""
+        return int(self.regions.max())
+
+    def moment_radius(self) -> float:
+        """Contact radius of a Hertz pressure by its second moment, a^2 = (5/2) sum(p r^2)/sum(p)."""
+        x, y = self.centre_of_pressure
+        r2 = ((self.grid.x - x) ** 2)[:, None] + ((self.grid.y - y) ** 2)[None, :]
+        return float(np.sqrt(2.5 * (self.pressure * r2).sum() / self.pressure.sum()))
+
+    def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
+        """Stress inside the half-space, by Love's rectangles.
+
+        Parameters
+        ----------
+        points : (n, 3) array_like
+            Points with z <= 0.
+        chunk : int
+            Pairs of point and cell that are treated together.
+
+        Returns
+        -------
+        (n, 6) array
+            Components xx, yy, zz, xy, yz, xz, tension positive.
+
+        Raises
+        ------
+        InputError
+            If a point lies outside, or the half-space is periodic or layered on a rigid base.
+        """
+        if self.periodic or self.material is None:
+            raise InputError("Stresses inside are available for a homogeneous, free (not periodic) half-space.")
+        where = np.asarray(points, dtype=float)
+        if where.ndim != 2 or where.shape[1] != 3 or not np.isfinite(where).all() or (where[:, 2] > 0).any():
+            raise InputError("Points inside the half-space must be an array (n, 3) of finite numbers with z <= 0.")
+        ix, iy = np.nonzero(self.active)
+        centres = np.stack([self.grid.x[ix], self.grid.y[iy], np.zeros(len(ix))], axis=1)
+        loads = self.pressure[ix, iy]
+        half_sides = (self.grid.cell[0] / 2, self.grid.cell[1] / 2)
+        downwards = where * np.array([1.0, 1.0, -1.0])
+        out = np.zeros((len(where), 3, 3))
+        step = max(1, chunk // max(1, len(where)))
+        for first in range(0, len(loads), step):
+            part = slice(first, first + step)
+            offsets = downwards[:, None, :] - centres[None, part]
+            unit = rectangle.stress(offsets, half_sides=half_sides, pressure=1.0, material=self.material)
+            out += np.einsum("ncij,c->nij", unit, loads[part])
+        # z points out of the body here and into it in Love's axes
+        return np.stack([out[:, 0, 0], out[:, 1, 1], out[:, 2, 2], out[:, 0, 1], -out[:, 1, 2], -out[:, 0, 2]], axis=1)
+
+    def __str__(self) -> str:
+        r, s = self.residuals, self.solver
+        kind = "periodic" if self.periodic else "free"
+        modelled = {0: "whole", 1: "half", 2: "quarter"}[sum(s.symmetric)]
+        rows = [
+            ("force", self.force),
+            ("approach", self.approach),
+            ("contact area", self.area),
+            ("maximum pressure", self.max_pressure),
+            ("mean pressure", self.mean_pressure),
+            ("mean gap", self.mean_gap),
+        ]
+        return "\n".join(
+            [
+                f"Half-space, {kind}, {self.grid.shape[0]} x {self.grid.shape[1]} cells ({modelled} modelled): "
+                f"{self.status}",
+                *(f"  {name:18}{value:>14.6g}" for name, value in rows),
+                f"  {'regions':18}{self.n_regions:>14d}",
+                f"  {s.nit} iterations in {s.rounds} rounds on the finest of {s.levels} grids; {s.products} products, "
+                f"{s.transforms:.1f} transforms of the padded grid, {s.seconds:.3f} s",
+                f"  residuals: {r}",
+            ]
+        )

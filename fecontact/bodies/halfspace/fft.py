@@ -1,0 +1,160 @@
+"""Convolution of cell values with an even kernel by fast transforms that skip what is known to be zero or symmetric.
+
+Free surface: zero padding to twice the size makes the cyclic convolution the true one. The padding rows are never
+transformed forward and the padded results never backward (pruning), and the second direction is done in strips that
+stay in cache. Values that are symmetric about the middle of an axis are given by their half with positive coordinate,
+nearest the middle first, and cosine transforms replace complex ones: half the work per axis, half the memory.
+
+With d(k) the type-1 cosine transform of the even kernel, both the complex (n padded to 2 m) and the cosine transform
+(type 2, n/2 padded to m) of a convolution are products with d(k).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Shape = tuple[int, int]
+
+STRIP = 1 << 17
+"""Numbers in a strip of columns that are transformed together: 1 to 2 MB."""
+
+
+@dataclass(eq=False)
+class Tally:
+    """Counts transforms, in units of one real transform of the padded whole grid.
+
+    Attributes
+    ----------
+    unit : int
+        Cells of the padded whole grid.
+    transforms : float
+        Forward and backward transforms, weighted by their size.
+    products : int
+        Products with a compliance, whatever their size.
+    """
+
+    unit: int
+    transforms: float = 0.0
+    products: int = 0
+
+    def add(self, cells: int, product: bool) -> None:
+        """Count one forward and one backward transform of real arrays with so many cells."""
+        self.transforms += 2 * cells / self.unit
+        self.products += product
+
+
+def padded(n: int) -> int:
+    """Half the length of a fast transform in which n cells do not reach their periodic images."""
+    return int(scipy.fft.next_fast_len(n, real=True))
+
+
+def kernel_spectrum(table: Array, lengths: Shape) -> Array:
+    """Spectrum (lengths + 1) of the even, periodic kernel of period 2 lengths with values `table` at offsets 0, 1, ...
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> kernel_spectrum(np.array([[2.0, 1.0]]), (1, 2)).tolist()
+    [[4.0, 2.0, 0.0], [4.0, 2.0, 0.0]]
+    """
+    full = np.zeros((lengths[0] + 1, lengths[1] + 1))
+    rows, columns = min(table.shape[0], len(full)), min(table.shape[1], full.shape[1])
+    full[:rows, :columns] = table[:rows, :columns]
+    return np.asarray(scipy.fft.dctn(full, type=1, overwrite_x=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Convolution:
+    """Product of cell values with an even kernel.
+
+    Parameters
+    ----------
+    spectrum : (mx + 1, my + 1) array
+        Of the kernel with periods 2 mx and 2 my, see `kernel_spectrum`.
+    shape : (int, int)
+        Numbers of cells in the arrays that `apply` takes; of the half where an axis is symmetric.
+    symmetric : (bool, bool)
+        Axes along which the values are symmetric.
+    tally : Tally
+    product : bool
+        Whether to count its use as a product with the compliance.
+    workers : int, optional
+        Threads.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> table = np.array([[2.0, 1.0, 0.5]])
+    >>> free = Convolution(kernel_spectrum(table, (1, 3)), (1, 3), (False, False), Tally(12))
+    >>> free.apply(np.array([[1.0, 0.0, 1.0]])).round(12).tolist()
+    [[2.5, 2.0, 2.5]]
+    >>> half = Convolution(kernel_spectrum(np.array([[2.0, 1.0, 0.5, 0.25]]), (1, 4)), (1, 2), (False, True), Tally(16))
+    >>> half.apply(np.array([[1.0, 0.0]])).round(12).tolist()
+    [[3.0, 1.5]]
+    """
+
+    spectrum: Array
+    shape: Shape
+    symmetric: tuple[bool, bool]
+    tally: Tally
+    product: bool = True
+    workers: int | None = None
+    _lengths: Shape = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        half = (self.spectrum.shape[0] - 1, self.spectrum.shape[1] - 1)
+        lengths = tuple(m if even else 2 * m for m, even in zip(half, self.symmetric, strict=True))
+        object.__setattr__(self, "_lengths", lengths)
+
+    def apply(self, values: Array) -> Array:
+        """Convolution (nx, ny) of values (nx, ny)."""
+        self.tally.add(self._lengths[0] * self._lengths[1], self.product)
+        n, length = self.shape[1], self._lengths[1]
+        if self.symmetric[1]:
+            rows = scipy.fft.dct(values, n=length, axis=1, workers=self.workers)
+        else:
+            rows = scipy.fft.rfft(values, n=length, axis=1, workers=self.workers)
+        self._columns(rows)
+        if self.symmetric[1]:
+            return np.asarray(scipy.fft.idct(rows, axis=1, overwrite_x=True, workers=self.workers)[:, :n])
+        return np.asarray(scipy.fft.irfft(rows, n=length, axis=1, overwrite_x=True, workers=self.workers)[:, :n])
+
+    def _columns(self, rows: NDArray) -> None:
+        """Transform the columns, multiply by the spectrum, transform back, strip by strip and in place."""
+        n, length = self.shape[0], self._lengths[0]
+        forward, backward = self._column_transforms(rows)
+        width = max(8, STRIP // length)
+        half = self.spectrum.shape[0] - 1
+        for first in range(0, rows.shape[1], width):
+            strip = slice(first, first + width)
+            columns = forward(rows[:, strip])
+            factors = self.spectrum[:, strip]
+            if len(columns) <= half + 1:
+                columns *= factors[: len(columns), : columns.shape[1]]
+            else:
+                columns[: half + 1] *= factors
+                columns[half + 1 :] *= factors[half - 1 : 0 : -1]
+            rows[:, strip] = backward(columns)[:n]
+
+    def _column_transforms(self, rows: NDArray) -> tuple[Callable[[NDArray], NDArray], Callable[[NDArray], NDArray]]:
+        length, workers = self._lengths[0], self.workers
+        if self.symmetric[0]:
+            return (
+                lambda a: scipy.fft.dct(a, n=length, axis=0, workers=workers),
+                lambda a: scipy.fft.idct(a, axis=0, overwrite_x=True, workers=workers),
+            )
+        if np.isrealobj(rows):
+            return (
+                lambda a: scipy.fft.rfft(a, n=length, axis=0, workers=workers),
+                lambda a: scipy.fft.irfft(a, n=length, axis=0, overwrite_x=True, workers=workers),
+            )
+        return (
+            lambda a: scipy.fft.fft(a, n=length, axis=0, workers=workers),
+            lambda a: scipy.fft.ifft(a, axis=0, overwrite_x=True, workers=workers),
+        )

@@ -1,0 +1,184 @@
+"""Elastic half-space."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.bodies.halfspace import kernels
+from fecontact.bodies.halfspace.compliance import SurfaceCompliance
+from fecontact.bodies.halfspace.contact import HalfSpaceContact
+from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.layered import Layer
+from fecontact.bodies.halfspace.pressing import Load, press
+from fecontact.bodies.pose import Pose
+from fecontact.errors import InputError
+from fecontact.material import Material
+
+Array = NDArray[np.float64]
+
+
+class HeightSurface(Protocol):
+    """A rigid surface over the plane z = 0, resting on it with its lowest point."""
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together; infinite where there is no surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpace:
+    """An elastic half-space z <= 0, its surface cut into a grid of cells centred on the origin.
+
+    Parameters
+    ----------
+    material : Material or None
+        None with layers: they rest on a rigid base.
+    size : (float, float)
+        Sides of the grid along x and y.
+    shape : (int, int)
+        Cells along x and y.
+    periodic : bool
+        Whether the surface repeats beyond the grid. Its approach then counts from the mean plane of the surface.
+    layers : sequence of Layer
+        From the surface downwards.
+    against : Material, optional
+        Material of a counter-body that is elastic too: its compliance as a half-space is added, which is exact for two
+        smooth frictionless half-spaces. Without it the counter-body is rigid.
+    pressure : {'uniform', 'bilinear', 'point'}
+        Over a cell; 'point' is the report's version, a force in the middle (Elangovan 1978 after Conry & Seireg 1971).
+    self_ratio : float
+        With 'point', displacement under the force over that at the nearest neighbour.
+    name : str, optional
+
+    Raises
+    ------
+    InputError
+        Sizes, numbers of cells or options that cannot be used.
+
+    Examples
+    --------
+    A steel sphere of radius 10 mm against a steel plane:
+
+    >>> import fecontact as fc
+    >>> steel = fc.Material(E=210e3, nu=0.3)
+    >>> half = fc.HalfSpace(steel, size=(0.6, 0.6), shape=(64, 64), against=steel)
+    >>> contact = half.press(fc.Sphere(10.0), force=100.0)
+    >>> hertz = fc.hertz.spheres((10.0, float("inf")), (steel, steel), force=100.0)
+    >>> abs(contact.approach / hertz.approach - 1) < 2e-4, abs(contact.max_pressure / hertz.p0 - 1) < 2e-3
+    (True, True)
+    """
+
+    material: Material | None
+    size: tuple[float, float] = (4.0, 4.0)
+    shape: tuple[int, int] = (256, 256)
+    periodic: bool = False
+    layers: Sequence[Layer] = ()
+    against: Material | None = None
+    pressure: str = "uniform"
+    self_ratio: float = kernels.SELF_TERM_RATIO
+    name: str = "half-space"
+    pose: Pose = field(default_factory=Pose)
+    contact: tuple[str, ...] = ("surface",)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "layers", tuple(self.layers))
+        assert self.compliance.modulus > 0
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Cells of the surface."""
+        return Grid(self.size, self.shape)
+
+    @cached_property
+    def compliance(self) -> SurfaceCompliance:
+        """How the surface gives."""
+        return SurfaceCompliance(
+            self.grid, self.material, self.layers, self.against, self.pressure, self.self_ratio, self.periodic
+        )
+
+    def press(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        force: float | None = None,
+        approach: float | None = None,
+        load_point: tuple[float, float] | None = None,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> HalfSpaceContact:
+        """Press a rigid, frictionless surface down on the half-space.
+
+        Parameters
+        ----------
+        surface : shape with `heights`, or (nx, ny) array_like
+            Heights above the plane z = 0 at the middles of the cells; infinite where there is no surface.
+        force : float, optional
+            Total force (on the grid, or on one period), positive.
+        approach : float, optional
+            Downward displacement of the surface from the given heights. Exactly one of the two.
+        load_point : (float, float), optional
+            Where the force acts; the surface is then free to tilt. Without it, it does not tilt.
+        tolerance : float
+            Of the certificate, relative, see `solvers.Residuals`.
+        symmetry : bool
+            Whether a surface that is symmetric about the axes of the grid may be treated by its half or quarter.
+        workers : int, optional
+            Threads of the transforms.
+
+        Returns
+        -------
+        HalfSpaceContact
+
+        Raises
+        ------
+        InputError
+            Loads or heights that cannot be used; a grid smaller than the contact, with the size it needs.
+        SolverError
+            If no certified answer was found.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(1.0, 1.0), shape=(32, 32), periodic=True)
+        >>> waves = 0.01 * np.cos(2 * np.pi * half.grid.x)[:, None] * np.ones(32)
+        >>> contact = half.press(waves, force=0.1)
+        >>> contact.area_fraction, round(contact.force, 12)
+        (1.0, 0.1)
+        """
+        if not (math.isfinite(tolerance) and 0 < tolerance < 1):
+            raise InputError(f"The tolerance must lie between 0 and 1; found {tolerance!r}.")
+        load = Load(force, approach, load_point)
+        z = self.heights_of(surface)
+        return press(self.compliance, z, load, tolerance, symmetry, workers)
+
+    def heights_of(self, surface: HeightSurface | ArrayLike) -> Array:
+        """Heights (nx, ny) of a surface above the middles of the cells."""
+        if hasattr(surface, "heights"):
+            z = surface.heights(self.grid.x[:, None], self.grid.y[None, :])
+            return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
+        return np.asarray(surface, dtype=float)
+
+    def placed(
+        self,
+        translation: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> HalfSpace:
+        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`."""
+        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
+        return replace(self, pose=pose, name=self.name if name is None else name)
+
+    def describe(self) -> str:
+        """One line: what was modelled."""
+        kind = "periodic" if self.periodic else "free"
+        stack = f", {len(self.layers)} layer(s)" if self.layers else ""
+        return f"{self.name}: {kind} half-space, {self.grid.shape[0]} x {self.grid.shape[1]} cells{stack}"

@@ -1,0 +1,207 @@
+"""Influence coefficients of a half-space: surface displacement of a cell by the pressure on another.
+
+All are for the modulus E* = 1 and depend on the offset between the cells alone, evenly in both directions, so that a
+table (nx, ny) over offsets 0, 1, 2, ... cells says everything.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.errors import InputError
+
+Array = NDArray[np.float64]
+
+NEAR = 32
+"""Offset, in cells, up to which Love's closed form is used.
+
+It is a second difference of a function that grows as the distance: rounding grows as the square of the offset, to 1e-12
+here. The multipole expansion used beyond has dropped its sixth-order term, 2e-3 offset^-6, 2e-12 here.
+"""
+
+NEAR_BILINEAR = 20
+"""The same for bilinear pressures, a fourth difference: 5e-10 on either side."""
+
+BOX_MOMENTS = (1 / 24, 1 / 1920)
+HAT_MOMENTS = (1 / 12, 1 / 360)
+"""Second moment over 2! and fourth over 4! of a uniform and of a linear (hat) weight with cells of unit width."""
+
+SMALLEST_RATIO = 1.6156
+"""Self term over nearest neighbour below which point forces on square cells have a negative eigenvalue: minus the
+alternating sum of 1/r over the square lattice (Borwein, Borwein & Taylor, J. Math. Phys. 26 (1985) 2999)."""
+
+SELF_TERM_RATIO = 2.0
+"""Report's rule for point forces (Elangovan 1978): a force displaces its own cell twice as much as the nearest one."""
+
+
+def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
+    """Mid-cell displacements by unit pressure on one cell (Love's rectangle), for E* = 1.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Number of offsets along x and y.
+    cell : (float, float)
+        Sides of a cell.
+
+    Returns
+    -------
+    (nx, ny) array
+        Displacement (length^3 / force, times E*) at offset (i, j) cells.
+
+    References
+    ----------
+    A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics, 1985, eq. (3.25).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> table = love((2, 2), (1.0, 1.0))
+    >>> bool(np.isclose(table[0, 0], 4 * np.log(1 + np.sqrt(2)) / np.pi))
+    True
+    """
+    X, Y, near = _near(shape, cell, NEAR)
+    table = _multipole(shape, cell, BOX_MOMENTS)
+    potential = X * np.arcsinh(Y / np.abs(X)) + Y * np.arcsinh(X / np.abs(Y))
+    table[near] = np.diff(np.diff(potential, axis=0), axis=1) / math.pi
+    return table
+
+
+def bilinear(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
+    """Displacements at the nodes by pressures that are bilinear between them, for E* = 1.
+
+    A hat is a uniform pressure averaged over shifts by up to half a cell; so this is also the mean displacement of a
+    cell by uniform pressure on another (Galerkin's method).
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Number of offsets along x and y.
+    cell : (float, float)
+        Distances of the nodes.
+
+    Returns
+    -------
+    (nx, ny) array
+        Displacement at offset (i, j) by the hat of unit height.
+
+    Notes
+    -----
+    Fourth difference of x^2 y asinh(y/x)/2 + x y^2 asinh(x/y)/2 - r^3/6, whose derivative twice in x and twice in y
+    is 1/r.
+
+    References
+    ----------
+    K. L. Johnson, Contact Mechanics, 1985, section 5.9; T. F. Eibert & V. Hansen, IEEE Trans. Antennas Propag. 43
+    (1995) 1499.
+
+    Examples
+    --------
+    >>> bilinear((2, 2), (1.0, 1.0)).round(4).tolist()
+    [[0.9464, 0.354], [0.354, 0.2384]]
+    """
+    X, Y, near = _near(shape, cell, NEAR_BILINEAR, nodes=True)
+    table = _multipole(shape, cell, HAT_MOMENTS)
+    r = np.hypot(X, Y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along_y = np.where(X == 0, 0.0, X**2 * Y * np.arcsinh(Y / np.abs(X)))
+        along_x = np.where(Y == 0, 0.0, X * Y**2 * np.arcsinh(X / np.abs(Y)))
+    potential = (along_y + along_x) / 2 - r**3 / 6
+    table[near] = np.diff(np.diff(potential, 2, axis=0), 2, axis=1) / (math.pi * cell[0] * cell[1])
+    return table
+
+
+def _near(
+    shape: tuple[int, int], cell: tuple[float, float], reach: int, nodes: bool = False
+) -> tuple[Array, Array, tuple[slice, slice]]:
+    """Edges (nodes: neighbours) of the cells near the origin, and their part of the table."""
+    counts = [min(n, math.ceil(reach * max(cell) / side)) for n, side in zip(shape, cell, strict=True)]
+    shift, more = (1.0, 2) if nodes else (0.5, 1)
+    X = np.asarray((np.arange(counts[0] + more) - shift) * cell[0], dtype=float)[:, None]
+    Y = np.asarray((np.arange(counts[1] + more) - shift) * cell[1], dtype=float)[None, :]
+    return X, Y, (slice(0, counts[0]), slice(0, counts[1]))
+
+
+def _multipole(shape: tuple[int, int], cell: tuple[float, float], moments: tuple[float, float]) -> Array:
+    """Mean of 1/(pi r) under a weight on a cell, times its area, by the weight's second and fourth moments."""
+    a, b = cell
+    x2 = (np.arange(shape[0]) * a)[:, None] ** 2
+    y2 = (np.arange(shape[1]) * b)[None, :] ** 2
+    r2 = x2 + y2
+    r2[0, 0] = 1.0
+    s = 1 / r2
+    cx = x2 * s  # squared direction cosine; that along y is 1 - cx
+    cy = 1 - cx
+    # derivatives of 1/r: d_xx = (3 cx - 1)/r^3, d_xxxx = (105 cx^2 - 90 cx + 9)/r^5, d_xxyy = (105 cx cy - 12)/r^5
+    second = moments[0] * (a * a * (3 * cx - 1) + b * b * (3 * cy - 1))
+    fourth = a**4 * (105 * cx**2 - 90 * cx + 9) + b**4 * (105 * cy**2 - 90 * cy + 9)
+    fourth = moments[1] * fourth + (moments[0] * a * b) ** 2 * (105 * cx * cy - 12)
+    return np.asarray((a * b / math.pi) * np.sqrt(s) * (1 + s * (second + s * fourth)))
+
+
+def points(shape: tuple[int, int], cell: tuple[float, float], self_ratio: float = SELF_TERM_RATIO) -> Array:
+    """Displacements by the pressure of one cell taken as a point force (Boussinesq), for E* = 1: the report's version.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Number of offsets along x and y.
+    cell : (float, float)
+        Sides of a cell.
+    self_ratio : float
+        Displacement under the force itself over that at the nearest other cell. The report's rule is 2; the exact
+        ratio for the mean over a square cell is 4 ln(1 + sqrt(2)) = 3.5255 (Love).
+
+    Returns
+    -------
+    (nx, ny) array
+        Displacement (length^3 / force, times E*) at offset (i, j) cells.
+
+    Raises
+    ------
+    InputError
+        If the ratio is so small that the compliance is indefinite.
+
+    References
+    ----------
+    J. Boussinesq, 1885; Johnson 1985, eq. (3.22a); Elangovan 1978.
+
+    Examples
+    --------
+    >>> table = points((2, 2), (1.0, 1.0))
+    >>> float(table[0, 0] / table[0, 1])
+    2.0
+    """
+    if not (math.isfinite(self_ratio) and self_ratio > SMALLEST_RATIO):
+        raise InputError(
+            f"The ratio of the self term to the nearest neighbour's must exceed {SMALLEST_RATIO}; found {self_ratio!r}."
+        )
+    dx, dy = cell
+    r = np.hypot((np.arange(shape[0]) * dx)[:, None], (np.arange(shape[1]) * dy)[None, :])
+    r[0, 0] = min(dx, dy) / self_ratio
+    return dx * dy / (math.pi * r)
+
+
+def symbol(kx: Array, ky: Array) -> Array:
+    """Displacement by a unit wave of pressure, 2/|k|, for E* = 1; zero for the mean.
+
+    Parameters
+    ----------
+    kx, ky : arrays that broadcast together
+        Wave numbers (1 / length).
+
+    References
+    ----------
+    H. M. Westergaard, J. Appl. Mech. 6 (1939) A-49; Johnson 1985, section 13.2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> symbol(np.array([0.0, 3.0]), np.array([0.0, 4.0])).tolist()
+    [0.0, 0.4]
+    """
+    k = np.hypot(kx, ky)
+    return np.divide(2.0, k, out=np.zeros_like(k), where=k > 0)

@@ -1,0 +1,241 @@
+"""Layered half-space: compliance in wave numbers, and the influence coefficients that follow from it.
+
+A pressure cos(k x) on the surface displaces it by C(k) cos(k x). In every layer the displacements U sin(k x) along x
+and W cos(k x) into the body are a sum of four fields, two that decay downwards and two that decay upwards,
+
+    (U, W) = (1, 1) e^(-k z)   and   (k z, k z + 3 - 4 nu) e^(-k z),      z -> h - z and W -> -W for the others,
+
+whose factors follow from the conditions at the surface, the interfaces and the base. No factor grows with k h.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.interpolate
+import scipy.special
+from numpy.typing import NDArray
+
+from fecontact.bodies.halfspace import kernels
+from fecontact.errors import InputError
+from fecontact.material import Material
+
+Array = NDArray[np.float64]
+
+SMALLEST_WAVE = 1e-4
+"""Wave number times total thickness below which a layer's fields can no longer be told apart; the limit is used."""
+
+LARGEST_WAVE = 22.0
+"""Wave number times thickness of the top layer at which its base is no longer felt: exp(-2 22) = 8e-20."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer of a layered half-space.
+
+    Parameters
+    ----------
+    material : Material
+    thickness : float
+    interface : {'bonded', 'frictionless'}
+        How it rests on what is below.
+
+    Examples
+    --------
+    >>> Layer(Material(E=10.0, nu=0.4), thickness=2.0).interface
+    'bonded'
+    """
+
+    material: Material
+    thickness: float
+    interface: str = "bonded"
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.thickness) and self.thickness > 0):
+            raise InputError(f"A layer's thickness must be positive and finite; found {self.thickness!r}.")
+        if self.interface not in ("bonded", "frictionless"):
+            raise InputError(f"A layer's interface must be 'bonded' or 'frictionless'; found {self.interface!r}.")
+
+
+def compliance(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
+    """Surface displacement by a unit wave of pressure, times the wave number: k C(k).
+
+    Parameters
+    ----------
+    k : (n,) array
+        Wave numbers (1 / length), not negative.
+    layers : sequence of Layer
+        From the surface downwards.
+    base : Material or None
+        The half-space below; None: rigid.
+
+    Returns
+    -------
+    (n,) array
+        k C(k) (length^2 / force); 2/E' of the top layer for short waves, of the base for long ones.
+
+    References
+    ----------
+    I. N. Sneddon, Fourier Transforms, 1951, section 46; K. L. Johnson, Contact Mechanics, 1985, sections 5.8 and 13.2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> soft = Material(E=1.0, nu=0.0)
+    >>> compliance(np.array([0.5, 3.0]), [Layer(soft, 1.0)], soft).round(12).tolist()
+    [2.0, 2.0]
+    """
+    total = sum(layer.thickness for layer in layers)
+    waves = np.maximum(k, SMALLEST_WAVE / total)
+    values = _solve(waves, layers, base)
+    if base is None:  # C itself has a limit there
+        values = values * np.where(k < waves, k / waves, 1.0)
+    return values
+
+
+def _solve(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
+    """Assemble and solve the conditions; rows (u, w, sigma/(2 k), tau/(2 k)) at the top and bottom of every layer."""
+    n = 4 * len(layers) + (2 if base is not None else 0)
+    A = np.zeros((len(k), n, n))
+    b = np.zeros((len(k), n))
+    tops, bottoms = zip(*(_fields(k, layer) for layer in layers), strict=True)
+    A[:, 0:2, 0:4] = tops[0][:, 2:4]
+    b[:, 0] = -0.5  # sigma = -1 is -1/(2 k), scaled by k
+    row = 2
+    for j, layer in enumerate(layers):
+        here, last = slice(4 * j, 4 * j + 4), j == len(layers) - 1
+        below = None if last and base is None else slice(4 * j + 4, 4 * j + 6 if last else 4 * j + 8)
+        under = _half_space(k, base) if last and base is not None else None if last else tops[j + 1]
+        bonded = layer.interface == "bonded"
+        if below is None or under is None:
+            A[:, row : row + 2, here] = bottoms[j][:, 0:2] if bonded else bottoms[j][:, [1, 3]]
+            row += 2
+        elif bonded:
+            A[:, row : row + 4, here], A[:, row : row + 4, below] = bottoms[j], -under
+            row += 4
+        else:
+            A[:, row : row + 2, here], A[:, row : row + 2, below] = bottoms[j][:, 1:3], -under[:, 1:3]
+            A[:, row + 2, here], A[:, row + 3, below] = bottoms[j][:, 3], under[:, 3]
+            row += 4
+    factors = np.linalg.solve(A, b[..., None])[..., 0]
+    return np.asarray(np.einsum("kj,kj->k", tops[0][:, 1], factors[:, 0:4]))
+
+
+def _fields(k: Array, layer: Layer) -> tuple[Array, Array]:
+    """Rows (n_k, 4, 4) of the four fields of a layer at its top and at its bottom."""
+    h = layer.thickness
+    down, up = _decaying(k, 0 * k, layer.material), _decaying(k, k * h, layer.material)
+    mirror = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
+    return np.concatenate([down, mirror * up], axis=2), np.concatenate([up, mirror * down], axis=2)
+
+
+def _half_space(k: Array, base: Material) -> Array:
+    """Rows (n_k, 4, 2) of the two fields that decay downwards at the top of a half-space."""
+    return _decaying(k, 0 * k, base)
+
+
+def _decaying(k: Array, kz: Array, material: Material) -> Array:
+    """Rows u, w, sigma/(2 k), tau/(2 k) of the two fields that decay with z: (n_k, 4, 2)."""
+    nu, G = material.nu, material.shear_modulus
+    e = np.exp(-kz)
+    out = np.empty((len(k), 4, 2))
+    out[:, 0, 0] = out[:, 1, 0] = e
+    out[:, 2, 0] = out[:, 3, 0] = -G * e
+    out[:, 0, 1], out[:, 1, 1] = kz * e, (kz + 3 - 4 * nu) * e
+    out[:, 2, 1] = -G * (2 - 2 * nu + kz) * e
+    out[:, 3, 1] = -G * (1 - 2 * nu + kz) * e
+    return out
+
+
+def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[Layer], base: Material | None) -> Array:
+    """Mid-cell displacements by unit pressure on one cell.
+
+    Love's table of a half-space of the top layer's material, and the smooth difference that the layers make:
+    the integral of (k C(k) - 2/E') J_0(k r)/(2 pi) over k, tabulated in r and averaged over the cell.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Number of offsets along x and y.
+    cell : (float, float)
+        Sides of a cell.
+    layers : sequence of Layer
+    base : Material or None
+
+    Returns
+    -------
+    (nx, ny) array
+        Displacement (length^3 / force) at offset (i, j) cells.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> soft = Material(E=1.0, nu=0.0)
+    >>> same = table((3, 3), (1.0, 1.0), [Layer(soft, 1.0)], soft)
+    >>> bool(np.allclose(same, kernels.love((3, 3), (1.0, 1.0))))
+    True
+    """
+    top = layers[0]
+    modulus = top.material.plane_strain_modulus
+    x, y = (np.arange(n) * side for n, side in zip(shape, cell, strict=True))
+    reach = math.hypot(x[-1] + cell[0], y[-1] + cell[1])
+    difference = _difference(reach, layers, base)
+    total = kernels.love(shape, cell) / modulus
+    shift = 0.5 / math.sqrt(3)  # two-point Gauss rule over the cell
+    for sx in (-shift, shift):
+        for sy in (-shift, shift):
+            r = np.hypot((x + sx * cell[0])[:, None], (y + sy * cell[1])[None, :])
+            total += cell[0] * cell[1] / 4 * difference(np.arcsinh(r / top.thickness))
+    return total
+
+
+def _difference(reach: float, layers: Sequence[Layer], base: Material | None) -> scipy.interpolate.CubicSpline:
+    """Point-force displacement less that of the top layer's half-space, over asinh(r / thickness)."""
+    h, modulus = layers[0].thickness, layers[0].material.plane_strain_modulus
+    panels = 8 + math.ceil(LARGEST_WAVE * reach / h / 20)  # a panel of 24 points carries a phase of 20
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    edges = LARGEST_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
+    width = np.diff(edges)[:, None] / 2
+    k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
+    spectrum = (width * weights).ravel() * (compliance(k, layers, base) - 2 / modulus) / (2 * math.pi)
+    s = np.linspace(0.0, math.asinh(reach / h), max(16, math.ceil(40 * math.asinh(reach / h))))
+    values = np.array([spectrum @ scipy.special.j0(k * r) for r in h * np.sinh(s)])
+    return scipy.interpolate.CubicSpline(s, values)
+
+
+def symbol(kx: Array, ky: Array, layers: Sequence[Layer], base: Material | None) -> Array:
+    """Displacement by a unit wave of pressure, C(k), for periodic surfaces.
+
+    Parameters
+    ----------
+    kx, ky : arrays that broadcast together
+    layers : sequence of Layer
+    base : Material or None
+
+    Returns
+    -------
+    array
+        C(|k|). For the mean it is zero on an elastic base and the compliance of the stack on a rigid one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stack = [Layer(Material(E=2.0, nu=0.0), 4.0)]
+    >>> symbol(np.zeros(1), np.zeros(1), stack, None).round(6).tolist()
+    [2.0]
+    """
+    k = np.hypot(kx, ky)
+    total = sum(layer.thickness for layer in layers)
+    s = np.linspace(0.0, math.asinh(float(k.max()) * total) + 1e-9, 4000)
+    spline = scipy.interpolate.CubicSpline(s, compliance(np.sinh(s) / total, layers, base))
+    mean = 0.0 if base is not None else _stack(layers)
+    return np.where(k > 0, spline(np.arcsinh(k * total)) / np.where(k > 0, k, 1.0), mean)
+
+
+def _stack(layers: Sequence[Layer]) -> float:
+    """Compliance under uniform pressure, without strain along the surface."""
+    constrained = [m.lame + 2 * m.shear_modulus for m in (layer.material for layer in layers)]
+    return sum(layer.thickness / c for layer, c in zip(layers, constrained, strict=True))

@@ -1,0 +1,239 @@
+"""Nested iteration: the answer on a coarse grid, smoothed onto the next finer one, is where that one begins.
+
+On every grid only the part around the expected contact is treated; on the finest, the gaps of the whole grid are
+looked at afterwards, and a cell that penetrates outside of the part brings in the whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from fecontact.bodies.halfspace.cg import GridIterate, GridProblem, solve_on_grid
+from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Even = tuple[bool, bool]
+
+COARSEST = 24
+"""Cells per side of the coarsest grid, at most."""
+
+COARSE_TOLERANCE = 1e-3
+"""On the coarser grids; their discretisation errs by more."""
+
+MARGIN = 2
+"""Cells added round the expected contact, besides a thirtieth of its width."""
+
+WORTHWHILE = 0.75
+"""Share of the whole grid from which on a part of it is not treated by itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """The contact problem on one grid, on the half or quarter with positive coordinates where it is symmetric.
+
+    Attributes
+    ----------
+    kernel : (kx, ky) array
+        Free: displacements at offsets 0, 1, ... cells by unit pressure on a cell. Periodic: spectrum, of half the
+        number of cells plus one in each direction.
+    periodic : bool
+    g : (nx, ny) array
+        Gap without pressure; any finite number where there is no counter-surface.
+    allowed : (nx, ny) bool array
+    B : (m, nx, ny) array
+    F : (m,) array
+        Loads; with symmetry, those of the modelled part.
+    symmetric : (bool, bool)
+    """
+
+    kernel: Array
+    periodic: bool
+    g: Array
+    allowed: Mask
+    B: Array
+    F: Array
+    symmetric: Even
+
+    @property
+    def whole(self) -> tuple[slice, slice]:
+        """The part that is all of the grid."""
+        return slice(0, self.g.shape[0]), slice(0, self.g.shape[1])
+
+
+def compliance(level: Level, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
+    """The compliance among the cells of a part of a grid."""
+    shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
+    spectrum = level.kernel
+    if not level.periodic:
+        cells = _cells(shape, level.symmetric)
+        spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (padded(cells[0]), padded(cells[1])))
+    return Convolution(spectrum, shape, level.symmetric, tally, workers=workers)
+
+
+def preconditioner(level: Level, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
+    """Inverse symbol of the compliance of a part, taken as periodic, without padding."""
+    shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
+    spectrum = level.kernel
+    if not level.periodic:
+        cells = _cells(shape, level.symmetric)
+        halves = tuple(max(1, (n + 1) // 2) for n in cells)
+        spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (halves[0], halves[1]))
+    largest = float(spectrum.max())
+    inverse = 1 / np.where(spectrum > 1e-9 * largest, spectrum, largest)
+    return Convolution(inverse, shape, level.symmetric, tally, product=False, workers=workers)
+
+
+def _cells(shape: tuple[int, int], symmetric: Even) -> tuple[int, int]:
+    return (shape[0] * (1 + symmetric[0]), shape[1] * (1 + symmetric[1]))
+
+
+def coarser(level: Level, kernel: Array) -> Level:
+    """The level on cells twice as large; a row of them may stand over, without counter-surface.
+
+    Gaps are means, rows are sums over the cells that have a counter-surface.
+    """
+    allowed = _blocks(level.allowed)
+    count = allowed.sum(axis=(-3, -1))
+    safe = np.maximum(count, 1)
+    g = (_blocks(level.g) * allowed).sum(axis=(-3, -1)) / safe
+    B = (_blocks(level.B) * allowed).sum(axis=(-3, -1))
+    return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B)
+
+
+def _blocks(values: NDArray) -> NDArray:
+    """Blocks of 2 x 2 cells (..., mx, 2, my, 2), filled up with zeros."""
+    nx, ny = values.shape[-2:]
+    padding = [(0, 0)] * (values.ndim - 2) + [(0, nx % 2), (0, ny % 2)]
+    full = np.pad(values, padding) if nx % 2 or ny % 2 else values
+    return full.reshape(*values.shape[:-2], (nx + 1) // 2, 2, (ny + 1) // 2, 2)
+
+
+def finer(values: Array, shape: tuple[int, int], symmetric: Even, periodic: bool) -> Array:
+    """Values of a coarse grid interpolated linearly at the cells of the next finer one, of the given shape."""
+    for axis in (0, 1):
+        v = np.moveaxis(values, axis, 0)
+        before = v[:1] if symmetric[axis] or not periodic else v[-1:]
+        after = v[-1:] if symmetric[axis] or not periodic else v[:1]
+        wide = np.concatenate([before, v, after])
+        out = np.empty((2 * len(v), v.shape[1]))
+        out[0::2] = 0.75 * v + 0.25 * wide[:-2]
+        out[1::2] = 0.75 * v + 0.25 * wide[2:]
+        values = np.moveaxis(out[: shape[axis]], 0, axis)
+    return np.ascontiguousarray(values)
+
+
+def around(active: Mask, symmetric: Even) -> tuple[slice, slice]:
+    """The part of a grid round the cells that may touch, of a size that transforms fast."""
+    out = []
+    for axis in (0, 1):
+        hit = np.flatnonzero(active.any(axis=1 - axis))
+        n = active.shape[axis]
+        if len(hit) == 0:
+            return slice(0, active.shape[0]), slice(0, active.shape[1])
+        margin = MARGIN + int(hit[-1] - hit[0]) // 30
+        first = 0 if symmetric[axis] else max(0, int(hit[0]) - margin)
+        wanted = scipy.fft.next_fast_len(int(hit[-1]) + 1 + margin - first, real=True)
+        last = min(n, first + wanted)
+        out.append(slice(first, last))
+    return out[0], out[1]
+
+
+def solve_level(
+    level: Level, start: Array, active: Mask, tolerance: float, tally: Tally, workers: int | None
+) -> GridIterate:
+    """Solve on the part of a grid that the start suggests, enlarged while contact reaches its border."""
+    part = level.whole if level.periodic else around(active, level.symmetric)
+    if _share(part, level) > WORTHWHILE:
+        part = level.whole
+    while True:
+        problem = GridProblem(
+            compliance(level, part, tally, workers),
+            preconditioner(level, part, tally, workers),
+            level.g[part],
+            level.allowed[part],
+            level.B[:, *part],
+            level.F,
+        )
+        at = solve_on_grid(problem, start[part], active[part], tolerance)
+        if part == level.whole:
+            return at
+        at = _spread(at, level, part)
+        if not _reaches_border(at.active, part, level):
+            return at
+        start, active, part = at.p, at.active, level.whole
+
+
+def _share(part: tuple[slice, slice], level: Level) -> float:
+    return (part[0].stop - part[0].start) * (part[1].stop - part[1].start) / level.g.size
+
+
+def _spread(at: GridIterate, level: Level, part: tuple[slice, slice]) -> GridIterate:
+    """An answer on a part as arrays over the whole grid; the displacements outside are left at zero."""
+    p, u, active = np.zeros(level.g.shape), np.zeros(level.g.shape), np.zeros(level.g.shape, bool)
+    p[part], u[part], active[part] = at.p, at.u, at.active
+    return replace(at, p=p, u=u, active=active)
+
+
+def _reaches_border(active: Mask, part: tuple[slice, slice], level: Level) -> bool:
+    """Whether cells that touch lie at a border of the part that is no border of the grid."""
+    touching = False
+    for axis in (0, 1):
+        lines = np.moveaxis(active, axis, 0)
+        first, last = part[axis].start, part[axis].stop
+        touching |= first > 0 and bool(lines[first].any())
+        touching |= last < len(lines) and bool(lines[last - 1].any())
+    return touching
+
+
+def solve_nested(
+    level: Level,
+    kernel_of: Callable[[int], Array],
+    tolerance: float,
+    tally: Tally,
+    workers: int | None = None,
+) -> tuple[GridIterate, int]:
+    """Solve on a grid by way of coarser ones.
+
+    Parameters
+    ----------
+    level : Level
+        The finest.
+    kernel_of : function of int
+        Kernel of the grid that is so many times coarser by two.
+    tolerance : float
+        See `solve_on_grid`.
+    tally : Tally
+    workers : int, optional
+
+    Returns
+    -------
+    iterate : GridIterate
+        On the finest grid.
+    n_levels : int
+    """
+    levels = [level]
+    while max(_cells(levels[-1].g.shape, level.symmetric)) > COARSEST and _can_coarsen(levels[-1]):
+        levels.append(coarser(levels[-1], kernel_of(len(levels))))
+    start, active = np.zeros(levels[-1].g.shape), _first_guess(levels[-1])
+    for k in range(len(levels) - 1, 0, -1):
+        at = solve_level(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
+        start = finer(np.maximum(at.p, 0.0), levels[k - 1].g.shape, level.symmetric, level.periodic)
+        active = (start > 0) & levels[k - 1].allowed
+    return solve_level(level, start, active, tolerance, tally, workers), len(levels)
+
+
+def _can_coarsen(level: Level) -> bool:
+    """A period has to remain a whole and even number of cells."""
+    cells = _cells(level.g.shape, level.symmetric)
+    return min(cells) >= 8 and (not level.periodic or (cells[0] % 4 == 0 and cells[1] % 4 == 0))
+
+
+def _first_guess(level: Level) -> Mask:
+    """Cells that overlap, if the approach is prescribed; otherwise all."""
+    return level.allowed & (level.g < 0) if len(level.F) == 0 else level.allowed.copy()

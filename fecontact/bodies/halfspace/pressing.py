@@ -1,0 +1,264 @@
+"""From a rigid surface and a load to the grid problem, and from its answer to the contact."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.linalg import LinearOperator
+
+from fecontact.bodies.halfspace.compliance import SurfaceCompliance
+from fecontact.bodies.halfspace.contact import HalfSpaceContact, SolverReport
+from fecontact.bodies.halfspace.fft import Tally, padded
+from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.nested import Even, Level, compliance, solve_nested
+from fecontact.errors import InputError, SolverError
+from fecontact.solvers import ComplementarityProblem, Residuals
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SYMMETRY = 1e-14
+"""Difference of mirrored heights, relative to their range, that is rounding."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """Force, or approach, of the counter-surface, and where the force acts if the surface may tilt.
+
+    Attributes
+    ----------
+    force, approach : float or None
+        Exactly one.
+    point : (float, float) or None
+        None: the surface does not tilt.
+    """
+
+    force: float | None
+    approach: float | None
+    point: tuple[float, float] | None
+
+    def __post_init__(self) -> None:
+        given = [v for v in (self.force, self.approach) if v is not None]
+        if len(given) != 1:
+            raise InputError(
+                f"Give exactly one of force and approach; found force={self.force!r}, approach={self.approach!r}."
+            )
+        if not math.isfinite(given[0]):
+            raise InputError(f"The load must be a finite number; found {given[0]!r}.")
+        if self.force is not None and self.force <= 0:
+            raise InputError(
+                f"The force must be positive (compression); found {self.force!r}. A frictionless, non-adhesive contact "
+                "carries no tension, and without force nothing is pressed."
+            )
+        if self.point is not None:
+            if self.force is None:
+                raise InputError(
+                    "A load point goes with a force: with a prescribed approach the surface does not tilt."
+                )
+            point = np.asarray(self.point, dtype=float)
+            if point.shape != (2,) or not np.isfinite(point).all():
+                raise InputError(f"The load point must be two finite coordinates (x, y); found {self.point!r}.")
+
+
+def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
+    """Heights above their lowest, zero where there is no surface, and where there is one.
+
+    Raises
+    ------
+    InputError
+        Wrong shape, NaN, minus infinity, or no surface at all.
+    """
+    z = np.asarray(heights, dtype=float)
+    if z.shape != grid.shape:
+        raise InputError(f"The heights must have the grid's shape {grid.shape}; found {z.shape}.")
+    if np.isnan(z).any():
+        raise InputError(
+            f"The heights hold {int(np.isnan(z).sum())} NaN. Fill the holes of a measurement, or use infinity where "
+            "there is no counter-surface."
+        )
+    if (z == -np.inf).any():
+        raise InputError("A height of minus infinity lies inside the body; plus infinity means no counter-surface.")
+    allowed = np.isfinite(z)
+    if not allowed.any():
+        raise InputError("There is no counter-surface: all heights are infinite.")
+    return np.where(allowed, z, 0.0), allowed
+
+
+def symmetric_axes(z: Array, allowed: Mask, point: tuple[float, float] | None) -> Even:
+    """Axes along which surface and load are symmetric about the middle of the grid."""
+    scale = max(float(np.abs(z).max()), 1e-300)
+    out = []
+    for axis in (0, 1):
+        even = z.shape[axis] % 2 == 0 and (point is None or point[axis] == 0)
+        even = even and bool((allowed == np.flip(allowed, axis)).all())
+        out.append(even and float(np.abs(z - np.flip(z, axis)).max()) <= SYMMETRY * scale)
+    return out[0], out[1]
+
+
+def press(
+    body: SurfaceCompliance, heights: ArrayLike, load: Load, tolerance: float, symmetry: bool, workers: int | None
+) -> HalfSpaceContact:
+    """Solve one contact; see `HalfSpace.press`."""
+    began = time.perf_counter()
+    z, allowed = checked_heights(heights, body.grid)
+    symmetric = symmetric_axes(z, allowed, load.point) if symmetry else (False, False)
+    level = _level(body, z, allowed, load, symmetric)
+    tally = Tally(4 * padded(body.grid.shape[0]) * padded(body.grid.shape[1]))
+    if body.periodic:
+        tally = Tally(body.grid.n_cells)
+    if len(level.F):
+        _check_load_point(body.grid, allowed, load.point)
+    at, n_levels = solve_nested(level, body.kernel, tolerance, tally, workers)
+    if not body.periodic:
+        _check_box(body.grid, at.active, at.p, symmetric)
+    operator = compliance(level, level.whole, tally, workers)
+    p = np.where(at.active, np.maximum(at.p, 0.0), 0.0)
+    u = operator.apply(p)
+    residuals = _residuals(level, operator, p, at.q)
+    if not (at.converged and residuals.within(tolerance)):
+        raise SolverError(_failure(at.rounds, residuals, tolerance, body, load))
+    motion = np.tensordot(at.q, level.B, 1) if len(at.q) else np.zeros(u.shape)
+    gap = np.where(level.allowed, u + level.g + motion, np.inf)
+    approach, tilt = _motion(body.grid, at.q, load)
+    report = SolverReport(
+        at.nit,
+        at.rounds,
+        n_levels,
+        tally.products,
+        tally.transforms,
+        symmetric,
+        time.perf_counter() - began,
+        at.history,
+    )
+    return HalfSpaceContact(
+        grid=body.grid,
+        periodic=body.periodic,
+        material=body.material if not body.layers else None,
+        pressure=unfold(p, symmetric),
+        displacement=unfold(u, symmetric),
+        gap=unfold(gap, symmetric),
+        approach=approach,
+        tilt=tilt,
+        residuals=residuals,
+        status="solved" if p.any() else "no-contact",
+        solver=report,
+    )
+
+
+def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetric: Even) -> Level:
+    """The finest level: pressures are the unknowns, a load is given in units of pressure times cells.
+
+    The rows of the moments are about the load point and in units of half the grid's size.
+    """
+    grid = body.grid
+    part = tuple(slice(n // 2 if even else 0, n) for n, even in zip(grid.shape, symmetric, strict=True))
+    images = 2 ** sum(symmetric)
+    rows, loads = [], []
+    if load.force is not None:
+        rows.append(np.ones(grid.shape))
+        loads.append(load.force / grid.area / images)
+        if load.point is not None:
+            x = (grid.x - load.point[0]) / (grid.size[0] / 2)
+            y = (grid.y - load.point[1]) / (grid.size[1] / 2)
+            if not symmetric[0]:
+                rows.append(np.broadcast_to(x[:, None], grid.shape))
+                loads.append(0.0)
+            if not symmetric[1]:
+                rows.append(np.broadcast_to(y[None, :], grid.shape))
+                loads.append(0.0)
+    g = z if load.approach is None else z - load.approach
+    B = np.array([row[part] for row in rows]).reshape(len(rows), *z[part].shape)
+    return Level(
+        kernel=body.kernel(),
+        periodic=body.periodic,
+        g=np.ascontiguousarray(g[part]),
+        allowed=np.ascontiguousarray(allowed[part]),
+        B=B,
+        F=np.array(loads),
+        symmetric=symmetric,
+    )
+
+
+def _motion(grid: Grid, q: Array, load: Load) -> tuple[float, tuple[float, float]]:
+    """Approach at the origin, and slopes, from the multipliers."""
+    if load.approach is not None:
+        return load.approach, (0.0, 0.0)
+    slopes = [0.0, 0.0]
+    if load.point is not None and len(q) == 3:
+        slopes = [q[1] / (grid.size[0] / 2), q[2] / (grid.size[1] / 2)]
+    elif load.point is not None and len(q) == 2:
+        axis = 0 if load.point[0] != 0 or load.point[1] == 0 else 1
+        slopes[axis] = q[1] / (grid.size[axis] / 2)
+    point = load.point or (0.0, 0.0)
+    lift = float(q[0]) - slopes[0] * point[0] - slopes[1] * point[1]
+    return -lift, (float(slopes[0]), float(slopes[1]))
+
+
+def unfold(values: Array, symmetric: Even) -> Array:
+    """Values of a half or quarter mirrored to the whole grid."""
+    for axis in (0, 1):
+        if symmetric[axis]:
+            values = np.concatenate([np.flip(values, axis), values], axis=axis)
+    return values
+
+
+def _residuals(level: Level, operator: object, p: Array, q: Array) -> Residuals:
+    """Residuals recomputed by the complementarity problem of all cells that have a counter-surface."""
+    cells = np.flatnonzero(level.allowed.ravel())
+
+    def product(x: Array) -> Array:
+        full = np.zeros(level.g.size)
+        full[cells] = x
+        return operator.apply(full.reshape(level.g.shape)).ravel()[cells]  # type: ignore[attr-defined]
+
+    S = LinearOperator((len(cells), len(cells)), matvec=product, dtype=float)
+    B = level.B.reshape(len(level.F), level.g.size)[:, cells]
+    problem = ComplementarityProblem(S, level.g.ravel()[cells], B, level.F)
+    return problem.residuals(p.ravel()[cells], q)
+
+
+def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | None) -> None:
+    """A load outside the counter-surface's outline tips it over."""
+    if point is None:
+        return
+    for axis, (centres, name) in enumerate(zip((grid.x, grid.y), "xy", strict=True)):
+        there = centres[allowed.any(axis=1 - axis)]
+        if not there[0] <= point[axis] <= there[-1]:
+            raise InputError(
+                f"The load point lies at {name} = {point[axis]:g}, outside the counter-surface, which reaches from "
+                f"{there[0]:g} to {there[-1]:g}: no pressures balance it, the surface would tip over."
+            )
+
+
+def _check_box(grid: Grid, active: Mask, p: Array, symmetric: Even) -> None:
+    """Refuse a contact that reaches the border of a free grid, and estimate the size it needs."""
+    for axis in (0, 1):
+        lines = np.moveaxis(active, axis, 0)
+        borders = [-1] if symmetric[axis] else [0, -1]
+        if not any(bool(lines[b].any()) for b in borders):
+            continue
+        # Hertz: p = p0 sqrt(1 - x^2/a^2) at the border x of the grid tells a
+        at_border = max(float(np.moveaxis(p, axis, 0)[b].max()) for b in borders)
+        ratio = min(at_border / float(p.max()), 0.99)
+        needed = 1.2 * grid.size[axis] / math.sqrt(1 - ratio**2)
+        raise InputError(
+            f"The contact reaches the border of the grid along {'xy'[axis]}, size {grid.size[axis]:g}: the grid is "
+            f"smaller than the contact. A size of about {needed:.3g} is needed there. If the counter-surface ends at "
+            "the border, add a rim of cells with infinite height; if it repeats, use periodic=True."
+        )
+
+
+def _failure(rounds: int, residuals: Residuals, tolerance: float, body: SurfaceCompliance, load: Load) -> str:
+    advice = "Look at the heights: do they jump, or does the load exceed what the geometry allows?"
+    if body.periodic and load.approach is not None:
+        advice = (
+            "With a prescribed approach, a periodic surface in full contact leaves the mean pressure open: "
+            "prescribe the force instead."
+        )
+    if load.point is not None:
+        advice = "Is the load point inside the outline of the contact? Outside, no pressures balance it."
+    return f"No certified answer after {rounds} active sets ({residuals}; tolerance {tolerance:.0e}). {advice}"
