@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
+import sys
 from functools import cache
 from typing import Any, Protocol
 
@@ -229,6 +230,6 @@ class _Pardiso:
         self._call(-1, np.zeros(self._n), np.zeros(self._n))
 
     def __del__(self) -> None:
-        if getattr(self, "_pt", None) is not None and self._pt.any():
+        if not sys.is_finalizing() and getattr(self, "_pt", None) is not None and self._pt.any():
             self._release()
             self._pt[:] = 0
