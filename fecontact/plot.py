@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fecontact.errors import InputError
 from fecontact.io import check_writable
-from fecontact.mesh.reference import quad_shapes
+from fecontact.mesh.facets import shapes_on_square
 
 if TYPE_CHECKING:
     from fecontact.result import ContactFields, ContactResult
@@ -108,9 +108,9 @@ def _shaded(contact: ContactFields, xy: Array, values: Array) -> tuple[Array, Ar
     """Facets divided into small triangles with interpolated values."""
     t = np.linspace(0.0, 1.0, FINENESS + 1)
     local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
-    N, _ = quad_shapes(contact.facets.shape[1], local)
+    N, _ = shapes_on_square(contact.facets, local)
     points = (N @ xy[contact.facets]).reshape(-1, 2)
-    shades = (values[contact.facets] @ N.T).ravel()
+    shades = np.einsum("fqa,fa->fq", N, values[contact.facets]).ravel()
     index = np.arange(len(local)).reshape(FINENESS + 1, FINENESS + 1)
     a, b, c, d = (index[i : i + FINENESS, j : j + FINENESS].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     cell = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
@@ -123,7 +123,7 @@ def _facet_sides(contact: ContactFields, xy: Array) -> Array:
     t = np.linspace(0.0, 1.0, FINENESS + 1)
     zero, one = np.zeros_like(t), np.ones_like(t)
     sides = [np.stack(s, 1) for s in ((t, zero), (one, t), (t, one), (zero, t))]
-    N, _ = quad_shapes(contact.facets.shape[1], np.concatenate(sides))
+    N, _ = shapes_on_square(contact.facets, np.concatenate(sides))
     return (N @ xy[contact.facets]).reshape(-1, FINENESS + 1, 2)
 
 

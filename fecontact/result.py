@@ -22,7 +22,7 @@ from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
 from fecontact.mesh.facets import nodal_areas
-from fecontact.mesh.reference import quad_shapes
+from fecontact.mesh.facets import shapes_on_square
 from fecontact.reduction import Interface, Reduction, State
 from fecontact.solvers import Residuals, Solution
 from fecontact.stopwatch import Stopwatch
@@ -185,11 +185,12 @@ class ContactFields:
         """
         t = (np.arange(n) + 0.5) / n
         local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
-        N, dN = quad_shapes(self.facets.shape[1], local)
+        N, dN = shapes_on_square(self.facets, local)
         nodes = self.points[self.facets]
-        tangents = np.einsum("qaj,fai->fqij", dN, nodes)
+        tangents = np.einsum("fqaj,fai->fqij", dN, nodes, optimize=True)
         areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
-        return (N @ nodes).reshape(-1, 3), (values[self.facets] @ N.T).ravel(), areas.ravel()
+        shares = np.einsum("fqa,fa->fq", N, values[self.facets])
+        return (N @ nodes).reshape(-1, 3), shares.ravel(), areas.ravel()
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,5 +56,5 @@ def surface_traction(mesh: Mesh, faces: IntArray, traction: Callable[[Array, Arr
     area = np.linalg.norm(dA, axis=2)
     t = traction(x.reshape(-1, 3), (dA / area[..., None]).reshape(-1, 3)).reshape(x.shape)
     f = np.zeros((len(mesh.points), 3))
-    np.add.at(f, facets, np.einsum("qa,fqi,fq->fai", N, t, area))
+    np.add.at(f, facets, np.einsum("fqa,fqi,fq->fai", N, t, area))
     return f.ravel()

@@ -1,4 +1,4 @@
-"""Surfaces that points can be projected on: quadratic facets of a mesh.
+"""Surfaces that points can be projected on: linear or quadratic facets of a mesh, quadrilaterals and triangles.
 
 A foot is the point of a surface nearest to a given one. For facets it is found by Newton's method on the curved
 facet, for all points and their nearby facets at once.
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fecontact.errors import MeshError
-from fecontact.mesh.reference import quad_nodes, quad_shapes
+from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, facet_shapes, triangular
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -26,6 +26,8 @@ IntArray = NDArray[np.int64]
 SHORTEST_OFFSET = 1e-9
 #: Sine of the angle between offset and normal from which a point with its foot on the rim counts as beyond it.
 RIM_LEAN = 0.2
+#: Distance from a triangle's side, in its local coordinates, that counts as on it.
+ON_SIDE = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +58,18 @@ class Feet:
     facet: IntArray | None = None
     local: Array | None = None
 
+    def chosen(self, kept: IntArray) -> Feet:
+        """Some of the feet."""
+        return Feet(
+            self.points[kept],
+            self.normals[kept],
+            self.gap[kept],
+            self.beyond[kept],
+            None if self.weights is None else self.weights[kept],
+            None if self.facet is None else self.facet[kept],
+            None if self.local is None else self.local[kept],
+        )
+
 
 class Surface(Protocol):
     """Something a point can be projected on."""
@@ -73,7 +87,7 @@ class FacetSurface:
     points : (n_nodes, 3) array
         All nodes of the mesh.
     facets : (n_facets, 4 | 8 | 9) int array
-        Node numbers, corners counter-clockwise seen from outside.
+        Node numbers, corners counter-clockwise seen from outside; triangles as in `mesh.facets`.
     name : str
         For messages.
     """
@@ -86,6 +100,11 @@ class FacetSurface:
     def nodes(self) -> IntArray:
         """Distinct node numbers of the surface."""
         return np.unique(self.facets)
+
+    @cached_property
+    def triangle(self) -> NDArray[np.bool_]:
+        """Which facets (n_facets,) are triangles."""
+        return triangular(self.facets)
 
     @cached_property
     def size(self) -> float:
@@ -124,7 +143,7 @@ class FacetSurface:
 
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3), tangents (n, 3, 2) and shape functions (n, k) at facet coordinates."""
-        N, dN = quad_shapes(self.facets.shape[1], local)
+        N, dN = facet_shapes(self.facets.shape[1], self.triangle[facet], local)
         x = self.points[self.facets[facet]]
         return np.einsum("na,nai->ni", N, x), np.einsum("naj,nai->nij", dN, x), N
 
@@ -163,12 +182,12 @@ class FacetSurface:
     @cached_property
     def _mean_normals(self) -> Array:
         """Unit normals (n_nodes, 3) averaged over the facets round each surface node; zero elsewhere."""
-        reference = quad_nodes(self.facets.shape[1])
-        k = len(reference)
-        facet = np.repeat(np.arange(len(self.facets)), k)
-        normals = self.normals(facet, np.tile(reference, (len(self.facets), 1)))
+        k = self.facets.shape[1]
+        facet, column = np.nonzero(distinct_columns(self.facets))
+        reference = np.stack([facet_nodes(k, False), facet_nodes(k, True)])
+        normals = self.normals(facet, reference[self.triangle[facet].astype(int), column])
         total = np.zeros_like(self.points)
-        np.add.at(total, self.facets.ravel(), normals)
+        np.add.at(total, self.facets[facet, column], normals)
         length = np.linalg.norm(total, axis=1, keepdims=True)
         return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
 
@@ -179,7 +198,7 @@ class FacetSurface:
         nearest, so the offset itself gives the line; where it is too short to have a direction, the mean normal does.
         """
         normals = self.normals(facet, local)
-        on_edge = ((local <= 0) | (local >= 1)).any(axis=1)
+        on_edge = self._at_sides(facet, local).any(axis=1)
         mean = np.einsum("na,nai->ni", N[on_edge], self._mean_normals[self.facets[facet[on_edge]]])
         mean /= np.linalg.norm(mean, axis=1, keepdims=True)
         along = offset[on_edge]
@@ -190,22 +209,37 @@ class FacetSurface:
         normals[on_edge] = lines
         return normals
 
+    def _at_sides(self, facet: IntArray, local: Array) -> NDArray[np.bool_]:
+        """On which sides of their facet points lie (n, 4)."""
+        s, t = local.T
+        triangle = self.triangle[facet]
+        right = np.where(triangle, s + t >= 1 - ON_SIDE, s >= 1)
+        return np.stack([t <= 0, right, ~triangle & (t >= 1), s <= 0], axis=1)
+
     def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
         """Distance (n,) of each point from its given facet."""
         return np.sqrt(self._newton(points, facet)[1])
 
-    def _newton(self, points: Array, facet: IntArray, iterations: int = 30) -> tuple[Array, Array]:
+    def nearest_on(self, facet: IntArray, points: Array, slack: float) -> Array:
+        """Coordinates (n, 2) of the point of each given facet nearest to `points`, up to `slack` beyond its sides."""
+        return self._newton(points, facet, slack=slack)[0]
+
+    def _newton(self, points: Array, facet: IntArray, iterations: int = 30, slack: float = 0.0) -> tuple[Array, Array]:
         """Nearest point of given facets: Newton on half the squared distance, kept within the facet.
 
         Gauss-Newton's matrix replaces the Hessian where that is not positive definite; a coordinate that leaves the
-        facet is held at its bound.
+        facet (extended by `slack` on all sides) is held at its bound.
         """
-        local = np.full((len(points), 2), 0.5)
+        triangle = self.triangle[facet]
+        local = facet_centres(triangle)
         active = np.arange(len(points))
         nodes = self.points[self.facets[facet]]
         for _ in range(iterations):
-            step = self._newton_step(points[active], nodes[active], local[active])
-            new = np.clip(local[active] + step, 0.0, 1.0)
+            gradient, hessian = self._derivatives(points[active], nodes[active], triangle[active], local[active])
+            new = np.empty_like(gradient)
+            for kind, stepped in ((False, _step_in_square), (True, _step_in_triangle)):
+                rows = triangle[active] == kind
+                new[rows] = stepped(local[active[rows]], gradient[rows], hessian[rows])
             moved = np.abs(new - local[active]).max(axis=1)
             local[active] = new
             active = active[moved > 1e-14]
@@ -214,8 +248,11 @@ class FacetSurface:
         x, _, _ = self.evaluate(facet, local)
         return local, ((points - x) ** 2).sum(axis=1)
 
-    def _newton_step(self, points: Array, nodes: Array, local: Array) -> Array:
-        N, dN, d2N = _second_derivatives(self.facets.shape[1], local)
+    def _derivatives(
+        self, points: Array, nodes: Array, triangle: NDArray[np.bool_], local: Array
+    ) -> tuple[Array, Array]:
+        """Gradient (n, 2) of half the squared distance and a positive definite matrix (n, 2, 2) for its Hessian."""
+        N, dN, d2N = _second_derivatives(self.facets.shape[1], triangle, local)
         r = np.einsum("na,nai->ni", N, nodes) - points
         t = np.einsum("naj,nai->nij", dN, nodes)
         gradient = np.einsum("ni,nij->nj", r, t)
@@ -223,16 +260,7 @@ class FacetSurface:
         hessian = gauss + np.einsum("ni,najk,nai->njk", r, d2N, nodes)
         det = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
         indefinite = (det <= 0.01 * gauss[:, 0, 0] * gauss[:, 1, 1]) | (hessian[:, 0, 0] <= 0)
-        hessian = np.where(indefinite[:, None, None], gauss, hessian)
-        # a coordinate at its bound that would leave the facet is fixed, the other moves alone
-        held = ((local <= 0) & (gradient > 0)) | ((local >= 1) & (gradient < 0))
-        gradient = np.where(held, 0.0, gradient)
-        hessian[held[:, 0] | held[:, 1], 0, 1] = hessian[held[:, 0] | held[:, 1], 1, 0] = 0.0
-        det = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
-        det = np.where(det > 0, det, np.inf)
-        s = (hessian[:, 1, 1] * gradient[:, 0] - hessian[:, 0, 1] * gradient[:, 1]) / det
-        u = (hessian[:, 0, 0] * gradient[:, 1] - hessian[:, 1, 0] * gradient[:, 0]) / det
-        return np.clip(-np.stack([s, u], axis=1), -1.0, 1.0)
+        return gradient, np.where(indefinite[:, None, None], gauss, hessian)
 
     def _beyond(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
         """Whether a foot lies on a rim side while the point's offset leans outwards across it.
@@ -245,8 +273,62 @@ class FacetSurface:
         leaning = (sideways > 1e-6 * self.mean_facet_size[facet]) & (
             sideways > RIM_LEAN * np.linalg.norm(offset, axis=1)
         )
-        at = np.stack([local[:, 1] <= 0, local[:, 0] >= 1, local[:, 1] >= 1, local[:, 0] <= 0], axis=1)
-        return leaning & (at & self._on_rim[facet]).any(axis=1)
+        return leaning & (self._at_sides(facet, local) & self._on_rim[facet]).any(axis=1)
+
+
+def _newton_direction(gradient: Array, hessian: Array) -> Array:
+    """Solve -H^-1 g of (n, 2, 2) matrices; zero where H is singular."""
+    det = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
+    det = np.where(det > 0, det, np.inf)
+    s = (hessian[:, 1, 1] * gradient[:, 0] - hessian[:, 0, 1] * gradient[:, 1]) / det
+    t = (hessian[:, 0, 0] * gradient[:, 1] - hessian[:, 1, 0] * gradient[:, 0]) / det
+    return -np.stack([s, t], axis=1)
+
+
+def _step_in_square(local: Array, gradient: Array, hessian: Array) -> Array:
+    """Where Newton's step leads within the unit square."""
+    # a coordinate at its bound that would leave the facet is fixed, the other moves alone
+    held = ((local <= 0) & (gradient > 0)) | ((local >= 1) & (gradient < 0))
+    gradient, hessian = np.where(held, 0.0, gradient), hessian.copy()
+    fixed = held.any(axis=1)
+    hessian[fixed, 0, 1] = hessian[fixed, 1, 0] = 0.0
+    return np.clip(local + np.clip(_newton_direction(gradient, hessian), -1.0, 1.0), 0.0, 1.0)
+
+
+#: Sides of the reference triangle: a point on it, the outward normal, the direction.
+_SIDES = (
+    (np.array([0.0, 0.0]), np.array([0.0, -1.0]), np.array([1.0, 0.0])),
+    (np.array([1.0, 0.0]), np.array([1.0, 1.0]), np.array([-1.0, 1.0])),
+    (np.array([0.0, 0.0]), np.array([-1.0, 0.0]), np.array([0.0, 1.0])),
+)
+
+
+def _step_in_triangle(local: Array, gradient: Array, hessian: Array) -> Array:
+    """Where Newton's step leads within the triangle s, t >= 0, s + t <= 1.
+
+    On a side that the full step would cross, the least value of the quadratic model lies on that side or, in a corner,
+    on the other one: the better of the two steps along them is taken. Every step stops where it meets a side.
+    """
+    room = np.stack([(p - local) @ n for p, n, _ in _SIDES], axis=1)
+    at = room <= ON_SIDE
+    step = _newton_direction(gradient, hessian)
+    crossing = (at & (np.stack([step @ n for _, n, _ in _SIDES], axis=1) > 0)).any(axis=1)
+    best, gain = np.zeros_like(step), np.zeros(len(step))
+    for k, (_, _, along) in enumerate(_SIDES):
+        slope = gradient @ along
+        length = -slope / np.maximum(np.einsum("i,nij,j->n", along, hessian, along), 1e-300)
+        for j, (_, n, _) in enumerate(_SIDES):
+            if j != k:
+                length = np.where(at[:, j] & (length * (along @ n) > 0), 0.0, length)
+        better = at[:, k] & (slope * length < gain)
+        gain = np.where(better, slope * length, gain)
+        best = np.where(better[:, None], length[:, None] * along, best)
+    step = np.where(crossing[:, None], best, step)
+    speed = np.stack([step @ n for _, n, _ in _SIDES], axis=1)
+    outwards = (speed > 0) & ~(at & (np.abs(speed) <= 1e-12 * np.abs(step).max(axis=1, keepdims=True)))
+    share = np.divide(np.maximum(room, 0.0), speed, out=np.ones_like(room), where=outwards).min(axis=1, initial=1.0)
+    new = np.maximum(local + share[:, None] * step, 0.0)
+    return new / np.maximum(new.sum(axis=1, keepdims=True), 1.0)
 
 
 def _rounded(distance2: Array, size: Array) -> Array:
@@ -257,16 +339,17 @@ def _rounded(distance2: Array, size: Array) -> Array:
     return np.asarray(np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12), dtype=np.float64)
 
 
-def _second_derivatives(n_nodes: int, X: Array) -> tuple[Array, Array, Array]:
-    """Shape functions of a facet with first (n, k, 2) and second (n, k, 2, 2) derivatives.
+def _second_derivatives(n_columns: int, triangle: NDArray[np.bool_], X: Array) -> tuple[Array, Array, Array]:
+    """Shape functions of facets with first (n, k, 2) and second (n, k, 2, 2) derivatives.
 
     scikit-fem gives first derivatives only. They are polynomials of degree at most two in each coordinate, so central
     differences over a full unit step are exact.
     """
-    N, dN = quad_shapes(n_nodes, X)
+    N, dN = facet_shapes(n_columns, triangle, X)
     d2N = np.empty((*dN.shape, 2))
     for j in range(2):
         step = np.zeros(2)
         step[j] = 0.5
-        d2N[..., j] = quad_shapes(n_nodes, X + step)[1] - quad_shapes(n_nodes, X - step)[1]
+        after, before = (facet_shapes(n_columns, triangle, X + sign * step)[1] for sign in (1, -1))
+        d2N[..., j] = after - before
     return N, dN, d2N

@@ -42,6 +42,8 @@ FACES = np.array(
 FACE_NAMES = ("-x", "+x", "-y", "+y", "-z", "+z")
 QUAD_CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
 QUAD_EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0]], dtype=np.int64)
+#: Reference positions of a triangle's three corners, three mid-side nodes and centroid.
+TRIANGLE_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5], [1 / 3, 1 / 3]])
 
 _HEX = {8: ElementHex1, 20: ElementHexS2, 27: ElementHex2}
 _QUAD = {4: ElementQuad1, 8: ElementQuadS2, 9: ElementQuad2}
@@ -110,6 +112,36 @@ def hex_shapes(n_nodes: int, X: Array) -> tuple[Array, Array]:
 def quad_shapes(n_nodes: int, X: Array) -> tuple[Array, Array]:
     """Shape functions (n_q, n_nodes) and gradients (n_q, n_nodes, 2) of the 4-, 8- or 9-node quadrilateral."""
     return _scikit_fem_shapes(_QUAD[n_nodes](), quad_nodes(n_nodes), X)
+
+
+def triangle_shapes(n_nodes: int, X: Array) -> tuple[Array, Array]:
+    """Shape functions (n_q, n_nodes) and gradients (n_q, n_nodes, 2) of the triangle of 3, 6 or 7 nodes.
+
+    The seventh function, 27 L1 L2 L3, is one at the centroid; with it the corner functions grow by a ninth and the
+    mid-side functions shrink by four ninths of it, so that all weights are positive: 1/20, 2/15 and 9/20 of the area.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> triangle_shapes(7, np.array([[1 / 3, 1 / 3]]))[0].round(12).tolist()
+    [[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]
+    """
+    L = np.stack([1 - X[:, 0] - X[:, 1], X[:, 0], X[:, 1]], axis=1)
+    dL = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+    if n_nodes == 3:
+        return L, np.broadcast_to(dL, (len(X), 3, 2)).copy()
+    following = L[:, [1, 2, 0]], dL[[1, 2, 0]]
+    N = np.concatenate([L * (2 * L - 1), 4 * L * following[0]], axis=1)
+    d_corner = (4 * L - 1)[:, :, None] * dL
+    d_middle = 4 * (L[:, :, None] * following[1] + following[0][:, :, None] * dL)
+    dN = np.concatenate([d_corner, d_middle], axis=1)
+    if n_nodes == 6:
+        return N, dN
+    share = np.array([1 / 9] * 3 + [-4 / 9] * 3)
+    bubble = 27 * L.prod(axis=1)
+    slope = 27 * sum((L[:, (i + 1) % 3] * L[:, (i + 2) % 3])[:, None] * dL[i] for i in range(3))
+    N = np.concatenate([N + bubble[:, None] * share, bubble[:, None]], axis=1)
+    return N, np.concatenate([dN + slope[:, None, :] * share[:, None], slope[:, None, :]], axis=1)
 
 
 def midface_shape(face: int, X: Array) -> tuple[Array, Array]:
