@@ -9,8 +9,20 @@ Examples
 1.797
 """
 
+from fecontact import surfaces
 from fecontact.analytic import hertz
-from fecontact.bodies import Body, ElasticBody, Plane, Pose, RigidBody, Sphere, rotation_about
+from fecontact.bodies import (
+    Body,
+    ElasticBody,
+    HalfSpace,
+    HalfSpaceContact,
+    Layer,
+    Plane,
+    Pose,
+    RigidBody,
+    Sphere,
+    rotation_about,
+)
 from fecontact.errors import (
     FecontactError,
     InputError,
@@ -33,7 +45,10 @@ __all__ = [
     "ContactResult",
     "ElasticBody",
     "FecontactError",
+    "HalfSpace",
+    "HalfSpaceContact",
     "InputError",
+    "Layer",
     "Material",
     "Mesh",
     "MeshError",
@@ -50,6 +65,7 @@ __all__ = [
     "hertz",
     "rotation_about",
     "shapes",
+    "surfaces",
 ]
 
 __version__ = "0.1.0"

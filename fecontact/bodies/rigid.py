@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -16,6 +17,7 @@ from fecontact.errors import InputError
 from fecontact.fem.rigid import rigid_modes
 from fecontact.interface.surface import Feet
 from fecontact.stopwatch import Stopwatch
+from fecontact.surfaces import FunctionSurface, HeightMap
 
 Array = NDArray[np.float64]
 
@@ -72,6 +74,13 @@ class Sphere:
         """Diameter."""
         return 2 * self.radius
 
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights over the plane z = 0 at coordinates that broadcast together; infinite beyond the radius."""
+        r2 = np.asarray(x) ** 2 + np.asarray(y) ** 2
+        under = self.radius**2 - r2
+        # radius - sqrt(radius^2 - r^2) without cancellation
+        return np.where(under >= 0, r2 / (self.radius + np.sqrt(np.maximum(under, 0.0))), np.inf)
+
     def project(self, points: Array) -> Feet:
         """Feet along the radius; gaps near the pole keep their digits far below the radius."""
         x, y, z = points.T
@@ -103,6 +112,30 @@ class RigidBody:
     name: str = "rigid"
     pose: Pose = field(default_factory=Pose)
     contact: tuple[str, ...] = ("surface",)
+
+    @classmethod
+    def from_heights(cls, z: ArrayLike, size: tuple[float, float], name: str = "rigid") -> RigidBody:
+        """The rigid surface z(x, y) over the plane z = 0, its lowest point on the plane.
+
+        Parameters
+        ----------
+        z : (nx, ny) array_like
+            Heights at the middles of equal cells, centred on the origin.
+        size : (float, float)
+            Sides of the grid.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> RigidBody.from_heights(np.eye(4), size=(1.0, 1.0)).describe()
+        'rigid: rigid HeightMap'
+        """
+        return cls(HeightMap(np.asarray(z, dtype=float), size), name)
+
+    @classmethod
+    def from_function(cls, z: Callable[[Array, Array], Array], size: float, name: str = "rigid") -> RigidBody:
+        """The rigid surface z(x, y), a function of arrays; `size` is a length over which it varies."""
+        return cls(FunctionSurface(z, size), name)
 
     def placed(
         self,
