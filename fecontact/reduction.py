@@ -69,6 +69,19 @@ class Interface:
         return opening
 
 
+#: Share of the largest possible opening by a rigid motion below which it is rounding: a plane's normal that is off by
+#: 1e-17 must not let a huge tangential motion open the contact, or a huge pressure balance a tangential load.
+SMALLEST_OPENING = 1e-12
+
+
+def _opening_by_motions(rows: sp.csr_matrix, modes: Array) -> Array:
+    """Opening (n, k) by rigid motions with fields (n_dofs, k), rounding cut off."""
+    opening = rows @ modes
+    largest = abs(rows).sum(axis=1).max() * np.abs(modes).max(axis=0) if rows.shape[0] else 0.0
+    opening[np.abs(opening) < SMALLEST_OPENING * largest] = 0.0
+    return opening
+
+
 def check_balance(interfaces: Sequence[Interface], loading: Loading) -> None:
     """Refuse loads that no contact forces can balance, before anything is condensed.
 
@@ -87,7 +100,7 @@ def check_balance(interfaces: Sequence[Interface], loading: Loading) -> None:
         modes = frame.modes(frame.released)
         parts = [i.rows(frame.body) for i in interfaces]
         columns = [
-            np.zeros((len(i.pairing.nodes), modes.shape[1])) if r is None else r @ modes
+            np.zeros((len(i.pairing.nodes), modes.shape[1])) if r is None else _opening_by_motions(r, modes)
             for i, r in zip(interfaces, parts, strict=True)
         ]
         blocks.append(np.concatenate(columns).T)
@@ -265,14 +278,13 @@ def assemble(
         reduced = body.reduce(part.rows, part.loads, watch)
         compliance, response = reduced.compliance, reduced.response
         with watch("condense"):
-            modes = frame.modes(np.concatenate([part.released, frame.moved[:, None]], axis=1))
-            motion_rows = part.rows @ modes
+            motion_rows = _opening_by_motions(part.rows, frame.modes(part.released))
             if part.hold is not None:
                 compliance, response = _held_by_mean(part, part.hold, compliance, response)
             S[np.ix_(part.index, part.index)] += compliance
-            g[part.index] += response + motion_rows[:, -1]
+            g[part.index] += response + part.rows @ frame.modes(frame.moved[:, None])[:, 0]
             columns = np.zeros((part.released.shape[1], n))
-            columns[:, part.index] = motion_rows[:, :-1].T
+            columns[:, part.index] = motion_rows.T
             B.append(columns)
             F.append(-part.released.T @ loading.resultant(k))
             parts.append(part)
