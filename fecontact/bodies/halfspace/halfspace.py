@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.halfspace import kernels
@@ -16,10 +17,17 @@ from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import Layer
+from fecontact.bodies.halfspace.operator import GridCompliance, dense, whole_grid
 from fecontact.bodies.halfspace.pressing import Load, press
+from fecontact.bodies.halfspace.surface import GridSurface, grid_surface
 from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Reduced
 from fecontact.errors import InputError
+from fecontact.fem.rigid import rigid_modes
+from fecontact.interface.pairing import along
+from fecontact.interface.surface import Feet
 from fecontact.material import Material
+from fecontact.stopwatch import Stopwatch
 
 Array = NDArray[np.float64]
 
@@ -29,6 +37,10 @@ class HeightSurface(Protocol):
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together; infinite where there is no surface."""
+
+
+DENSE_LIMIT = 1500
+"""Rows of a scene up to which a half-space hands out its compliance as a matrix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,8 +189,79 @@ class HalfSpace:
         pose = self.pose.then(Q, np.asarray(translation, dtype=float))
         return replace(self, pose=pose, name=self.name if name is None else name)
 
+    @property
+    def n_dofs(self) -> int:
+        """Three displacements for each cell, of which the half-space gives along the normal only."""
+        return 3 * self.grid.n_cells
+
+    @property
+    def reference_point(self) -> Array:
+        """The origin of its axes."""
+        return np.zeros(3)
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* of the bodies that it stands for."""
+        return self.compliance.modulus
+
+    @cached_property
+    def rigid_modes(self) -> Array:
+        """Displacements (n_dofs, 6) of the rigid motions about the origin."""
+        return rigid_modes(self.surface(self.contact[0]).points, np.zeros(3))
+
+    @property
+    def free_motions(self) -> Array:
+        """None: the far end of a half-space is held."""
+        return np.zeros((6, 0))
+
+    @cached_property
+    def _surface(self) -> GridSurface:
+        return grid_surface(self.grid, self.contact[0])
+
+    def surface(self, name: str) -> GridSurface:
+        """Its only surface."""
+        if name not in self.contact:
+            raise InputError(f"A half-space has the one surface {self.contact[0]!r}; found {name!r}.")
+        return self._surface
+
+    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
+        assert feet.weights is not None
+        return along(feet.weights, directions)
+
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+        """Compliance along rows: a matrix, or beyond `DENSE_LIMIT` rows that take one cell each, an operator."""
+        with watch("condense"):
+            normal = _normal_part(rows)
+            if normal.shape[0] > DENSE_LIMIT and _is_selection(normal):
+                S: Array | GridCompliance = GridCompliance(self.compliance, normal.indices.astype(np.int64))
+            else:
+                S = dense(self.compliance, normal)
+            return Reduced(S, np.zeros(rows.shape[0]))
+
+    def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
+        """Elastic displacements (n_dofs,) under forces along rows."""
+        upwards = np.asarray(_normal_part(rows).T @ forces).reshape(self.grid.shape)
+        u = np.zeros((self.grid.n_cells, 3))
+        if upwards.any():
+            u[:, 2] = whole_grid(self.compliance).apply(upwards / self.grid.area).ravel()
+        return u.ravel()
+
     def describe(self) -> str:
         """One line: what was modelled."""
         kind = "periodic" if self.periodic else "free"
         stack = f", {len(self.layers)} layer(s)" if self.layers else ""
         return f"{self.name}: {kind} half-space, {self.grid.shape[0]} x {self.grid.shape[1]} cells{stack}"
+
+
+def _normal_part(rows: sp.csr_matrix) -> sp.csr_matrix:
+    """The part (n, n_cells) of rows (n, 3 n_cells) that takes displacements along z."""
+    coo = rows.tocoo()
+    normal = (coo.col % 3 == 2) & (coo.data != 0)
+    shape = (rows.shape[0], rows.shape[1] // 3)
+    return sp.csr_matrix((coo.data[normal], (coo.row[normal], coo.col[normal] // 3)), shape=shape)
+
+
+def _is_selection(rows: sp.csr_matrix) -> bool:
+    """Whether every row takes one cell, with the sign of a contact from above."""
+    return rows.nnz == rows.shape[0] and bool((np.diff(rows.indptr) == 1).all() and (rows.data == -1.0).all())

@@ -14,15 +14,13 @@ from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact, SolverReport
 from fecontact.bodies.halfspace.fft import Tally, padded
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.bodies.halfspace.nested import Even, Level, compliance, solve_nested
+from fecontact.bodies.halfspace.nested import Level, compliance, solve_nested
+from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.errors import InputError, SolverError
 from fecontact.solvers import ComplementarityProblem, Residuals
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-SYMMETRY = 1e-14
-"""Difference of mirrored heights, relative to their range, that is rounding."""
 
 
 @dataclass(frozen=True)
@@ -88,25 +86,14 @@ def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
     return np.where(allowed, z, 0.0), allowed
 
 
-def symmetric_axes(z: Array, allowed: Mask, point: tuple[float, float] | None) -> Even:
-    """Axes along which surface and load are symmetric about the middle of the grid."""
-    scale = max(float(np.abs(z).max()), 1e-300)
-    out = []
-    for axis in (0, 1):
-        even = z.shape[axis] % 2 == 0 and (point is None or point[axis] == 0)
-        even = even and bool((allowed == np.flip(allowed, axis)).all())
-        out.append(even and float(np.abs(z - np.flip(z, axis)).max()) <= SYMMETRY * scale)
-    return out[0], out[1]
-
-
 def press(
     body: SurfaceCompliance, heights: ArrayLike, load: Load, tolerance: float, symmetry: bool, workers: int | None
 ) -> HalfSpaceContact:
     """Solve one contact; see `HalfSpace.press`."""
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
-    symmetric = symmetric_axes(z, allowed, load.point) if symmetry else (False, False)
-    level = _level(body, z, allowed, load, symmetric)
+    level = _level(body, z, allowed, load, symmetry)
+    symmetric = level.symmetric
     tally = Tally(4 * padded(body.grid.shape[0]) * padded(body.grid.shape[1]))
     if body.periodic:
         tally = Tally(body.grid.n_cells)
@@ -123,7 +110,7 @@ def press(
         raise SolverError(_failure(at.rounds, residuals, tolerance, body, load))
     motion = np.tensordot(at.q, level.B, 1) if len(at.q) else np.zeros(u.shape)
     gap = np.where(level.allowed, u + level.g + motion, np.inf)
-    approach, tilt = _motion(body.grid, at.q, load)
+    approach, tilt = _motion(body.grid, at.q, load, symmetric)
     report = SolverReport(
         at.nit,
         at.rounds,
@@ -149,61 +136,51 @@ def press(
     )
 
 
-def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetric: Even) -> Level:
+def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetry: bool) -> Level:
     """The finest level: pressures are the unknowns, a load is given in units of pressure times cells.
 
-    The rows of the moments are about the load point and in units of half the grid's size.
+    The rows of the moments are about the load point and in units of half the grid's size. Along an axis of symmetry
+    there is no tilt and no such row.
     """
     grid = body.grid
-    part = tuple(slice(n // 2 if even else 0, n) for n, even in zip(grid.shape, symmetric, strict=True))
-    images = 2 ** sum(symmetric)
-    rows, loads = [], []
+    point = load.point
+    even = even_axes(z, allowed, np.empty((0, *grid.shape))) if symmetry else (False, False)
+    symmetric = (even[0] and not (point and point[0]), even[1] and not (point and point[1]))
+    part = part_of(grid.shape, symmetric)
+    rows = []
     if load.force is not None:
         rows.append(np.ones(grid.shape))
-        loads.append(load.force / grid.area / images)
-        if load.point is not None:
-            x = (grid.x - load.point[0]) / (grid.size[0] / 2)
-            y = (grid.y - load.point[1]) / (grid.size[1] / 2)
-            if not symmetric[0]:
-                rows.append(np.broadcast_to(x[:, None], grid.shape))
-                loads.append(0.0)
-            if not symmetric[1]:
-                rows.append(np.broadcast_to(y[None, :], grid.shape))
-                loads.append(0.0)
+        if point is not None:
+            x, y = ((c - p) / (s / 2) for c, p, s in zip((grid.x, grid.y), point, grid.size, strict=True))
+            arms = (np.broadcast_to(x[:, None], grid.shape), np.broadcast_to(y[None, :], grid.shape))
+            rows += [arm for arm, mirrored in zip(arms, symmetric, strict=True) if not mirrored]
+    F = np.zeros(len(rows))
+    if load.force is not None:
+        F[0] = load.force / grid.area / 2 ** sum(symmetric)
     g = z if load.approach is None else z - load.approach
-    B = np.array([row[part] for row in rows]).reshape(len(rows), *z[part].shape)
     return Level(
         kernel=body.kernel(),
         periodic=body.periodic,
         g=np.ascontiguousarray(g[part]),
         allowed=np.ascontiguousarray(allowed[part]),
-        B=B,
-        F=np.array(loads),
+        B=np.array([row[part] for row in rows]).reshape(len(rows), *z[part].shape),
+        F=F,
         symmetric=symmetric,
     )
 
 
-def _motion(grid: Grid, q: Array, load: Load) -> tuple[float, tuple[float, float]]:
+def _motion(grid: Grid, q: Array, load: Load, symmetric: Even) -> tuple[float, tuple[float, float]]:
     """Approach at the origin, and slopes, from the multipliers."""
     if load.approach is not None:
         return load.approach, (0.0, 0.0)
-    slopes = [0.0, 0.0]
-    if load.point is not None and len(q) == 3:
-        slopes = [q[1] / (grid.size[0] / 2), q[2] / (grid.size[1] / 2)]
-    elif load.point is not None and len(q) == 2:
-        axis = 0 if load.point[0] != 0 or load.point[1] == 0 else 1
-        slopes[axis] = q[1] / (grid.size[axis] / 2)
+    slopes, rest = [0.0, 0.0], list(q[1:])
+    if load.point is not None:
+        for axis in (0, 1):
+            if not symmetric[axis]:
+                slopes[axis] = float(rest.pop(0)) / (grid.size[axis] / 2)
     point = load.point or (0.0, 0.0)
     lift = float(q[0]) - slopes[0] * point[0] - slopes[1] * point[1]
-    return -lift, (float(slopes[0]), float(slopes[1]))
-
-
-def unfold(values: Array, symmetric: Even) -> Array:
-    """Values of a half or quarter mirrored to the whole grid."""
-    for axis in (0, 1):
-        if symmetric[axis]:
-            values = np.concatenate([np.flip(values, axis), values], axis=axis)
-    return values
+    return -lift, (slopes[0], slopes[1])
 
 
 def _residuals(level: Level, operator: object, p: Array, q: Array) -> Residuals:
