@@ -1,8 +1,9 @@
 """Which rigid components of a body are held, moved, loaded or free; and the loads."""
 
-import fecontact as fc
 import numpy as np
 import pytest
+
+import fecontact as fc
 from fecontact.errors import InputError
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.frames import make_frame
