@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fecontact.mesh.basis import element_basis
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.reference import hex_quadrature
+from fecontact.mesh.quadrature import element_quadrature
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -68,8 +68,8 @@ def inverse_3x3(J: Array) -> tuple[Array, Array]:
 
 def batches(mesh: Mesh, size: int = BATCH) -> Iterator[Batch]:
     """Walk over the cells of a checked mesh in batches of one kind of element each."""
-    X, W = hex_quadrature(mesh.cells.shape[1])
     for group in mesh.cell_groups:
+        X, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
         N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
         for start in range(0, len(group.cells), size):
             part = slice(start, start + size)
@@ -80,8 +80,8 @@ def batches(mesh: Mesh, size: int = BATCH) -> Iterator[Batch]:
 
 def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:
     """Cells (n_cells,), quadrature points (n_cells, n_q, 3) and volumes (n_cells, n_q), without the gradients."""
-    X, W = hex_quadrature(mesh.cells.shape[1])
     for group in mesh.cell_groups:
+        X, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
         N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
         x = mesh.points[group.nodes]
         yield group.cells, N @ x, determinant_3x3(jacobians(x, dN)) * W

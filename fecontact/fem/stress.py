@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.fem.stiffness import batches
-from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.reference import hex_nodes, hex_quadrature
+from fecontact.mesh.basis import linear_shapes, node_positions
+from fecontact.mesh.mesh import CellGroup, Mesh
+from fecontact.mesh.quadrature import element_quadrature
 
 Array = NDArray[np.float64]
 
@@ -32,17 +33,18 @@ def gauss_strain(mesh: Mesh, u: Array) -> tuple[Array, Array]:
     Returns
     -------
     strain : (n_cells, n_q, 6) array
-        Tensor components in the order of `VOIGT` (shears are not doubled).
+        Tensor components in the order of `VOIGT` (shears are not doubled). Where kinds of element with different
+        numbers of points are mixed, n_q is the largest and the rest of a cell's row is NaN.
     points : (n_cells, n_q, 3) array
     """
-    n_q = len(hex_quadrature(mesh.cells.shape[1])[1])
-    strain = np.empty((len(mesh.cells), n_q, 6))
-    points = np.empty((len(mesh.cells), n_q, 3))
+    n_q = max(len(_gauss_points(mesh, group)) for group in mesh.cell_groups)
+    strain = np.full((len(mesh.cells), n_q, 6), np.nan)
+    points = np.full((len(mesh.cells), n_q, 3), np.nan)
     for batch in batches(mesh):
         gradient = np.einsum("cqaj,cai->cqij", batch.gradients, u[batch.nodes])
         for k, (i, j) in enumerate(_PAIRS):
-            strain[batch.cells, :, k] = (gradient[..., i, j] + gradient[..., j, i]) / 2
-        points[batch.cells] = np.einsum("qa,cai->cqi", batch.N, mesh.points[batch.nodes])
+            strain[batch.cells, : len(batch.N), k] = (gradient[..., i, j] + gradient[..., j, i]) / 2
+        points[batch.cells, : len(batch.N)] = np.einsum("qa,cai->cqi", batch.N, mesh.points[batch.nodes])
     return strain, points
 
 
@@ -53,37 +55,29 @@ def hooke(strain: Array, lame: Array, shear: Array) -> Array:
     return stress
 
 
+def _gauss_points(mesh: Mesh, group: CellGroup) -> Array:
+    return element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)[0]
+
+
 def to_nodes(mesh: Mesh, values: Array) -> Array:
     """Gauss-point values (n_cells, n_q, k) fitted in each cell, taken at its nodes and averaged: (n_points, k).
 
-    The fit is the least-squares polynomial of the quadrature's own tensor degree less one: linear in each coordinate
-    for 27 points, constant for 8, where superconvergence is found (Hinton & Campbell 1974).
+    The fit is by least squares: with the functions of the element's corners (trilinear in a hexahedron, linear in a
+    tetrahedron) for quadratic elements, constant for linear ones, where superconvergence is found (Hinton & Campbell
+    1974).
     """
-    X, _ = hex_quadrature(mesh.cells.shape[1])
-    linear = len(X) == 27
     total = np.zeros((len(mesh.points), values.shape[2]))
     count = np.zeros(len(mesh.points))
     for group in mesh.cell_groups:
-        where = _node_positions(mesh, group.pattern, group.midfaces)
-        fit = _trilinear(where) @ np.linalg.pinv(_trilinear(X)) if linear else np.full((len(where), len(X)), 1 / len(X))
-        nodal = np.einsum("nq,cqk->cnk", fit, values[group.cells])
+        X = _gauss_points(mesh, group)
+        fit = np.full((group.nodes.shape[1], len(X)), 1 / len(X))
+        if mesh.cells.shape[1] > 8:
+            where = node_positions(mesh.cells.shape[1], group.pattern, group.midfaces)
+            fit = linear_shapes(group.pattern, where)[0] @ np.linalg.pinv(linear_shapes(group.pattern, X)[0])
+        nodal = np.einsum("nq,cqk->cnk", fit, values[group.cells, : len(X)])
         np.add.at(total, group.nodes, nodal)
         np.add.at(count, group.nodes, 1.0)
     return total / np.maximum(count, 1.0)[:, None]
-
-
-def _trilinear(X: Array) -> Array:
-    x, y, z = X.T
-    return np.stack([np.ones_like(x), x, y, z, x * y, y * z, x * z, x * y * z], axis=1)
-
-
-def _node_positions(mesh: Mesh, pattern: tuple[int, ...], midfaces: tuple[int, ...]) -> Array:
-    """Reference positions of a group's nodes; a coalesced node is taken at the middle of its edge or face."""
-    reference = hex_nodes(mesh.cells.shape[1])
-    p = np.asarray(pattern)
-    distinct = [reference[p == node].mean(axis=0) for node in np.unique(p)]
-    centres = hex_nodes(27)[[20 + face for face in midfaces]]
-    return np.concatenate([np.stack(distinct), centres.reshape(-1, 3)])
 
 
 def von_mises(stress: Array) -> Array:

@@ -237,9 +237,12 @@ class FacetSurface:
         for _ in range(iterations):
             gradient, hessian = self._derivatives(points[active], nodes[active], triangle[active], local[active])
             new = np.empty_like(gradient)
-            for kind, stepped in ((False, _step_in_square), (True, _step_in_triangle)):
-                rows = triangle[active] == kind
-                new[rows] = stepped(local[active[rows]], gradient[rows], hessian[rows])
+            # continued beyond its sides, a triangle too is searched in a square
+            inside = triangle[active] if slack == 0 else np.zeros(len(active), bool)
+            rows = np.flatnonzero(~inside)
+            new[rows] = _step_in_square(local[active[rows]], gradient[rows], hessian[rows], slack)
+            rows = np.flatnonzero(inside)
+            new[rows] = _step_in_triangle(local[active[rows]], gradient[rows], hessian[rows])
             moved = np.abs(new - local[active]).max(axis=1)
             local[active] = new
             active = active[moved > 1e-14]
@@ -285,14 +288,14 @@ def _newton_direction(gradient: Array, hessian: Array) -> Array:
     return -np.stack([s, t], axis=1)
 
 
-def _step_in_square(local: Array, gradient: Array, hessian: Array) -> Array:
-    """Where Newton's step leads within the unit square."""
+def _step_in_square(local: Array, gradient: Array, hessian: Array, slack: float) -> Array:
+    """Where Newton's step leads within the unit square, extended by `slack` on all sides."""
     # a coordinate at its bound that would leave the facet is fixed, the other moves alone
-    held = ((local <= 0) & (gradient > 0)) | ((local >= 1) & (gradient < 0))
+    held = ((local <= -slack) & (gradient > 0)) | ((local >= 1 + slack) & (gradient < 0))
     gradient, hessian = np.where(held, 0.0, gradient), hessian.copy()
     fixed = held.any(axis=1)
     hessian[fixed, 0, 1] = hessian[fixed, 1, 0] = 0.0
-    return np.clip(local + np.clip(_newton_direction(gradient, hessian), -1.0, 1.0), 0.0, 1.0)
+    return np.clip(local + np.clip(_newton_direction(gradient, hessian), -1.0, 1.0), -slack, 1.0 + slack)
 
 
 #: Sides of the reference triangle: a point on it, the outward normal, the direction.
@@ -310,9 +313,9 @@ def _step_in_triangle(local: Array, gradient: Array, hessian: Array) -> Array:
     on the other one: the better of the two steps along them is taken. Every step stops where it meets a side.
     """
     room = np.stack([(p - local) @ n for p, n, _ in _SIDES], axis=1)
-    at = room <= ON_SIDE
+    at = np.asarray(room <= ON_SIDE)
     step = _newton_direction(gradient, hessian)
-    crossing = (at & (np.stack([step @ n for _, n, _ in _SIDES], axis=1) > 0)).any(axis=1)
+    crossing = (at & (np.stack([step @ n for _, n, _ in _SIDES], axis=1) > 0)).any(axis=1, keepdims=True)
     best, gain = np.zeros_like(step), np.zeros(len(step))
     for k, (_, _, along) in enumerate(_SIDES):
         slope = gradient @ along
@@ -323,9 +326,10 @@ def _step_in_triangle(local: Array, gradient: Array, hessian: Array) -> Array:
         better = at[:, k] & (slope * length < gain)
         gain = np.where(better, slope * length, gain)
         best = np.where(better[:, None], length[:, None] * along, best)
-    step = np.where(crossing[:, None], best, step)
+    step = np.where(crossing, best, step)
     speed = np.stack([step @ n for _, n, _ in _SIDES], axis=1)
-    outwards = (speed > 0) & ~(at & (np.abs(speed) <= 1e-12 * np.abs(step).max(axis=1, keepdims=True)))
+    along_side = at & (np.abs(speed) <= 1e-12 * np.abs(step).max(axis=1, keepdims=True))
+    outwards = (speed > 0) & ~along_side
     share = np.divide(np.maximum(room, 0.0), speed, out=np.ones_like(room), where=outwards).min(axis=1, initial=1.0)
     new = np.maximum(local + share[:, None] * step, 0.0)
     return new / np.maximum(new.sum(axis=1, keepdims=True), 1.0)

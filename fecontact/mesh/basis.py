@@ -13,8 +13,9 @@ does not, so it takes the ten-node functions L_i (2 L_i - 1) and 4 L_i L_j direc
 L_i that the coalesced trilinear functions are.
 
 A **mid-face node** turns the eight nodes of a contact face into nine: with N21 of `reference.midface_shape`,
-N_corner += N21/4 and N_mid -= N21/2. All nodal weights of the face become positive, so that `force >= 0` means
-`pressure >= 0`.
+N_corner += N21/4 and N_mid -= N21/2. A triangular face gets a **centroid node**: with N = 27 L1 L2 L3 on the face,
+N_corner += N/9 and N_mid -= 4N/9. Both vanish on all other faces. All nodal weights of the face become positive, so
+that `force >= 0` means `pressure >= 0`.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.mesh.reference import EDGES, FACES, hex_shapes, midface_shape
+from fecontact.mesh.reference import CORNERS, EDGES, FACES, hex_nodes, hex_shapes, midface_shape
 
 Array = NDArray[np.float64]
 
@@ -65,7 +66,7 @@ def element_basis(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...], X: 
     pattern : tuple of int
         For each node the first local node with which it coincides.
     midfaces : tuple of int
-        Faces (0 ... 5) that carry a mid-face node; only with 20 nodes.
+        Faces (0 ... 5) that carry a mid-face node (triangular faces: a centroid node); only with 20 nodes.
     X : (n_q, 3) array
         Reference points in [0, 1]^3.
 
@@ -82,33 +83,40 @@ def element_basis(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...], X: 
     >>> N.shape, int(N.argmax())
     ((1, 21), 20)
     """
-    if n_nodes == 20 and len(set(pattern[:8])) == 4:
-        return _tetrahedron(pattern, X)
-    N, dN = hex_shapes(n_nodes, X)
-    if n_nodes == 20:
-        for face, k in triangular_faces(pattern):
-            bubble, slope = midface_shape(face, X)
-            far = [(k + 2) % 4, (k + 3) % 4]
-            for corner in FACES[face, far]:
-                N[:, corner] += bubble / 8
-                dN[:, corner] += slope / 8
-            opposite = FACES[face, 4 + (k + 2) % 4]
-            N[:, opposite] -= bubble / 4
-            dN[:, opposite] -= slope / 4
-    extra, d_extra = [], []
+    if n_nodes == 20 and is_tetrahedron(pattern):
+        N, dN = _tetrahedron(pattern, X)
+    else:
+        N, dN = hex_shapes(n_nodes, X)
+        if n_nodes == 20:
+            _correct_triangles(pattern, X, N, dN)
+        N, dN = _merge(pattern, N, dN)
+    place = np.searchsorted(np.unique(pattern), pattern)
     for face in midfaces:
-        bubble, slope = midface_shape(face, X)
-        N[:, FACES[face, :4]] += bubble[:, None] / 4
-        dN[:, FACES[face, :4]] += slope[:, None, :] / 4
-        N[:, FACES[face, 4:8]] -= bubble[:, None] / 2
-        dN[:, FACES[face, 4:8]] -= slope[:, None, :] / 2
-        extra.append(bubble)
-        d_extra.append(slope)
-    N, dN = _merge(pattern, N, dN)
-    if midfaces:
-        N = np.concatenate([N, np.stack(extra, axis=1)], axis=1)
-        dN = np.concatenate([dN, np.stack(d_extra, axis=1)], axis=1)
+        bubble, slope = _face_bubble(pattern, face, X)
+        nodes, share = _sharing_nodes(pattern, face)
+        N[:, place[nodes]] += bubble[:, None] * share
+        dN[:, place[nodes]] += slope[:, None, :] * share[:, None]
+        N = np.concatenate([N, bubble[:, None]], axis=1)
+        dN = np.concatenate([dN, slope[:, None, :]], axis=1)
     return N, dN
+
+
+def is_tetrahedron(pattern: Pattern) -> bool:
+    """Whether only four corners are left."""
+    return len(set(pattern[:8])) == 4
+
+
+def _correct_triangles(pattern: Pattern, X: Array, N: Array, dN: Array) -> None:
+    """Newton and Irons' correction of the functions, in place."""
+    for face, k in triangular_faces(pattern):
+        bubble, slope = midface_shape(face, X)
+        far = [(k + 2) % 4, (k + 3) % 4]
+        for corner in FACES[face, far]:
+            N[:, corner] += bubble / 8
+            dN[:, corner] += slope / 8
+        opposite = FACES[face, 4 + (k + 2) % 4]
+        N[:, opposite] -= bubble / 4
+        dN[:, opposite] -= slope / 4
 
 
 def _merge(pattern: Pattern, N: Array, dN: Array) -> tuple[Array, Array]:
@@ -118,9 +126,85 @@ def _merge(pattern: Pattern, N: Array, dN: Array) -> tuple[Array, Array]:
     return N @ belongs, np.einsum("qni,nm->qmi", dN, belongs)
 
 
+def linear_shapes(pattern: Pattern, X: Array) -> tuple[Array, Array]:
+    """Coalesced trilinear functions (n_q, n_corners) of the distinct corners, and their gradients.
+
+    Of a tetrahedron they are the barycentric coordinates.
+    """
+    return _merge(pattern[:8], *hex_shapes(8, X))
+
+
+def node_positions(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...]) -> Array:
+    """Reference positions (n_functions, 3) of an element's nodes; of a coalesced one, the first of its places."""
+    positions = [hex_nodes(n_nodes)[np.unique(pattern)]]
+    triangles = dict(triangular_faces(pattern))
+    for face in midfaces:
+        weights = np.full(4, 1 / 4)
+        if face in triangles:
+            # a third of the way from the far edge to the coalesced one
+            k = triangles[face]
+            weights[[k, (k + 1) % 4]], weights[[(k + 2) % 4, (k + 3) % 4]] = 1 / 6, 1 / 3
+        positions.append((weights @ CORNERS[FACES[face, :4]])[None, :])
+    return np.concatenate(positions)
+
+
+def _sharing_nodes(pattern: Pattern, face: int) -> tuple[NDArray[np.int64], Array]:
+    """Nodes of a face whose functions change when it gets a node in its middle, and by what share of the new one."""
+    gone = dict(triangular_faces(pattern)).get(face)
+    if gone is None:
+        return FACES[face, :8], np.array([1 / 4] * 4 + [-1 / 2] * 4)
+    # the three distinct corners begin after the coalesced edge, the three sides with them
+    turn = (gone + 1 + np.arange(3)) % 4
+    return FACES[face, np.concatenate([turn, 4 + turn])], np.array([1 / 9] * 3 + [-4 / 9] * 3)
+
+
+def _face_bubble(pattern: Pattern, face: int, X: Array) -> tuple[Array, Array]:
+    """Function of a face's middle node, one there and zero on all other faces, with its gradient.
+
+    Triangle: 27 L1 L2 L3, in a tetrahedron with its barycentric coordinates, elsewhere fading towards the opposite
+    face. Quadrilateral opposite a face that has become a line, as in a wedge: once more the fading factor, which makes
+    it a polynomial of the wedge's own coordinates.
+    """
+    gone = dict(triangular_faces(pattern)).get(face)
+    if gone is not None and is_tetrahedron(pattern):
+        L, dL = linear_shapes(pattern, X)
+        corner = np.unique(pattern[:8])
+        a, b, c = (int(np.searchsorted(corner, k)) for k in np.unique(np.asarray(pattern)[FACES[face, :4]]))
+        slope = dL[:, a] * (L[:, b] * L[:, c])[:, None] + dL[:, b] * (L[:, a] * L[:, c])[:, None]
+        return 27 * L[:, a] * L[:, b] * L[:, c], 27 * (slope + dL[:, c] * (L[:, a] * L[:, b])[:, None])
+    bubble, slope = midface_shape(face, X)
+    if gone is not None:
+        factor, d_factor = _distance_from_edge(face, gone, X)
+        scale = 27 / 16
+    elif _is_line(pattern, face ^ 1):
+        axis, upper = divmod(face, 2)
+        factor = X[:, axis] if upper else 1 - X[:, axis]
+        d_factor, scale = np.eye(3)[axis] * (1.0 if upper else -1.0), 1.0
+    else:
+        return bubble, slope
+    return scale * bubble * factor, scale * (slope * factor[:, None] + bubble[:, None] * d_factor)
+
+
+def _is_line(pattern: Pattern, face: int) -> bool:
+    corners = np.asarray(pattern)[FACES[face, :4]]
+    return len(np.unique(corners)) == 2
+
+
+def _distance_from_edge(face: int, k: int, X: Array) -> tuple[Array, Array]:
+    """Coordinate that falls from one to zero across a face towards its coalesced edge k, and its gradient (3,).
+
+    With it 16 s (1 - s) t (1 - t) becomes proportional to L1 L2 L3 = s (1 - s) t (1 - t)^2, the edge lying at t = 1.
+    """
+    across = CORNERS[FACES[face, (k + 2) % 4]] - CORNERS[FACES[face, (k + 1) % 4]]
+    axis = int(np.argmax(np.abs(across)))
+    upper = CORNERS[FACES[face, k], axis] == 1
+    factor = 1 - X[:, axis] if upper else X[:, axis]
+    return factor, np.eye(3)[axis] * (-1.0 if upper else 1.0)
+
+
 def _tetrahedron(pattern: Pattern, X: Array) -> tuple[Array, Array]:
     """Ten-node tetrahedron on the collapsed hexahedron: corners and mid-edge nodes in order of first appearance."""
-    L, dL = _merge(pattern[:8], *hex_shapes(8, X))
+    L, dL = linear_shapes(pattern, X)
     corner_of = {node: i for i, node in enumerate(np.unique(pattern[:8]).tolist())}
     N, dN = [], []
     for node in np.unique(pattern).tolist():

@@ -9,7 +9,8 @@ from scipy.spatial import cKDTree
 from fecontact.errors import MeshError
 from fecontact.mesh.basis import element_basis
 from fecontact.mesh.mesh import CellGroup, Mesh
-from fecontact.mesh.reference import EDGES, hex_quadrature
+from fecontact.mesh.quadrature import element_quadrature
+from fecontact.mesh.reference import EDGES
 
 Array = NDArray[np.float64]
 
@@ -36,6 +37,16 @@ def check_mesh(mesh: Mesh) -> None:
             "make the stiffness singular."
         )
     _check_duplicates(mesh)
+    check_cells(mesh)
+
+
+def check_cells(mesh: Mesh) -> None:
+    """Refuse inverted and folded cells and misplaced mid-edge nodes.
+
+    Raises
+    ------
+    MeshError
+    """
     for group in mesh.cell_groups:
         _check_jacobians(mesh, group)
         if mesh.cells.shape[1] >= 20:
@@ -54,7 +65,7 @@ def _check_duplicates(mesh: Mesh) -> None:
 
 
 def _check_jacobians(mesh: Mesh, group: CellGroup) -> None:
-    X, _ = hex_quadrature(mesh.cells.shape[1])
+    X, _ = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
     _, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
     for start in range(0, len(group.cells), 4096):
         part = slice(start, start + 4096)

@@ -2,8 +2,9 @@
 
 Facets stand in one array of 4, 8 or 9 columns: corners, mid-side nodes, centre. A **triangle** is a row whose last two
 corners are one node, ``a b c c  ab bc c ca  centroid``; its functions are those of the triangle of 3, 6 or 7 nodes and
-stand at the first place of each node, the repeated places carry zeros. A triangle's local coordinates run over s, t >= 0,
-s + t <= 1, where nothing is singular. For integrals and pictures the unit square can be drawn over both kinds.
+stand at the first place of each node, the repeated places carry zeros. A triangle's local coordinates run over
+s, t >= 0, s + t <= 1, where nothing is singular. For integrals and pictures the unit square can be drawn over both
+kinds.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def distinct_columns(facets: IntArray) -> Mask:
     """Places (n_facets, n_columns) that hold a node for the first time in their facet."""
     distinct = np.ones(facets.shape, bool)
     others = np.setdiff1d(np.arange(facets.shape[1]), TRIANGLE_COLUMNS[facets.shape[1]])
-    distinct[np.ix_(triangular(facets), others)] = False
+    distinct[np.ix_(np.flatnonzero(triangular(facets)), others)] = False
     return distinct
 
 
@@ -59,12 +60,12 @@ def facet_shapes(n_columns: int, triangle: Mask, X: Array) -> tuple[Array, Array
     """
     if not triangle.any():
         return quad_shapes(n_columns, X)
-    columns = TRIANGLE_COLUMNS[n_columns]
+    columns = list(TRIANGLE_COLUMNS[n_columns])
     N, dN = np.zeros((len(X), n_columns)), np.zeros((len(X), n_columns, 2))
     if not triangle.all():
         N[~triangle], dN[~triangle] = quad_shapes(n_columns, X[~triangle])
     rows = np.flatnonzero(triangle)
-    N[np.ix_(rows, columns)], dN[np.ix_(rows, columns)] = triangle_shapes(len(columns), X[rows])
+    N[np.ix_(rows, np.array(columns))], dN[np.ix_(rows, np.array(columns))] = triangle_shapes(len(columns), X[rows])
     return N, dN
 
 
@@ -74,7 +75,7 @@ def facet_nodes(n_columns: int, triangle: bool) -> Array:
         return quad_nodes(n_columns)
     columns = list(TRIANGLE_COLUMNS[n_columns])
     X = np.tile(TRIANGLE_NODES[2], (n_columns, 1))
-    X[columns] = TRIANGLE_NODES[: len(columns)] if n_columns < 9 else TRIANGLE_NODES
+    X[columns] = TRIANGLE_NODES[: len(columns)]
     return X
 
 

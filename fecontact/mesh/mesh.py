@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from fecontact.errors import InputError, MeshError
 from fecontact.mesh.basis import Pattern
+from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
 from fecontact.mesh.reference import EDGES, FACES
 
 Array = NDArray[np.float64]
@@ -152,13 +153,10 @@ class Mesh:
         ordered = np.sort(corners, axis=1)
         n_distinct = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
         # a triangle may list a different one of its corners twice in each of its two cells: repeat the largest
-        repeated = ordered[:, 1:] == ordered[:, :-1]
+        first = np.concatenate([np.ones((len(ordered), 1), bool), ordered[:, 1:] != ordered[:, :-1]], axis=1)
         triangle = n_distinct == 3
-        if triangle.any():
-            rows = np.flatnonzero(triangle)
-            unique3 = np.array([np.unique(r) for r in ordered[rows]])
-            ordered[rows] = np.concatenate([unique3, unique3[:, -1:]], axis=1)
-        del repeated
+        three = ordered[triangle][first[triangle]].reshape(-1, 3)
+        ordered[triangle] = np.concatenate([three, three[:, -1:]], axis=1)
         _, inverse, count = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
         outer = np.flatnonzero((count[inverse.ravel()] == 1) & (n_distinct >= 3))
         return np.stack(np.divmod(outer, 6), axis=1)
@@ -177,9 +175,18 @@ class Mesh:
         return self.boundaries[name]
 
     def face_nodes(self, faces: IntArray) -> IntArray:
-        """Node numbers (n_faces, 4 | 8 | 9) of faces; nine where they have a centre or a mid-face node."""
+        """Node numbers (n_faces, 4 | 8 | 9) of faces; nine where they have a centre or a mid-face node.
+
+        Triangles, faces with one coalesced edge, are turned so that their last two corners are the same node, as
+        `mesh.facets` expects.
+        """
         n = {8: 4, 20: 8, 27: 9}[self.cells.shape[1]]
         nodes = np.take_along_axis(self.cells[faces[:, 0]], FACES[faces[:, 1], :n], axis=1)
+        gone = nodes[:, :4] == np.roll(nodes[:, :4], -1, axis=1)
+        triangle = np.flatnonzero(gone.sum(axis=1) == 1)
+        turn = (np.arange(4) + np.argmax(gone[triangle], axis=1)[:, None] + 2) % 4
+        columns = np.concatenate([turn, 4 + turn], axis=1)[:, : min(n, 8)]
+        nodes[triangle[:, None], np.arange(columns.shape[1])] = nodes[triangle[:, None], columns]
         if self.midface is not None:
             mid = self.midface[faces[:, 0], faces[:, 1]]
             if (mid >= 0).all():
@@ -223,48 +230,58 @@ class Mesh:
         return replace(self, groups={**self.groups, name: np.flatnonzero(where(centres))})
 
     def with_midface_nodes(self, names: tuple[str, ...]) -> Mesh:
-        """Give every face of the named boundaries of a 20-node mesh a ninth node at its mapped centre.
+        """Give every face of the named boundaries of a 20-node mesh a node at its mapped centre.
 
-        The geometry stays that of the 20 nodes. See `fecontact.mesh.basis` for the shape functions.
+        Quadrilaterals get a ninth, triangles a seventh node. The geometry stays that of the 20 nodes. See
+        `fecontact.mesh.basis` for the shape functions.
 
         Raises
         ------
         InputError
-            If the mesh is not of 20-node hexahedra or a face has a coalesced edge.
+            If the mesh is not of 20-node hexahedra or a face has shrunk to a line.
         """
         if self.cells.shape[1] != 20:
             raise InputError(f"Mid-face nodes belong to 20-node hexahedra; this mesh has {self.cell_type} cells.")
         faces = np.unique(np.concatenate([self.faces(name) for name in names]), axis=0)
         midface = np.full((len(self.cells), 6), -1, dtype=np.int64) if self.midface is None else self.midface.copy()
         new = faces[midface[faces[:, 0], faces[:, 1]] < 0]
-        nodes = np.take_along_axis(self.cells[new[:, 0]], FACES[new[:, 1], :8], axis=1)
+        nodes = np.take_along_axis(self.cells[new[:, 0]], FACES[new[:, 1], :4], axis=1)
         ordered = np.sort(nodes, axis=1)
-        collapsed = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
-        if collapsed.any():
-            cell, face = new[np.argmax(collapsed)]
-            raise InputError(
-                f"Face {face} of cell {cell} has a coalesced edge, so it cannot take a mid-face node. Cut contact "
-                "surfaces into quadrilaterals (the shapes of fecontact do) or use pressure='nodal'."
-            )
-        x = self.points[nodes]
-        centres = x[:, 4:8].sum(axis=1) / 2 - x[:, :4].sum(axis=1) / 4
+        n_distinct = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
+        if (n_distinct < 3).any():
+            cell, face = new[np.argmax(n_distinct < 3)]
+            raise InputError(f"Face {face} of cell {cell} has shrunk to a line or a point, so it cannot be in contact.")
         midface[new[:, 0], new[:, 1]] = len(self.points) + np.arange(len(new))
-        return replace(self, points=np.concatenate([self.points, centres]), midface=midface)
+        return replace(self, points=np.concatenate([self.points, self._face_centres(new)]), midface=midface)
+
+    def _face_centres(self, faces: IntArray) -> Array:
+        """Where the 20-node mapping puts the middles (n_faces, 3) of faces."""
+        nodes = replace(self, midface=None).face_nodes(faces)
+        triangle = triangular(nodes)
+        N, _ = facet_shapes(nodes.shape[1], triangle, facet_centres(triangle))
+        return np.einsum("na,nai->ni", N, self.points[nodes])
 
     def upgraded(self, n_nodes: int) -> Mesh:
-        """Turn 8-node cells into 20- or 27-node cells with straight edges, adding shared nodes once."""
+        """Turn 8-node cells into 20- or 27-node cells with straight edges, adding shared nodes once.
+
+        Coalesced edges stay one node: tetrahedra of 4 nodes become those of 10, wedges of 6 those of 15.
+        """
         if self.cells.shape[1] != 8 or n_nodes not in (20, 27):
             raise InputError(f"Only hex8 can be upgraded, to 20 or 27 nodes; found {self.cell_type} and {n_nodes}.")
-        if self.has_coalesced:
-            raise InputError("Degenerate hex8 cells cannot be upgraded; coalesce the nodes after the upgrade.")
+        if self.has_coalesced and n_nodes == 27:
+            raise InputError("Degenerate hex8 cells can be upgraded to 20 nodes only, not to 27.")
         points, columns = [self.points], [self.cells]
         start = len(self.points)
         for local in (EDGES, FACES[:, :4])[: 1 if n_nodes == 20 else 2]:
             corners = self.cells[:, local].reshape(-1, local.shape[1])
-            _, index, inverse = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_inverse=True)
-            points.append(self.points[corners[index]].mean(axis=1))
-            columns.append(start + inverse.reshape(len(self.cells), -1))
-            start += len(index)
+            node = corners[:, 0].copy()
+            apart = np.flatnonzero((corners != corners[:, :1]).any(axis=1))
+            ordered = np.sort(corners[apart], axis=1)
+            ends, inverse = np.unique(ordered, axis=0, return_inverse=True)
+            points.append(self.points[ends].mean(axis=1))
+            node[apart] = start + inverse.ravel()
+            columns.append(node.reshape(len(self.cells), -1))
+            start += len(ends)
         if n_nodes == 27:
             points.append(self.points[self.cells].mean(axis=1))
             columns.append(start + np.arange(len(self.cells))[:, None])
