@@ -343,7 +343,7 @@ def test_the_side_with_nodes_is_the_slave_whichever_is_named_first():
 def test_the_finer_side_is_made_the_slave_and_it_is_said():
     coarse, fine = cube(divisions=(2, 2, 1)), cube(contact="top", supports={"bottom": "xyz"}, divisions=(3, 3, 1))
     fine = fine.placed((0, 0, -1.0), name="fine")
-    scene = fc.Scene([coarse, fine], [fc.Contact(coarse, fine)])
+    scene = fc.Scene([coarse, fine], [fc.Contact(coarse, fine, coupling="nodal")])
     contact = scene.solve(motions={coarse: {"z": -0.01}}).contacts[0]
     assert contact.slave is fine
     assert "do not match" in contact.note
@@ -472,7 +472,7 @@ def test_nothing_long_happens_before_a_bad_load_is_refused(monkeypatch):
 
 
 def test_rounding_in_normals_does_not_open_a_contact():
-    # a block free to slide along x: normals off by 1e-17 once let a slide of 1e11 lift the nodes that were no candidates
+    # a block free to slide along x: normals off by 1e-17 once let a slide of 1e11 lift nodes that were no candidates
     low = cube(STEEL, "top", {"bottom": "z", "y_min": "y"}, divisions=(1, 1, 1))
     up = cube(STEEL, "bottom", {"top": "z", "y_min": "y"}, divisions=(3, 3, 1)).placed((0, 0, 1), name="up")
     result = pressed(up, low, motions={up: {"z": -2e-2, "ry": 3e-2}})
