@@ -110,7 +110,7 @@ def _shaded(contact: ContactFields, xy: Array, values: Array) -> tuple[Array, Ar
     local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
     N, _ = shapes_on_square(contact.facets, local)
     points = (N @ xy[contact.facets]).reshape(-1, 2)
-    shades = np.einsum("fqa,fa->fq", N, values[contact.facets]).ravel()
+    shades = contact.interpolated(values, local).ravel()
     index = np.arange(len(local)).reshape(FINENESS + 1, FINENESS + 1)
     a, b, c, d = (index[i : i + FINENESS, j : j + FINENESS].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     cell = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])

@@ -15,6 +15,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.errors import SupportError
 from fecontact.frames import Frame
 from fecontact.interface.pairing import Pairing
+from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
 from fecontact.solvers import ComplementarityProblem, Solution
 from fecontact.stopwatch import Stopwatch
@@ -43,20 +44,22 @@ class Interface:
     pairing: Pairing
     note: str
 
-    @cached_property
-    def slave_rows(self) -> sp.csr_matrix:
-        """Opening by the slave's displacements (n_pairs, n_dofs)."""
-        return self.pairing.slave_rows(np.arange(len(self.pairing.nodes)), self.slave.n_dofs // 3)
+    @property
+    def slave_nodes(self) -> Array:
+        """Coordinates (n_nodes, 3) of the slave's mesh, in its axes."""
+        surface = self.slave.surface(self.surfaces[0])
+        assert isinstance(surface, FacetSurface)
+        return surface.points
 
     @cached_property
     def master_rows(self) -> sp.csr_matrix:
         """Opening by the master's displacements (n_pairs, n_dofs)."""
-        return self.master.trace(self.pairing.feet, -self.pairing.feet.normals)
+        return self.pairing.master_rows(self.master)
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening by the displacements of a body; None if it has no part in this contact."""
         if body is self.slave:
-            return self.slave_rows
+            return self.pairing.slave_rows
         return self.master_rows if body is self.master else None
 
     def opening_by(self, frames: Sequence[Frame]) -> Array:

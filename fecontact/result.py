@@ -19,10 +19,10 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
+from fecontact.interface.mortar import hat_shapes
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
-from fecontact.mesh.facets import nodal_areas
-from fecontact.mesh.facets import shapes_on_square
+from fecontact.mesh.facets import nodal_areas, shapes_on_square
 from fecontact.reduction import Interface, Reduction, State
 from fecontact.solvers import Residuals, Solution
 from fecontact.stopwatch import Stopwatch
@@ -65,7 +65,12 @@ class ContactFields:
     points : (n, 3) array
         Slave nodes that face the master, undeformed.
     normals : (n, 3) array
-        Out of the master; the slave is pushed along them.
+        Force vectors on the slave per unit of contact force; unit vectors out of the master, or means of such over a
+        pressure shape (mortar coupling).
+    centres : (n, 3) array
+        Where the forces act: the points, or their means over a pressure shape.
+    couples : (n, 3) array
+        Moments about the reference point per unit of contact force.
     weights : (n,) array
         Area of each point.
     forces : (n,) array
@@ -78,6 +83,8 @@ class ContactFields:
         Surface facets in terms of the points.
     reference_point : (3,) array
         About which `moment` counts: the slave's.
+    coupling : str
+        'nodal' or 'mortar'.
     note : str
         What was found about the two meshes.
     """
@@ -87,12 +94,15 @@ class ContactFields:
     surfaces: tuple[str, str]
     points: Array
     normals: Array
+    centres: Array
+    couples: Array
     weights: Array
     forces: Array
     gap: Array
     candidates: IntArray
     facets: IntArray
     reference_point: Array
+    coupling: str
     note: str
 
     @property
@@ -118,7 +128,7 @@ class ContactFields:
     @property
     def moment(self) -> Array:
         """Moment (3,) on the slave about its reference point."""
-        return np.cross(self.points - self.reference_point, self.forces[:, None] * self.normals).sum(axis=0)
+        return self.forces @ self.couples
 
     @property
     def total_force(self) -> float:
@@ -129,7 +139,7 @@ class ContactFields:
     def centre_of_pressure(self) -> Array:
         """Mean position (3,) weighted by force; NaN without contact."""
         total = self.total_force
-        return self.forces @ self.points / total if total > 0 else np.full(3, np.nan)
+        return self.forces @ self.centres / total if total > 0 else np.full(3, np.nan)
 
     @property
     def max_pressure(self) -> float:
@@ -161,7 +171,7 @@ class ContactFields:
                     force=self.forces[inside] @ self.normals[inside],
                     max_pressure=float(self.pressure[inside].max()),
                     mean_pressure=float(total / area),
-                    centre_of_pressure=self.forces[inside] @ self.points[inside] / total,
+                    centre_of_pressure=self.forces[inside] @ self.centres[inside] / total,
                 )
             )
         return tuple(sorted(out, key=lambda r: -r.mean_pressure * r.area))
@@ -189,8 +199,16 @@ class ContactFields:
         nodes = self.points[self.facets]
         tangents = np.einsum("fqaj,fai->fqij", dN, nodes, optimize=True)
         areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
-        shares = np.einsum("fqa,fa->fq", N, values[self.facets])
-        return (N @ nodes).reshape(-1, 3), shares.ravel(), areas.ravel()
+        return (N @ nodes).reshape(-1, 3), self.interpolated(values, local).ravel(), areas.ravel()
+
+    def interpolated(self, values: Array, local: Array) -> Array:
+        """A nodal field (n_points,) inside all facets at the same coordinates (n_q, 2) of the square: (n_facets, n_q).
+
+        By the facets' shape functions, or by hats if these carry the pressure (mortar coupling).
+        """
+        if self.coupling == "mortar":
+            return values[self.facets] @ hat_shapes(self.facets.shape[1], local).T
+        return np.einsum("fqa,fa->fq", shapes_on_square(self.facets, local)[0], values[self.facets])
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,14 +358,14 @@ class ContactResult:
 
     def _imbalance(self, interface: Interface) -> float:
         """Resultant of the forces on slave and master together (six components), relative to the forces."""
-        k = self.reduction.interfaces.index(interface)
-        fields = self.contacts[k]
+        fields = self.contacts[self.reduction.interfaces.index(interface)]
         if fields.total_force == 0:
             return 0.0
-        feet = interface.master.pose.to_world(interface.pairing.feet.points)
-        vectors = fields.forces[:, None] * fields.normals
+        p = interface.pairing
+        forces = p.average.T @ fields.forces
         # the forces themselves are equal and opposite by construction; their lines of action must coincide
-        couple = np.cross(fields.points - feet, vectors).sum(axis=0)
+        lever = (p.slave_weights @ interface.slave_nodes) @ p.rotation.T + p.translation - p.feet.points
+        couple = forces @ np.cross(lever, p.feet.normals)
         return float(np.linalg.norm(couple) / (fields.total_force * interface.slave.size))
 
     def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Any:
@@ -471,17 +489,23 @@ def _fields(interface: Interface, candidates: IntArray, forces: Array, gap: Arra
     number = np.full(len(surface.points), -1, dtype=np.int64)
     number[pairing.nodes] = np.arange(len(pairing.nodes))
     facets = number[surface.facets]
+    samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
+    vectors = pairing.slave_normals @ slave.pose.rotation.T
+    reference = slave.pose.to_world(slave.reference_point)
     return ContactFields(
         slave=slave,
         master=interface.master,
         surfaces=interface.surfaces,
         points=slave.pose.to_world(pairing.slave_points),
-        normals=pairing.slave_normals @ slave.pose.rotation.T,
+        normals=pairing.average @ vectors,
+        centres=pairing.average @ samples,
+        couples=pairing.average @ np.cross(samples - reference, vectors),
         weights=pairing.weights,
         forces=forces,
         gap=gap,
         candidates=candidates,
         facets=facets[(facets >= 0).all(axis=1)],
-        reference_point=slave.pose.to_world(slave.reference_point),
+        reference_point=reference,
+        coupling=pairing.coupling,
         note=interface.note,
     )

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError, SolverError
 from fecontact.interface.candidates import approach_for_load, choose, grow
+from fecontact.interface.mortar import hats_exist, pair_mortar
 from fecontact.interface.pairing import Pairing, nested, pair
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, make_loading
@@ -39,8 +40,8 @@ OUTSIDE_TOLERANCE = 1e-9
 class Contact:
     """Two surfaces that may touch, the slave first.
 
-    Contact forces live on the slave's nodes. Where its faces lie inside the master's faces (equal or nested meshes)
-    that is exact; elsewhere the finer surface should be the slave, and `swap='auto'` sees to it and says so.
+    Contact pressures live on the slave. Where its faces lie inside the master's faces (equal or nested meshes) forces
+    on its nodes are exact; elsewhere mortar coupling takes over, whichever side is the slave.
 
     Parameters
     ----------
@@ -48,6 +49,10 @@ class Contact:
     surfaces : (str, str), optional
         Names of their surfaces; may be left out where a body has declared only one.
     swap : {'auto', 'never'}
+        Whether the finer side is made the slave where nodal forces must do although faces do not match.
+    coupling : {'auto', 'nodal', 'mortar'}
+        'nodal': forces on slave nodes; 'mortar': non-negative pressure shapes and weighted gaps over the exact overlap;
+        'auto': nodal where faces match or nest and on rigid surfaces, mortar elsewhere.
 
     Examples
     --------
@@ -62,8 +67,11 @@ class Contact:
     master: Body
     surfaces: tuple[str, str] | None = None
     swap: str = "auto"
+    coupling: str = "auto"
 
     def __post_init__(self) -> None:
+        if self.coupling not in ("auto", "nodal", "mortar"):
+            raise InputError(f"coupling must be 'auto', 'nodal' or 'mortar'; found {self.coupling!r}.")
         if self.swap not in ("auto", "never"):
             raise InputError(f"swap must be 'auto' or 'never'; found {self.swap!r}.")
         if self.slave is self.master:
@@ -183,7 +191,7 @@ class Scene:
             interfaces = []
             for interface, contact in zip(self._interfaces, self.contacts, strict=True):
                 near = _first_choice(interface, interface.opening_by(loading.frames), loading)
-                interfaces.append(_finer_as_slave(interface, near, contact.swap))
+                interfaces.append(_well_coupled(interface, near, contact))
             check_balance(interfaces, loading)
             opening = [i.opening_by(loading.frames) for i in interfaces]
             chosen = [_first_choice(i, o, loading) for i, o in zip(interfaces, opening, strict=True)]
@@ -227,32 +235,36 @@ def _interface(contact: Contact) -> Interface:
     if not isinstance(slave.surface(names[0]), FacetSurface):
         slave, master, names = master, slave, names[::-1]
         note = f"{slave.name!r} has the nodes and was made the slave"
-    return Interface(slave, master, names, _paired(slave, master, names), note)
+    coupling = "mortar" if contact.coupling == "mortar" else "nodal"
+    return Interface(slave, master, names, _paired(slave, master, names, coupling), note)
 
 
-def _finer_as_slave(interface: Interface, near: IntArray, swap: str) -> Interface:
-    """Say whether nodal forces are exact here; where they are not, make the finer side the slave."""
+def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Interface:
+    """Keep nodal forces where they are exact; elsewhere couple by mortar, or make the finer side the slave."""
     slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
     s, m = slave.surface(names[0]), master.surface(names[1])
-    if not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
+    if pairing.coupling == "mortar" or not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
         return interface
     if nested(s, m, pairing, near):
-        return replace(interface, note="faces match or nest")
+        return replace(interface, note="faces match or nest, nodal forces")
+    if contact.coupling == "auto" and hats_exist(s):
+        return Interface(slave, master, names, _paired(slave, master, names, "mortar"), "faces do not match, mortar")
     note = "faces do not match: nodal forces err by the order of the face size"
     ours = s.mean_facet_size[np.isin(s.facets, pairing.nodes[near]).all(axis=1)]
     theirs = m.mean_facet_size[np.unique(pairing.feet.facet[near])]  # type: ignore[index]
-    if swap == "auto" and len(ours) and theirs.mean() < 0.9 * ours.mean():
+    if contact.swap == "auto" and len(ours) and theirs.mean() < 0.9 * ours.mean():
         note += f"; {master.name!r} is finer and was made the slave"
-        return Interface(master, slave, names[::-1], _paired(master, slave, names[::-1]), note)
+        return Interface(master, slave, names[::-1], _paired(master, slave, names[::-1], "nodal"), note)
     return replace(interface, note=note)
 
 
-def _paired(slave: Body, master: Body, names: tuple[str, str]) -> Pairing:
+def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str) -> Pairing:
     surface = slave.surface(names[0])
     if not isinstance(surface, FacetSurface):
         raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
     relative = slave.pose.relative_to(master.pose)
-    pairing = pair(surface, master.surface(names[1]), relative.rotation, relative.translation)
+    couple = pair_mortar if coupling == "mortar" else pair
+    pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation)
     if len(pairing.nodes) == 0:
         raise InputError(
             f"The surfaces {names[0]!r} of {slave.name!r} and {names[1]!r} of {master.name!r} do not face each other: "

@@ -7,6 +7,8 @@ line (the foot lies on the normal through the node), so that forces and moments 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,7 +16,10 @@ from numpy.typing import NDArray
 
 from fecontact.errors import MeshError
 from fecontact.interface.surface import FacetSurface, Feet, Surface
-from fecontact.mesh.facets import nodal_areas, tributary_areas
+from fecontact.mesh.facets import facet_centres, nodal_areas, tributary_areas
+
+if TYPE_CHECKING:
+    from fecontact.bodies.protocol import Body
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -26,43 +31,60 @@ NESTED_TOLERANCE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Pairing:
-    """All slave nodes of a contact that have a foot on the master.
+    """Contact points of one contact and how they are coupled to both bodies.
+
+    Every contact point is a weighted mean of samples: pairs of a point on the slave and its foot on the master. With
+    nodal coupling a point is one sample, a slave node; with mortar coupling it is the mean over a pressure shape.
 
     Attributes
     ----------
     nodes : (n,) int array
-        Slave nodes.
+        Slave node of each contact point.
     weights : (n,) array
         Area that belongs to each; force / weight is a pressure.
-    slave_points, slave_normals : (n, 3) arrays
-        In the slave's axes; the normals point out of the MASTER.
+    slave_points : (n, 3) array
+        The nodes, in the slave's axes.
+    average : (n, n_samples) csr_matrix
+        Rows that sum to one.
+    slave_weights : (n_samples, n_nodes) csr_matrix
+        Interpolation of the samples from the slave's nodes.
+    slave_normals : (n_samples, 3) array
+        Lines of action in the slave's axes; they point out of the MASTER.
     feet : Feet
-        In the master's axes.
+        Of the samples, in the master's axes.
     n_beyond : int
         Slave nodes left out because they lie beyond the master's rim.
     rotation, translation : (3, 3) and (3,) arrays
         Pose of the slave's axes seen from the master's.
+    coupling : str
+        'nodal' or 'mortar'.
     """
 
     nodes: IntArray
     weights: Array
     slave_points: Array
+    average: sp.csr_matrix
+    slave_weights: sp.csr_matrix
     slave_normals: Array
     feet: Feet
     n_beyond: int
     rotation: Array
     translation: Array
+    coupling: str = "nodal"
 
-    @property
+    @cached_property
     def gap(self) -> Array:
         """Initial gap (n,), negative where the bodies overlap."""
-        return self.feet.gap
+        return self.average @ self.feet.gap
 
-    def slave_rows(self, chosen: IntArray, n_nodes: int) -> sp.csr_matrix:
-        """Opening of the chosen pairs by the slave's displacements: +n at each node, (n_chosen, 3 n_nodes)."""
-        one = np.ones(len(chosen))
-        weights = sp.csr_matrix((one, self.nodes[chosen], np.arange(len(chosen) + 1)), shape=(len(chosen), n_nodes))
-        return along(weights, self.slave_normals[chosen])
+    @cached_property
+    def slave_rows(self) -> sp.csr_matrix:
+        """Opening by the slave's displacements: +n, (n, 3 n_nodes)."""
+        return self.average @ along(self.slave_weights, self.slave_normals)
+
+    def master_rows(self, master: Body) -> sp.csr_matrix:
+        """Opening by the master's displacements: -n at the feet, (n, n_dofs)."""
+        return self.average @ master.trace(self.feet, -self.feet.normals)
 
 
 def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
@@ -93,35 +115,28 @@ def pair(slave: FacetSurface, master: Surface, rotation: Array, translation: Arr
     points = slave.points[nodes]
     feet = master.project(points @ rotation.T + translation)
     kept = np.flatnonzero(~feet.beyond)
+    n = len(kept)
+    ones, pointer = np.ones(n), np.arange(n + 1)
     return Pairing(
         nodes=nodes[kept],
         weights=contact_weights(slave)[nodes[kept]],
         slave_points=points[kept],
+        average=sp.csr_matrix((ones, np.arange(n), pointer), shape=(n, n)),
+        slave_weights=sp.csr_matrix((ones, nodes[kept], pointer), shape=(n, len(slave.points))),
         slave_normals=feet.normals[kept] @ rotation,
-        feet=_select(feet, kept),
+        feet=feet.chosen(kept),
         n_beyond=len(nodes) - len(kept),
         rotation=rotation,
         translation=translation,
     )
 
 
-def _select(feet: Feet, kept: IntArray) -> Feet:
-    return Feet(
-        feet.points[kept],
-        feet.normals[kept],
-        feet.gap[kept],
-        feet.beyond[kept],
-        None if feet.weights is None else feet.weights[kept],
-        None if feet.facet is None else feet.facet[kept],
-        None if feet.local is None else feet.local[kept],
-    )
-
-
 def contact_weights(surface: FacetSurface) -> Array:
     """Area (n_nodes,) by which a nodal contact force is divided to show a pressure.
 
-    Nine- and four-node faces: the consistent weights, which are positive. Eight-node faces: their consistent corner
-    weights are negative, so tributary areas are shown instead; the forces themselves stay wrong at the corners.
+    Faces of four nodes or with a centre node: the consistent weights, which are positive. Eight-node faces and six-node
+    triangles: their consistent corner weights are negative or zero, so tributary areas are shown instead; the forces
+    themselves stay wrong at the corners.
     """
     if surface.facets.shape[1] == 8:
         return tributary_areas(surface.points, surface.facets)
@@ -151,7 +166,7 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
     faces = np.flatnonzero(near_node[slave.facets].all(axis=1))
     if len(faces) == 0:
         return True
-    centres, _, _ = slave.evaluate(faces, np.full((len(faces), 2), 0.5))
+    centres, _, _ = slave.evaluate(faces, facet_centres(slave.triangle[faces]))
     holder = master.project(centres @ pairing.rotation.T + pairing.translation).facet
     assert holder is not None
     corners = slave.points[slave.facets[faces]].reshape(-1, 3) @ pairing.rotation.T + pairing.translation

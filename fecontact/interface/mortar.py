@@ -1,0 +1,283 @@
+"""Mortar coupling: weighted gaps over the exact overlap of two surfaces.
+
+Nodal forces are a quadrature rule of the slave's; where a slave face straddles master faces, the master's load is
+wrong. Here the pressure is a sum of non-negative hats on the slave, p = sum_k p_k phi_k, p_k >= 0, and everything is
+integrated over the pieces in which one slave face meets one master face:
+
+    weighted gap   w_k = int phi_k n . (x_slave - x_foot) dA >= 0,      force on the bodies  +-int phi_k n N dA p_k
+
+A nine-node face is four bilinear sub-faces with nine hats; they sum to one, so uniform pressure is exact on both sides
+(Puso & Laursen 2004; Popp et al. 2012 for hats on sub-faces). Pieces are cut in the coordinates of the slave face: the
+master face's outline is carried there and clipped to the rectangle of a sub-face (Sutherland & Hodgman 1974), so the
+pieces tile what both surfaces cover, no more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from fecontact.errors import InputError
+from fecontact.interface.pairing import Pairing
+from fecontact.interface.surface import FacetSurface, Feet, Surface
+from fecontact.mesh.reference import QUAD_CORNERS, quad_nodes
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Hats times biquadratic functions on parallelograms: polynomials of degree six on the triangles of a piece.
+ORDER = 6
+#: How far beyond its sides a facet is continued to find the coordinates of a nearby point.
+SLACK = 0.5
+#: Area of a hat's share of the overlap, relative to the largest, below which it is left out as rounding.
+SLIVER = 1e-9
+
+
+def hat_shapes(n_nodes: int, local: Array) -> Array:
+    """Non-negative hats (n_q, n_nodes) of a quadrilateral facet: bilinear on it (4 nodes) or on its quarters (9).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> hat_shapes(9, np.array([[0.25, 0.5]]))[0].round(12).tolist()
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.5]
+    """
+    width = 1.0 if n_nodes == 4 else 0.5
+    distance = np.abs(local[:, None, :] - quad_nodes(n_nodes)[None, :, :]) / width
+    return np.maximum(1.0 - distance, 0.0).prod(axis=2)
+
+
+def hats_exist(surface: FacetSurface) -> bool:
+    """Whether a surface can be the slave of a mortar coupling: four- or nine-node quadrilaterals only."""
+    return surface.facets.shape[1] != 8 and not surface.triangle.any()
+
+
+def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translation: Array) -> Pairing:
+    """Couple two surfaces by weighted gaps.
+
+    Parameters
+    ----------
+    slave : FacetSurface
+        Four- or nine-node facets.
+    master : Surface
+    rotation, translation
+        Pose of the slave's axes seen from the master's.
+
+    Raises
+    ------
+    InputError
+        If the slave has eight-node facets (no hat function for the missing centre).
+    """
+    if not hats_exist(slave):
+        kind = "triangles" if slave.triangle.any() else "plain eight-node faces"
+        raise InputError(
+            f"Mortar coupling needs a slave with four- or nine-node quadrilateral faces; {slave.name!r} has {kind}. "
+            "Make the other body the slave, use pressure='midface', or coupling='nodal'."
+        )
+    moved = FacetSurface(slave.points @ rotation.T + translation, slave.facets, slave.name)
+    if isinstance(master, FacetSurface):
+        facet, local, weight, on_master = _overlap_samples(moved, master)
+    else:
+        facet, local, weight = _own_samples(len(slave.facets), slave.facets.shape[1])
+        on_master = np.zeros(len(facet), dtype=np.int64)
+    x, tangents, N = moved.evaluate(facet, local)
+    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    feet = _feet_on(master, on_master, x) if isinstance(master, FacetSurface) else master.project(x)
+    facing = (np.einsum("ni,ni->n", normal, feet.normals) < 0) & ~feet.beyond
+    area = weight * np.linalg.norm(normal, axis=1)
+    kept = np.flatnonzero(facing)
+    return _paired(slave, facet[kept], local[kept], N[kept], area[kept], feet.chosen(kept), rotation, translation)
+
+
+def _paired(
+    slave: FacetSurface,
+    facet: IntArray,
+    local: Array,
+    N: Array,
+    area: Array,
+    feet: Feet,
+    rotation: Array,
+    translation: Array,
+) -> Pairing:
+    """Sum the samples up to weighted gaps of the slave's nodes."""
+    n, k = len(facet), slave.facets.shape[1]
+    columns = slave.facets[facet]
+    pointer = np.arange(0, n * k + 1, k)
+    shape = (n, len(slave.points))
+    hats = sp.csr_matrix(
+        ((hat_shapes(k, local) * area[:, None]).ravel(), columns.ravel(), pointer), shape=shape
+    ).T.tocsr()
+    weights = np.asarray(hats.sum(axis=1)).ravel()
+    nodes = np.flatnonzero(weights > SLIVER * weights.max(initial=0.0))
+    hats = hats[nodes]
+    hats.eliminate_zeros()
+    return Pairing(
+        nodes=nodes,
+        weights=weights[nodes],
+        slave_points=slave.points[nodes],
+        average=sp.diags(1 / weights[nodes]) @ hats,
+        slave_weights=sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=shape),
+        slave_normals=feet.normals @ rotation,
+        feet=feet,
+        n_beyond=len(slave.nodes) - len(nodes),
+        rotation=rotation,
+        translation=translation,
+        coupling="mortar",
+    )
+
+
+def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
+    """Feet on given facets, continued a little beyond their sides."""
+    local = master.nearest_on(facet, points, SLACK)
+    x, _, N = master.evaluate(facet, local)
+    normals = master.normals(facet, local)
+    gap = np.einsum("ni,ni->n", points - x, normals)
+    columns = master.facets[facet]
+    pointer = np.arange(0, columns.size + 1, columns.shape[1])
+    weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
+    # a foot held at the end of the continued facet is no foot
+    stopped = ((local <= -SLACK) | (local >= 1 + SLACK)).any(axis=1)
+    return Feet(x, normals, gap, stopped, weights, facet, local)
+
+
+def _sub_faces(n_nodes: int) -> Array:
+    """Lower corners (n_sub, 2) of the sub-faces of a facet on which its hats are bilinear."""
+    return np.zeros((1, 2)) if n_nodes == 4 else 0.5 * QUAD_CORNERS
+
+
+def _own_samples(n_facets: int, n_nodes: int) -> tuple[IntArray, Array, Array]:
+    """Gauss points on all sub-faces, for masters without facets: facet, coordinates and weights."""
+    t, w = np.polynomial.legendre.leggauss(4)
+    grid = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2) / 2 + 0.5
+    width = 1.0 if n_nodes == 4 else 0.5
+    local = (_sub_faces(n_nodes)[:, None, :] + width * grid).reshape(-1, 2)
+    weight = np.tile(np.outer(w, w).ravel() / 4 * width**2, len(_sub_faces(n_nodes)))
+    facet = np.repeat(np.arange(n_facets), len(local))
+    return facet, np.tile(local, (n_facets, 1)), np.tile(weight, n_facets)
+
+
+def _overlap_samples(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, Array, Array, IntArray]:
+    """Quadrature over the pieces of overlap: slave facet, its coordinates, weights in them, master facet."""
+    f, m = _neighbours(slave, master)
+    outline = _outlines(slave, master, f, m)
+    subs = _sub_faces(slave.facets.shape[1])
+    width = 1.0 if len(subs) == 1 else 0.5
+    pair = np.repeat(np.arange(len(f)), len(subs))
+    low = np.tile(subs, (len(f), 1))
+    polygon, count = clip(outline[pair], low, low + width)
+    pieces = np.flatnonzero(count >= 3)
+    local, weight, piece = _triangle_samples(polygon[pieces], count[pieces])
+    pair = pair[pieces][piece]
+    return f[pair], local, weight, m[pair]
+
+
+def _neighbours(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, IntArray]:
+    """Pairs of facets that may overlap: found by projecting samples of each side on the other, and their neighbours."""
+    grid = np.stack(np.meshgrid(*[np.array([0.02, 0.5, 0.98])] * 2, indexing="ij"), -1).reshape(-1, 2)
+    found = []
+    for one, other, swapped in ((slave, master, False), (master, slave, True)):
+        facet = np.repeat(np.arange(len(one.facets)), len(grid))
+        x, _, _ = one.evaluate(facet, np.tile(grid, (len(one.facets), 1)))
+        hit = other.project(x).facet
+        assert hit is not None
+        pairs = np.unique(np.stack([facet, hit], 1), axis=0)
+        found.append(pairs[:, ::-1] if swapped else pairs)
+    pairs = np.unique(np.concatenate(found), axis=0)
+    size = len(master.facets)
+    near = sp.csr_matrix((np.ones(len(pairs)), pairs.T), shape=(len(slave.facets), size))
+    corners = master.facets[:, :4]
+    member = sp.csr_matrix((np.ones(corners.size), (np.repeat(np.arange(size), 4), corners.ravel())))
+    wide = (near @ (member @ member.T)).tocoo()
+    return wide.row.astype(np.int64), wide.col.astype(np.int64)
+
+
+def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray) -> Array:
+    """Outlines (n_pairs, 4 | 8, 2) of master facets in the coordinates of slave facets, counter-clockwise or not.
+
+    Every vertex has one image in a slave facet's coordinates, so neighbouring master facets keep their common sides
+    and tile the slave facet. Beyond the continued facet the image is that of the tangent plane, which is where
+    straight-sided facets have it anyway.
+    """
+    corners = master.facets[m][:, :4]
+    ring = corners
+    if master.facets.shape[1] > 4:
+        ring = np.stack([corners, master.facets[m][:, 4:8]], axis=2).reshape(len(m), 8)
+    vertices = master.points[ring].reshape(-1, 3)
+    facet = np.repeat(f, ring.shape[1])
+    centre, tangents, _ = slave.evaluate(facet, np.full((len(facet), 2), 0.5))
+    inverse = np.linalg.pinv(tangents)
+    plane = 0.5 + np.einsum("nij,nj->ni", inverse, vertices - centre)
+    inside = ((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1)
+    curved = slave.nearest_on(facet[inside], vertices[inside], 2 * SLACK)
+    plane[inside] = curved
+    return plane.reshape(len(m), -1, 2)
+
+
+def clip(polygons: Array, low: Array, high: Array) -> tuple[Array, IntArray]:
+    """Clip polygons to axis-parallel rectangles, all at once (Sutherland & Hodgman 1974).
+
+    Parameters
+    ----------
+    polygons : (n, m, 2) array
+    low, high : (n, 2) arrays
+        Corners of the rectangles.
+
+    Returns
+    -------
+    clipped : (n, most, 2) array
+        Vertices, of which the first `count` of each row are valid.
+    count : (n,) int array
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> square = np.array([[[0.5, 0.5], [2.0, 0.5], [2.0, 2.0], [0.5, 2.0]]])
+    >>> clipped, count = clip(square, np.zeros((1, 2)), np.ones((1, 2)))
+    >>> sorted(map(tuple, clipped[0, : count[0]].tolist()))
+    [(0.5, 0.5), (0.5, 1.0), (1.0, 0.5), (1.0, 1.0)]
+    """
+    count = np.full(len(polygons), polygons.shape[1])
+    for axis in range(2):
+        for bound, sign in ((low[:, axis], 1.0), (high[:, axis], -1.0)):
+            polygons, count = _clip_side(polygons, count, axis, bound, sign)
+    return polygons, count
+
+
+def _clip_side(polygons: Array, count: IntArray, axis: int, bound: Array, sign: float) -> tuple[Array, IntArray]:
+    """Keep the part with ``sign * (coordinate - bound) >= 0``."""
+    n, m, _ = polygons.shape
+    column = np.arange(m)[None, :]
+    valid = column < count[:, None]
+    following = np.where(column + 1 < count[:, None], column + 1, 0)
+    after = np.take_along_axis(polygons, following[:, :, None].repeat(2, axis=2), axis=1)
+    height = sign * (polygons[:, :, axis] - bound[:, None])
+    height_after = sign * (after[:, :, axis] - bound[:, None])
+    crossing = valid & ((height >= 0) != (height_after >= 0))
+    share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crossing)
+    cut = polygons + share[:, :, None] * (after - polygons)
+    cut[:, :, axis] = np.where(crossing, bound[:, None], cut[:, :, axis])
+    points = np.stack([polygons, cut], axis=2).reshape(n, 2 * m, 2)
+    kept = np.stack([valid & (height >= 0), crossing], axis=2).reshape(n, 2 * m)
+    order = np.argsort(~kept, axis=1, kind="stable")
+    count = kept.sum(axis=1)
+    order = order[:, : max(int(count.max(initial=0)), 1)]
+    return np.take_along_axis(points, order[:, :, None].repeat(2, axis=2), axis=1), count
+
+
+def _triangle_samples(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
+    """Quadrature over polygons cut into fans of triangles; signed, so that dents cancel."""
+    X, W = get_quadrature(RefTri, ORDER)
+    a = polygon[:, :1]
+    b, c = polygon[:, 1:-1], polygon[:, 2:]
+    double = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
+    double = np.where(np.arange(double.shape[1])[None, :] + 2 < count[:, None], double, 0.0)
+    double *= np.where(double.sum(axis=1) < 0, -1.0, 1.0)[:, None]
+    piece, fan = np.nonzero(double)
+    corner, d = a[piece, 0], double[piece, fan]
+    edges = np.stack([b[piece, fan] - corner, c[piece, fan] - corner], axis=1)
+    local = corner[:, None, :] + np.einsum("jq,njk->nqk", X, edges)
+    weight = d[:, None] * W[None, :]
+    return local.reshape(-1, 2), weight.ravel(), np.repeat(piece, len(W))

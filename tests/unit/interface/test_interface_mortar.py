@@ -1,0 +1,150 @@
+"""Mortar coupling: hats, clipping, overlaps, patch tests, edges."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.interface.mortar import clip, hat_shapes, pair_mortar
+from fecontact.interface.surface import FacetSurface
+
+SOLID = fc.Material(1.0, 0.3)
+
+
+def top(n, size=(1.0, 1.0)):
+    mesh = fc.shapes.block((*size, 1.0), (*n, 1)).with_midface_nodes(("top", "bottom"))
+    return mesh, FacetSurface(mesh.points, mesh.face_nodes(mesh.faces("top")))
+
+
+def bottom(n, size=(1.0, 1.0), shift=(0.0, 0.0, 1.0)):
+    mesh = fc.shapes.block((*size, 1.0), (*n, 1)).with_midface_nodes(("top", "bottom")).translated(shift)
+    return mesh, FacetSurface(mesh.points, mesh.face_nodes(mesh.faces("bottom")))
+
+
+@pytest.mark.parametrize("n_nodes", [4, 9])
+def test_hats_are_a_non_negative_partition_of_unity(n_nodes):
+    X = np.random.default_rng(0).random((200, 2))
+    hats = hat_shapes(n_nodes, X)
+    assert hats.min() >= 0
+    assert np.abs(hats.sum(axis=1) - 1).max() < 1e-15
+
+
+def test_clipping_random_triangles_keeps_their_area_over_four_quarters():
+    # four rectangles tile the square [-1, 1]^2 that holds all triangles: their shares add up
+    triangles = np.random.default_rng(1).uniform(-1, 1, (500, 3, 2))
+    total = np.zeros(500)
+    for low in ((-1, -1), (0, -1), (-1, 0), (0, 0)):
+        corner = np.tile(np.array(low, float), (500, 1))
+        polygons, count = clip(triangles, corner, corner + 1)
+        x, y = np.moveaxis(polygons, 2, 0)
+        after = np.where(np.arange(x.shape[1]) + 1 < count[:, None], np.arange(x.shape[1]) + 1, 0)
+        cross = x * np.take_along_axis(y, after, 1) - y * np.take_along_axis(x, after, 1)
+        total += np.abs(np.where(np.arange(x.shape[1]) < count[:, None], cross, 0).sum(axis=1)) / 2
+    edges = triangles[:, 1:] - triangles[:, :1]
+    area = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]) / 2
+    assert np.abs(total - area).max() < 1e-14  # sums of a few products of order one
+
+
+def test_weights_of_a_partial_overlap_are_its_area():
+    # a slave of 1 x 1 that hangs over the rim of the master by 0.37 along x
+    _, master = top((3, 2))
+    _, slave = bottom((2, 2), shift=(0.37, 0.0, 1.0))
+    pairing = pair_mortar(slave, master, np.eye(3), np.zeros(3))
+    assert abs(pairing.weights.sum() - 0.63) < 1e-14
+    assert np.abs(pairing.average.sum(axis=1) - 1).max() < 1e-14
+    assert np.abs(pairing.gap).max() < 1e-14
+
+
+@pytest.mark.parametrize("divisions", [(1, 1), (2, 3), (3, 2), (1, 5), (5, 1)])
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize("turn", [0.0, np.pi / 6])
+def test_patch_test_of_taylor_and_papadopoulos(divisions, swapped, turn):
+    # uniform pressure through a flat interface of any two meshes, either side as slave, the model turned with its load
+    n1, n2 = divisions
+    low = fc.shapes.block((1.0, 1.0, 1.0), (n1, n1, 2))
+    high = fc.shapes.block((1.0, 1.0, 1.0), (n2, n2, 2))
+    sides = {"x_min": "x", "y_min": "y"}
+    Q = fc.rotation_about((1.0, 0.3, 0.0), turn)
+    lower = fc.ElasticBody(low, SOLID, "top", {"bottom": "z", **sides}, name="lower").placed(rotation=Q)
+    upper = fc.ElasticBody(high, SOLID, "bottom", sides, name="upper").placed((0, 0, 1.0)).placed(rotation=Q)
+    pair = (lower, upper) if swapped else (upper, lower)
+    result = fc.Scene([lower, upper], [fc.Contact(*pair, coupling="mortar")]).solve(pressures={(upper, "top"): 1.0})
+    expected = np.array([0, 0, -1.0, 0, 0, 0])
+    # 1e-10 is asked for; rounding through the factorisation leaves 1e-12
+    for body in (lower, upper):
+        assert np.abs(result.stress(body) - expected).max() < 1e-10
+    assert np.abs(result.contacts[0].pressure - 1).max() < 1e-10
+    assert abs(result.residuals().equilibrium) < 1e-10
+
+
+def test_partly_covered_punch_carries_no_pressure_beyond_the_edge():
+    # a block on a wider one whose faces do not match: all its force stays inside the block's outline
+    low = fc.shapes.block((2.0, 2.0, 1.0), (5, 5, 2)).translated((-0.6, -0.6, -1.0))
+    high = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 2))
+    lower = fc.ElasticBody(low, SOLID, "top", {"bottom": "xyz"}, name="lower")
+    upper = fc.ElasticBody(high, SOLID, "bottom", {"top": "xyz"}, name="upper")
+    for pair in ((upper, lower), (lower, upper)):
+        result = fc.Scene([lower, upper], [fc.Contact(*pair)]).solve(motions={upper: {"z": -0.01}})
+        contact = result.contacts[0]
+        assert contact.coupling == "mortar"
+        pushed = contact.centres[contact.active]
+        assert pushed.min(axis=0)[:2].min() > -1e-12
+        assert pushed.max(axis=0)[:2].max() < 1 + 1e-12
+        # the resultant is on the middle of the block to its share of the off-centre lower one
+        assert np.abs(contact.centre_of_pressure[:2] - 0.5).max() < 0.01
+        assert abs(result.residuals().equilibrium) < 1e-10
+
+
+def test_swapping_slave_and_master_changes_the_force_less_than_the_mesh_does():
+    def force(pair_first, n):
+        low = fc.shapes.block((2.0, 2.0, 1.0), (n + 2, n + 2, 2)).translated((-0.5, -0.5, -1.0))
+        high = fc.shapes.block((1.0, 1.0, 1.0), (n, n, 2))
+        lower = fc.ElasticBody(low, SOLID, "top", {"bottom": "xyz"}, name="lower")
+        upper = fc.ElasticBody(high, SOLID, "bottom", {"top": "xyz"}, name="upper")
+        pair = (upper, lower) if pair_first == "upper" else (lower, upper)
+        return fc.Scene([lower, upper], [fc.Contact(*pair)]).solve(motions={upper: {"z": -0.01}}).contacts[0].total_force
+
+    coarse, swapped, fine = force("upper", 3), force("lower", 3), force("upper", 6)
+    print(f"\nforce {coarse:.6f}, swapped {swapped:.6f}, refined {fine:.6f}")
+    assert abs(coarse - swapped) < abs(coarse - fine)
+
+
+def test_mortar_against_nodal_on_matching_hertz_meshes():
+    # two couplings of the same meshes: pressures differ by less than either differs from Hertz
+    from fecontact.spheres import CASES
+
+    case = CASES["equal"]
+    mesh = fc.shapes.quarter_sphere(25.0, contact_radius=case.hertz.a, level=1)
+    supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+    upper = fc.ElasticBody(mesh, case.material, "cap", supports, name="upper")
+    lower = upper.placed(rotation=fc.rotation_about((1, 1, 0), np.pi), name="lower")
+    results = {}
+    for coupling in ("nodal", "mortar"):
+        scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, coupling=coupling)])
+        contact = scene.solve(forces={upper: (0, 0, -case.force / 4)}).contacts[0]
+        r = np.hypot(*contact.points[:, :2].T)
+        points, pressure, area = contact.sampled(contact.pressure, 12)
+        rs = np.hypot(*points[:, :2].T)
+        inside, exact = rs <= 1.2 * case.hertz.a, case.hertz.pressure(rs)
+        error = (area * (pressure - exact) ** 2)[inside].sum() / (area * exact**2)[inside].sum()
+        results[coupling] = (float(np.sqrt(error)), contact.pressure[np.argmin(r)])
+        print(f"\n{coupling}: L2 {100 * results[coupling][0]:.2f} %, centre {results[coupling][1]:.1f}")
+    assert abs(results["mortar"][0]) < 0.05
+    assert abs(results["mortar"][1] / case.hertz.p0 - 1) < 0.02
+
+
+def test_plain_eight_node_slave_is_refused():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1))
+    body = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, pressure="nodal")
+    floor = fc.RigidBody(fc.Plane())
+    scene = fc.Scene([body, floor], [fc.Contact(body, floor, coupling="mortar")])
+    with pytest.raises(fc.InputError, match="plain eight-node faces"):
+        scene.solve(motions={body: {"z": -0.1}})
+
+
+def test_mortar_on_a_rigid_plane_is_uniform():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 2))
+    sides = {"top": "z", "x_min": "x", "y_min": "y"}
+    body = fc.ElasticBody(mesh, SOLID, "bottom", sides)
+    floor = fc.RigidBody(fc.Plane())
+    result = fc.Scene([body, floor], [fc.Contact(body, floor, coupling="mortar")]).solve(motions={body: {"z": -0.01}})
+    assert np.abs(result.contacts[0].pressure - 0.01).max() < 1e-14  # uniform, exact
