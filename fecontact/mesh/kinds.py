@@ -1,0 +1,94 @@
+"""Kinds of cells in files and how each becomes a hexahedron of 8, 20 or 27 nodes, degenerate where it has to.
+
+Node orders are those of VTK (also of Abaqus, FEBio and gmsh up to the order of mid-edge nodes, which `read` finds from
+their positions).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.mesh.quadrature import PYRAMID, TETRAHEDRON, WEDGE
+from fecontact.mesh.reference import EDGES
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of cell.
+
+    Attributes
+    ----------
+    name : str
+    meshio : str
+        Its name in meshio.
+    embedding : tuple of int
+        Which of its nodes stands at each of the hexahedron's.
+    """
+
+    name: str
+    meshio: str
+    embedding: tuple[int, ...]
+
+    @property
+    def n_nodes(self) -> int:
+        """Distinct nodes of the cell."""
+        return len(set(self.embedding))
+
+    @property
+    def n_corners(self) -> int:
+        """Distinct corners."""
+        return len(set(self.embedding[:8]))
+
+    @property
+    def mid_edges(self) -> dict[int, tuple[int, int]]:
+        """Mid-edge nodes with the two corners between which they lie."""
+        e = self.embedding
+        ends = {node: (e[a], e[b]) for node, (a, b) in zip(e[8:20], EDGES.tolist(), strict=False)}
+        return {node: pair for node, pair in ends.items() if node >= self.n_corners}
+
+    def to_hexahedra(self, cells: IntArray) -> IntArray:
+        """Connectivity (n, 8 | 20 | 27) of cells (n, n_nodes)."""
+        return cells[:, list(self.embedding)]
+
+
+_PRISM_15 = (0, 1, 2, 2, 3, 4, 5, 5, 6, 7, 2, 8, 9, 10, 5, 11, 12, 13, 14, 14)
+_TETRA_10 = (0, 1, 2, 2, 3, 3, 3, 3, 4, 5, 2, 6, 3, 3, 3, 3, 7, 8, 9, 9)
+_PYRAMID_13 = (0, 1, 2, 3, 4, 4, 4, 4, 5, 6, 7, 8, 4, 4, 4, 4, 9, 10, 11, 12)
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        Kind("hex8", "hexahedron", tuple(range(8))),
+        Kind("hex20", "hexahedron20", tuple(range(20))),
+        Kind("hex27", "hexahedron27", tuple(range(27))),
+        Kind("wedge6", "wedge", _PRISM_15[:8]),
+        Kind("wedge15", "wedge15", _PRISM_15),
+        Kind("pyramid5", "pyramid", _PYRAMID_13[:8]),
+        Kind("pyramid13", "pyramid13", _PYRAMID_13),
+        Kind("tet4", "tetra", _TETRA_10[:8]),
+        Kind("tet10", "tetra10", _TETRA_10),
+    )
+}
+BY_MESHIO = {kind.meshio: kind for kind in KINDS.values()}
+_BY_PATTERN = {
+    **{tuple(range(n)): KINDS[f"hex{n}"] for n in (8, 20, 27)},
+    **{
+        p[:n]: KINDS[k]
+        for p, names in (
+            (WEDGE, ("wedge6", "wedge15")),
+            (PYRAMID, ("pyramid5", "pyramid13")),
+            (TETRAHEDRON, ("tet4", "tet10")),
+        )
+        for n, k in zip((8, 20), names, strict=True)
+    },
+}
+
+
+def kind_of(pattern: tuple[int, ...]) -> Kind | None:
+    """Look up the kind of cell of a pattern; None for other degenerate hexahedra."""
+    return _BY_PATTERN.get(pattern)
