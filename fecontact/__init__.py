@@ -38,6 +38,7 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.result import ContactResult
 from fecontact.scene import Contact, Scene
 from fecontact.solvers import available_solvers
+from fecontact.springs import Spring
 
 __all__ = [
     "Body",
@@ -60,6 +61,7 @@ __all__ = [
     "SolverError",
     "SolverNotFoundError",
     "Sphere",
+    "Spring",
     "SupportError",
     "available_solvers",
     "hertz",

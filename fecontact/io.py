@@ -142,7 +142,7 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
 def _nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
     """Contact pressure (n_points,) on a body's nodes, as slave; zero elsewhere."""
     pressure = np.zeros(len(body.mesh.points))
-    for interface, contact in zip(result.reduction.interfaces, result.contacts, strict=True):
+    for interface, contact in zip(result.interfaces, result.contacts, strict=True):
         if contact.slave is body:
             pressure[interface.pairing.nodes] += contact.pressure
     return pressure

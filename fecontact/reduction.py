@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import scipy.optimize
@@ -22,6 +23,24 @@ from fecontact.stopwatch import Stopwatch
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+class Rows(Protocol):
+    """Unilateral conditions of the problem: contact pairs or springs."""
+
+    @property
+    def gap(self) -> Array:
+        """Initial gap (n,)."""
+
+    @property
+    def own_compliance(self) -> Array:
+        """Gap (n,) by a unit force on its own row, without the bodies."""
+
+    def rows(self, body: Body) -> sp.csr_matrix | None:
+        """Opening (n, n_dofs) by the displacements of a body; None if it has no part in this."""
+
+    def opening_by(self, frames: Sequence[Frame]) -> Array:
+        """Gap (n,) after the prescribed rigid motions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +64,16 @@ class Interface:
     note: str
 
     @property
+    def gap(self) -> Array:
+        """Initial gap (n_pairs,)."""
+        return self.pairing.gap
+
+    @property
+    def own_compliance(self) -> Array:
+        """Zero (n_pairs,): the interface itself does not give."""
+        return np.zeros(len(self.gap))
+
+    @property
     def slave_nodes(self) -> Array:
         """Coordinates (n_nodes, 3) of the slave's mesh, in its axes."""
         surface = self.slave.surface(self.surfaces[0])
@@ -64,7 +93,7 @@ class Interface:
 
     def opening_by(self, frames: Sequence[Frame]) -> Array:
         """Gap (n_pairs,) after the prescribed rigid motions."""
-        opening = self.pairing.gap.copy()
+        opening = self.gap.copy()
         for frame in frames:
             rows = self.rows(frame.body)
             if rows is not None and frame.moved.any():
@@ -85,7 +114,7 @@ def _opening_by_motions(rows: sp.csr_matrix, modes: Array) -> Array:
     return opening
 
 
-def check_balance(interfaces: Sequence[Interface], loading: Loading) -> None:
+def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
     """Refuse loads that no contact forces can balance, before anything is condensed.
 
     By Farkas' lemma either B l = F has a solution l >= 0, or some rigid motion closes no gap while the load drives it;
@@ -103,7 +132,7 @@ def check_balance(interfaces: Sequence[Interface], loading: Loading) -> None:
         modes = frame.modes(frame.released)
         parts = [i.rows(frame.body) for i in interfaces]
         columns = [
-            np.zeros((len(i.pairing.nodes), modes.shape[1])) if r is None else _opening_by_motions(r, modes)
+            np.zeros((len(i.gap), modes.shape[1])) if r is None else _opening_by_motions(r, modes)
             for i, r in zip(interfaces, parts, strict=True)
         ]
         blocks.append(np.concatenate(columns).T)
@@ -216,7 +245,7 @@ class Reduction:
 
     problem: ComplementarityProblem
     parts: tuple[Part, ...]
-    interfaces: tuple[Interface, ...]
+    interfaces: tuple[Rows, ...]
 
     def state(self, solution: Solution) -> State:
         """Displacements of all bodies and gaps of all pairs, candidates or not."""
@@ -231,12 +260,12 @@ class Reduction:
         gaps = []
         scale = max((float(np.abs(u).max(initial=0.0)) for u in displacements), default=0.0)
         for interface in self.interfaces:
-            change = np.zeros(len(interface.pairing.nodes))
+            change = np.zeros(len(interface.gap))
             for part, u in zip(self.parts, displacements, strict=True):
                 rows = interface.rows(part.body)
                 if rows is not None:
                     change += rows @ u
-            gaps.append(interface.pairing.gap + change)
+            gaps.append(interface.gap + change)
         return State(tuple(displacements), tuple(motions), tuple(gaps), scale)
 
 
@@ -258,7 +287,7 @@ def _displacement(part: Part, forces: Array, q: Array) -> tuple[Array, Array]:
 
 def assemble(
     bodies: Sequence[Body],
-    interfaces: Sequence[Interface],
+    interfaces: Sequence[Rows],
     chosen: Sequence[IntArray],
     loading: Loading,
     watch: Stopwatch,
@@ -273,8 +302,8 @@ def assemble(
     ends = np.cumsum([0] + [len(c) for c in chosen])
     n = int(ends[-1])
     _condense_shared(bodies, interfaces, chosen, watch)
-    S = np.zeros((n, n))
-    g = np.concatenate([i.pairing.gap[c] for i, c in zip(interfaces, chosen, strict=True)])
+    S = np.diag(np.concatenate([i.own_compliance[c] for i, c in zip(interfaces, chosen, strict=True)]))
+    g = np.concatenate([i.gap[c] for i, c in zip(interfaces, chosen, strict=True)])
     parts, B, F = [], [], []
     for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
         part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
@@ -296,7 +325,7 @@ def assemble(
 
 
 def _condense_shared(
-    bodies: Sequence[Body], interfaces: Sequence[Interface], chosen: Sequence[IntArray], watch: Stopwatch
+    bodies: Sequence[Body], interfaces: Sequence[Rows], chosen: Sequence[IntArray], watch: Stopwatch
 ) -> None:
     """Condense a model that stands in several poses once, onto all its poses' candidates together."""
     nodes: dict[int, list[IntArray]] = {}
@@ -318,7 +347,7 @@ def _condense_shared(
 def _part(
     body: Body,
     frame: Frame,
-    interfaces: Sequence[Interface],
+    interfaces: Sequence[Rows],
     chosen: Sequence[IntArray],
     ends: IntArray,
     loads: Array | None,

@@ -23,8 +23,9 @@ from fecontact.interface.mortar import hat_shapes
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
 from fecontact.mesh.facets import nodal_areas, shapes_on_square
-from fecontact.reduction import Interface, Reduction, State
+from fecontact.reduction import Interface, Reduction, Rows, State
 from fecontact.solvers import Residuals, Solution
+from fecontact.springs import SpringRows, SpringState, spring_states
 from fecontact.stopwatch import Stopwatch
 
 if TYPE_CHECKING:
@@ -227,6 +228,7 @@ class ContactResult:
     Attributes
     ----------
     contacts : tuple of ContactFields
+    springs : tuple of SpringState
     solution : Solution
         Of the condensed problem.
     seconds : dict
@@ -237,6 +239,7 @@ class ContactResult:
 
     scene: Scene
     contacts: tuple[ContactFields, ...]
+    springs: tuple[SpringState, ...]
     solution: Solution
     seconds: dict[str, float]
     rounds: int
@@ -273,6 +276,11 @@ class ContactResult:
     def n_dofs_factorised(self) -> int:
         """The same, with a model that stands in several poses counted once."""
         return sum({id(b.model): b.n_dofs for b in self.elastic_bodies}.values())
+
+    @property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """The paired contacts, one for each of `contacts`."""
+        return tuple(i for i in self.reduction.interfaces if isinstance(i, Interface))
 
     @property
     def elastic_bodies(self) -> tuple[ElasticBody, ...]:
@@ -351,14 +359,13 @@ class ContactResult:
         and of the balance of forces and moments of every pair of bodies in contact and on every free frame.
         """
         r = self.solution.residuals
-        outside = max((float(-g.min(initial=0.0)) for g in self.state.gaps), default=0.0)
+        outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
         scale = self.state.scale if self.state.scale > 0 else 1.0
-        equilibrium = max([r.equilibrium, *(self._imbalance(i) for i in self.reduction.interfaces)])
+        equilibrium = max([r.equilibrium, *map(self._imbalance, self.interfaces, self.contacts)])
         return Residuals(max(r.penetration, outside / scale), r.tension, r.complementarity, equilibrium)
 
-    def _imbalance(self, interface: Interface) -> float:
+    def _imbalance(self, interface: Interface, fields: ContactFields) -> float:
         """Resultant of the forces on slave and master together (six components), relative to the forces."""
-        fields = self.contacts[self.reduction.interfaces.index(interface)]
         if fields.total_force == 0:
             return 0.0
         p = interface.pairing
@@ -407,6 +414,9 @@ class ContactResult:
                 }
                 for c in self.contacts
             ],
+            "springs": [
+                {"name": s.spring.name, "tension": s.tension, "elongation": s.elongation} for s in self.springs
+            ],
             "residuals": {
                 "penetration": r.penetration,
                 "tension": r.tension,
@@ -440,6 +450,8 @@ def report(result: ContactResult) -> str:
         ]
         if c.active.any():
             lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}")
+    for s in result.springs:
+        lines.append(f"{s.spring.name:<24}tension {s.tension:>13.6g}   elongation {s.elongation:>13.6g}")
     lines.append(
         f"Residuals: penetration {r.penetration:.1e}, tension {r.tension:.1e}, "
         f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}"
@@ -461,7 +473,7 @@ def peak_memory() -> float:
 
 def make_result(
     scene: Scene,
-    interfaces: Sequence[Interface],
+    interfaces: Sequence[Rows],
     chosen: Sequence[IntArray],
     loading: Loading,
     reduction: Reduction,
@@ -471,15 +483,18 @@ def make_result(
     rounds: int,
 ) -> ContactResult:
     """Bring the solution of the condensed problem into the form a person needs."""
-    contacts, start = [], 0
+    contacts, springs, start = [], (), 0
     for interface, candidates, gap in zip(interfaces, chosen, state.gaps, strict=True):
         forces = np.zeros(len(gap))
         forces[candidates] = solution.forces[start : start + len(candidates)]
         start += len(candidates)
-        contacts.append(_fields(interface, candidates, forces, gap))
+        if isinstance(interface, SpringRows):
+            springs = spring_states(interface, forces, gap)
+        elif isinstance(interface, Interface):
+            contacts.append(_fields(interface, candidates, forces, gap))
     seconds = dict(watch.seconds)
     seconds["total"] = sum(seconds.values())
-    return ContactResult(scene, tuple(contacts), solution, seconds, rounds, loading, reduction, state)
+    return ContactResult(scene, tuple(contacts), springs, solution, seconds, rounds, loading, reduction, state)
 
 
 def _fields(interface: Interface, candidates: IntArray, forces: Array, gap: Array) -> ContactFields:

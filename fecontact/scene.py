@@ -22,9 +22,10 @@ from fecontact.interface.mortar import hats_exist, pair_mortar
 from fecontact.interface.pairing import Pairing, nested, pair
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, make_loading
-from fecontact.reduction import Interface, assemble, check_balance
+from fecontact.reduction import Interface, Rows, assemble, check_balance
 from fecontact.result import ContactResult, make_result
 from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.springs import Spring, spring_rows
 from fecontact.stopwatch import Stopwatch
 
 Array = NDArray[np.float64]
@@ -99,6 +100,8 @@ class Scene:
     ----------
     bodies : sequence of Body
     contacts : sequence of Contact
+    springs : sequence of Spring, optional
+        Springs and ligaments.
 
     Raises
     ------
@@ -119,12 +122,14 @@ class Scene:
 
     bodies: Sequence[Body]
     contacts: Sequence[Contact]
+    springs: Sequence[Spring] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bodies", tuple(self.bodies))
         object.__setattr__(self, "contacts", tuple(self.contacts))
-        if not self.contacts:
-            raise InputError("A scene needs at least one Contact.")
+        object.__setattr__(self, "springs", tuple(self.springs))
+        if not self.contacts and not self.springs:
+            raise InputError("A scene needs at least one Contact or Spring.")
         if len({id(b) for b in self.bodies}) != len(self.bodies):
             raise InputError("A body is listed twice; use body.placed(...) to stand the same model in two places.")
         for contact in self.contacts:
@@ -132,6 +137,12 @@ class Scene:
                 if not any(body is b for b in self.bodies):
                     raise InputError(
                         f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity)."
+                    )
+        for spring in self.springs:
+            for body, _ in (spring.start, spring.end):
+                if body is not None and not any(body is b for b in self.bodies):
+                    raise InputError(
+                        f"{body.name!r}, to which {spring.name!r} is tied, is not among the scene's bodies."
                     )
 
     @cached_property
@@ -188,13 +199,18 @@ class Scene:
         watch = Stopwatch()
         loading = make_loading(self.bodies, forces, moments, motions, free, pressures, gravity)
         with watch("pair"):
-            interfaces = []
+            interfaces: list[Rows] = []
             for interface, contact in zip(self._interfaces, self.contacts, strict=True):
                 near = _first_choice(interface, interface.opening_by(loading.frames), loading)
                 interfaces.append(_well_coupled(interface, near, contact))
-            check_balance(interfaces, loading)
             opening = [i.opening_by(loading.frames) for i in interfaces]
             chosen = [_first_choice(i, o, loading) for i, o in zip(interfaces, opening, strict=True)]
+            if self.springs:
+                ligaments = spring_rows(self.springs)
+                interfaces.append(ligaments)
+                opening.append(ligaments.opening_by(loading.frames))
+                chosen.append(np.arange(len(ligaments.gap)))
+            check_balance(interfaces, loading)
         start: NDArray[np.bool_] | None = None
         rounds = 0
         while True:

@@ -15,6 +15,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.errors import InputError
 from fecontact.fem.model import Condensation, Model
+from fecontact.fem.rigid import rigid_modes
 from fecontact.interface.pairing import along
 from fecontact.interface.surface import FacetSurface, Feet
 from fecontact.material import Material
@@ -162,6 +163,37 @@ class ElasticBody:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
         assert feet.weights is not None
         return along(feet.weights, directions)
+
+    def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
+        """One row (1, n_dofs) that takes the displacement at a point along a direction.
+
+        A point on a node follows that node. Any other point follows the body's frame (the bone that the supports
+        stand for), which therefore has to hold the body.
+
+        Raises
+        ------
+        InputError
+            If the point is on no node and the body floats.
+        """
+        model = self._model
+        distance = np.linalg.norm(model.mesh.points - point, axis=1)
+        nearest = int(np.argmin(distance))
+        row = np.zeros(model.n_dofs)
+        if distance[nearest] <= 1e-6 * model.size:
+            row[3 * nearest : 3 * nearest + 3] = direction
+        elif model.free_motions.shape[1] == 0:
+            # six held degrees of freedom that determine the frame's motion, and their share in that of the point
+            frame = model.rigid_modes[model.held]
+            six = model.held[scipy.linalg.qr(frame.T, mode="r", pivoting=True)[1][:6]]
+            target = direction @ rigid_modes(point[None, :], self.reference_point)
+            row[six] = np.linalg.solve(model.rigid_modes[six].T, target)
+        else:
+            raise InputError(
+                f"The point {np.array2string(point, precision=4)} lies on no node of {self.name!r}, which floats; the "
+                f"nearest node is {distance[nearest]:.4g} away at "
+                f"{np.array2string(model.mesh.points[nearest], precision=4)}."
+            )
+        return sp.csr_matrix(row)
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
         """Compliance and response along rows.

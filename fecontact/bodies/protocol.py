@@ -79,6 +79,9 @@ class Body(Protocol):
     def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
 
+    def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
+        """One row (1, n_dofs) that takes the displacement at a point (3,) along a direction (3,)."""
+
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
         """Compliance and response along rows (n, n_dofs), under external loads (n_dofs,)."""
 

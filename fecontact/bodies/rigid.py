@@ -189,6 +189,10 @@ class RigidBody:
         modes = rigid_modes(feet.points, np.zeros(3)).reshape(-1, 3, 6)
         return sp.csr_matrix(np.einsum("ni,nic->nc", directions, modes))
 
+    def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
+        """One row (1, 6) that takes the rigid displacement at a point along a direction."""
+        return sp.csr_matrix(direction @ rigid_modes(point[None, :], np.zeros(3)))
+
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
         """No compliance."""
         n = rows.shape[0]
