@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-#: Offset, relative to the facet's size, below which its direction is rounding.
-SHORTEST_OFFSET = 1e-9
+#: Sideways offset, relative to the surface's size, below which it is rounding: coordinates are good to 1e-16 of it.
+SHORTEST_OFFSET = 1e-12
 #: Sine of the angle between offset and normal from which a point with its foot on the rim counts as beyond it.
 RIM_LEAN = 0.2
 #: Distance from a triangle's side, in its local coordinates, that counts as on it.
@@ -195,7 +195,8 @@ class FacetSurface:
         """Unit vectors from foot to point, outwards: a force along them has no moment about the foot.
 
         Inside a facet that is its normal. On an edge or corner between facets any direction of the normal cone can be
-        nearest, so the offset itself gives the line; where it is too short to have a direction, the mean normal does.
+        nearest, so the offset itself gives the line; where it does not depart from the mean normal by more than
+        rounding, the mean normal does (on a flat surface all lines are parallel, however short the offsets).
         """
         normals = self.normals(facet, local)
         on_edge = self._at_sides(facet, local).any(axis=1)
@@ -203,7 +204,8 @@ class FacetSurface:
         mean /= np.linalg.norm(mean, axis=1, keepdims=True)
         along = offset[on_edge]
         length = np.linalg.norm(along, axis=1)
-        long = length > SHORTEST_OFFSET * self.mean_facet_size[facet[on_edge]]
+        sideways = np.linalg.norm(along - np.einsum("ni,ni->n", along, mean)[:, None] * mean, axis=1)
+        long = sideways > SHORTEST_OFFSET * self.size
         sign = np.where(np.einsum("ni,ni->n", along, mean) < 0, -1.0, 1.0)
         lines = np.divide(along, (sign * length)[:, None], out=mean.copy(), where=long[:, None])
         normals[on_edge] = lines
