@@ -102,7 +102,8 @@ def test_thick_cylinder(around, radii, displacement, hoop, linear_solve, row):
     assert row(case, "hoop stress inside", p * (b**2 + a**2) / (b**2 - a**2), found) < hoop
 
 
-# circular plate, radius 10 (Mindlin's theory is itself good to about half a percent at this thickness), thickness 1, load 100 over the middle circle of radius 2, simply supported
+# circular plate, radius 10, thickness 1, load 100 over the middle circle of radius 2, simply supported; Mindlin's
+# theory is itself good to about half a percent at this thickness
 
 
 RADIUS, THICKNESS, LOADED, LOAD = 10.0, 1.0, 2.0, 100.0

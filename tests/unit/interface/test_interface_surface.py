@@ -175,3 +175,23 @@ def test_a_facet_without_normal_is_named():
     surface = FacetSurface(np.outer(np.arange(4.0), [1, 0, 0]), np.arange(4)[None], "lid")
     with pytest.raises(MeshError, match=r"Facet 0 of 'lid'"):
         surface.normals(np.array([0]), np.array([[0.5, 0.5]]))
+
+
+def test_short_offsets_on_an_edge_do_not_tilt_the_line_of_action():
+    # the foot on an edge between coplanar facets: an offset of 1e-7 has a direction good to 1e-9 only
+    Q = fc.rotation_about((1, 2, 3), 0.8)
+    flat = patch(4, 8, lambda xy: np.zeros(len(xy)))
+    surface = FacetSurface(flat.points @ Q.T, flat.facets)
+    on = flat.points[(np.abs(flat.points) < 0.9)[:, :2].all(axis=1)]
+    for gap in (1e-3, 1e-7, 1e-11, 0.0, -1e-7):
+        feet = surface.project((on + [0, 0, gap]) @ Q.T)
+        assert np.abs(feet.normals - Q[:, 2]).max() < 1e-14
+
+
+def test_a_ridge_gives_the_line_through_its_edge():
+    # over a convex edge the nearest point is the edge itself and the line to it lies in the normal cone
+    ridge = patch(2, 4, lambda xy: -np.abs(xy[:, 0]))
+    feet = ridge.project(np.array([[0.05, 0.3, 0.2], [0.0, 0.3, 0.2], [0.3, 0.3, 0.2]]))
+    assert np.abs(feet.normals[0] - np.array([0.05, 0, 0.2]) / np.hypot(0.05, 0.2)).max() < 1e-14
+    assert np.abs(feet.normals[1] - [0, 0, 1]).max() < 1e-14
+    assert np.abs(feet.normals[2] - np.array([1, 0, 1]) / np.sqrt(2)).max() < 1e-14
