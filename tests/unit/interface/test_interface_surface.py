@@ -184,7 +184,7 @@ def test_short_offsets_on_an_edge_do_not_tilt_the_line_of_action():
     surface = FacetSurface(flat.points @ Q.T, flat.facets)
     on = flat.points[(np.abs(flat.points) < 0.9)[:, :2].all(axis=1)]
     for gap in (1e-3, 1e-7, 1e-11, 0.0, -1e-7):
-        feet = surface.project((on + [0, 0, gap]) @ Q.T)
+        feet = surface.project((on + np.array([0, 0, gap])) @ Q.T)
         assert np.abs(feet.normals - Q[:, 2]).max() < 1e-14
 
 
