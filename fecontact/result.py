@@ -11,9 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse as sp
-from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
+from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
@@ -24,6 +22,7 @@ from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
 from fecontact.mesh.facets import nodal_areas, shapes_on_square
 from fecontact.reduction import Interface, Reduction, Rows, State
+from fecontact.resultants import Region, hold_of_body, hold_of_boundary, part_of, region_numbers, sides_of_plane
 from fecontact.solvers import Residuals, Solution
 from fecontact.springs import SpringRows, SpringState, spring_states
 from fecontact.stopwatch import Stopwatch
@@ -33,25 +32,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Region:
-    """One connected part of a contact area.
-
-    Attributes
-    ----------
-    area, max_pressure, mean_pressure : float
-    force : (3,) array
-        On the slave, world axes.
-    centre_of_pressure : (3,) array
-    """
-
-    area: float
-    force: Array
-    max_pressure: float
-    mean_pressure: float
-    centre_of_pressure: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,29 +133,48 @@ class ContactFields:
         return self.total_force / self.area if self.area > 0 else 0.0
 
     @cached_property
+    def region(self) -> IntArray:
+        """Connected region (n,) of each point: 1, 2, ... by load, 0 where no force is carried."""
+        return region_numbers(self)
+
+    @cached_property
     def regions(self) -> tuple[Region, ...]:
         """Connected parts of the contact area, the most loaded first; points are connected by facets they share."""
-        active = self.active
-        if not active.any():
-            return ()
-        f, k = self.facets.shape
-        member = sp.csr_matrix((np.ones(f * k), (self.facets.ravel(), np.repeat(np.arange(f), k))), (len(active), f))
-        member = member.multiply(active[:, None]).tocsr()
-        _, label = connected_components(member @ member.T, directed=False)
-        out = []
-        for k in np.unique(label[active]).tolist():
-            inside = active & (label == k)
-            total, area = self.forces[inside].sum(), self.weights[inside].sum()
-            out.append(
-                Region(
-                    area=float(area),
-                    force=self.forces[inside] @ self.normals[inside],
-                    max_pressure=float(self.pressure[inside].max()),
-                    mean_pressure=float(total / area),
-                    centre_of_pressure=self.forces[inside] @ self.centres[inside] / total,
-                )
-            )
-        return tuple(sorted(out, key=lambda r: -r.mean_pressure * r.area))
+        return tuple(part_of(self, self.region == k) for k in range(1, self.region.max(initial=0) + 1))
+
+    def split_by_plane(self, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
+        """Resultants on both sides of a plane, for instance medial and lateral.
+
+        Every contact point goes to the side its force acts on, or half to each if it lies on the plane; the sum of
+        both is the whole contact.
+
+        Parameters
+        ----------
+        point, normal : (3,)
+            Of the plane, in world axes; the normal need not have unit length.
+
+        Returns
+        -------
+        Region, Region
+            The side that the normal points to, and the other. Moments are about `reference_point`.
+
+        Raises
+        ------
+        InputError
+            If the normal is zero or a number is not finite.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+        >>> right, left = result.contacts[0].split_by_plane(point=(0.5, 0, 0), normal=(1, 0, 0))
+        >>> round(float(right.force[2]), 12), round(float(left.force[2]), 12)
+        (0.005, 0.005)
+        """
+        return sides_of_plane(self, point, normal)
 
     def sampled(self, values: Array, n: int = 4) -> tuple[Array, Array, Array]:
         """A nodal field interpolated inside the facets.
@@ -352,6 +351,39 @@ class ContactResult:
         weights = nodal_areas(elastic.mesh.points, elastic.mesh.face_nodes(elastic.mesh.faces(name)))
         return weights @ self.displacement(body) / weights.sum()
 
+    def reaction(self, body: Body, boundary: str | None = None) -> Array:
+        """Force and moment (6,) by which a body is held, about its reference point, in world axes.
+
+        Parameters
+        ----------
+        body : Body
+        boundary : str, optional
+            A supported boundary of an elastic body.
+
+        Returns
+        -------
+        (6,) array
+            Without a boundary: what the surroundings exert on the body's frame, from the equilibrium of the body under
+            its loads, contacts and springs; zero in components that are free. With one: what the frame exerts on that
+            boundary, from the nodal forces there. The latter, summed over all supports, are the former and the load
+            that acts on the body as a whole.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+        >>> round(float(result.reaction(body)[2]), 12), round(float(result.reaction(floor)[2]), 12)
+        (-0.01, 0.01)
+        """
+        k = self._number(body)
+        part, forces = self.reduction.parts[k], self.solution.forces
+        if boundary is None:
+            return hold_of_body(part, self.loading, k, forces)
+        return hold_of_boundary(self._elastic(body)[1], part, boundary, self.state.displacements[k], forces)
+
     def residuals(self) -> Residuals:
         """Penetration, tension, complementarity and equilibrium, recomputed from the problem; all relative.
 
@@ -410,10 +442,12 @@ class ContactResult:
                     "mean_pressure": c.mean_pressure,
                     "centre_of_pressure": c.centre_of_pressure.tolist() if c.active.any() else None,
                     "regions": len(c.regions),
+                    "region_resultants": [_plain_region(r) for r in c.regions],
                     "note": c.note,
                 }
                 for c in self.contacts
             ],
+            "bodies": [{"name": b.name, "reaction": self.reaction(b).tolist()} for b in self.scene.bodies],
             "springs": [
                 {"name": s.spring.name, "tension": s.tension, "elongation": s.elongation} for s in self.springs
             ],
@@ -450,6 +484,11 @@ def report(result: ContactResult) -> str:
         ]
         if c.active.any():
             lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}")
+        if len(c.regions) > 1:
+            lines += [
+                f"  region {k + 1}: area {r.area:.6g}, pressure max {r.max_pressure:.6g}, force {_numbers(r.force)}"
+                for k, r in enumerate(c.regions)
+            ]
     for s in result.springs:
         lines.append(f"{s.spring.name:<24}tension {s.tension:>13.6g}   elongation {s.elongation:>13.6g}")
     lines.append(
@@ -459,6 +498,10 @@ def report(result: ContactResult) -> str:
     stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
     lines.append(f"Seconds:   {stages}")
     return "\n".join(lines)
+
+
+def _plain_region(region: Region) -> dict[str, Any]:
+    return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(region).items()}
 
 
 def _numbers(v: Array) -> str:

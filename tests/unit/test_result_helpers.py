@@ -1,0 +1,166 @@
+"""Resultants of parts of a contact, and what holds a body."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+
+# sums of the same numbers in another order; the condensed problems have condition numbers below 1e4
+ROUNDING = 1e-10
+
+
+def tilted_block(centre=(0.0, 0.0)):
+    """A block pressed down by a platen with a force off its centre."""
+    mesh = fc.shapes.block((2.0, 1.0, 1.0), (4, 2, 2)).translated((-1.0, -0.5, 0.0))
+    body = fc.ElasticBody(mesh, fc.Material(E=100.0, nu=0.3), "bottom", {"top": "xyz"}, name="block")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+    x, y = centre
+    return body, floor, scene.solve(forces={body: (0, 0, -1.0)}, moments={body: (-y, x, 0)})
+
+
+@pytest.fixture(scope="module")
+def tilted():
+    return tilted_block((0.1, 0.05))
+
+
+@pytest.fixture(scope="module")
+def two_feet():
+    """A bridge on two feet of different length of stride, held on its top."""
+    mesh = fc.shapes.block((5.0, 1.0, 1.0), (5, 1, 2))
+
+    def feet(x):
+        return (x[:, 2] < 1e-12) & ((x[:, 0] < 1.0 + 1e-9) | (x[:, 0] > 3.0 - 1e-9))
+
+    mesh = mesh.with_boundary("feet", feet)
+    body = fc.ElasticBody(mesh, fc.Material(E=100.0, nu=0.0), "feet", {"top": "xyz"}, name="bridge")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    return fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.02}})
+
+
+def test_sides_of_a_plane_add_up_to_the_whole(tilted):
+    contact = tilted[2].contacts[0]
+    one, other = contact.split_by_plane((0.3, 0.1, 0.0), (1.0, 2.0, 0.0))
+    for name in ("force", "moment", "area"):
+        whole = getattr(contact, name)
+        assert np.abs(getattr(one, name) + getattr(other, name) - whole).max() <= ROUNDING * np.abs(whole).max()
+    assert max(one.max_pressure, other.max_pressure) == contact.max_pressure
+    assert (one.centre_of_pressure - (0.3, 0.1, 0.0)) @ (1.0, 2.0, 0.0) > 0
+    assert (other.centre_of_pressure - (0.3, 0.1, 0.0)) @ (1.0, 2.0, 0.0) < 0
+
+
+def test_turning_the_normal_swaps_the_sides(tilted):
+    contact = tilted[2].contacts[0]
+    one, other = contact.split_by_plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    again, swapped = contact.split_by_plane((0.0, 0.0, 0.0), (-3.0, 0.0, 0.0))
+    assert np.abs(one.force - swapped.force).max() == 0.0
+    assert np.abs(other.moment - again.moment).max() == 0.0
+
+
+def test_points_on_the_plane_count_half_to_either_side():
+    contact = tilted_block()[2].contacts[0]
+    left, right = contact.split_by_plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    assert abs(left.force[2] - 0.5) <= ROUNDING
+    assert abs(left.area - right.area) <= ROUNDING * contact.area
+
+
+def test_a_side_without_contact_is_empty(tilted):
+    beyond, _ = tilted[2].contacts[0].split_by_plane((9.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    assert beyond.area == beyond.max_pressure == beyond.mean_pressure == 0.0
+    assert not beyond.force.any()
+    assert np.isnan(beyond.centre_of_pressure).all()
+
+
+@pytest.mark.parametrize("normal", [(0, 0, 0), (1, 0), (np.nan, 0, 1)])
+def test_planes_that_are_none_are_refused(tilted, normal):
+    with pytest.raises(fc.InputError, match="normal of the dividing plane"):
+        tilted[2].contacts[0].split_by_plane((0, 0, 0), normal)
+
+
+def test_regions_have_moments_and_are_numbered_by_load(two_feet):
+    contact = two_feet.contacts[0]
+    assert len(contact.regions) == 2
+    first, second = contact.regions
+    assert first.force[2] > second.force[2]
+    assert abs(first.area - 2.0) <= ROUNDING  # the feet are 2 x 1 and 1 x 1
+    assert abs(second.area - 1.0) <= ROUNDING
+    moment = first.moment + second.moment
+    assert np.abs(moment - contact.moment).max() <= ROUNDING * np.abs(contact.moment).max()
+    for k, region in enumerate(contact.regions, start=1):
+        lever = region.centre_of_pressure - contact.reference_point
+        # all normals are alike here, so the moment is that of the resultant at the centre of pressure
+        assert np.abs(np.cross(lever, region.force) - region.moment).max() <= ROUNDING * np.abs(region.moment).max()
+        assert contact.forces[contact.region == k].sum() == pytest.approx(region.force[2], rel=ROUNDING)
+    assert (contact.forces[contact.region == 0] == 0).all()
+
+
+def test_floor_takes_the_load_at_its_place(tilted):
+    body, floor, result = tilted
+    # a unit force through (0.1, 0.05), down on the floor, whose reference point is the origin; held by the opposite
+    expected = -np.concatenate([(0, 0, -1.0), np.cross((0.1, 0.05, 0.0), (0, 0, -1.0))])
+    assert np.abs(result.reaction(floor) - expected).max() <= ROUNDING
+    # the platen is loaded in z, rx, ry and free there; nothing pushes in the other components
+    assert np.abs(result.reaction(body)).max() <= ROUNDING
+
+
+def test_supported_boundary_passes_the_load_on(tilted):
+    body, _, result = tilted
+    from_nodes = result.reaction(body, "top")
+    load = np.array([0, 0, -1.0, -0.05, 0.1, 0.0])
+    # internal forces cancel to the rounding of stiffness times displacement
+    assert np.abs(from_nodes - load).max() <= 1e-9
+
+
+def test_reactions_of_all_supports_are_that_of_the_body():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    supports = {"top": "z", "x_min": "x", "y_min": "y", "y_max": "y"}
+    body = fc.ElasticBody(mesh, fc.Material(E=50.0, nu=0.3, density=2.0), "bottom", supports, name="block")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+    result = scene.solve(motions={body: {"z": -0.02}}, pressures={(body, "x_max"): 0.3}, gravity=(0, 0, -9.81))
+    total = sum(result.reaction(body, name) for name in supports)
+    whole = result.reaction(body)
+    # two ways to the same force: equilibrium, and stiffness times displacement
+    assert np.abs(total - whole).max() <= 1e-9 * np.abs(whole).max()
+    # the pressure of 0.3 on a unit face pushes towards -x and is held by x_min
+    assert abs(result.reaction(body, "x_min")[0] - 0.3) <= 1e-9
+
+
+def test_floating_body_that_is_moved_is_held_by_its_mean():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    body = fc.ElasticBody(mesh, fc.Material(E=50.0, nu=0.3), "bottom", name="block")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+    result = scene.solve(motions={body: dict.fromkeys(("x", "y", "rx", "ry", "rz"), 0.0) | {"z": -0.01}})
+    force = result.contacts[0].force[2]
+    assert force > 0
+    assert abs(result.reaction(body)[2] + force) <= ROUNDING * force
+
+
+def test_springs_are_part_of_the_equilibrium():
+    ball = fc.RigidBody(fc.Sphere(1.0), name="ball")
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (2, 2, 1)).translated((-1.0, -1.0, -1.0))
+    block = fc.ElasticBody(mesh, fc.Material(E=50.0, nu=0.3), "top", {"bottom": "xyz"}, name="block")
+    spring = fc.Spring(10.0, (ball, (0, 0, 2)), (None, (0, 0, -3)), slack_length=4.9)
+    scene = fc.Scene([ball, block], [fc.Contact(block, ball)], springs=[spring])
+    result = scene.solve(motions={ball: {"z": -0.01}})
+    pull, push = result.springs[0].tension, result.contacts[0].total_force
+    assert pull > 0
+    assert push > 0
+    assert abs(result.reaction(ball)[2] - (pull + result.contacts[0].force[2])) <= ROUNDING * push
+
+
+def test_unknown_supports_are_refused_with_those_there_are(tilted):
+    body, floor, result = tilted
+    with pytest.raises(fc.InputError, match="no support on 'bottom'; its supports are on: 'top'"):
+        result.reaction(body, "bottom")
+    with pytest.raises(fc.InputError, match="'floor' is rigid"):
+        result.reaction(floor, "surface")
+
+
+def test_summary_and_table_name_regions_and_reactions(two_feet):
+    summary = two_feet.summary()
+    assert len(summary["contacts"][0]["region_resultants"]) == 2
+    assert [b["name"] for b in summary["bodies"]] == ["bridge", "floor"]
+    assert abs(summary["bodies"][1]["reaction"][2] - two_feet.contacts[0].force[2]) <= ROUNDING
+    assert "region 2: area 1," in str(two_feet)
