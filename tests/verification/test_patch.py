@@ -24,7 +24,6 @@ def stress_range(result, bodies, component=2):
     """Smallest and largest stress component over the Gauss points of bodies."""
     values = []
     for body in bodies:
-        u = result.reduction.parts[result.scene.bodies.index(body)]
         u = result.state.displacements[result.scene.bodies.index(body)].reshape(-1, 3)
         strain, _ = gauss_strain(body.mesh, u)
         values.append(hooke(strain, body.model.lame[:, None], body.model.shear[:, None])[..., component].ravel())
@@ -88,7 +87,7 @@ def two_blocks(n_upper, n_lower, rotation=None):
     ).placed((0, 0, 1))
     if rotation is not None:
         lower, upper = lower.placed((3, -2, 5), rotation), upper.placed((3, -2, 5), rotation)
-    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, swap="never")])
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, swap="never", coupling="nodal")])
     result = scene.solve(pressures={(upper, "top"): 1.0})
     return result, stress_range(result, [upper, lower])
 
@@ -98,7 +97,7 @@ def two_blocks(n_upper, n_lower, rotation=None):
 def test_matching_and_nested_faces_are_exact(upper, lower, angle, row):
     rotation = fc.rotation_about((1, 2, 0.5), np.radians(angle)) if angle else None
     result, stress = two_blocks(upper, lower, rotation)
-    assert result.contacts[0].note == "faces match or nest"
+    assert result.contacts[0].note.startswith("faces match or nest")
     case = f"7b two blocks {upper}:{lower}, turned by {angle} degrees"
     assert row(case, "largest stress error", 0.0, np.abs(np.array(stress) + 1).max()) < EXACT
     assert np.abs(result.contacts[0].pressure - 1).max() < EXACT
