@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
@@ -234,6 +235,8 @@ class ContactResult:
         Wall time by stage, and 'total'.
     rounds : int
         How often candidates were chosen.
+    originals : sequence of Body
+        After a finite motion: the bodies as they were given; `scene` holds them in their final poses.
     """
 
     scene: Scene
@@ -245,6 +248,7 @@ class ContactResult:
     loading: Loading = field(repr=False)
     reduction: Reduction = field(repr=False)
     state: State = field(repr=False)
+    originals: Sequence[Body] = ()
 
     @property
     def success(self) -> bool:
@@ -297,15 +301,19 @@ class ContactResult:
         return int((self.solution.forces > 0).sum())
 
     def _number(self, body: Body) -> int:
-        for k, b in enumerate(self.scene.bodies):
-            if b is body:
-                return k
+        for bodies in (self.scene.bodies, self.originals):
+            for k, b in enumerate(bodies):
+                if b is body:
+                    return k
         raise InputError(f"{getattr(body, 'name', body)!r} is not a body of this result's scene.")
 
     def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
         if not isinstance(body, ElasticBody):
             raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
-        return self._number(body), body
+        k = self._number(body)
+        posed = self.scene.bodies[k]
+        assert isinstance(posed, ElasticBody)
+        return k, posed
 
     def displacement(self, body: Body) -> Array:
         """Total displacement (n_points, 3) of the body's nodes in world axes."""
@@ -332,9 +340,10 @@ class ContactResult:
         """Rigid motion of a body about its reference point.
 
         Of the frame, where supports tie the body to it; of the mean position weighted by mass (Elangovan 1978,
-        eq. A-17), where it floats.
+        eq. A-17), where it floats. After a finite motion: from the original pose, with a rotation vector.
         """
         k = self._number(body)
+        body = self.scene.bodies[k]
         frame, motion = self.loading.frames[k], self.state.motions[k].copy()
         if body.free_motions.shape[1]:
             Q = body.pose.rotation
@@ -343,7 +352,12 @@ class ContactResult:
             weighted = mass_weighted(frame, floating)
             elastic = self.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
             motion += floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic)
-        return RigidMotion(motion[:3], motion[3:], frame.point)
+        if not self.originals:
+            return RigidMotion(motion[:3], motion[3:], frame.point)
+        start = self.originals[k].pose
+        point = start.to_world(body.reference_point)
+        turn = Rotation.from_matrix(body.pose.rotation @ start.rotation.T).as_rotvec()
+        return RigidMotion(frame.point - point + motion[:3], turn + motion[3:], point)
 
     def boundary_motion(self, body: Body, name: str) -> Array:
         """Mean displacement (3,) of a boundary in world axes, over its nodes by their areas."""
@@ -526,7 +540,9 @@ def make_result(
     rounds: int,
 ) -> ContactResult:
     """Bring the solution of the condensed problem into the form a person needs."""
-    contacts, springs, start = [], (), 0
+    contacts: list[ContactFields] = []
+    springs: tuple[SpringState, ...] = ()
+    start = 0
     for interface, candidates, gap in zip(interfaces, chosen, state.gaps, strict=True):
         forces = np.zeros(len(gap))
         forces[candidates] = solution.forces[start : start + len(candidates)]

@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError, SolverError
+from fecontact.finite import solve_finite
 from fecontact.interface.candidates import approach_for_load, choose, grow
 from fecontact.interface.mortar import hats_exist, pair_mortar
 from fecontact.interface.pairing import Pairing, nested, pair
@@ -139,10 +142,10 @@ class Scene:
                         f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity)."
                     )
         for spring in self.springs:
-            for body, _ in (spring.start, spring.end):
-                if body is not None and not any(body is b for b in self.bodies):
+            for owner, _ in (spring.start, spring.end):
+                if owner is not None and not any(owner is b for b in self.bodies):
                     raise InputError(
-                        f"{body.name!r}, to which {spring.name!r} is tied, is not among the scene's bodies."
+                        f"{owner.name!r}, to which {spring.name!r} is tied, is not among the scene's bodies."
                     )
 
     @cached_property
@@ -158,6 +161,7 @@ class Scene:
         free: Mapping[Body, str] | None = None,
         pressures: Mapping[tuple[Body, str], float] | None = None,
         gravity: ArrayLike | None = None,
+        finite_motion: bool = False,
         solver: str = "auto",
         tolerance: float = 1e-10,
         **options: object,
@@ -179,6 +183,9 @@ class Scene:
             Pressures against boundaries.
         gravity : (3,), optional
             Acceleration; bodies need densities.
+        finite_motion : bool
+            Whether bodies move and turn far: poses are carried along until they settle, and prescribed motions are
+            finite (rotation vectors). Otherwise motions are small and linearised.
         solver : str
             'auto' or one of `available_solvers()`.
         tolerance : float
@@ -196,20 +203,14 @@ class Scene:
             With what was found, what was expected and what to do.
         """
         _check_solver(solver, tolerance, options)
+        if finite_motion:
+            loads = {"forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures}
+            chosen_solver = {"solver": solver, "tolerance": tolerance, **options}
+            return solve_finite(self, {**loads, "gravity": gravity, **chosen_solver})
         watch = Stopwatch()
         loading = make_loading(self.bodies, forces, moments, motions, free, pressures, gravity)
         with watch("pair"):
-            interfaces: list[Rows] = []
-            for interface, contact in zip(self._interfaces, self.contacts, strict=True):
-                near = _first_choice(interface, interface.opening_by(loading.frames), loading)
-                interfaces.append(_well_coupled(interface, near, contact))
-            opening = [i.opening_by(loading.frames) for i in interfaces]
-            chosen = [_first_choice(i, o, loading) for i, o in zip(interfaces, opening, strict=True)]
-            if self.springs:
-                ligaments = spring_rows(self.springs)
-                interfaces.append(ligaments)
-                opening.append(ligaments.opening_by(loading.frames))
-                chosen.append(np.arange(len(ligaments.gap)))
+            interfaces, opening, chosen = self.prepared(loading)
             check_balance(interfaces, loading)
         start: NDArray[np.bool_] | None = None
         rounds = 0
@@ -220,9 +221,7 @@ class Scene:
                 solution = solve(reduction.problem, solver, start=start, tolerance=tolerance, **options)
             with watch("certify"):
                 state = reduction.state(solution)
-                penetrating = [
-                    _outside(i, c, w, state.scale) for i, c, w in zip(interfaces, chosen, state.gaps, strict=True)
-                ]
+                penetrating = [_outside(c, w, state.scale) for c, w in zip(chosen, state.gaps, strict=True)]
             if not any(p.any() for p in penetrating):
                 break
             before = chosen
@@ -234,6 +233,29 @@ class Scene:
                     "Check the loads and the initial gap."
                 )
         return make_result(self, interfaces, chosen, loading, reduction, solution, state, watch, rounds)
+
+    def sweep(self, cases: Sequence[Mapping[str, Any]], path: str | Path | None = None) -> list[dict[str, Any]]:
+        """Solve many load cases and poses with one condensation; see `fecontact.sweep.run_sweep`."""
+        from fecontact.sweep import run_sweep
+
+        return run_sweep(self, cases, path)
+
+    def prepared(self, loading: Loading) -> tuple[list[Rows], list[Array], list[IntArray]]:
+        """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each."""
+        conditions: list[Rows] = []
+        opening, chosen = [], []
+        for interface, contact in zip(self._interfaces, self.contacts, strict=True):
+            near = _first_choice(interface, interface.opening_by(loading.frames), loading)
+            coupled = _well_coupled(interface, near, contact)
+            conditions.append(coupled)
+            opening.append(coupled.opening_by(loading.frames))
+            chosen.append(_first_choice(coupled, opening[-1], loading))
+        if self.springs:
+            ligaments = spring_rows(self.springs)
+            conditions.append(ligaments)
+            opening.append(ligaments.opening_by(loading.frames))
+            chosen.append(np.arange(len(ligaments.gap)))
+        return conditions, opening, chosen
 
 
 def _check_solver(solver: str, tolerance: float, options: Mapping[str, object]) -> None:
@@ -316,7 +338,7 @@ def _mirror_images(interface: Interface, opening: Array) -> int:
     return 2 ** sum(nearest in interface.slave.mesh.boundary_nodes(name) for name in planes)  # type: ignore[attr-defined]
 
 
-def _outside(interface: Interface, chosen: IntArray, gaps: Array, scale: float) -> NDArray[np.bool_]:
+def _outside(chosen: IntArray, gaps: Array, scale: float) -> NDArray[np.bool_]:
     """Pairs that are no candidates and penetrate."""
     penetrating = gaps < -OUTSIDE_TOLERANCE * scale
     penetrating[chosen] = False

@@ -173,8 +173,11 @@ class Model:
         mask = np.zeros(self.n_dofs, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
         mask[self.held] = mask[self.grounded] = False
-        if self._condensation is not None and (self._condensation.position[mask] >= 0).all():
-            return self._condensation
+        if self._condensation is not None:
+            if (self._condensation.position[mask] >= 0).all():
+                return self._condensation
+            # candidates that were worth keeping before are likely to come back in a sweep
+            mask[self._condensation.dofs] = True
         with watch("assemble"):
             solved = self.solved_dofs
             K = self.stiffness if len(solved) == self.n_dofs else _restricted(self.stiffness, solved)

@@ -139,7 +139,7 @@ def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
     pointer = np.arange(0, columns.size + 1, columns.shape[1])
     weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
     # a foot held at the end of the continued facet is no foot
-    stopped = ((local <= -SLACK) | (local >= 1 + SLACK)).any(axis=1)
+    stopped = np.asarray(((local <= -SLACK) | (local >= 1 + SLACK)).any(axis=1))
     return Feet(x, normals, gap, stopped, weights, facet, local)
 
 

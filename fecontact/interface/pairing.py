@@ -114,18 +114,25 @@ def pair(slave: FacetSurface, master: Surface, rotation: Array, translation: Arr
     nodes = slave.nodes
     points = slave.points[nodes]
     feet = master.project(points @ rotation.T + translation)
+    return nodal_pairing(slave, nodes, contact_weights(slave)[nodes], feet, rotation, translation)
+
+
+def nodal_pairing(
+    slave: FacetSurface, nodes: IntArray, weights: Array, feet: Feet, rotation: Array, translation: Array
+) -> Pairing:
+    """Couple slave nodes (n,) with areas (n,) by themselves, leaving out those whose feet (n) lie beyond the rim."""
     kept = np.flatnonzero(~feet.beyond)
     n = len(kept)
     ones, pointer = np.ones(n), np.arange(n + 1)
     return Pairing(
         nodes=nodes[kept],
-        weights=contact_weights(slave)[nodes[kept]],
-        slave_points=points[kept],
+        weights=weights[kept],
+        slave_points=slave.points[nodes[kept]],
         average=sp.csr_matrix((ones, np.arange(n), pointer), shape=(n, n)),
         slave_weights=sp.csr_matrix((ones, nodes[kept], pointer), shape=(n, len(slave.points))),
         slave_normals=feet.normals[kept] @ rotation,
         feet=feet.chosen(kept),
-        n_beyond=len(nodes) - len(kept),
+        n_beyond=len(nodes) - n,
         rotation=rotation,
         translation=translation,
     )

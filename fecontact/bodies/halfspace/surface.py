@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.interface.pairing import Pairing
+from fecontact.interface.pairing import Pairing, nodal_pairing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 
 Array = NDArray[np.float64]
@@ -73,19 +73,8 @@ class GridSurface(FacetSurface):
             Pose of this surface's axes seen from the master's.
         """
         feet = straight_above(self.points, master, rotation, translation)
-        kept = np.flatnonzero(~feet.beyond)
-        up = np.tile([0.0, 0.0, -1.0], (len(kept), 1))
-        chosen = Feet(
-            feet.points[kept],
-            feet.normals[kept],
-            feet.gap[kept],
-            feet.beyond[kept],
-            None if feet.weights is None else feet.weights[kept],
-            None if feet.facet is None else feet.facet[kept],
-            None if feet.local is None else feet.local[kept],
-        )
-        area = np.full(len(kept), self.cells.area)
-        return Pairing(kept, area, self.points[kept], up, chosen, len(self.points) - len(kept))
+        area = np.full(len(self.points), self.cells.area)
+        return nodal_pairing(self, np.arange(len(self.points)), area, feet, rotation, translation)
 
 
 def grid_surface(grid: Grid, name: str) -> GridSurface:

@@ -1,0 +1,73 @@
+"""A scene with its bodies in other poses, and loads given for the original bodies carried over to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Body
+
+if TYPE_CHECKING:
+    from fecontact.scene import Scene
+
+Array = NDArray[np.float64]
+
+#: Arguments of `Scene.solve` whose keys are bodies.
+KEYED = ("forces", "moments", "motions", "free", "pressures")
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A scene in other poses.
+
+    Attributes
+    ----------
+    scene : Scene
+        Of the moved bodies, which share their models with the originals.
+    originals : tuple of Body
+        In the scene's order.
+    """
+
+    scene: Scene
+    originals: tuple[Body, ...]
+
+    def body(self, original: Any) -> Any:
+        """The moved body for an original one; anything else is given back as it is."""
+        for old, new in zip(self.originals, self.scene.bodies, strict=True):
+            if old is original:
+                return new
+        return original
+
+    def loads(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Arguments of `Scene.solve` with the moved bodies as keys."""
+        out = dict(arguments)
+        for name in KEYED:
+            if out.get(name):
+                out[name] = {
+                    (self.body(k[0]), *k[1:]) if isinstance(k, tuple) else self.body(k): v for k, v in out[name].items()
+                }
+        return out
+
+
+def moved(scene: Scene, poses: Mapping[Body, Pose]) -> Moved:
+    """The scene with some bodies in new poses; contacts and springs follow."""
+    new = {id(b): replace(b, pose=poses[b]) if b in poses else b for b in scene.bodies}  # type: ignore[type-var]
+
+    def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:
+        return (None if given[0] is None else new[id(given[0])], given[1])
+
+    contacts = [replace(c, slave=new[id(c.slave)], master=new[id(c.master)]) for c in scene.contacts]
+    springs = [replace(s, start=end(s.start), end=end(s.end)) for s in scene.springs]
+    return Moved(replace(scene, bodies=tuple(new.values()), contacts=contacts, springs=springs), tuple(scene.bodies))
+
+
+def turned(pose: Pose, motion: Array, point: Array) -> Pose:
+    """A pose after a finite motion (6,): rotation vector about a world point, then translation."""
+    Q = Rotation.from_rotvec(motion[3:]).as_matrix()
+    return Pose(Q @ pose.rotation, Q @ (pose.translation - point) + point + motion[:3])

@@ -1,0 +1,96 @@
+"""Finite rigid motion and sweeps over poses and loads."""
+
+import json
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+
+SOLID = fc.Material(E=1000.0, nu=0.3)
+
+
+def pad(name="pad"):
+    """A flat elastic pad with its base on a rigid plate."""
+    mesh = fc.shapes.block((4.0, 4.0, 1.0), (8, 8, 2)).translated((-2.0, -2.0, -1.0))
+    return fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"}, name=name)
+
+
+def test_far_off_ball_comes_down_and_gives_the_same_force_as_when_placed_there():
+    plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball")
+    far = ball.placed((0.0, 0.0, 3.0))
+    scene = fc.Scene([plate, far], [fc.Contact(plate, far)])
+    result = scene.solve(motions={far: {"z": -3.05}}, finite_motion=True)
+    near = ball.placed((0.0, 0.0, -0.05))
+    direct = fc.Scene([plate, near], [fc.Contact(plate, near)]).solve(motions={near: {"z": 0.0}})
+    # the same configuration reached in two ways: equal to rounding
+    assert abs(result.contacts[0].total_force / direct.contacts[0].total_force - 1) < 1e-9
+    assert abs(result.rigid_motion(far).translation[2] + 3.05) < 1e-12
+
+
+def test_ball_rolls_over_by_a_prescribed_turn_without_changing_the_force():
+    # a sphere turned about its own centre presents the same surface: the force cannot change
+    plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball").placed((0, 0, -0.03))
+    scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
+    still = scene.solve(motions={ball: {"z": 0.0}}).contacts[0].total_force
+    # about its reference point, the pole, a turn by t moves the centre by R sin t and R (cos t - 1)
+    angle = 0.3
+    back = {"ry": angle, "x": -5.0 * np.sin(angle), "z": 5.0 * (1 - np.cos(angle))}
+    turned = scene.solve(motions={ball: back}, finite_motion=True).contacts[0].total_force
+    assert abs(turned / still - 1) < 1e-9
+
+
+def test_loaded_free_ball_settles_in_a_trough_of_two_springs():
+    # a free frame that must turn by a finite angle: a lever on a ligament, against its closed form
+    lever = fc.RigidBody(fc.Plane(), name="lever")
+    anchor = fc.Spring(2.0, (lever, (3.0, 0.0, 0.0)), (None, (3.0, 0.0, 4.0)), slack_length=4.0, name="rope")
+    scene = fc.Scene([lever], [], springs=[anchor])
+    result = scene.solve(moments={lever: (0.0, 1.5, 0.0)}, finite_motion=True)
+    # equilibrium about the hinge in the turned pose: moment = tension x arm, solved by hand as an independent root
+    from scipy.optimize import brentq
+
+    def unbalance(t):
+        tip = np.array([3 * np.cos(t), -3 * np.sin(t)])  # x, z after a turn t about y
+        rope = np.array([3.0, 4.0]) - tip
+        length = np.linalg.norm(rope)
+        tension = 2.0 * (length - 4.0)
+        return tension * (tip[0] * rope[1] - tip[1] * rope[0]) / length - 1.5
+
+    angle = brentq(unbalance, 1e-6, 1.0)
+    assert abs(result.rigid_motion(lever).rotation[1] / angle - 1) < 1e-6  # poses settle to 1e-6 of the displacement
+
+
+def test_sweep_rows_equal_single_solutions_and_are_written(tmp_path):
+    plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball")
+    scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
+    cases = [{"name": f"P{p}", "forces": {ball: (0, 0, -p)}} for p in (1.0, 5.0, 20.0)]
+    cases.append({"name": "beside", "forces": {ball: (0, 0, -5.0)}, "poses": {ball: fc.Pose(translation=(0.5, 0, 0))}})
+    rows = scene.sweep(cases, tmp_path / "sweep.jsonl")
+    assert [r["name"] for r in rows] == ["P1.0", "P5.0", "P20.0", "beside"]
+    for row, case in zip(rows[:3], cases[:3], strict=True):
+        alone = scene.solve(forces=case["forces"]).summary()
+        assert abs(row["contacts"][0]["max_pressure"] / alone["contacts"][0]["max_pressure"] - 1) < 1e-9
+    assert abs(rows[3]["contacts"][0]["centre_of_pressure"][0] - 0.5) < 0.05
+    assert len((tmp_path / "sweep.jsonl").read_text().splitlines()) == 4
+
+
+def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
+    plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball")
+    scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
+    cases = [{"name": str(p), "forces": {ball: (0, 0, -p)}} for p in (1.0, 2.0)]
+    path = tmp_path / "sweep.jsonl"
+    path.write_text(json.dumps({"name": "1.0", "kept": True}) + '\n{"name": "2.0", "cut o')
+    rows = scene.sweep(cases, path)
+    assert rows[0] == {"name": "1.0", "kept": True}
+    assert abs(rows[1]["contacts"][0]["force"][2] + 2.0) < 1e-9 or abs(rows[1]["contacts"][0]["force"][2] - 2.0) < 1e-9
+
+
+def test_sweep_refuses_equal_names_and_foreign_files(tmp_path):
+    plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball")
+    scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
+    with pytest.raises(fc.InputError, match="same name"):
+        scene.sweep([{"name": "a"}, {"name": "a"}])
+    (tmp_path / "notes.txt").write_text("hello\nworld\n")
+    with pytest.raises(fc.InputError, match="is not a row of a sweep"):
+        scene.sweep([{"name": "a"}], tmp_path / "notes.txt")
+    assert (tmp_path / "notes.txt").read_text() == "hello\nworld\n"
