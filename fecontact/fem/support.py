@@ -23,7 +23,7 @@ def check_supports(mesh: Mesh, supports: Mapping[str, str]) -> None:
     InputError
     """
     for name, components in supports.items():
-        mesh.faces(name)
+        mesh.boundary_nodes(name)
         if not isinstance(components, str) or not components or set(components) - set("xyz"):
             raise InputError(
                 f"The support of {name!r} must name components out of 'x', 'y', 'z', such as 'xyz' or 'z'; "

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from fecontact.errors import InputError, MeshError
 from fecontact.mesh.basis import Pattern
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
+from fecontact.mesh.kinds import kind_of
 from fecontact.mesh.reference import EDGES, FACES
 
 Array = NDArray[np.float64]
@@ -55,6 +56,8 @@ class Mesh:
         Named sets of faces, each as (cell, local face 0 ... 5).
     groups : mapping of str to (n,) int array
         Named sets of cells.
+    node_sets : mapping of str to (n,) int array
+        Named sets of points, which supports may name as they do boundaries.
     midface : (n_cells, 6) int array, optional
         Point number of the mid-face node of each face, -1 where there is none; see `with_midface_nodes`.
 
@@ -75,6 +78,7 @@ class Mesh:
     cells: IntArray
     boundaries: Mapping[str, IntArray] = field(default_factory=dict)
     groups: Mapping[str, IntArray] = field(default_factory=dict)
+    node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     midface: IntArray | None = None
 
     def __post_init__(self) -> None:
@@ -94,7 +98,7 @@ class Mesh:
         for name, value in frozen.items():
             value.setflags(write=False)
             object.__setattr__(self, name, value)
-        for name in ("boundaries", "groups"):
+        for name in ("boundaries", "groups", "node_sets"):
             sets = {k: np.asarray(v, dtype=np.int64) for k, v in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(sets))
         self._check_sets()
@@ -110,15 +114,30 @@ class Mesh:
         for name, members in self.groups.items():
             if members.ndim != 1 or (members < 0).any() or (members >= n_cells).any():
                 raise MeshError(f"The element set {name!r} must be a list of cell numbers 0 ... {n_cells - 1}.")
+        for name, nodes in self.node_sets.items():
+            if nodes.ndim != 1 or (nodes < 0).any() or (nodes >= len(self.points)).any():
+                raise MeshError(f"The node set {name!r} must be a list of point numbers 0 ... {len(self.points) - 1}.")
 
     def __repr__(self) -> str:
         names = ", ".join(self.boundaries) or "none"
-        return f"Mesh({self.cell_type}, {len(self.cells)} cells, {len(self.points)} points, boundaries: {names})"
+        return (
+            f"Mesh({' + '.join(self.kinds)}, {len(self.cells)} cells, {len(self.points)} points, boundaries: {names})"
+        )
 
     @property
     def cell_type(self) -> str:
-        """'hex8', 'hex20' or 'hex27'."""
+        """'hex8', 'hex20' or 'hex27': what its cells are before nodes coalesce."""
         return CELL_TYPES[self.cells.shape[1]]
+
+    @property
+    def kinds(self) -> dict[str, int]:
+        """Number of cells of each kind, such as {'hex20': 12, 'wedge15': 4}; unusual degenerate ones as 'hex20*'."""
+        count: dict[str, int] = {}
+        for group in self.cell_groups:
+            kind = kind_of(group.pattern)
+            name = kind.name if kind else f"{self.cell_type}*"
+            count[name] = count.get(name, 0) + len(group.cells)
+        return count
 
     @cached_property
     def cell_groups(self) -> tuple[CellGroup, ...]:
@@ -149,16 +168,9 @@ class Mesh:
     @cached_property
     def outer_faces(self) -> IntArray:
         """Faces (n, 2) that belong to one cell only, as (cell, local face); collapsed faces are left out."""
-        corners = self.cells[:, FACES[:, :4]].reshape(-1, 4)
-        ordered = np.sort(corners, axis=1)
-        n_distinct = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
-        # a triangle may list a different one of its corners twice in each of its two cells: repeat the largest
-        first = np.concatenate([np.ones((len(ordered), 1), bool), ordered[:, 1:] != ordered[:, :-1]], axis=1)
-        triangle = n_distinct == 3
-        three = ordered[triangle][first[triangle]].reshape(-1, 3)
-        ordered[triangle] = np.concatenate([three, three[:, -1:]], axis=1)
-        _, inverse, count = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
-        outer = np.flatnonzero((count[inverse.ravel()] == 1) & (n_distinct >= 3))
+        keys = corner_keys(self.cells[:, FACES[:, :4]].reshape(-1, 4))
+        _, inverse, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+        outer = np.flatnonzero((count[inverse.ravel()] == 1) & (keys[:, 0] >= 0))
         return np.stack(np.divmod(outer, 6), axis=1)
 
     def faces(self, name: str) -> IntArray:
@@ -171,7 +183,8 @@ class Mesh:
         """
         if name not in self.boundaries:
             known = ", ".join(repr(k) for k in self.boundaries) or "none"
-            raise InputError(f"The mesh has no boundary {name!r}. Its boundaries are: {known}.")
+            also = f" Its node sets are: {', '.join(map(repr, self.node_sets))}." if self.node_sets else ""
+            raise InputError(f"The mesh has no boundary {name!r}. Its boundaries are: {known}.{also}")
         return self.boundaries[name]
 
     def face_nodes(self, faces: IntArray) -> IntArray:
@@ -194,7 +207,9 @@ class Mesh:
         return nodes
 
     def boundary_nodes(self, name: str) -> IntArray:
-        """Distinct node numbers of a named boundary."""
+        """Distinct node numbers of a named boundary, or of a node set where no boundary has that name."""
+        if name in self.node_sets and name not in self.boundaries:
+            return np.unique(self.node_sets[name])
         return np.unique(self.face_nodes(self.faces(name)))
 
     # verbs: each returns a copy
@@ -271,6 +286,7 @@ class Mesh:
         if self.has_coalesced and n_nodes == 27:
             raise InputError("Degenerate hex8 cells can be upgraded to 20 nodes only, not to 27.")
         points, columns = [self.points], [self.cells]
+        sets = dict(self.node_sets)
         start = len(self.points)
         for local in (EDGES, FACES[:, :4])[: 1 if n_nodes == 20 else 2]:
             corners = self.cells[:, local].reshape(-1, local.shape[1])
@@ -280,12 +296,63 @@ class Mesh:
             ends, inverse = np.unique(ordered, axis=0, return_inverse=True)
             points.append(self.points[ends].mean(axis=1))
             node[apart] = start + inverse.ravel()
+            for name, members in self.node_sets.items():
+                between = start + np.flatnonzero(np.isin(ends, members).all(axis=1))
+                sets[name] = np.concatenate([sets[name], between])
             columns.append(node.reshape(len(self.cells), -1))
             start += len(ends)
         if n_nodes == 27:
             points.append(self.points[self.cells].mean(axis=1))
             columns.append(start + np.arange(len(self.cells))[:, None])
-        return replace(self, points=np.concatenate(points), cells=np.concatenate(columns, axis=1))
+        return replace(self, points=np.concatenate(points), cells=np.concatenate(columns, axis=1), node_sets=sets)
+
+    def part(self, name: str) -> Mesh:
+        """Take the cells of an element set as a mesh of its own, for instance one body out of a file with several.
+
+        Raises
+        ------
+        InputError
+            If there is no such set, or mid-face nodes have been added already.
+        """
+        if name not in self.groups:
+            known = ", ".join(map(repr, self.groups)) or "none"
+            raise InputError(f"The mesh has no element set {name!r}. Its element sets are: {known}.")
+        if self.midface is not None:
+            raise InputError("Take the part before mid-face nodes are added.")
+        kept = np.unique(self.groups[name])
+        cell = np.full(len(self.cells), -1, dtype=np.int64)
+        cell[kept] = np.arange(len(kept))
+        used, cells = np.unique(self.cells[kept], return_inverse=True)
+        point = np.full(len(self.points), -1, dtype=np.int64)
+        point[used] = np.arange(len(used))
+        moved = {k: np.stack([cell[f[:, 0]], f[:, 1]], axis=1) for k, f in self.boundaries.items()}
+        return Mesh(
+            self.points[used],
+            cells.reshape(len(kept), -1),
+            {k: f[f[:, 0] >= 0] for k, f in moved.items() if (f[:, 0] >= 0).any()},
+            {k: _kept(cell[g]) for k, g in self.groups.items() if len(_kept(cell[g]))},
+            {k: _kept(point[n]) for k, n in self.node_sets.items() if len(_kept(point[n]))},
+        )
+
+
+def corner_keys(corners: IntArray) -> IntArray:
+    """Sorted corners (n, 4) of faces, equal for equal faces.
+
+    A triangle may list a different one of its corners twice in each of its two cells, so the largest is repeated. Faces
+    that have become a line or a point get -1.
+    """
+    ordered = np.sort(corners, axis=1)
+    first = np.concatenate([np.ones((len(ordered), 1), bool), ordered[:, 1:] != ordered[:, :-1]], axis=1)
+    count = first.sum(axis=1)
+    triangle = count == 3
+    three = ordered[triangle][first[triangle]].reshape(-1, 3)
+    ordered[triangle] = np.concatenate([three, three[:, -1:]], axis=1)
+    ordered[count < 3] = -1
+    return ordered
+
+
+def _kept(numbers: IntArray) -> IntArray:
+    return numbers[numbers >= 0]
 
 
 def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
@@ -318,14 +385,18 @@ def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
     outer = {tuple(face) for face in whole.outer_faces.tolist()}
     boundaries: dict[str, list[list[int]]] = {}
     groups: dict[str, list[int]] = {}
-    for m, c in zip(meshes, cell_start[:-1].tolist(), strict=True):
+    node_sets: dict[str, list[int]] = {}
+    for m, c, p in zip(meshes, cell_start[:-1].tolist(), point_start[:-1].tolist(), strict=True):
         for name, faces in m.boundaries.items():
             moved = (faces + np.array([c, 0])).tolist()
             boundaries.setdefault(name, []).extend(f for f in moved if tuple(f) in outer)
         for name, members in m.groups.items():
             groups.setdefault(name, []).extend((members + c).tolist())
+        for name, nodes in m.node_sets.items():
+            node_sets.setdefault(name, []).extend(number[nodes + p].tolist())
     return replace(
         whole,
         boundaries={k: np.array(v, dtype=np.int64) for k, v in boundaries.items() if v},
         groups={k: np.array(v, dtype=np.int64) for k, v in groups.items()},
+        node_sets={k: np.unique(v) for k, v in node_sets.items()},
     )

@@ -1,0 +1,1 @@
+"""File formats: each module reads one family of files into a `RawMesh`."""

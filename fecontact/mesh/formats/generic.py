@@ -1,0 +1,143 @@
+"""Files that meshio reads: gmsh's .msh, and .vtk, .vtu, .xdmf."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.errors import MeshError, MissingPackageError
+from fecontact.mesh.formats.raw import RawMesh
+from fecontact.mesh.kinds import BY_MESHIO
+
+IntArray = NDArray[np.int64]
+
+#: Corners of the surface cells of meshio.
+FACET_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+#: Cells of lower dimension, which say nothing about a solid.
+_LINES_AND_POINTS = ("vertex", "line", "line3", "line4")
+#: Whole-number cell data with more values than this are numbers of cells, not of regions.
+MOST_REGIONS = 64
+#: A wedge with its two triangles exchanged, of 6 and 15 nodes.
+_TURNED_WEDGE = (3, 4, 5, 0, 1, 2, 9, 10, 11, 6, 7, 8, 12, 13, 14)
+
+
+def teach_meshio() -> None:
+    """Tell meshio that quadratic wedges and pyramids are solids; it can read them but has no dimension for them."""
+    from meshio._mesh import topological_dimension
+
+    for kind in BY_MESHIO:
+        topological_dimension.setdefault(kind, 3)
+
+
+def load(path: Path, reader: Callable[[str], Any]) -> Any:
+    """Read a file with meshio, its many ways of failing turned into one error.
+
+    Raises
+    ------
+    MeshError, MissingPackageError
+    """
+    teach_meshio()
+    try:
+        return reader(str(path))
+    except ImportError as error:
+        raise MissingPackageError(f"{path.name} needs the package {error.name!r} to be read; install it.") from error
+    except (Exception, SystemExit) as error:
+        reason = str(error).strip() or type(error).__name__
+        raise MeshError(f"{path.name} could not be read: {reason}. The file is damaged or of another type.") from error
+
+
+def points_in_space(points: NDArray[np.float64], source: str) -> NDArray[np.float64]:
+    """Refuse points of a plane mesh."""
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshError(f"{source} has points of shape {points.shape}; a solid needs three coordinates.")
+    return np.asarray(points, dtype=float)
+
+
+def read_gmsh(path: Path) -> RawMesh:
+    """Gmsh: physical volumes become element sets, physical surfaces boundaries, by their names or as 'surface_5'."""
+    import meshio
+
+    mesh = load(path, meshio.gmsh.read)
+    names = {(int(dim), int(tag)): name for name, (tag, dim) in mesh.field_data.items()}
+    physical = mesh.cell_data.get("gmsh:physical")
+    tags = mesh.cell_data.get("gmsh:geometrical") if physical is None else physical
+
+    def named(dim: int, tag: int) -> str:
+        return names.get((dim, tag), f"{'surface' if dim == 2 else 'volume'}_{tag}")
+
+    def regions(block: int, dim: int) -> list[tuple[str, IntArray]]:
+        if tags is None:
+            return []
+        # gmsh numbers physical groups from 1; 0 stands for none
+        values = np.asarray(tags[block])
+        return [(named(dim, int(tag)), np.flatnonzero(values == tag)) for tag in np.unique(values) if tag != 0]
+
+    return _collect(mesh, path.name, regions)
+
+
+def read_vtk(path: Path) -> RawMesh:
+    """VTK, VTU, XDMF: whole-number cell data with few values become element sets and boundaries, as 'region_3'."""
+    import meshio
+
+    reader = {".vtk": meshio.vtk.read, ".vtu": meshio.vtu.read}.get(path.suffix.lower(), meshio.xdmf.read)
+    mesh = load(path, reader)
+    data = {
+        name: blocks
+        for name, blocks in mesh.cell_data.items()
+        if all(np.asarray(b).ndim == 1 and np.issubdtype(np.asarray(b).dtype, np.integer) for b in blocks)
+        and len(np.unique(np.concatenate(blocks))) <= MOST_REGIONS
+    }
+
+    def regions(block: int, dim: int) -> list[tuple[str, IntArray]]:
+        return [
+            (f"{name}_{value}", np.flatnonzero(np.asarray(blocks[block]) == value))
+            for name, blocks in data.items()
+            for value in np.unique(blocks[block])
+        ]
+
+    raw = _collect(mesh, path.name, regions)
+    return RawMesh(raw.points, [_right_handed(raw.points, *b) for b in raw.blocks], raw.groups, raw.facets)
+
+
+def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[str, IntArray]]]) -> RawMesh:
+    """Sort meshio's blocks into solids and surfaces."""
+    blocks, start = [], 0
+    groups: dict[str, list[IntArray]] = {}
+    facets: dict[str, list[IntArray]] = {}
+    for k, block in enumerate(mesh.cells):
+        cells = np.asarray(block.data, dtype=np.int64)
+        if block.type in BY_MESHIO:
+            blocks.append((BY_MESHIO[block.type].name, cells))
+            for name, members in regions(k, 3):
+                groups.setdefault(name, []).append(start + members)
+            start += len(cells)
+        elif block.type in FACET_CORNERS:
+            for name, members in regions(k, 2):
+                facets.setdefault(name, []).append(cells[members, : FACET_CORNERS[block.type]])
+        elif block.type == "wedge18":
+            # the three nodes in the middles of the quadrilaterals are left out
+            blocks.append(("wedge15", cells[:, :15]))
+            for name, members in regions(k, 3):
+                groups.setdefault(name, []).append(start + members)
+            start += len(cells)
+        elif block.type not in _LINES_AND_POINTS:
+            raise MeshError(
+                f"{source} holds cells of the type {block.type!r}; expected hexahedra, wedges, pyramids or tetrahedra, "
+                f"linear or quadratic ({', '.join(BY_MESHIO)})."
+            )
+    points = points_in_space(np.asarray(mesh.points), source)
+    return RawMesh(points, blocks, {k: np.concatenate(v) for k, v in groups.items()}, facets)
+
+
+def _right_handed(points: NDArray[np.float64], kind: str, cells: IntArray) -> tuple[str, IntArray]:
+    """Turn wedges listed as in VTK's book, first triangle outwards, against the practice of most programs."""
+    if kind not in ("wedge6", "wedge15") or cells.min() < 0 or cells.max() >= len(points):
+        return kind, cells
+    x = points[cells[:, :6]]
+    up = x[:, 3:].mean(axis=1) - x[:, :3].mean(axis=1)
+    left = np.einsum("ni,ni->n", np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), up) < 0
+    return kind, np.where(left[:, None], cells[:, list(_TURNED_WEDGE[: cells.shape[1]])], cells)
