@@ -1,12 +1,14 @@
-"""Files: results to VTU (ParaView), JSON (scripts) and CSV (spreadsheets)."""
+"""Files: results to VTU and PVD (ParaView), JSON (scripts) and CSV (spreadsheets)."""
 
 from __future__ import annotations
 
 import csv
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import quoteattr
 
 import meshio
 import numpy as np
@@ -15,10 +17,12 @@ from numpy.typing import NDArray
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.errors import InputError
 from fecontact.fem.stress import von_mises
+from fecontact.interface.surface import FacetSurface
 from fecontact.mesh.mesh import CELL_TYPES
 
 if TYPE_CHECKING:
-    from fecontact.result import ContactResult
+    from fecontact.reduction import Interface
+    from fecontact.result import ContactFields, ContactResult
 
 Array = NDArray[np.float64]
 
@@ -90,15 +94,16 @@ def save_result(result: ContactResult, path: str | Path) -> Path:
 
 
 def save_csv(result: ContactResult, path: str | Path) -> Path:
-    """One row per contact point: contact, position, normal, area, force, pressure, gap."""
+    """One row per contact point: contact, position, normal, area, force, pressure, gap, region (0: no contact)."""
     path = check_writable(path)
-    head = ["contact", "x", "y", "z", "nx", "ny", "nz", "area", "force", "pressure", "gap"]
+    head = ["contact", "x", "y", "z", "nx", "ny", "nz", "area", "force", "pressure", "gap", "region"]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(head)
         for k, c in enumerate(result.contacts):
             table = np.column_stack([c.points, c.normals, c.weights, c.forces, c.pressure, c.gap])
-            writer.writerows([k, *map(repr, map(float, row))] for row in table)
+            rows = zip(table.tolist(), c.region.tolist(), strict=True)
+            writer.writerows([k, *map(repr, row), region] for row, region in rows)
     return path
 
 
@@ -110,21 +115,18 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
     path = check_writable(path)
     points, number = [], []
     cells: dict[int, list[NDArray[np.int64]]] = {}
-    data: dict[str, list[Array]] = {"displacement": [], "stress": [], "von_mises": [], "contact_pressure": []}
+    data: dict[str, list[Array]] = {}
     start = 0
     for k, body in enumerate(result.elastic_bodies):
         mesh = body.mesh
         used = np.unique(mesh.cells)
         index = np.full(len(mesh.points), -1, dtype=np.int64)
         index[used] = start + np.arange(len(used))
-        stress = result.stress(body)[used]
         points.append(body.pose.to_world(mesh.points[used]))
         cells.setdefault(mesh.cells.shape[1], []).append(index[mesh.cells])
         number.append((mesh.cells.shape[1], np.full(len(mesh.cells), k)))
-        data["displacement"].append(result.displacement(body)[used])
-        data["stress"].append(stress)
-        data["von_mises"].append(von_mises(stress))
-        data["contact_pressure"].append(_nodal_pressure(result, body)[used])
+        for name, values in body_fields(result, body).items():
+            data.setdefault(name, []).append(values[used])
         start += len(used)
     if not points:
         raise InputError("The scene has no elastic body, so there is nothing to write to a VTU file.")
@@ -139,10 +141,74 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
     return path
 
 
-def _nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
-    """Contact pressure (n_points,) on a body's nodes, as slave; zero elsewhere."""
+def save_series(results: Sequence[ContactResult], path: str | Path, times: Sequence[float] | None = None) -> Path:
+    """Write results as a series for ParaView: a PVD file and, beside it, one VTU file for each result.
+
+    Parameters
+    ----------
+    results : sequence of ContactResult
+    path : str or Path
+        Ends in ``.pvd``; the others are named after it, with a number.
+    times : sequence of float, optional
+        Time (or load, or angle) of each result; 0, 1, 2, ... unless given.
+
+    Raises
+    ------
+    InputError
+        If there is no result, not one time for each, another suffix, or a path that cannot be written.
+    """
+    path = check_writable(path)
+    if path.suffix.lower() != ".pvd":
+        raise InputError(f"A series is written to a .pvd file; found {path.name!r}.")
+    instants = [float(k) for k in range(len(results))] if times is None else [float(t) for t in times]
+    if not results or len(instants) != len(results):
+        raise InputError(f"A series needs results and one time for each; found {len(results)} and {len(instants)}.")
+    lines = []
+    for k, (result, time) in enumerate(zip(results, instants, strict=True)):
+        part = save_vtu(result, path.with_name(f"{path.stem}_{k:04d}.vtu"))
+        lines.append(f'    <DataSet timestep="{time!r}" file={quoteattr(part.name)}/>')
+    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+    return write_atomically(path, head + "\n".join(lines) + "\n  </Collection>\n</VTKFile>\n")
+
+
+def body_fields(result: ContactResult, body: ElasticBody) -> dict[str, Array]:
+    """Nodal fields of a body by name: displacement (n, 3), stress (n, 6), von_mises (n,), contact_pressure (n,)."""
+    stress = result.stress(body)
+    return {
+        "displacement": result.displacement(body),
+        "stress": stress,
+        "von_mises": von_mises(stress),
+        "contact_pressure": nodal_pressure(result, body),
+    }
+
+
+def nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
+    """Contact pressure (n_points,) on a body's nodes; zero where there is none.
+
+    As slave: the contact's own. As master: the slave's at the point opposite each node.
+    """
     pressure = np.zeros(len(body.mesh.points))
     for interface, contact in zip(result.interfaces, result.contacts, strict=True):
-        if contact.slave is body:
+        if interface.slave is body:
             pressure[interface.pairing.nodes] += contact.pressure
+        elif interface.master is body and contact.active.any():
+            nodes, values = _opposite_pressure(interface, contact)
+            pressure[nodes] += values
     return pressure
+
+
+def _opposite_pressure(interface: Interface, contact: ContactFields) -> tuple[NDArray[np.int64], Array]:
+    """Nodes of the master's surface and the slave's pressure opposite them."""
+    slave = interface.slave.surface(interface.surfaces[0])
+    master = interface.master.surface(interface.surfaces[1])
+    assert isinstance(slave, FacetSurface)
+    assert isinstance(master, FacetSurface)
+    p = interface.pairing
+    nodal = np.zeros(len(slave.points))
+    nodal[p.nodes] = contact.pressure
+    feet = slave.project((master.points[master.nodes] - p.translation) @ p.rotation)
+    assert feet.weights is not None
+    # a node that stands further off than any point in contact does is on another part of the surface
+    off = np.abs(feet.gap) > 2 * np.abs(p.gap[contact.active]).max() + 1e-6 * slave.size
+    values = np.clip(feet.weights @ nodal, 0.0, contact.max_pressure)
+    return master.nodes, np.where(off | feet.beyond, 0.0, values)

@@ -3,12 +3,14 @@
 import csv
 import json
 import stat
+from xml.etree import ElementTree
 
+import meshio
 import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.io import check_writable
+from fecontact.io import check_writable, nodal_pressure, save_series
 
 
 @pytest.fixture(scope="module")
@@ -74,3 +76,34 @@ def test_stress_and_strain_of_a_uniform_state(pressed):
     expected = np.array([0, 0, -1.0, 0, 0, 0])
     assert np.abs(stress - expected).max() < 1e-12  # linear fields are reproduced exactly
     assert np.abs(strain[:, 0] - 0.3 * 0.02).max() < 1e-12
+
+
+def test_csv_names_the_region_of_each_point(pressed, tmp_path):
+    rows = list(csv.DictReader(pressed[1].save(tmp_path / "r.csv").open()))
+    assert {r["region"] for r in rows} == {"1"}
+
+
+def test_series_for_paraview(pressed, tmp_path):
+    path = save_series([pressed[1], pressed[1]], tmp_path / "gait & more.pvd", times=[0.0, 0.5])
+    sets = ElementTree.parse(path).getroot().findall("Collection/DataSet")
+    assert [float(s.get("timestep")) for s in sets] == [0.0, 0.5]
+    for s in sets:
+        assert set(meshio.read(tmp_path / s.get("file")).point_data) >= {"displacement", "von_mises"}
+    with pytest.raises(fc.InputError, match="one time for each; found 1 and 2"):
+        save_series([pressed[1]], path, times=[0.0, 1.0])
+    with pytest.raises(fc.InputError, match=r"\.pvd file; found 'x\.vtu'"):
+        save_series([pressed[1]], tmp_path / "x.vtu")
+
+
+def test_master_shows_the_pressure_opposite_its_nodes():
+    """Two equal blocks pressed together uniformly: E * strain on both faces, nothing elsewhere."""
+    cork = fc.Material(E=10.0, nu=0.0)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    upper = fc.ElasticBody(mesh, cork, "bottom", {"top": "xyz"}, name="upper").placed((0, 0, 1))
+    lower = fc.ElasticBody(mesh, cork, "top", {"bottom": "xyz"}, name="lower").placed((0, 0, 0))
+    result = fc.Scene([upper, lower], [fc.Contact(upper, lower)]).solve(motions={upper: {"z": -0.02}})
+    for body, boundary in ((upper, "bottom"), (lower, "top")):
+        pressure = nodal_pressure(result, body)
+        nodes = body.mesh.boundary_nodes(boundary)
+        assert np.abs(pressure[nodes] - 0.1).max() <= 1e-10  # uniaxial state, exact for these elements
+        assert np.count_nonzero(pressure) == len(nodes)
