@@ -15,6 +15,7 @@ from fecontact.errors import InputError, MeshError
 from fecontact.mesh.basis import Pattern
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
 from fecontact.mesh.kinds import kind_of
+from fecontact.mesh.pick import Pick
 from fecontact.mesh.reference import EDGES, FACES
 
 Array = NDArray[np.float64]
@@ -229,12 +230,27 @@ class Mesh:
             raise InputError(f"A scale must be a positive, finite number; found {factor!r}.")
         return self.mapped(lambda x: factor * x)
 
-    def with_boundary(self, name: str, where: Callable[[Array], NDArray[np.bool_]]) -> Mesh:
-        """Name the outer faces whose corners all satisfy ``where(points (n, 3)) -> (n,) bool``."""
-        inside = np.asarray(where(self.points), dtype=bool)
+    def with_boundary(self, name: str, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mesh:
+        """Name outer faces.
+
+        Parameters
+        ----------
+        name : str
+        where : Pick or callable
+            A pick (`fecontact.pick`), or ``where(points (n, 3)) -> (n,) bool`` that all corners of a face satisfy.
+
+        Raises
+        ------
+        InputError
+            If no outer face is chosen.
+        """
         faces = self.outer_faces
-        corners = np.take_along_axis(self.cells[faces[:, 0]], FACES[faces[:, 1], :4], axis=1)
-        chosen = faces[inside[corners].all(axis=1)]
+        if isinstance(where, Pick):
+            chosen = faces[where.chosen(self, faces)]
+        else:
+            inside = np.asarray(where(self.points), dtype=bool)
+            corners = np.take_along_axis(self.cells[faces[:, 0]], FACES[faces[:, 1], :4], axis=1)
+            chosen = faces[inside[corners].all(axis=1)]
         if len(chosen) == 0:
             raise InputError(f"No outer face lies wholly in the region given for the boundary {name!r}.")
         return replace(self, boundaries={**self.boundaries, name: chosen})
@@ -355,6 +371,19 @@ def _kept(numbers: IntArray) -> IntArray:
     return numbers[numbers >= 0]
 
 
+def representatives(points: Array, tolerance: float) -> IntArray:
+    """For each point the smallest number (n_points,) of the cluster of points closer than `tolerance`."""
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    target = np.arange(len(points))
+    # repeated until chains of pairs have settled
+    while True:
+        before = target.copy()
+        np.minimum.at(target, pairs[:, 1], target[pairs[:, 0]])
+        np.minimum.at(target, pairs[:, 0], target[pairs[:, 1]])
+        if np.array_equal(before, target):
+            return target
+
+
 def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
     """Join meshes of one cell type into one; points closer than `tolerance` (a length) become one point.
 
@@ -370,15 +399,7 @@ def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
     point_start = np.cumsum([0] + [len(m.points) for m in meshes])
     cell_start = np.cumsum([0] + [len(m.cells) for m in meshes])
     points = np.concatenate([m.points for m in meshes])
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    target = np.arange(len(points))
-    # the smallest number of a cluster represents it; repeated until chains of pairs have settled
-    while True:
-        before = target.copy()
-        np.minimum.at(target, pairs[:, 1], target[pairs[:, 0]])
-        np.minimum.at(target, pairs[:, 0], target[pairs[:, 1]])
-        if np.array_equal(before, target):
-            break
+    target = representatives(points, tolerance)
     kept, number = np.unique(target, return_inverse=True)
     cells = number[np.concatenate([m.cells + p for m, p in zip(meshes, point_start[:-1], strict=True)])]
     whole = Mesh(points[kept], cells)

@@ -1,0 +1,221 @@
+"""Boundary names by picking: outer faces on a plane, in a box, facing a direction, near another body, up to an edge.
+
+Picks combine with ``&``, ``|`` and ``~`` and go into `Mesh.with_boundary`.
+
+Examples
+--------
+>>> import fecontact as fc
+>>> from fecontact.mesh import pick
+>>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+>>> left = pick.facing((0, 0, 1)) & pick.box((0, 0, 0), (0.5, 1, 1))
+>>> len(mesh.with_boundary("left half of the top", left).faces("left half of the top"))
+2
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from fecontact.errors import InputError
+from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
+
+if TYPE_CHECKING:
+    from fecontact.mesh.mesh import Mesh
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+#: Points along each side of a facet at which the distance from it is measured.
+SAMPLES = 8
+
+
+@dataclass(frozen=True)
+class Pick:
+    """A choice among the outer faces of a mesh.
+
+    Attributes
+    ----------
+    chosen : callable
+        ``chosen(mesh, faces (n, 2)) -> (n,) bool``.
+    """
+
+    chosen: Callable[[Mesh, IntArray], Mask]
+
+    def __and__(self, other: Pick) -> Pick:
+        return Pick(lambda mesh, faces: self.chosen(mesh, faces) & other.chosen(mesh, faces))
+
+    def __or__(self, other: Pick) -> Pick:
+        return Pick(lambda mesh, faces: self.chosen(mesh, faces) | other.chosen(mesh, faces))
+
+    def __invert__(self) -> Pick:
+        return Pick(lambda mesh, faces: ~self.chosen(mesh, faces))
+
+
+def _unit(direction: ArrayLike, what: str) -> Array:
+    d = np.asarray(direction, dtype=float)
+    length = np.linalg.norm(d)
+    if d.shape != (3,) or not np.isfinite(d).all() or length == 0:
+        raise InputError(f"The {what} must be three finite numbers, not all zero; found {direction!r}.")
+    return d / length
+
+
+def _point(point: ArrayLike, what: str) -> Array:
+    p = np.asarray(point, dtype=float)
+    if p.shape != (3,) or not np.isfinite(p).all():
+        raise InputError(f"The {what} must be three finite numbers; found {point!r}.")
+    return p
+
+
+def _middles(mesh: Mesh, faces: IntArray) -> tuple[Array, Array]:
+    """Middles (n, 3) of faces and their outward unit normals there."""
+    facets = mesh.face_nodes(faces)
+    triangle = triangular(facets)
+    N, dN = facet_shapes(facets.shape[1], triangle, facet_centres(triangle))
+    x = mesh.points[facets]
+    t = np.einsum("naj,nai->nij", dN, x)
+    normal = np.cross(t[:, :, 0], t[:, :, 1])
+    return np.einsum("na,nai->ni", N, x), normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+
+def plane(point: ArrayLike, normal: ArrayLike, tolerance: float | None = None) -> Pick:
+    """Faces all nodes of which lie on a plane.
+
+    Parameters
+    ----------
+    point, normal : three numbers
+        A point of the plane and its normal, either way.
+    tolerance : float, optional
+        Distance from the plane that still counts; a millionth of the mesh's size unless given.
+    """
+    p, n = _point(point, "point of the plane"), _unit(normal, "normal of the plane")
+
+    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+        near = 1e-6 * np.linalg.norm(np.ptp(mesh.points, axis=0)) if tolerance is None else tolerance
+        on = np.asarray(np.abs((mesh.points - p) @ n) <= near)
+        return np.asarray(on[mesh.face_nodes(faces)].all(axis=1))
+
+    return Pick(chosen)
+
+
+def box(low: ArrayLike, high: ArrayLike) -> Pick:
+    """Faces all nodes of which lie in a box between two opposite corners (a little of rounding allowed)."""
+    a, b = _point(low, "lower corner"), _point(high, "upper corner")
+    if (a > b).any():
+        raise InputError(f"The lower corner must not exceed the upper one; found {low!r} and {high!r}.")
+
+    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+        slack = 1e-9 * np.linalg.norm(np.ptp(mesh.points, axis=0))
+        inside = ((mesh.points >= a - slack) & (mesh.points <= b + slack)).all(axis=1)
+        return np.asarray(inside[mesh.face_nodes(faces)].all(axis=1))
+
+    return Pick(chosen)
+
+
+def facing(direction: ArrayLike, angle: float = 30.0) -> Pick:
+    """Faces whose outward normal in their middle lies within `angle` (degrees) of a direction."""
+    d = _unit(direction, "direction")
+
+    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+        _, normals = _middles(mesh, faces)
+        return np.asarray(normals @ d >= np.cos(np.radians(angle)))
+
+    return Pick(chosen)
+
+
+def near(other: Any, distance: float) -> Pick:
+    """Faces whose middle is closer than `distance` to something else.
+
+    Parameters
+    ----------
+    other : Mesh, SurfaceMesh, surface with ``project``, or (n, 3) array
+        Of a mesh its outer faces count, of points the nearest one. All in the axes of the mesh that is picked from.
+        Meshes and surface meshes are measured at points spread over their facets, a seventh of a side apart; a
+        surface with ``project``, such as `ElasticBody.surface`, exactly.
+    distance : float
+    """
+    if not (np.isfinite(distance) and distance > 0):
+        raise InputError(f"The distance must be a positive, finite length; found {distance!r}.")
+
+    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+        middles, _ = _middles(mesh, faces)
+        return np.asarray(_distance(middles, other) <= distance)
+
+    return Pick(chosen)
+
+
+def _distance(points: Array, other: Any) -> Array:
+    """Distance (n,) from points to a surface or to other points."""
+    if hasattr(other, "project"):
+        return np.linalg.norm(points - other.project(points).points, axis=1)
+    if hasattr(other, "outer_faces"):
+        cloud = _spread(other.points, other.face_nodes(other.outer_faces))
+    elif hasattr(other, "facets"):
+        cloud = _spread(other.points, other.facets)
+    else:
+        cloud = np.asarray(other, dtype=float)
+    if cloud.ndim != 2 or cloud.shape[1] != 3 or not len(cloud):
+        raise InputError(f"Expected a mesh, a surface or points of shape (n, 3); found {type(other).__name__}.")
+    return cKDTree(cloud).query(points)[0]
+
+
+def _spread(points: Array, facets: IntArray) -> Array:
+    """Points (n, 3) spread over facets."""
+    t = np.linspace(0.0, 1.0, SAMPLES)
+    N, _ = shapes_on_square(facets, np.stack(np.meshgrid(t, t), axis=-1).reshape(-1, 2))
+    return (N @ points[facets]).reshape(-1, 3)
+
+
+def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
+    """Faces that can be reached from the one nearest to `seed` without crossing an edge sharper than `angle` degrees.
+
+    The angle is that between the normals of neighbouring faces at the middle of their common side.
+    """
+    start = _point(seed, "seed")
+
+    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+        first, second, cosine = _neighbours(mesh, faces)
+        smooth = cosine >= np.cos(np.radians(angle))
+        n = len(faces)
+        graph = sp.coo_matrix((np.ones(smooth.sum()), (first[smooth], second[smooth])), shape=(n, n))
+        _, part = connected_components(graph, directed=False)
+        middles, _ = _middles(mesh, faces)
+        nearest = np.argmin(np.linalg.norm(middles - start, axis=1))
+        return np.asarray(part == part[nearest])
+
+    return Pick(chosen)
+
+
+def _neighbours(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray, Array]:
+    """Pairs of outer faces that share a side, and the cosine between their normals at its middle."""
+    facets = mesh.face_nodes(faces)
+    triangle = triangular(facets)
+    corners = facets[:, :4]
+    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    normals = _side_normals(mesh, facets, triangle).reshape(-1, 3)
+    real = np.flatnonzero(ends[:, 0] != ends[:, 1])
+    order = real[np.lexsort((ends[real, 1], ends[real, 0]))]
+    same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
+    a, b = order[:-1][same], order[1:][same]
+    return a // 4, b // 4, np.einsum("ni,ni->n", normals[a], normals[b])
+
+
+def _side_normals(mesh: Mesh, facets: IntArray, triangle: Mask) -> Array:
+    """Unit normals (n_facets, 4, 3) of facets at the middles of their sides; the third of a triangle counts nothing."""
+    quad = np.array([[0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]])
+    tri = np.array([[0.5, 0.0], [0.5, 0.5], [0.25, 0.25], [0.0, 0.5]])
+    out = np.empty((len(facets), 4, 3))
+    for side in range(4):
+        _, dN = facet_shapes(facets.shape[1], triangle, np.where(triangle[:, None], tri[side], quad[side]))
+        t = np.einsum("naj,nai->nij", dN, mesh.points[facets])
+        normal = np.cross(t[:, :, 0], t[:, :, 1])
+        out[:, side] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return out
