@@ -5,7 +5,8 @@ about the body's reference point) are
 
 - **held**, if a support resists them and nothing else is said;
 - **moved** by what `motions` prescribes;
-- **loaded**, if `forces` or `moments` name them with a number that is not zero: then the frame follows;
+- **loaded**, along the direction of the force and about that of the moment that `forces` and `moments` give: there
+  the frame follows, across it stays held;
 - **free**, if no support resists them, or if `free` names them.
 
 A load on a body acts through its supports as through a rigid platen; on a component that floats it is spread over the
@@ -128,17 +129,20 @@ def make_frame(
         raise InputError(
             f"Unknown free components {sorted(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}."
         )
-    loaded = set(np.flatnonzero(load).tolist()) | {COMPONENTS.index(n) for n in names}
-    if both := loaded & set(prescribed):
+    freed = [COMPONENTS.index(n) for n in names]
+    if both := (set(np.flatnonzero(load).tolist()) | set(freed)) & set(prescribed):
         which = ", ".join(COMPONENTS[c] for c in sorted(both))
         raise InputError(f"{body.name!r} is both loaded (or free) and moved in {which}; a component takes one of them.")
     Q = body.pose.rotation
     scale = np.array([1.0] * 3 + [body.size] * 3)[:, None]
     floating = scale * np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
     unit = np.eye(6)
-    everything = gram_schmidt(np.concatenate([unit[:, sorted(loaded)], floating], axis=1), 1e-8)
+    # the directions of force and moment, not their components: a turned scene is then the same scene
+    along = np.stack([np.concatenate([load[:3], np.zeros(3)]), np.concatenate([np.zeros(3), load[3:]])], axis=1)
+    everything = gram_schmidt(np.concatenate([along, unit[:, freed], floating], axis=1), 1e-8)
     released = _without(everything, list(prescribed))
-    mean_held = gram_schmidt(floating - released @ (released.T @ floating), 1e-8)
+    # what floats and is not released; completing the basis judges dependence by the columns' own length
+    mean_held = gram_schmidt(np.concatenate([released, floating], axis=1), 1e-8)[:, released.shape[1] :]
     moved = np.zeros(6)
     for component, value in prescribed.items():
         moved[component] = value

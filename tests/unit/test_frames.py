@@ -46,6 +46,7 @@ SLIDE = {"x_min": "x", "y_min": "y"}
         (SLIDE, {}, {"z"}, set()),
         (SLIDE, {"motion": {"z": -0.1}}, set(), {"z"}),
         (SLIDE, {"force": (1, 0, -1)}, {"x", "z"}, set()),
+        (HELD, {"moment": (0, 2, 0), "force": (0, 0, -1)}, {"z", "ry"}, set()),
         ({"bottom": "z"}, {}, {"x", "y", "rz"}, set()),
     ],
 )
@@ -169,3 +170,11 @@ def test_bad_loads():
     weightless = fc.ElasticBody(body.mesh, fc.Material(E=1.0, nu=0.3), pressure="nodal", supports=HELD)
     with pytest.raises(InputError, match=r"Gravity needs a density"):
         make_loading([weightless], None, None, None, None, None, (0, 0, -1))
+
+
+def test_an_oblique_load_releases_its_own_direction_only():
+    # so that a scene turned together with its load is the same scene
+    frame = make_frame(cube(HELD), force=(0.0, 0.6, -0.8))
+    assert frame.released.shape == (6, 1)
+    direction = frame.released[:3, 0] / np.linalg.norm(frame.released[:3, 0])
+    assert abs(abs(direction @ [0.0, 0.6, -0.8]) - 1) < 1e-12
