@@ -6,7 +6,7 @@ Examples
 >>> steel = fc.Material(E=210e3, nu=0.3)
 >>> hertz = fc.hertz.spheres(radii=(250.0, 250.0), materials=(steel, steel), force=7124.0)
 >>> round(hertz.a, 3)
-1.797
+1.795
 """
 
 from fecontact import surfaces

@@ -323,8 +323,7 @@ class ContactResult:
     def strain(self, body: Body) -> Array:
         """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
         k, elastic = self._elastic(body)
-        values, _ = gauss_strain(elastic.mesh, self.state.displacements[k].reshape(-1, 3))
-        return to_nodes(elastic.mesh, values)
+        return to_nodes(elastic.mesh, self._gauss_strain(k, elastic))
 
     def stress(self, body: Body) -> Array:
         """Stress (n_points, 6) at the nodes, tension positive, in the body's own axes.
@@ -333,8 +332,12 @@ class ContactResult:
         """
         k, elastic = self._elastic(body)
         assert elastic.model is not None
-        values, _ = gauss_strain(elastic.mesh, self.state.displacements[k].reshape(-1, 3))
-        return to_nodes(elastic.mesh, hooke(values, elastic.model.lame[:, None], elastic.model.shear[:, None]))
+        strain = self._gauss_strain(k, elastic)
+        return to_nodes(elastic.mesh, hooke(strain, elastic.model.lame[:, None], elastic.model.shear[:, None]))
+
+    def _gauss_strain(self, k: int, body: ElasticBody) -> Array:
+        assert body.model is not None
+        return gauss_strain(body.mesh, self.state.displacements[k].reshape(-1, 3), body.model.selective)[0]
 
     def rigid_motion(self, body: Body) -> RigidMotion:
         """Rigid motion of a body about its reference point.

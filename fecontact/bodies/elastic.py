@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 PRESSURES = ("midface", "nodal")
+INTEGRATIONS = ("auto", "full", "selective")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +48,8 @@ class ElasticBody:
     name : str, optional
     backend : {'auto', 'pardiso', 'superlu'}
         Factorisation back-end.
+    integration : {'auto', 'full', 'selective'}
+        Selective reduced integration against locking; 'auto' chooses it for Poisson's ratios above 0.48.
 
     Raises
     ------
@@ -69,12 +72,17 @@ class ElasticBody:
     pressure: str = "midface"
     name: str = "body"
     backend: str = "auto"
+    integration: str = "auto"
     pose: Pose = field(default_factory=Pose)
     model: Model | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if self.pressure not in PRESSURES:
             raise InputError(f"Unknown pressure {self.pressure!r}; expected one of {', '.join(map(repr, PRESSURES))}.")
+        if self.integration not in INTEGRATIONS:
+            raise InputError(
+                f"Unknown integration {self.integration!r}; expected one of {', '.join(map(repr, INTEGRATIONS))}."
+            )
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
         if self.model is None:
@@ -84,7 +92,7 @@ class ElasticBody:
             if names and self.pressure == "midface" and mesh.cell_type == "hex20":
                 mesh = mesh.with_midface_nodes(names)
             object.__setattr__(self, "mesh", mesh)
-            object.__setattr__(self, "model", Model(mesh, self.material, self.supports, self.backend))
+            object.__setattr__(self, "model", Model(mesh, self.material, self.supports, self.backend, self.integration))
 
     @property
     def _model(self) -> Model:

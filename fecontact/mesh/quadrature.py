@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
-from skfem.refdom import RefLine, RefTet, RefTri
+from skfem.refdom import RefHex, RefLine, RefTet, RefTri
 
 from fecontact.mesh.basis import Pattern
 from fecontact.mesh.reference import hex_quadrature
@@ -72,3 +72,15 @@ def element_quadrature(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...]
         X = np.concatenate([np.repeat(plane, len(z), axis=0), np.tile(z, len(b))[:, None]], axis=1)
         return X, np.repeat(W / (1 - c), len(z)) * np.tile(Wz, len(b))
     return hex_quadrature(n_nodes)
+
+
+@cache
+def reduced_quadrature(n_nodes: int) -> tuple[Array, Array]:
+    """Points (n_q, 3) and weights (n_q,) one order lower: one for 8 nodes, eight for 20 and 27.
+
+    For the volumetric part of nearly incompressible elements; alone they would leave zero-energy modes.
+    """
+    if n_nodes == 8:
+        return np.full((1, 3), 0.5), np.ones(1)
+    X, W = get_quadrature(RefHex, 3)
+    return np.ascontiguousarray(X.T), W

@@ -65,17 +65,23 @@ def test_shrink_fit_of_two_rings_within_half_a_percent():
     result = fc.Scene([hub, tyre], [fc.Contact(hub, tyre)]).solve()
     pressure = result.contacts[0].pressure
     error = pressure.mean() / exact - 1
-    print(f"\nshrink fit: p = {pressure.mean():.4f}, Lame {exact:.4f}, error {error:+.3%}, spread {np.ptp(pressure) / exact:.2%}")
+    print(
+        f"\nshrink fit: p = {pressure.mean():.4f}, Lame {exact:.4f}, error {error:+.3%}, spread {np.ptp(pressure) / exact:.2%}"
+    )
     assert abs(error) < 0.005
 
 
-@pytest.mark.parametrize(("nu", "tolerance"), [(0.0, 0.02), (0.3, 0.02), (0.45, 0.02), (0.49, 0.02)])
-def test_bonded_layer_under_a_rigid_paraboloid(nu, tolerance):
+@pytest.mark.parametrize(
+    ("nu", "element", "tolerance"),
+    [(0.0, "hex20", 0.02), (0.3, "hex20", 0.02), (0.45, "hex20", 0.02), (0.49, "hex20", 0.02)]
+    + [(0.4999, "hex20", 0.05), (0.4999, "hex27", 0.02), (0.4999, "hex8", 0.05)],
+)
+def test_bonded_layer_under_a_rigid_paraboloid(nu, element, tolerance):
     # VERIFICATION 10, a/b = 2: a layer bonded to a rigid base, pressed by a sphere so large that it is a paraboloid
     thickness, radius = 1.0, 400.0
     solid = fc.Material(E=1.0, nu=nu)
     exact = layer.paraboloid(radius=radius, thickness=thickness, material=solid, a=2.0)
-    mesh = fc.shapes.cylinder(12.0, thickness, contact_radius=2.0, level=2, sector="quarter")
+    mesh = fc.shapes.cylinder(12.0, thickness, contact_radius=2.0, level=2, sector="quarter", element=element)
     held = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
     sheet = fc.ElasticBody(mesh, solid, "cap", held, name="layer")
     # the layer's body lies in z >= 0 below its surface: the ball comes from z < 0
@@ -85,9 +91,30 @@ def test_bonded_layer_under_a_rigid_paraboloid(nu, tolerance):
     r = np.hypot(*contact.points[:, :2].T)
     p0 = contact.pressure[np.argmin(r)]
     approach = result.rigid_motion(ball).translation[2]
-    print(f"\nlayer nu = {nu}: p0 {p0 / exact.p0 - 1:+.2%}, approach {approach / exact.approach - 1:+.2%}")
+    print(f"\nlayer nu = {nu}, {element}: p0 {p0 / exact.p0 - 1:+.2%}, approach {approach / exact.approach - 1:+.2%}")
     assert abs(p0 / exact.p0 - 1) < tolerance
     assert abs(approach / exact.approach - 1) < tolerance
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
+def test_selective_integration_passes_the_patch_test_and_has_no_hourglasses(element):
+    # uniform compression of a distorted nearly incompressible block: exact to 1e-9, the condition of nu = 0.4999
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3), element=element)
+    bent = mesh.mapped(lambda x: x + 0.03 * np.prod(np.sin(np.pi * x), axis=1, keepdims=True))
+    held = {"top": "z", "x_min": "x", "y_min": "y"}
+    block = fc.ElasticBody(bent, fc.Material(E=1.0, nu=0.4999), "bottom", held, name="block")
+    floor = fc.RigidBody(fc.Plane())
+    result = fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.01}})
+    assert block.model.selective
+    assert np.abs(result.contacts[0].pressure / 0.01 - 1).max() < 1e-9
+    assert np.abs(result.stress(block) / 0.01 - [0, 0, -1, 0, 0, 0]).max() < 1e-6  # stress is lambda times rounding
+    modes = np.linalg.eigvalsh(
+        fc.ElasticBody(
+            fc.shapes.block((1, 1, 1), (1, 1, 1), element=element), fc.Material(1.0, 0.4999), ()
+        ).model.stiffness.toarray(),
+        UPLO="U",
+    )
+    assert (np.abs(modes) < 1e-9 * modes.max()).sum() == 6
 
 
 def test_stiffness_contrast_tends_to_the_rigid_indenter():

@@ -44,7 +44,7 @@ def test_stiffness_does_not_depend_on_the_batch(curved, monkeypatch):
     whole = assemble_stiffness(mesh, lame, lame / 2)
     sizes = [len(b.cells) for b in batches(mesh, size=3)]
     assert sizes == [3, 3, 2]
-    monkeypatch.setattr("fecontact.fem.stiffness.batches.__defaults__", (3,))
+    monkeypatch.setattr("fecontact.fem.stiffness.batches.__defaults__", (3, False))
     assert np.abs((assemble_stiffness(mesh, lame, lame / 2) - whole).data).max(initial=0) < 1e-14
 
 
