@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.plot import draw_field, save_figure
+from fecontact.plot import Units, draw_field, save_figure
 from fecontact.spheres import solve_spheres
 
 
@@ -36,7 +36,7 @@ def main(level: int = 2, out: str | Path = "out") -> dict[str, float]:
         row[0].set_xlabel("radius [cm]")
         row[0].set_ylabel("pressure [kgf/cm²]")
         uniform = patch(pressure).contacts[0]
-        draw_field(row[1], uniform, uniform.pressure, "pressure", "exact: 0.01")
+        draw_field(row[1], uniform, uniform.pressure, "pressure", Units(stress="exact: 0.01"))
         row[1].set_title(
             f"{pressure}: uniform compression, {(~uniform.active).sum()} of {len(uniform.points)} points idle",
             fontsize=10,

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
@@ -21,9 +25,39 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FIELDS = ("pressure", "gap")
-COLOURS = {"pressure": "inferno_r", "gap": "viridis"}
+STYLES = ("smooth", "sensels")
+COLOURS = {"pressure": "magma_r", "gap": "viridis"}
 #: Cells per side into which a facet is divided for a smooth picture.
 FINENESS = 6
+#: Share of the largest pressure at which a region is outlined and above which a sensel shows its pressure.
+OUTLINE = 0.02
+#: Sensels across a contact unless a pitch is given, and steps of their colours, as on the screens of pressure films.
+SENSELS, STEPS = 24, 13
+
+
+@dataclass(frozen=True)
+class Units:
+    """Names of units for labels; empty ones are left out.
+
+    Examples
+    --------
+    >>> Units(stress="MPa").after("pressure", "stress")
+    'pressure [MPa]'
+    """
+
+    length: str = ""
+    force: str = ""
+    stress: str = ""
+
+    def after(self, text: str, kind: str) -> str:
+        """A label with its unit in brackets."""
+        unit = getattr(self, kind)
+        return f"{text} [{unit}]" if unit else text
+
+    def number(self, value: float, kind: str, power: str = "") -> str:
+        """A number with its unit."""
+        unit = getattr(self, kind)
+        return f"{value:.4g} {unit}{power}" if unit else f"{value:.4g}"
 
 
 def save_figure(figure: Figure, path: str | Path | None) -> Figure:
@@ -34,9 +68,50 @@ def save_figure(figure: Figure, path: str | Path | None) -> Figure:
 
 
 def plot_result(
-    result: ContactResult, what: str = "pressure", path: str | Path | None = None, units: str = ""
+    result: ContactResult, what: str = "pressure", path: str | Path | None = None, **options: Any
 ) -> Figure:
-    """Map a field of every contact, seen along its mean normal.
+    """Draw a field: of the contacts (`plot_contacts`), or of the bodies (`view.view_result`).
+
+    Parameters
+    ----------
+    result : ContactResult
+    what : str
+        'pressure' or 'gap' of the contacts; 'von_mises', 'displacement', 'contact_pressure', 'stress_xx', ... on the
+        bodies.
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    **options
+        Of the function that draws it.
+
+    Raises
+    ------
+    InputError
+        If there is no such field.
+    """
+    if what in FIELDS:
+        return plot_contacts(result, what, path, **options)
+    from fecontact import view
+
+    if what not in view.FIELDS:
+        known = ", ".join(map(repr, (*FIELDS, *view.FIELDS)))
+        raise InputError(f"Unknown field {what!r} to plot; expected one of {known}.")
+    return view.view_result(result, what, path, **options)
+
+
+def plot_contacts(
+    result: ContactResult,
+    what: str = "pressure",
+    path: str | Path | None = None,
+    *,
+    units: str = "",
+    length: str = "",
+    force: str = "",
+    style: str = "smooth",
+    pitch: float | None = None,
+    contacts: Sequence[int] | None = None,
+    same_colours: bool = True,
+) -> Figure:
+    """Map a field of every contact, seen along its mean normal, with its regions outlined.
 
     Parameters
     ----------
@@ -44,17 +119,66 @@ def plot_result(
     what : {'pressure', 'gap'}
     path : str or Path, optional
         File to write; the suffix decides the format.
-    units : str
-        For the colour bar.
+    units, length, force : str
+        Units of the field, of lengths and of forces, for labels.
+    style : {'smooth', 'sensels'}
+        'sensels' shows the pressure as a film of square sensors would: the force on each over its area.
+    pitch : float, optional
+        Side of a sensel; a round length that puts about 24 across the contact unless given.
+    contacts : sequence of int, optional
+        Which contacts of the result, by their place; all unless given.
+    same_colours : bool
+        Whether all maps share one scale.
+
+    Raises
+    ------
+    InputError
+        Unknown field, style or contact, gaps by sensels, a pitch that is not positive.
     """
-    if what not in FIELDS:
-        raise InputError(f"Unknown field {what!r} to plot; expected one of {', '.join(map(repr, FIELDS))}.")
-    n = len(result.contacts)
-    figure = Figure(figsize=(6.4 * n, 5.2), layout="constrained")
-    for axes, contact in zip(np.atleast_1d(figure.subplots(1, n)), result.contacts, strict=True):
-        draw_field(axes, contact, getattr(contact, what), what, units)
-        axes.set_title(f"{contact.slave.name}.{contact.surfaces[0]} on {contact.master.name}.{contact.surfaces[1]}")
+    _check_map(result, what, style, pitch, contacts)
+    shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
+    names = Units(length, force, units)
+    columns = min(3, len(shown))
+    rows = -(-len(shown) // columns)
+    figure = Figure(figsize=_figure_size(shown, columns, rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    top = max(c.max_pressure for c in shown) if same_colours else None
+    for axes, contact in zip(grid, shown, strict=False):
+        if style == "sensels":
+            draw_sensels(axes, contact, pitch, names, top)
+        else:
+            draw_field(axes, contact, getattr(contact, what), what, names, top=top)
+        draw_regions(axes, contact, names)
+        axes.set_title(_title(contact, names), fontsize="medium")
+    for axes in grid[len(shown) :]:
+        axes.set_axis_off()
     return save_figure(figure, path)
+
+
+def _check_map(
+    result: ContactResult, what: str, style: str, pitch: float | None, contacts: Sequence[int] | None
+) -> None:
+    if what not in FIELDS:
+        raise InputError(f"Unknown field {what!r} of a contact; expected one of {', '.join(map(repr, FIELDS))}.")
+    if style not in STYLES:
+        raise InputError(f"Unknown style {style!r}; expected one of {', '.join(map(repr, STYLES))}.")
+    if style == "sensels" and what != "pressure":
+        raise InputError(f"Sensels feel pressure; found the field {what!r}. Draw it with style='smooth'.")
+    if pitch is not None and not (np.isfinite(pitch) and pitch > 0):
+        raise InputError(f"The pitch of the sensels must be a positive, finite length; found {pitch!r}.")
+    if wrong := [k for k in contacts or () if not 0 <= k < len(result.contacts)]:
+        raise InputError(f"There is no contact {wrong[0]}; the result has {len(result.contacts)} (0, 1, ...).")
+
+
+def _title(contact: ContactFields, units: Units) -> str:
+    head = f"{contact.slave.name}.{contact.surfaces[0]} on {contact.master.name}.{contact.surfaces[1]}"
+    if not contact.active.any():
+        return f"{head}\nno contact"
+    return (
+        f"{head}\nforce {units.number(float(np.linalg.norm(contact.force)), 'force')}, "
+        f"area {units.number(contact.area, 'length', '²')}, "
+        f"peak {units.number(contact.max_pressure, 'stress')}, mean {units.number(contact.mean_pressure, 'stress')}"
+    )
 
 
 def view_axes(normals: Array, forces: Array) -> Array:
@@ -72,31 +196,129 @@ def view_axes(normals: Array, forces: Array) -> Array:
 
 
 def draw_field(
-    axes: Any, contact: ContactFields, values: Array, what: str, units: str = "", margin: float = 1.3
+    axes: Any,
+    contact: ContactFields,
+    values: Array,
+    what: str,
+    units: Units | None = None,
+    margin: float = 1.3,
+    top: float | None = None,
 ) -> None:
-    """Draw a nodal field of a contact with smooth shading, the facets' edges and the scale."""
+    """Draw a nodal field of a contact with smooth shading, the facets' edges and the scale, which ends at `top`."""
+    names = units or Units()
     plane = view_axes(contact.normals, contact.forces)
     triangles, xy, shades = _shaded(contact, contact.points @ plane.T, values)
-    limits = {"vmin": 0.0, "vmax": values.max() or 1.0} if what == "pressure" else {}
+    limits = {"vmin": 0.0, "vmax": top or values.max(initial=0.0) or 1.0} if what == "pressure" else {}
     drawn = axes.tripcolor(
         Triangulation(xy[:, 0], xy[:, 1], triangles), shades, shading="gouraud", cmap=COLOURS[what], **limits
     )
     for side in _facet_sides(contact, contact.points @ plane.T):
         axes.plot(*side.T, color="0.4", linewidth=0.3, alpha=0.6)
-    name = {"pressure": "contact pressure", "gap": "gap"}[what]
-    axes.figure.colorbar(drawn, ax=axes, label=f"{name} [{units}]" if units else name)
+    label = names.after("contact pressure", "stress") if what == "pressure" else names.after("gap", "length")
+    axes.figure.colorbar(drawn, ax=axes, label=label)
+    _frame(axes, contact, plane, names, margin)
+
+
+def draw_sensels(
+    axes: Any, contact: ContactFields, pitch: float | None = None, units: Units | None = None, top: float | None = None
+) -> None:
+    """Draw the pressure as square sensors would feel it: the force on each over its area, in steps of colour."""
+    names = units or Units()
+    plane = view_axes(contact.normals, contact.forces)
+    flat = contact.points @ plane.T
+    active = flat[contact.active] if contact.active.any() else flat
+    side = pitch or _round_length(float(np.ptp(active, axis=0).max()) / SENSELS)
+    low, felt = _felt(contact, plane, side)
+    table = ListedColormap(colormaps["turbo"](np.linspace(0.1, 0.95, STEPS)))
+    highest = top or felt.max() or 1.0
+    seen = np.ma.masked_less_equal(felt, OUTLINE * highest)
+    x, y = (low[k] + side * np.arange(felt.shape[k] + 1) for k in range(2))
+    drawn = axes.pcolormesh(x, y, seen.T, cmap=table, vmin=0.0, vmax=highest, edgecolors="white", linewidth=0.3)
+    label = names.after("pressure on sensels", "stress")
+    axes.figure.colorbar(drawn, ax=axes, label=f"{label}, pitch {names.number(side, 'length')}")
+    axes.set_facecolor("0.93")
+    _frame(axes, contact, plane, names, 1.3)
+
+
+def _felt(contact: ContactFields, plane: Array, side: float) -> tuple[Array, Array]:
+    """Lower corner (2,) of a field of sensels and the pressures (n, m) on them; their force is that of the contact."""
+    sizes = np.ptp((contact.points @ plane.T)[contact.facets], axis=1)
+    points, pressure, area = contact.sampled(contact.pressure, max(FINENESS, int(np.ceil(2 * sizes.max() / side))))
+    xy = points @ plane.T / side
+    low = np.floor(xy.min(axis=0)) - 1
+    shape = np.ceil(xy.max(axis=0) - low).astype(int) + 2
+    # each sample is a square of its own area, shared by the sensels on which it lies
+    half = np.minimum(np.sqrt(area) / side, 1.0)[:, None] / 2
+    first = np.floor(xy - half - low).astype(int)
+    beyond = np.clip((xy + half - low - first - 1) / (2 * half), 0.0, 1.0)
+    force = np.zeros(shape)
+    for i, j in np.ndindex(2, 2):
+        share = np.abs(1 - i - beyond[:, 0]) * np.abs(1 - j - beyond[:, 1])
+        np.add.at(force, (first[:, 0] + i, first[:, 1] + j), share * pressure * area)
+    return low * side, force / side**2
+
+
+def draw_regions(axes: Any, contact: ContactFields, units: Units | None = None) -> None:
+    """Outline the connected regions of a contact, mark their centres of pressure, and number them if there are more."""
+    if not contact.active.any():
+        return
+    plane = view_axes(contact.normals, contact.forces)
+    triangles, xy, shades = _shaded(contact, contact.points @ plane.T, contact.pressure)
+    grid = Triangulation(xy[:, 0], xy[:, 1], triangles)
+    axes.tricontour(grid, shades, levels=[OUTLINE * contact.max_pressure], colors="tab:blue", linewidths=1.2)
+    for k, region in enumerate(contact.regions, start=1):
+        x, y = plane @ region.centre_of_pressure
+        axes.plot(x, y, "+", color="tab:cyan", markersize=9, markeredgewidth=1.6)
+        if len(contact.regions) > 1:
+            size = (units or Units()).number(float(np.linalg.norm(region.force)), "force")
+            box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
+            axes.annotate(f"{k}: {size}", (x, y), (7, 7), textcoords="offset points", fontsize="small", bbox=box)
+
+
+def _frame(axes: Any, contact: ContactFields, plane: Array, units: Units, margin: float) -> None:
+    """Equal axes round the contact, named by their directions."""
+    low, high = _window(contact, plane, margin)
     axes.set_aspect("equal")
-    axes.set_xlabel(_axis_name(plane[0]))
-    axes.set_ylabel(_axis_name(plane[1]))
-    active = contact.active
-    if active.any():
-        here = contact.points[active] @ plane.T
-        middle, half = (here.max(0) + here.min(0)) / 2, margin * np.ptp(here, axis=0).max() / 2
-        if half > 0:
-            flat = contact.points @ plane.T
-            low, high = flat.min(0), flat.max(0)
-            axes.set_xlim(max(low[0], middle[0] - half), min(high[0], middle[0] + half))
-            axes.set_ylim(max(low[1], middle[1] - half), min(high[1], middle[1] + half))
+    axes.set_xlabel(units.after(_axis_name(plane[0]), "length"))
+    axes.set_ylabel(units.after(_axis_name(plane[1]), "length"))
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+
+
+def _window(contact: ContactFields, plane: Array, margin: float = 1.3) -> tuple[Array, Array]:
+    """Lower and upper corner (2,) of what is worth showing: the facets in contact and a margin, or all of them."""
+    flat = contact.points @ plane.T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    touched = contact.facets[contact.active[contact.facets].any(axis=1)]
+    here = flat[touched].reshape(-1, 2) if len(touched) else flat[contact.active]
+    if len(here) < 2:
+        return low, high
+    middle = (here.max(axis=0) + here.min(axis=0)) / 2
+    half = margin * np.ptp(flat[contact.active], axis=0).max() / 2
+    half = np.maximum(half, 1.05 * np.ptp(here, axis=0) / 2)
+    return np.maximum(low, middle - half), np.minimum(high, middle + half)
+
+
+def _figure_size(contacts: Sequence[ContactFields], columns: int, rows: int) -> tuple[float, float]:
+    """Inches for maps of the contacts' proportions with a colour bar beside and a title over each."""
+    sides = [np.subtract(*reversed(_window(c, view_axes(c.normals, c.forces)))) for c in contacts]
+    tallest = max(float(height / width) if width > 0 else 1.0 for width, height in sides)
+    return 6.4 * columns, rows * (min(max(4.6 * tallest, 1.6), 6.5) + 1.2)
+
+
+def _round_length(value: float) -> float:
+    """The nearest of 1, 2, 5 times a power of ten.
+
+    Examples
+    --------
+    >>> [_round_length(v) for v in (0.9, 0.04, 17.0)]
+    [1.0, 0.05, 20.0]
+    """
+    if value <= 0:
+        return 1.0
+    decade = 10.0 ** np.floor(np.log10(value))
+    choices = decade * np.array([1.0, 2.0, 5.0, 10.0])
+    return float(f"{choices[np.argmin(np.abs(np.log(choices / value)))]:.3g}")
 
 
 def _axis_name(direction: Array) -> str:
@@ -150,7 +372,8 @@ def plot_spheres(out: SpheresResult, path: str | Path | None = None) -> Figure:
     )
     left.set_ylim(bottom=0.0)
     left.legend()
-    draw_field(right, contact, contact.pressure, "pressure", f"{case.unit_force}/{case.length}²")
+    units = Units(case.length, case.unit_force, f"{case.unit_force}/{case.length}²")
+    draw_field(right, contact, contact.pressure, "pressure", units)
     angle = np.linspace(0.0, np.pi / 2, 100)
     right.plot(
         exact.a * np.cos(angle), exact.a * np.sin(angle), "--", color="tab:cyan", linewidth=1.5, label="Hertz radius"

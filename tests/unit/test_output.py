@@ -107,3 +107,37 @@ def test_master_shows_the_pressure_opposite_its_nodes():
         nodes = body.mesh.boundary_nodes(boundary)
         assert np.abs(pressure[nodes] - 0.1).max() <= 1e-10  # uniaxial state, exact for these elements
         assert np.count_nonzero(pressure) == len(nodes)
+
+
+def test_maps_have_units_forces_and_outlines(pressed):
+    units = {"units": "MPa", "length": "mm", "force": "N"}
+    figure = pressed[1].plot("pressure", **units)
+    axes, bar = figure.axes
+    assert bar.get_ylabel() == "contact pressure [MPa]"
+    assert axes.get_xlabel() == "x [mm]"
+    assert axes.get_title() == "block.bottom on floor.surface\nforce 1 N, area 1 mm², peak 1 MPa, mean 1 MPa"
+    assert pressed[1].plot("gap", **units).axes[1].get_ylabel() == "gap [mm]"
+
+
+def test_sensels_feel_the_whole_force(pressed):
+    # nine sensels and a bit: those at the rim are covered in part and feel less
+    figure = pressed[1].plot("pressure", style="sensels", pitch=0.3, units="MPa", length="mm")
+    felt = figure.axes[0].collections[0].get_array()
+    # samples shared by overlap: exact for a uniform pressure on squares, up to what is left out below 2 %
+    assert abs(felt.filled(0.0).sum() * 0.09 - 1.0) <= 1e-12
+    assert abs(felt.max() - 1.0) <= 1e-12
+    assert figure.axes[1].get_ylabel() == "pressure on sensels [MPa], pitch 0.3 mm"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"style": "dots"}, "expected one of 'smooth', 'sensels'"),
+        ({"what": "gap", "style": "sensels"}, "Sensels feel pressure"),
+        ({"pitch": -1.0}, "pitch of the sensels"),
+        ({"contacts": [3]}, "There is no contact 3; the result has 1"),
+    ],
+)
+def test_maps_that_cannot_be_drawn_are_refused(pressed, options, message):
+    with pytest.raises(fc.InputError, match=message):
+        pressed[1].plot(**options)

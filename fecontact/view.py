@@ -1,0 +1,397 @@
+"""Pictures of bodies: deformed shape with stress, displacement or contact pressure on the outer faces, or on a cut.
+
+To a file without a screen by `fecontact.render` and matplotlib; on the screen through pyvista, where it is installed.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from fecontact.errors import InputError, MissingPackageError
+from fecontact.fem.stress import VOIGT
+from fecontact.io import body_fields, check_writable
+from fecontact.mesh.mesh import Mesh
+from fecontact.render import Camera, Image, draw_facets, subdivided
+
+if TYPE_CHECKING:
+    from fecontact.result import ContactResult
+
+Array = NDArray[np.float64]
+
+COMPONENTS = {3: ("x", "y", "z"), 6: VOIGT}
+#: Fields of every result; vectors and tensors also by component.
+FIELDS = (
+    "von_mises",
+    "contact_pressure",
+    "displacement",
+    *(f"displacement_{c}" for c in COMPONENTS[3]),
+    *(f"stress_{c}" for c in COMPONENTS[6]),
+)
+#: Colour tables: fields of one sign from light to dark, so that light and shade are seen; of two signs about white.
+TABLES = {"displacement": "YlGnBu"}
+ONE_SIGN, TWO_SIGNS = "YlOrRd", "RdBu_r"
+CUT = re.compile(r"\s*([xyz])\s*([<>])\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*")
+PIXELS = (1100, 820)
+#: Pieces per side into which a curved face is cut for pyvista, which knows flat ones only.
+SUBDIVISION = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A body to be shown.
+
+    Attributes
+    ----------
+    name : str
+    mesh : Mesh
+        With its points in the world.
+    fields : mapping of str to (n_points,) or (n_points, k) arrays
+    """
+
+    name: str
+    mesh: Mesh
+    fields: Mapping[str, Array]
+
+    def deformed(self, scale: float) -> Array:
+        """Points (n_points, 3) with `scale` times the displacement added."""
+        if scale == 0 or "displacement" not in self.fields:
+            return self.mesh.points
+        return np.asarray(self.mesh.points + scale * self.fields["displacement"])
+
+    def scalar(self, name: str) -> Array:
+        """A field (n_points,): as it is, the length of a vector, or a component such as ``stress_xx``.
+
+        Raises
+        ------
+        InputError
+            Lists the fields there are.
+        """
+        if name in self.fields and self.fields[name].ndim == 1:
+            return self.fields[name]
+        if name in self.fields and self.fields[name].shape[1] == 3:
+            return np.asarray(np.linalg.norm(self.fields[name], axis=1))
+        whole, _, component = name.rpartition("_")
+        names = COMPONENTS.get(self.fields[whole].shape[-1], ()) if whole in self.fields else ()
+        if component in names:
+            return np.asarray(self.fields[whole][:, names.index(component)])
+        known = _scalar_names(self.fields)
+        near = difflib.get_close_matches(name, known, 1)
+        raise InputError(
+            f"There is no field {name!r}{f', did you mean {near[0]!r}?' if near else '.'} "
+            f"The fields are: {', '.join(known)}."
+        )
+
+
+def _scalar_names(fields: Mapping[str, Array]) -> list[str]:
+    out = []
+    for name, values in fields.items():
+        columns = values.shape[1] if values.ndim == 2 else 1
+        if columns in (1, 3):
+            out.append(name)
+        out += [f"{name}_{c}" for c in COMPONENTS.get(columns, ())]
+    return out
+
+
+def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
+    """The elastic bodies of a result, in the world."""
+    return tuple(Solid(b.name, b.mesh.mapped(b.pose.to_world), body_fields(result, b)) for b in result.elastic_bodies)
+
+
+def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
+    """The bodies in a VTU file, as `ContactResult.save` writes it; other solid meshes are shown as one body.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, cannot be read, or holds no solid cells.
+    """
+    from fecontact.mesh.formats.generic import load
+    from fecontact.mesh.kinds import BY_MESHIO
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"Cannot show {path}: there is no such file.")
+    import meshio
+
+    file = load(path, meshio.read)
+    numbers = file.cell_data.get("body", [np.zeros(len(block.data), dtype=np.int64) for block in file.cells])
+    fields = {name: np.asarray(values, dtype=float) for name, values in file.point_data.items()}
+    out = []
+    for block, number in zip(file.cells, numbers, strict=True):
+        if block.type in BY_MESHIO:
+            cells = BY_MESHIO[block.type].to_hexahedra(np.asarray(block.data))
+            for k in np.unique(number).tolist():
+                out.append(Solid(str(k), Mesh(file.points, cells[number == k]), fields))
+    if not out:
+        found = ", ".join(sorted({block.type for block in file.cells})) or "nothing"
+        raise InputError(f"Cannot show {path}: it holds no solid cells (found {found}).")
+    return tuple(out)
+
+
+def cut(solid: Solid, where: str) -> Solid | None:
+    """The cells whose centres satisfy a condition such as ``"x<0"``, which lays their inner faces open.
+
+    None if no cell does.
+
+    Raises
+    ------
+    InputError
+        If the condition cannot be read.
+    """
+    found = CUT.fullmatch(where)
+    if found is None:
+        raise InputError(f"A cut reads like 'x<0' or 'z>12.5', of what is to be kept; found {where!r}.")
+    axis, sign, level = "xyz".index(found[1]), found[2], float(found[3])
+    centre = solid.mesh.points[solid.mesh.cells[:, :8]].mean(axis=1)[:, axis]
+    kept = centre < level if sign == "<" else centre > level
+    if not kept.any():
+        return None
+    mesh = Mesh(solid.mesh.points, solid.mesh.cells[kept])
+    return replace(solid, mesh=mesh)
+
+
+def chosen(solids: Sequence[Solid], only: Sequence[str] | None, where: str | None) -> tuple[Solid, ...]:
+    """The bodies named, cut.
+
+    Raises
+    ------
+    InputError
+        Unknown body, or nothing left.
+    """
+    names = list(dict.fromkeys(s.name for s in solids))
+    if unknown := [n for n in only or () if n not in names]:
+        raise InputError(f"There is no body {unknown[0]!r} to show; the bodies are: {', '.join(names)}.")
+    left = [s for s in solids if not only or s.name in only]
+    shown = left if where is None else [c for c in (cut(s, where) for s in left) if c is not None]
+    if not shown:
+        raise InputError(f"The cut {where!r} leaves nothing to show.")
+    return tuple(shown)
+
+
+def view(
+    solids: Sequence[Solid],
+    field: str = "von_mises",
+    path: str | Path | None = None,
+    *,
+    scale: float = 1.0,
+    direction: str | tuple[float, float] = "iso",
+    only: Sequence[str] | None = None,
+    where: str | None = None,
+    limits: tuple[float, float] | None = None,
+    edges: bool = True,
+    units: str = "",
+    length: str = "",
+    title: str | None = None,
+    pixels: tuple[int, int] = PIXELS,
+) -> Figure:
+    """Draw bodies with a field on their outer faces.
+
+    Parameters
+    ----------
+    solids : sequence of Solid
+    field : str
+        Such as 'von_mises', 'contact_pressure', 'displacement', 'displacement_z', 'stress_xx'.
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    scale : float
+        By which displacements are exaggerated; 0 shows the bodies undeformed.
+    direction : str or (azimuth, elevation) in degrees
+        Where the eye stands, see `render.VIEWS`.
+    only : sequence of str, optional
+        Names of the bodies to show.
+    where : str, optional
+        Cut: what is to be kept, for instance ``"y>0"``.
+    limits : (low, high), optional
+        Of the colours; what is shown decides unless given.
+    edges : bool
+        Whether the mesh is drawn.
+    units, length : str
+        Units of the field, and of length.
+    title : str, optional
+    pixels : (width, height)
+        Of the drawing itself.
+
+    Raises
+    ------
+    InputError
+        Unknown field, body or direction, or a path that cannot be written.
+    """
+    if path is not None:
+        check_writable(path)
+    shown = chosen(solids, only, where)
+    points, facets, values = _skin(shown, field, scale)
+    table, norm = _colours(field, values[np.unique(facets)], limits)
+    camera = Camera.looking(direction)
+    image = draw_facets(points, facets, values, lambda v: table(norm(v))[:, :3], camera, pixels, edges)
+    figure = Figure(figsize=(9.6, 6.6), layout="constrained")
+    axes = figure.subplots()
+    axes.imshow(image.rgba, extent=image.extent, origin="lower", interpolation="antialiased")
+    axes.set_axis_off()
+    axes.set_title(title if title is not None else _title(shown, scale))
+    bar = figure.colorbar(ScalarMappable(norm, table), ax=axes, shrink=0.75, pad=0.02)
+    bar.set_label(f"{_label(field)} [{units}]" if units else _label(field))
+    _draw_ruler(axes, image, length)
+    _draw_triad(figure, camera)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def view_result(result: ContactResult, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
+    """Draw the elastic bodies of a result; options as in `view`.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="bottom", supports={"top": "xyz"})
+    >>> floor = fc.RigidBody(fc.Plane())
+    >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    >>> figure = view_result(result, "displacement_z", scale=10, units="mm")
+    >>> figure.axes[1].get_ylabel()
+    'displacement z [mm]'
+    """
+    return view(solids_of_result(result), field, path, **options)
+
+
+def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDArray[np.int64], Array]:
+    """Points, facets (padded to the widest) and nodal values of all bodies together."""
+    points, facets, values = [], [], []
+    start = 0
+    for solid in solids:
+        mesh = replace(solid.mesh, midface=None)
+        faces = mesh.face_nodes(mesh.outer_faces)
+        points.append(solid.deformed(scale))
+        values.append(solid.scalar(field))
+        facets.append(start + faces)
+        start += len(mesh.points)
+    widest = max(f.shape[1] for f in facets)
+    if any(f.shape[1] != widest for f in facets):
+        facets = [f[:, :4] for f in facets]
+    return np.concatenate(points), np.concatenate(facets), np.concatenate(values)
+
+
+def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> tuple[Any, Normalize]:
+    """Colour table and its limits for the values shown."""
+    low, high = limits if limits is not None else (float(values.min()), float(values.max()))
+    signed = field.rpartition("_")[2] in (*COMPONENTS[3], *COMPONENTS[6])
+    if signed and limits is None:
+        high = max(abs(low), abs(high))
+        low = -high
+    elif not signed and limits is None:
+        low = min(low, 0.0)
+    if not high > low:
+        high = low + 1.0
+    return colormaps[TWO_SIGNS if signed else TABLES.get(field, ONE_SIGN)], Normalize(low, high)
+
+
+def _label(field: str) -> str:
+    return {"von_mises": "von Mises stress"}.get(field, field.replace("_", " "))
+
+
+def _title(solids: Sequence[Solid], scale: float) -> str:
+    names = list(dict.fromkeys(s.name for s in solids))
+    bodies = f"{'body' if len(names) == 1 else 'bodies'} {', '.join(names)}"
+    if scale == 0 or not any("displacement" in s.fields for s in solids):
+        return f"{bodies}, undeformed"
+    return f"{bodies}, deformed" if scale == 1 else f"{bodies}, displacements × {scale:g}"
+
+
+def _draw_ruler(axes: Any, image: Image, length: str) -> None:
+    """A ruler of a round length below the picture; the projection is parallel, so it holds everywhere."""
+    left, right, bottom, top = image.extent
+    target = 0.2 * (right - left)
+    decade = 10 ** np.floor(np.log10(target))
+    size = max(f * decade for f in (1.0, 2.0, 5.0) if f * decade <= target)
+    y = bottom - 0.05 * (top - bottom)
+    axes.plot([right - size, right], [y, y], color="black", linewidth=2.5, solid_capstyle="butt", clip_on=False)
+    text = f"{size:g} {length}".strip()
+    axes.text(right - size / 2, y - 0.02 * (top - bottom), text, ha="center", va="top")
+    axes.set_ylim(bottom - 0.12 * (top - bottom), top)
+    axes.set_xlim(left, right)
+
+
+def _draw_triad(figure: Figure, camera: Camera) -> None:
+    """The world's axes in the lower left corner."""
+    axes = figure.add_axes((0.01, 0.01, 0.11, 0.16))
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    axes.set_xlim(-1.4, 1.4)
+    axes.set_ylim(-1.4, 1.4)
+    for k in np.argsort(camera.axes[2]).tolist():
+        x, y = camera.axes[:2, k]
+        name, colour = "xyz"[k], ("tab:red", "tab:green", "tab:blue")[k]
+        axes.annotate("", (x, y), (0, 0), arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
+        if np.hypot(x, y) > 0.05:
+            axes.text(1.25 * x, 1.25 * y, name, color=colour, ha="center", va="center")
+
+
+def show(
+    solids: Sequence[Solid],
+    field: str = "von_mises",
+    path: str | Path | None = None,
+    *,
+    scale: float = 1.0,
+    direction: str | tuple[float, float] = "iso",
+    only: Sequence[str] | None = None,
+    where: str | None = None,
+    limits: tuple[float, float] | None = None,
+    units: str = "",
+) -> None:
+    """Show bodies in a window of pyvista, to be turned with the mouse, or draw its picture into a file.
+
+    Options as in `view`.
+
+    Raises
+    ------
+    MissingPackageError
+        If pyvista is not installed.
+    InputError
+        As `view`.
+    """
+    pyvista = _pyvista()
+    if path is not None:
+        check_writable(path)
+    points, facets, values = _skin(chosen(solids, only, where), field, scale)
+    table, norm = _colours(field, values[np.unique(facets)], limits)
+    fine, quads = subdivided(np.column_stack([points, values]), facets, SUBDIVISION)
+    faces = np.column_stack([np.full(len(quads), 4), quads]).ravel()
+    label = f"{_label(field)} [{units}]" if units else _label(field)
+    camera = Camera.looking(direction)
+    plotter = pyvista.Plotter(off_screen=path is not None, window_size=PIXELS)
+    plotter.set_background("white")
+    plotter.add_mesh(
+        pyvista.PolyData(fine[:, :3].copy(), faces),
+        scalars=fine[:, 3].copy(),
+        cmap=table,
+        clim=(norm.vmin, norm.vmax),
+        ambient=0.5,
+        scalar_bar_args={"title": label, "vertical": True, "color": "black"},
+    )
+    plotter.add_axes(color="black")
+    plotter.enable_parallel_projection()
+    plotter.view_vector(camera.axes[2], camera.axes[1])
+    plotter.show(screenshot=None if path is None else str(path))
+
+
+def _pyvista() -> Any:
+    try:
+        import pyvista
+    except ImportError as error:
+        raise MissingPackageError(
+            "Showing bodies on the screen needs pyvista: pip install 'fecontact[view]'. "
+            "Pictures in files (--out) need only matplotlib."
+        ) from error
+    return pyvista
