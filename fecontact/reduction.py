@@ -11,6 +11,7 @@ import numpy as np
 import scipy.optimize
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.protocol import Body
 from fecontact.errors import SupportError
@@ -302,7 +303,8 @@ def assemble(
     ends = np.cumsum([0] + [len(c) for c in chosen])
     n = int(ends[-1])
     _condense_shared(bodies, interfaces, chosen, watch)
-    S = np.diag(np.concatenate([i.own_compliance[c] for i, c in zip(interfaces, chosen, strict=True)]))
+    own = np.concatenate([i.own_compliance[c] for i, c in zip(interfaces, chosen, strict=True)])
+    shares: list[tuple[IntArray, Array | LinearOperator]] = []
     g = np.concatenate([i.gap[c] for i, c in zip(interfaces, chosen, strict=True)])
     parts, B, F = [], [], []
     for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
@@ -312,16 +314,39 @@ def assemble(
         with watch("condense"):
             motion_rows = _opening_by_motions(part.rows, frame.modes(part.released))
             if part.hold is not None:
+                assert isinstance(compliance, np.ndarray)
                 compliance, response = _held_by_mean(part, part.hold, compliance, response)
-            S[np.ix_(part.index, part.index)] += compliance
+            if compliance is not None:
+                shares.append((part.index, compliance))
             g[part.index] += response + part.rows @ frame.modes(frame.moved[:, None])[:, 0]
             columns = np.zeros((part.released.shape[1], n))
             columns[:, part.index] = motion_rows.T
             B.append(columns)
             F.append(-part.released.T @ loading.resultant(k))
             parts.append(part)
-    problem = ComplementarityProblem(S, g, np.concatenate(B), np.concatenate(F))
+    with watch("condense"):
+        problem = ComplementarityProblem(_total(own, shares), g, np.concatenate(B), np.concatenate(F))
     return Reduction(problem, tuple(parts), tuple(interfaces))
+
+
+def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]) -> Array | LinearOperator:
+    """Sum of the bodies' compliances on their rows: a matrix, or an operator where one of them is."""
+    n = len(own)
+    if not any(isinstance(compliance, LinearOperator) for _, compliance in shares):
+        S = np.diag(own)
+        for index, compliance in shares:
+            S[np.ix_(index, index)] += compliance
+        return S
+    if len(shares) == 1 and len(shares[0][0]) == n and not own.any():
+        return shares[0][1]
+
+    def product(x: Array) -> Array:
+        out = own * np.ravel(x)
+        for index, compliance in shares:
+            out[index] += compliance @ np.ravel(x)[index]
+        return out
+
+    return LinearOperator((n, n), matvec=product, dtype=float)
 
 
 def _condense_shared(

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError, SolverError
 from fecontact.finite import solve_finite
@@ -250,6 +251,8 @@ class Scene:
             conditions.append(coupled)
             opening.append(coupled.opening_by(loading.frames))
             chosen.append(_first_choice(coupled, opening[-1], loading))
+        if not self.springs and all(_matrix_free(i) for i in self._interfaces):
+            chosen = [np.arange(len(gap)) for gap in opening]
         if self.springs:
             ligaments = spring_rows(self.springs)
             conditions.append(ligaments)
@@ -283,14 +286,33 @@ def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Int
     s, m = slave.surface(names[0]), master.surface(names[1])
     if pairing.coupling == "mortar" or not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
         return interface
+    if isinstance(s, GridSurface) or isinstance(m, GridSurface):
+        return _finer_as_slave(
+            interface, near, contact.swap, "a half-space's cells take the forces of the other's nodes"
+        )
     if nested(s, m, pairing, near):
         return replace(interface, note="faces match or nest, nodal forces")
     if contact.coupling == "auto" and hats_exist(s):
         return Interface(slave, master, names, _paired(slave, master, names, "mortar"), "faces do not match, mortar")
     note = "faces do not match: nodal forces err by the order of the face size"
+    return _finer_as_slave(interface, near, contact.swap, note)
+
+
+def _matrix_free(interface: Interface) -> bool:
+    """Whether all points can be candidates: the cells of a half-space under something rigid."""
+    surface = interface.slave.surface(interface.surfaces[0])
+    return isinstance(surface, GridSurface) and np.isinf(interface.master.contact_modulus)
+
+
+def _finer_as_slave(interface: Interface, near: IntArray, swap: str, note: str) -> Interface:
+    """Make the side with the smaller faces the slave."""
+    slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
+    s, m = slave.surface(names[0]), master.surface(names[1])
+    assert isinstance(s, FacetSurface)
+    assert isinstance(m, FacetSurface)
     ours = s.mean_facet_size[np.isin(s.facets, pairing.nodes[near]).all(axis=1)]
     theirs = m.mean_facet_size[np.unique(pairing.feet.facet[near])]  # type: ignore[index]
-    if contact.swap == "auto" and len(ours) and theirs.mean() < 0.9 * ours.mean():
+    if swap == "auto" and len(ours) and theirs.mean() < 0.9 * ours.mean():
         note += f"; {master.name!r} is finer and was made the slave"
         return Interface(master, slave, names[::-1], _paired(master, slave, names[::-1], "nodal"), note)
     return replace(interface, note=note)
@@ -302,7 +324,10 @@ def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str) ->
         raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
     relative = slave.pose.relative_to(master.pose)
     couple = pair_mortar if coupling == "mortar" else pair
-    pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation)
+    if isinstance(surface, GridSurface):
+        pairing = surface.pair(master.surface(names[1]), relative.rotation, relative.translation)
+    else:
+        pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation)
     if len(pairing.nodes) == 0:
         raise InputError(
             f"The surfaces {names[0]!r} of {slave.name!r} and {names[1]!r} of {master.name!r} do not face each other: "

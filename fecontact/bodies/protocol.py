@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.pose import Pose
 from fecontact.interface.surface import Feet, Surface
@@ -24,13 +25,13 @@ class Reduced:
 
     Attributes
     ----------
-    compliance : (n, n) array
-        Displacements along the rows by unit forces along the rows, without rigid motion.
+    compliance : (n, n) array, LinearOperator or None
+        Displacements along the rows by unit forces along the rows, without rigid motion; None: rigid.
     response : (n,) array
         Displacements along the rows by the external loads, without rigid motion.
     """
 
-    compliance: Array
+    compliance: Array | LinearOperator | None
     response: Array
 
 

@@ -195,8 +195,7 @@ class RigidBody:
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
         """No compliance."""
-        n = rows.shape[0]
-        return Reduced(np.zeros((n, n)), np.zeros(n))
+        return Reduced(None, np.zeros(rows.shape[0]))
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """No elastic displacement."""

@@ -20,6 +20,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
@@ -176,6 +177,11 @@ def attempt(
     if simple is not None:
         return replace(simple, seconds=time.perf_counter() - began)
     failures: list[Solution] = []
+    if solver == "auto" and isinstance(problem.S, SolvingOperator):
+        solution = _judged_outcome(problem, problem.S.solve_contact(problem, tolerance), tolerance)
+        if solution.success:
+            return replace(solution, seconds=time.perf_counter() - began)
+        failures.append(solution)
     for name in names:
         solution = _certified(problem, scaled, name, touching, tolerance, options)
         solution = replace(solution, seconds=time.perf_counter() - began)
@@ -188,6 +194,35 @@ def attempt(
     status = Status.UNBOUNDED if failures[-1].status is Status.RAY else best.status
     message = "; ".join(f"{failure.solver}: {failure.message}" for failure in failures)
     return replace(best, status=status, message=message, seconds=failures[-1].seconds)
+
+
+@runtime_checkable
+class SolvingOperator(Protocol):
+    """A compliance that knows a solver of its own."""
+
+    def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+        """Forces and motions of the problem as it stands, not of its scaled form."""
+
+
+def _judged_outcome(problem: ComplementarityProblem, outcome: Outcome, tolerance: float) -> Solution:
+    """An outcome in the problem's own units, certified by the problem."""
+    residuals = problem.residuals(outcome.x, outcome.p)
+    status, message = outcome.status, outcome.message
+    if status is Status.SOLVED and not residuals.within(tolerance):
+        status, message = Status.REFUSED, "the answer does not pass the certificate"
+    return Solution(
+        forces=outcome.x,
+        q=outcome.p,
+        gap=problem.gap(outcome.x, outcome.p),
+        success=status is Status.SOLVED,
+        status=status,
+        message=message,
+        nit=outcome.nit,
+        solver="nested-grid",
+        residuals=residuals,
+        seconds=0.0,
+        history=tuple(outcome.history),
+    )
 
 
 def _function(name: str) -> Callable[..., Outcome]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
@@ -43,7 +44,7 @@ DENSE_LIMIT = 1500
 """Rows of a scene up to which a half-space hands out its compliance as a matrix."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class HalfSpace:
     """An elastic half-space z <= 0, its surface cut into a grid of cells centred on the origin.
 
@@ -68,6 +69,13 @@ class HalfSpace:
         With 'point', displacement under the force over that at the nearest neighbour.
     name : str, optional
 
+    Attributes
+    ----------
+    grid : Grid
+        Cells of the surface.
+    compliance : SurfaceCompliance
+        How the surface gives.
+
     Raises
     ------
     InputError
@@ -87,31 +95,48 @@ class HalfSpace:
     """
 
     material: Material | None
-    size: tuple[float, float] = (4.0, 4.0)
-    shape: tuple[int, int] = (256, 256)
-    periodic: bool = False
-    layers: Sequence[Layer] = ()
-    against: Material | None = None
-    pressure: str = "uniform"
-    self_ratio: float = kernels.SELF_TERM_RATIO
-    name: str = "half-space"
-    pose: Pose = field(default_factory=Pose)
-    contact: tuple[str, ...] = ("surface",)
+    grid: Grid
+    periodic: bool
+    layers: tuple[Layer, ...]
+    against: Material | None
+    pressure: str
+    self_ratio: float
+    name: str
+    pose: Pose
+    contact: tuple[str, ...]
+    compliance: SurfaceCompliance = field(repr=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "layers", tuple(self.layers))
-        assert self.compliance.modulus > 0
-
-    @cached_property
-    def grid(self) -> Grid:
-        """Cells of the surface."""
-        return Grid(self.size, self.shape)
-
-    @cached_property
-    def compliance(self) -> SurfaceCompliance:
-        """How the surface gives."""
-        return SurfaceCompliance(
-            self.grid, self.material, self.layers, self.against, self.pressure, self.self_ratio, self.periodic
+    def __init__(
+        self,
+        material: Material | None,
+        size: tuple[float, float] = (4.0, 4.0),
+        shape: tuple[int, int] = (256, 256),
+        periodic: bool = False,
+        *,
+        layers: Sequence[Layer] = (),
+        against: Material | None = None,
+        pressure: str = "uniform",
+        self_ratio: float = kernels.SELF_TERM_RATIO,
+        name: str = "half-space",
+    ) -> None:
+        fields = {
+            "material": material,
+            "grid": Grid(size, shape),
+            "periodic": bool(periodic),
+            "layers": tuple(layers),
+            "against": against,
+            "pressure": pressure,
+            "self_ratio": self_ratio,
+            "name": name,
+            "pose": Pose(),
+            "contact": ("surface",),
+        }
+        for key, value in fields.items():
+            object.__setattr__(self, key, value)
+        object.__setattr__(
+            self,
+            "compliance",
+            SurfaceCompliance(self.grid, material, self.layers, against, pressure, self_ratio, self.periodic),
         )
 
     def press(
@@ -186,13 +211,20 @@ class HalfSpace:
     ) -> HalfSpace:
         """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`."""
         Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
-        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
-        return replace(self, pose=pose, name=self.name if name is None else name)
+        other = copy.copy(self)
+        object.__setattr__(other, "pose", self.pose.then(Q, np.asarray(translation, dtype=float)))
+        object.__setattr__(other, "name", self.name if name is None else name)
+        return other
 
     @property
     def n_dofs(self) -> int:
         """Three displacements for each cell, of which the half-space gives along the normal only."""
         return 3 * self.grid.n_cells
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the grid."""
+        return math.hypot(*self.grid.size)
 
     @property
     def reference_point(self) -> Array:
@@ -264,4 +296,6 @@ def _normal_part(rows: sp.csr_matrix) -> sp.csr_matrix:
 
 def _is_selection(rows: sp.csr_matrix) -> bool:
     """Whether every row takes one cell, with the sign of a contact from above."""
-    return rows.nnz == rows.shape[0] and bool((np.diff(rows.indptr) == 1).all() and (rows.data == -1.0).all())
+    return rows.nnz == rows.shape[0] and bool(
+        (np.diff(rows.indptr) == 1).all() and (np.abs(rows.data + 1) < 1e-12).all()
+    )
