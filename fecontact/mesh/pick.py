@@ -114,7 +114,7 @@ def box(low: ArrayLike, high: ArrayLike) -> Pick:
 
     def chosen(mesh: Mesh, faces: IntArray) -> Mask:
         slack = 1e-9 * np.linalg.norm(np.ptp(mesh.points, axis=0))
-        inside = ((mesh.points >= a - slack) & (mesh.points <= b + slack)).all(axis=1)
+        inside = np.asarray(((mesh.points >= a - slack) & (mesh.points <= b + slack)).all(axis=1))
         return np.asarray(inside[mesh.face_nodes(faces)].all(axis=1))
 
     return Pick(chosen)
@@ -125,7 +125,7 @@ def facing(direction: ArrayLike, angle: float = 30.0) -> Pick:
     d = _unit(direction, "direction")
 
     def chosen(mesh: Mesh, faces: IntArray) -> Mask:
-        _, normals = _middles(mesh, faces)
+        normals = _middles(mesh, faces)[1]
         return np.asarray(normals @ d >= np.cos(np.radians(angle)))
 
     return Pick(chosen)

@@ -19,7 +19,10 @@ import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.errors import InputError
-from fecontact.mesh.mesh import Mesh, merge
+from fecontact.mesh.divide import divided as divided
+from fecontact.mesh.extrude import extrude as extrude
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.mesh import merge as merge
 
 Array = NDArray[np.float64]
 

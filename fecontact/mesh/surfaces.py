@@ -124,6 +124,15 @@ class SurfaceMesh:
         size = np.linalg.norm(total, axis=1, keepdims=True)
         return np.divide(total, size, out=np.zeros_like(total), where=size > 0)
 
+    @classmethod
+    def of(cls, mesh: Mesh, name: str) -> SurfaceMesh:
+        """Boundary of a solid as a surface of its own, with the solid's points.
+
+        A layer extruded from it fits the solid node by node; `mesh.merge` joins them.
+        """
+        facets = replace(mesh, midface=None).face_nodes(mesh.faces(name))[:, :8]
+        return cls(mesh.points, facets)
+
     def flipped(self) -> SurfaceMesh:
         """The same surface with its outside inside."""
         order = [1, 0, 3, 2] if self.facets.shape[1] == 4 else [1, 0, 3, 2, 4, 7, 6, 5]
@@ -145,15 +154,6 @@ def _sides_at(t1: Array, t2: Array, column: IntArray, triangle: NDArray[np.bool_
     second, third = triangle & (column == 1), triangle & (column == 2)
     a, b = np.where(second[:, None], -t1, a), np.where(second[:, None], t2 - t1, b)
     return np.where(third[:, None], -t2, a), np.where(third[:, None], t1 - t2, b)
-
-
-def boundary_surface(mesh: Mesh, name: str) -> SurfaceMesh:
-    """Boundary of a solid as a surface of its own, with the solid's points.
-
-    An extruded layer then fits the solid node by node.
-    """
-    facets = replace(mesh, midface=None).face_nodes(mesh.faces(name))[:, :8]
-    return SurfaceMesh(mesh.points, facets)
 
 
 def read_surface(path: str | Path, scale: float = 1.0) -> SurfaceMesh:

@@ -1,0 +1,228 @@
+"""Solids from CAD files through gmsh: all hexahedra or tetrahedra, graded to where contact is expected.
+
+gmsh is started for each call and stopped afterwards, with nothing printed; calls from several threads wait for each
+other, because gmsh holds one model at a time. A gmsh session that is open already is used and left open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import RLock
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.errors import InputError, MeshError, MissingPackageError
+from fecontact.mesh.divide import divided
+from fecontact.mesh.formats.raw import RawMesh, numbers_of
+from fecontact.mesh.mesh import Mesh
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+SUFFIXES = (".step", ".stp", ".brep", ".geo", ".iges", ".igs")
+#: Number of elements along the diagonal of the bounding box if no size is given.
+DEFAULT_DIVISIONS = 15
+#: A tetrahedron's edge over that of the hexahedra it is divided into.
+_DIVIDED = 2.0
+#: gmsh's numbers of solid and surface elements: our kind or number of corners, and number of nodes.
+_SOLIDS = {4: ("tet4", 4), 11: ("tet10", 10), 5: ("hex8", 8), 17: ("hex20", 20), 6: ("wedge6", 6), 18: ("wedge15", 15)}
+_FACETS = {2: (3, 3), 9: (3, 6), 3: (4, 4), 16: (4, 8)}
+_LOCK = RLock()
+
+
+@contextmanager
+def session() -> Iterator[Any]:
+    """Gmsh with an empty model of its own, silent; closed again at the end, come what may.
+
+    Raises
+    ------
+    MissingPackageError
+        If gmsh is not installed or one of its system libraries is missing.
+    """
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        raise MissingPackageError(
+            f"gmsh could not be loaded ({error}). Install the package 'gmsh' and the system libraries it needs "
+            "(on bare Linux machines libGLU, libGL, libXrender, libXcursor, libXft, libXinerama), or mesh elsewhere "
+            "and read the mesh file."
+        ) from error
+    with _LOCK:
+        ours = not gmsh.isInitialized()
+        if ours:
+            gmsh.initialize(["fecontact"], readConfigFiles=False, interruptible=False)
+        terminal = gmsh.option.getNumber("General.Terminal")
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.add("fecontact")
+        try:
+            yield gmsh
+        finally:
+            gmsh.model.remove()
+            if ours:
+                gmsh.finalize()
+            else:
+                gmsh.option.setNumber("General.Terminal", terminal)
+
+
+def mesh_solid(
+    path: str | Path,
+    size: float | None = None,
+    element: str = "tet10",
+    *,
+    near: ArrayLike | None = None,
+    near_size: float | None = None,
+    growth: float = 0.5,
+    scale: float = 1.0,
+) -> Mesh:
+    """Mesh the solids of a CAD file.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.step``, ``.stp``, ``.brep``, ``.iges`` or a gmsh script ``.geo``.
+    size : float, optional
+        Edge length of the elements; a fifteenth of the bounding box's diagonal unless given.
+    element : {'tet10', 'hex20', 'tet4', 'hex8'}
+        Hexahedra come from the division of tetrahedra twice as large into four each (`mesh.divide`), so they fit any
+        shape but are less regular than those of a swept mesh.
+    near : (3,) or (n, 3) array, optional
+        Points of the candidate contact zone, round which the elements are smaller.
+    near_size : float, optional
+        Edge length there; a quarter of `size` unless given.
+    growth : float
+        Increase of the edge length per unit of distance from the nearest of these points.
+    scale : float
+        By which the coordinates are multiplied at last; `size`, `near` and `near_size` are in the file's unit.
+
+    Returns
+    -------
+    Mesh
+        Boundaries 'surface_1', 'surface_2', ... as gmsh numbers the surfaces, and element sets 'volume_1', ...;
+        physical groups of a ``.geo`` file by their names. Name others with `fecontact.pick`.
+
+    Raises
+    ------
+    MissingPackageError, InputError
+    MeshError
+        If gmsh cannot read or mesh the file; its own words are passed on.
+    """
+    path = Path(path)
+    _check(path, size, element, near_size, growth, scale)
+    centres = None if near is None else np.atleast_2d(np.asarray(near, dtype=float))
+    if centres is not None and (centres.shape[1] != 3 or not np.isfinite(centres).all()):
+        raise InputError(f"near must be points of shape (3,) or (n, 3); found shape {centres.shape}.")
+    with session() as gmsh:
+        try:
+            _load(gmsh, path)
+            _set_sizes(gmsh, size, element, centres, near_size, growth)
+            _generate(gmsh, element)
+        except MeshError:
+            raise
+        except Exception as error:  # gmsh raises plain Exception with its message
+            raise MeshError(f"gmsh could not mesh {path.name}: {error}") from error
+        raw = _raw(gmsh, path.name)
+    from fecontact.mesh.read import build
+
+    mesh = build(raw, path.name, scale)
+    return divided(mesh) if element.startswith("hex") else mesh
+
+
+def _check(path: Path, size: float | None, element: str, near_size: float | None, growth: float, scale: float) -> None:
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"Unknown CAD file type {path.suffix!r}; expected one of {', '.join(SUFFIXES)}.")
+    if not path.is_file():
+        raise InputError(f"There is no file {path}.")
+    if element not in ("tet4", "tet10", "hex8", "hex20"):
+        raise InputError(f"gmsh makes 'tet4', 'tet10', 'hex8' and 'hex20' elements; found {element!r}.")
+    lengths = {"size": size, "near_size": near_size, "growth": growth, "scale": scale}
+    for name, value in lengths.items():
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} must be a positive, finite number; found {value!r}.")
+
+
+def _load(gmsh: Any, path: Path) -> None:
+    if path.suffix.lower() == ".geo":
+        gmsh.merge(str(path))
+        gmsh.model.geo.synchronize()
+    else:
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+    if not gmsh.model.getEntities(3):
+        raise MeshError(
+            f"{path.name} holds no solid, only {len(gmsh.model.getEntities(2))} surfaces; close them first."
+        )
+
+
+def _set_sizes(
+    gmsh: Any, size: float | None, element: str, near: Array | None, near_size: float | None, growth: float
+) -> None:
+    """Element size: constant, or growing with the distance from the contact zone."""
+    low, high = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
+    far = float(np.linalg.norm(high - low)) / DEFAULT_DIVISIONS if size is None else size
+    fine = far / 4 if near_size is None else near_size
+    factor = _DIVIDED if element.startswith("hex") else 1.0
+    for name in ("FromPoints", "FromCurvature", "ExtendFromBoundary"):
+        gmsh.option.setNumber(f"Mesh.MeshSize{name}", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", factor * far)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", factor * (far if near is None else min(fine, far)) / 10)
+    field = gmsh.model.mesh.field
+    if near is None:
+        gmsh.option.setNumber("Mesh.MeshSizeMin", factor * far)
+        return
+    last = max((tag for _, tag in gmsh.model.getEntities(0)), default=0)
+    zone = [gmsh.model.geo.addPoint(*p, tag=last + 1 + k) for k, p in enumerate(near.tolist())]
+    gmsh.model.geo.synchronize()
+    field.add("Distance", 1)
+    field.setNumbers(1, "PointsList", zone)
+    field.add("MathEval", 2)
+    field.setString(2, "F", f"{factor!r} * Min({far!r}, {fine!r} + {growth!r} * F1)")
+    field.setAsBackgroundMesh(2)
+
+
+def _generate(gmsh: Any, element: str) -> None:
+    option = gmsh.option.setNumber
+    option("Mesh.ElementOrder", 2 if element in ("tet10", "hex20") else 1)
+    option("Mesh.SecondOrderIncomplete", 1)
+    option("Mesh.HighOrderOptimize", 2)
+    option("Mesh.Algorithm3D", 1)
+    option("Mesh.Optimize", 1)
+    option("General.NumThreads", 1)
+    gmsh.model.mesh.generate(3)
+
+
+def _raw(gmsh: Any, source: str) -> RawMesh:
+    """The mesh that gmsh holds, with physical groups by name and all entities by number."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    ids = np.asarray(tags, dtype=np.int64)
+    blocks: list[tuple[str, IntArray]] = []
+    groups: dict[str, list[IntArray]] = {}
+    facets: dict[str, list[IntArray]] = {}
+    start = 0
+    for _, entity in gmsh.model.getEntities(3):
+        names = [f"volume_{entity}", *_physical(gmsh, 3, entity)]
+        for kind, _, nodes in zip(*gmsh.model.mesh.getElements(3, entity), strict=True):
+            if kind not in _SOLIDS:
+                raise MeshError(f"{source}: gmsh made elements of its type {kind}, which are not supported.")
+            name, n = _SOLIDS[kind]
+            cells = numbers_of(ids, np.asarray(nodes, dtype=np.int64).reshape(-1, n), "node", source)
+            blocks.append((name, cells))
+            for group in names:
+                groups.setdefault(group, []).append(start + np.arange(len(cells)))
+            start += len(cells)
+    for _, entity in gmsh.model.getEntities(2):
+        for kind, _, nodes in zip(*gmsh.model.mesh.getElements(2, entity), strict=True):
+            corners, n = _FACETS[kind]
+            cells = numbers_of(ids, np.asarray(nodes, dtype=np.int64).reshape(-1, n), "node", source)
+            for name in [f"surface_{entity}", *_physical(gmsh, 2, entity)]:
+                facets.setdefault(name, []).append(cells[:, :corners])
+    return RawMesh(np.reshape(coordinates, (-1, 3)), blocks, {k: np.concatenate(v) for k, v in groups.items()}, facets)
+
+
+def _physical(gmsh: Any, dim: int, entity: int) -> list[str]:
+    tags = gmsh.model.getPhysicalGroupsForEntity(dim, entity)
+    names = [gmsh.model.getPhysicalName(dim, tag) for tag in tags]
+    return [name for name in names if name]
