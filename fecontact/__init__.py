@@ -33,8 +33,11 @@ from fecontact.errors import (
     SupportError,
 )
 from fecontact.material import Material
-from fecontact.mesh import shapes
+from fecontact.mesh import pick, shapes
+from fecontact.mesh.cad import mesh_solid
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.read import read_mesh
+from fecontact.mesh.surfaces import SurfaceMesh, read_surface
 from fecontact.result import ContactResult
 from fecontact.scene import Contact, Scene
 from fecontact.solvers import available_solvers
@@ -63,8 +66,13 @@ __all__ = [
     "Sphere",
     "Spring",
     "SupportError",
+    "SurfaceMesh",
     "available_solvers",
     "hertz",
+    "mesh_solid",
+    "pick",
+    "read_mesh",
+    "read_surface",
     "rotation_about",
     "shapes",
     "surfaces",
