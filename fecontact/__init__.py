@@ -14,6 +14,7 @@ from fecontact.analytic import hertz
 from fecontact.bodies import (
     Body,
     ElasticBody,
+    ElasticLayer,
     HalfSpace,
     HalfSpaceContact,
     Layer,
@@ -40,6 +41,7 @@ from fecontact.mesh.read import read_mesh
 from fecontact.mesh.surfaces import SurfaceMesh, read_surface
 from fecontact.result import ContactResult
 from fecontact.scene import Contact, Scene
+from fecontact.scenefile import read_scene
 from fecontact.solvers import available_solvers
 from fecontact.springs import Spring
 
@@ -48,6 +50,7 @@ __all__ = [
     "Contact",
     "ContactResult",
     "ElasticBody",
+    "ElasticLayer",
     "FecontactError",
     "HalfSpace",
     "HalfSpaceContact",
@@ -73,6 +76,7 @@ __all__ = [
     "pick",
     "read_mesh",
     "read_surface",
+    "read_scene",
     "rotation_about",
     "shapes",
     "surfaces",

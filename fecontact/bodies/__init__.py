@@ -2,6 +2,7 @@
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace, HalfSpaceContact, Layer
+from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.pose import Pose, rotation_about
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import Plane, RigidBody, Sphere
@@ -9,6 +10,7 @@ from fecontact.bodies.rigid import Plane, RigidBody, Sphere
 __all__ = [
     "Body",
     "ElasticBody",
+    "ElasticLayer",
     "HalfSpace",
     "HalfSpaceContact",
     "Layer",
