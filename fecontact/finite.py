@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Change of pose, relative to the elastic displacements, at which the poses have settled.
-SETTLED = 1e-6
+#: Change of pose, relative to the elastic displacements, at which the poses have settled: the last change is still in the
+#: linearised solution, so the error left is of its square.
+SETTLED = 1e-4
 #: Largest turn (radians) and shift (of a body's size) of one step, so that a far-off contact is not overshot.
 LARGEST_STEP = 0.2
 MOST_STEPS = 60

@@ -7,7 +7,7 @@ facet, for all points and their nearby facets at once.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Protocol
 
 import numpy as np
@@ -235,9 +235,9 @@ class FacetSurface:
         triangle = self.triangle[facet]
         local = facet_centres(triangle)
         active = np.arange(len(points))
-        nodes = self.points[self.facets[facet]]
+        polynomials = _polynomials(self.points[self.facets[facet]] - points[:, None, :], triangle)
         for _ in range(iterations):
-            gradient, hessian = self._derivatives(points[active], nodes[active], triangle[active], local[active])
+            gradient, hessian = _derivatives(polynomials[active], local[active])
             new = np.empty_like(gradient)
             # continued beyond its sides, a triangle too is searched in a square
             inside = triangle[active] if slack == 0 else np.zeros(len(active), bool)
@@ -247,25 +247,11 @@ class FacetSurface:
             new[rows] = _step_in_triangle(local[active[rows]], gradient[rows], hessian[rows])
             moved = np.abs(new - local[active]).max(axis=1)
             local[active] = new
-            active = active[moved > 1e-14]
+            active = active[moved > 1e-13]
             if len(active) == 0:
                 break
         x, _, _ = self.evaluate(facet, local)
         return local, ((points - x) ** 2).sum(axis=1)
-
-    def _derivatives(
-        self, points: Array, nodes: Array, triangle: NDArray[np.bool_], local: Array
-    ) -> tuple[Array, Array]:
-        """Gradient (n, 2) of half the squared distance and a positive definite matrix (n, 2, 2) for its Hessian."""
-        N, dN, d2N = _second_derivatives(self.facets.shape[1], triangle, local)
-        r = np.einsum("na,nai->ni", N, nodes) - points
-        t = np.einsum("naj,nai->nij", dN, nodes)
-        gradient = np.einsum("ni,nij->nj", r, t)
-        gauss = np.einsum("nij,nik->njk", t, t)
-        hessian = gauss + np.einsum("ni,najk,nai->njk", r, d2N, nodes)
-        det = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
-        indefinite = (det <= 0.01 * gauss[:, 0, 0] * gauss[:, 1, 1]) | (hessian[:, 0, 0] <= 0)
-        return gradient, np.where(indefinite[:, None, None], gauss, hessian)
 
     def _beyond(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
         """Whether a foot lies on a rim side while the point's offset leans outwards across it.
@@ -345,17 +331,50 @@ def _rounded(distance2: Array, size: Array) -> Array:
     return np.asarray(np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12), dtype=np.float64)
 
 
-def _second_derivatives(n_columns: int, triangle: NDArray[np.bool_], X: Array) -> tuple[Array, Array, Array]:
-    """Shape functions of facets with first (n, k, 2) and second (n, k, 2, 2) derivatives.
+@cache
+def _coefficients(n_columns: int, triangle: bool, degree: int) -> Array:
+    """Coefficients ((degree + 1)^2, n_columns) of a facet's shape functions over the monomials s^i t^j.
 
-    scikit-fem gives first derivatives only. They are polynomials of degree at most two in each coordinate, so central
-    differences over a full unit step are exact.
+    scikit-fem gives values and first derivatives only; as polynomials they can be derived as often as Newton needs.
     """
-    N, dN = facet_shapes(n_columns, triangle, X)
-    d2N = np.empty((*dN.shape, 2))
-    for j in range(2):
-        step = np.zeros(2)
-        step[j] = 0.5
-        after, before = (facet_shapes(n_columns, triangle, X + sign * step)[1] for sign in (1, -1))
-        d2N[..., j] = after - before
-    return N, dN, d2N
+    t = np.linspace(0.0, 1.0, degree + 1)
+    grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
+    values = facet_shapes(n_columns, np.full(len(grid), triangle), grid)[0]
+    power = np.vander(t, degree + 1, increasing=True)
+    return np.linalg.solve(np.kron(power, power), values)
+
+
+def _polynomials(offsets: Array, triangle: NDArray[np.bool_]) -> Array:
+    """Facets as polynomials (n, 3, degree + 1, degree + 1) in s and t, from nodes (n, k, 3) relative to points."""
+    degree = 3 if triangle.any() else 2
+    n, k, _ = offsets.shape
+    out = np.empty((n, (degree + 1) ** 2, 3))
+    for kind in (False, True):
+        rows = np.flatnonzero(triangle == kind)
+        if len(rows):
+            out[rows] = _coefficients(k, kind, degree) @ offsets[rows]
+    return np.ascontiguousarray(out.transpose(0, 2, 1)).reshape(n, 3, degree + 1, degree + 1)
+
+
+def _derivatives(polynomials: Array, local: Array) -> tuple[Array, Array]:
+    """Gradient (n, 2) of half the squared distance and a positive definite matrix (n, 2, 2) for its Hessian."""
+    degree = polynomials.shape[3] - 1
+    rank = np.arange(degree + 1.0)
+    powers = local[:, :, None] ** rank  # (n, 2, degree + 1)
+    first, second = np.zeros_like(powers), np.zeros_like(powers)
+    first[..., 1:] = rank[1:] * powers[..., :-1]
+    second[..., 2:] = (rank[2:] * rank[1:-1]) * powers[..., :-2]
+    along_t = polynomials @ np.stack([powers[:, 1], first[:, 1], second[:, 1]], axis=2)[:, None]  # (n, 3, i, 3)
+    in_s = np.stack([powers[:, 0], first[:, 0], second[:, 0]], axis=1)[:, None]  # (n, 1, 3, i)
+    D = in_s @ along_t  # (n, 3, order in s, order in t)
+    r, x_s, x_t = D[:, :, 0, 0], D[:, :, 1, 0], D[:, :, 0, 1]
+
+    def dot(u: Array, v: Array) -> Array:
+        return np.asarray((u * v).sum(axis=1))
+
+    gradient = np.stack([dot(r, x_s), dot(r, x_t)], axis=1)
+    a, b, c = dot(x_s, x_s), dot(x_s, x_t), dot(x_t, x_t)
+    ha, hb, hc = a + dot(r, D[:, :, 2, 0]), b + dot(r, D[:, :, 1, 1]), c + dot(r, D[:, :, 0, 2])
+    indefinite = (ha * hc - hb**2 <= 0.01 * a * c) | (ha <= 0)
+    ha, hb, hc = (np.where(indefinite, g, h) for g, h in ((a, ha), (b, hb), (c, hc)))
+    return gradient, np.stack([np.stack([ha, hb], axis=1), np.stack([hb, hc], axis=1)], axis=1)
