@@ -37,7 +37,7 @@ def read_topography(path: str | Path) -> Topography:
     ========================  ==================================================================================
     ``.npy``                  array (nx, ny)
     ``.xyz``                  columns x, y, z of a full rectangular grid, any order
-    ``.txt``, ``.csv``        a matrix, one line for each y (upwards), or three columns x, y, z
+    ``.txt``, ``.csv``        a matrix, one line for each y (upwards)
     ``.asc``                  ``ncols``, ``nrows``, ``cellsize`` ... and the lines from the largest y down
     ========================  ==================================================================================
 
@@ -76,8 +76,7 @@ def read_topography(path: str | Path) -> Topography:
             out = _asc(file.read_text())
         else:
             table = np.loadtxt(file, delimiter="," if suffix == ".csv" else None, ndmin=2)
-            columns = suffix == ".xyz" or (table.shape[1] == 3 and table.shape[0] > 3)
-            out = _columns(table) if columns else Topography(np.ascontiguousarray(table.T), None)
+            out = _columns(table) if suffix == ".xyz" else Topography(np.ascontiguousarray(table.T), None)
     except (ValueError, KeyError) as error:
         raise InputError(f"{file.name!r} is not a readable {suffix} topography: {error}") from error
     if out.z.ndim != 2 or min(out.z.shape) < 2:

@@ -1,0 +1,93 @@
+"""Convolutions against direct sums; nested grids."""
+
+import numpy as np
+import pytest
+
+from fecontact.bodies.halfspace import kernels
+from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.nested import around, finer
+from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
+from fecontact.errors import InputError
+
+
+def direct(p, table):
+    nx, ny = p.shape
+    dx, dy = (
+        np.abs(np.subtract.outer(np.arange(nx), np.arange(nx))),
+        np.abs(np.subtract.outer(np.arange(ny), np.arange(ny))),
+    )
+    return np.einsum("ikjl,kl->ij", table[dx[:, :, None, None], dy[None, None]], p)
+
+
+@pytest.mark.parametrize("shape", [(12, 10), (7, 16), (2, 31), (33, 5)])
+def test_free_convolution(shape):
+    table = kernels.love(shape, (1.0, 0.7))
+    p = np.random.default_rng(0).random(shape)
+    spectrum = kernel_spectrum(table, (padded(shape[0]), padded(shape[1])))
+    found = Convolution(spectrum, shape, (False, False), Tally(1)).apply(p)
+    exact = direct(p, table)
+    assert np.abs(found - exact).max() < 1e-13 * exact.max()  # rounding of a transform
+
+
+@pytest.mark.parametrize("symmetric", [(True, True), (True, False), (False, True)])
+def test_symmetric_convolution(symmetric):
+    shape = (12, 10)
+    p = np.random.default_rng(1).random(shape)
+    for axis in (0, 1):
+        p = p + np.flip(p, axis) if symmetric[axis] else p
+    table = kernels.love(shape, (1.0, 0.7))
+    part = part_of(shape, symmetric)
+    spectrum = kernel_spectrum(table, (padded(12), padded(10)))
+    half = Convolution(spectrum, p[part].shape, symmetric, Tally(1)).apply(p[part])
+    exact = direct(p, table)
+    assert np.abs(unfold(half, symmetric) - exact).max() < 1e-13 * exact.max()  # rounding of a transform
+    assert even_axes(p, p > 0, np.ones((1, *shape))) == symmetric
+
+
+def test_strips_of_columns_make_no_difference(monkeypatch):
+    p = np.random.default_rng(2).random((40, 60))
+    spectrum = kernel_spectrum(kernels.love((40, 60), (1.0, 1.0)), (40, 60))
+    convolution = Convolution(spectrum, (40, 60), (False, False), Tally(1))
+    whole = convolution.apply(p)
+    monkeypatch.setattr("fecontact.bodies.halfspace.fft.STRIP", 1)
+    assert np.abs(convolution.apply(p) - whole).max() < 1e-14 * whole.max()
+
+
+def test_tally_counts_transforms():
+    tally = Tally(4 * 16 * 16)
+    spectrum = kernel_spectrum(kernels.love((16, 16), (1.0, 1.0)), (16, 16))
+    Convolution(spectrum, (16, 16), (False, False), tally).apply(np.ones((16, 16)))
+    Convolution(spectrum, (8, 8), (True, True), tally, product=False).apply(np.ones((8, 8)))
+    assert (tally.products, tally.transforms) == (1, 2.5)
+
+
+@pytest.mark.parametrize("n", [6, 7])
+def test_interpolation_reproduces_linear_values(n):
+    coarse = Grid((7.0, 7.0), (n, n)).coarser
+    values = 2.0 + 3.0 * coarse.x[:, None] - coarse.y[None, :]
+    fine = finer(values, (n, n), (False, False), False)
+    # inside, where no border value is repeated
+    x, y = coarse.x[0] - coarse.cell[0] / 4, coarse.y[0] - coarse.cell[1] / 4
+    X = x + np.arange(n) * coarse.cell[0] / 2
+    Y = y + np.arange(n) * coarse.cell[1] / 2
+    exact = 2.0 + 3.0 * X[:, None] - Y[None, :]
+    assert np.abs((fine - exact)[1:-1, 1:-1]).max() < 1e-13
+
+
+def test_the_part_round_a_contact_holds_it():
+    active = np.zeros((100, 80), bool)
+    active[40:60, 70:79] = True
+    part = around(active, (False, False))
+    assert part[0].start <= 38
+    assert part[0].stop >= 62
+    assert part[1].stop == 80
+    assert active[part].sum() == active.sum()
+
+
+@pytest.mark.parametrize(
+    ("size", "shape"), [((1.0, -1.0), (4, 4)), ((1.0, 1.0), (1, 4)), ((1.0, 1.0), (4.5, 4)), (1.0, (4, 4))]
+)
+def test_bad_grids(size, shape):
+    with pytest.raises(InputError, match="grid"):
+        Grid(size, shape)

@@ -1,0 +1,124 @@
+"""Half-spaces and elastic layers in scenes."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.bodies.halfspace.surface import grid_surface, straight_above
+from fecontact.bodies.layer import foundation_modulus
+from fecontact.errors import InputError
+from fecontact.surfaces import Paraboloid
+
+STEEL = fc.Material(210e3, 0.3)
+
+
+def half_space(n=64, size=0.6, **options):
+    return fc.HalfSpace(STEEL, size=(size, size), shape=(n, n), **options)
+
+
+def test_ball_on_a_half_space():
+    half, ball = half_space(), fc.RigidBody(fc.Sphere(radius=10.0), name="ball")
+    result = fc.Scene([half, ball], [fc.Contact(ball, half)]).solve(forces={ball: (0, 0, -100.0)})
+    contact = result.contacts[0]
+    hertz = fc.hertz.spheres((10.0, np.inf), (STEEL, None), force=100.0)
+    assert result.solution.solver == "nested-grid"
+    assert result.residuals().worst < 1e-10
+    assert contact.points.shape == (64 * 64, 3)
+    assert contact.pressure.shape == (64 * 64,)
+    assert abs(contact.force[2] + 100.0) < 1e-10  # on the half-space, downwards
+    assert abs(-result.rigid_motion(ball).translation[2] / hertz.approach - 1) < 5e-4  # 16 cells per radius
+    own = half.press(fc.Sphere(radius=10.0), force=100.0, tolerance=1e-10)
+    # the same problem by both doors, at tolerance 1e-10
+    assert np.abs(contact.pressure - own.pressure.ravel()).max() < 1e-7 * own.max_pressure
+
+
+def test_prescribed_motion_and_tilted_pose():
+    half = half_space(n=48)
+    ball = fc.RigidBody(fc.Sphere(radius=10.0), name="ball")
+    down = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(motions={ball: {"z": -2e-3}})
+    turned = ball.placed(translation=(0.0, 0.0, -10.0)).placed(rotation=fc.rotation_about((1, 2, 0), 0.3))
+    turned = turned.placed(translation=(0.0, 0.0, 10.0))
+    same = fc.Scene([half, turned], [fc.Contact(half, turned)]).solve(motions={turned: {"z": -2e-3}})
+    # a ball turned about its centre is the same ball; 1e-16 of its radius over the approach of 2e-3
+    assert np.abs(same.contacts[0].pressure - down.contacts[0].pressure).max() < 1e-7 * down.contacts[0].max_pressure
+
+
+def test_whole_scene_moved_and_turned():
+    Q, t = fc.rotation_about((1.0, 2.0, 3.0), 0.7), np.array([100.0, -50.0, 20.0])
+    half, ball = half_space(n=48), fc.RigidBody(fc.Sphere(radius=10.0), name="ball")
+    first = fc.Scene([half, ball], [fc.Contact(ball, half)]).solve(forces={ball: (0, 0, -100.0)})
+    half2, ball2 = half.placed(t, Q), ball.placed(t, Q)
+    second = fc.Scene([half2, ball2], [fc.Contact(ball2, half2)]).solve(forces={ball2: -100.0 * Q[:, 2]})
+    # the relative pose loses 1e-16 * 110, an approach is 2e-3
+    assert (
+        np.abs(second.contacts[0].pressure - first.contacts[0].pressure).max() < 1e-6 * first.contacts[0].max_pressure
+    )
+
+
+def test_two_balls_share_the_cells():
+    half = fc.HalfSpace(STEEL, size=(3.0, 1.5), shape=(96, 48))
+    one = fc.RigidBody(fc.Sphere(10.0), name="one").placed((-0.7, 0.0, 0.0))
+    two = fc.RigidBody(fc.Sphere(5.0), name="two").placed((0.7, 0.0, 0.001))
+    scene = fc.Scene([half, one, two], [fc.Contact(one, half), fc.Contact(two, half)])
+    result = scene.solve(forces={one: (0, 0, -100.0), two: (0, 0, -50.0)})
+    assert result.residuals().worst < 1e-10
+    assert [round(float(-c.force[2]), 8) for c in result.contacts] == [100.0, 50.0]
+    assert abs(result.contacts[0].centre_of_pressure[0] + 0.7) < 0.002
+
+
+def test_finite_elements_on_a_half_space():
+    block = fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 2))
+    body = fc.ElasticBody(block, fc.Material(1.0, 0.0), "bottom", {"top": "xyz"}, name="block")
+    body = body.placed(translation=(-0.5, -0.5, 0.0))
+    half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(2.0, 2.0), shape=(8, 8))
+    result = fc.Scene([body, half], [fc.Contact(body, half)]).solve(forces={body: (0, 0, -0.01)})
+    contact = result.contacts[0]
+    assert abs(abs(contact.force[2]) - 0.01) < 1e-12
+    assert np.abs(contact.centre_of_pressure[:2]).max() < 1e-10  # symmetric
+    assert result.residuals().worst < 1e-10
+    u = result.state.displacements[1].reshape(-1, 3)[:, 2]
+    assert u.min() < 0
+    assert np.abs(result.state.displacements[1].reshape(-1, 3)[:, :2]).max() == 0.0
+
+
+def test_spread_forces_keep_force_and_moment():
+    surface = grid_surface(half_space(n=8).grid, "surface")
+    points = np.random.default_rng(0).uniform(-0.25, 0.25, (20, 3))
+    feet = surface.project(points)
+    assert not feet.beyond.any()
+    assert np.abs(feet.weights @ surface.points - feet.points).max() < 1e-15
+    assert surface.project(np.array([[1.0, 0.0, 0.0]])).beyond.all()
+
+
+def test_straight_above_by_heights_and_by_steps():
+    points = np.stack([np.linspace(-0.5, 0.5, 9), np.linspace(0.3, -0.3, 9), np.zeros(9)], axis=1)
+    shape = Paraboloid(2.0, 3.0)
+    told = straight_above(points, shape, np.eye(3), np.array([0.1, 0.2, -0.05]))
+    tiny = fc.rotation_about((1, 0, 0), 1e-15)
+    found = straight_above(points, shape, tiny, np.array([0.1, 0.2, -0.05]))
+    assert np.abs(found.gap - told.gap).max() < 1e-13
+
+
+@pytest.mark.parametrize("law", ["bonded", "frictionless", "uniaxial"])
+def test_layer_under_a_ball(law):
+    plate = fc.shapes.block((2.0, 2.0, 0.1), (40, 40, 1), element="hex8")
+    material = fc.Material(5.0, 0.3)
+    layer = fc.ElasticLayer(material, thickness=0.5, surface=(plate, "top"), law=law)
+    ball = fc.RigidBody(fc.Sphere(10.0), name="ball").placed((1.0, 1.0, 0.1))
+    result = fc.Scene([layer, ball], [fc.Contact(layer, ball)]).solve(motions={ball: {"z": -0.02}})
+    exact = np.pi * foundation_modulus(material, law) * 10.0 * 0.02**2 / 0.5
+    # elastic foundation under a paraboloid, P = pi H R d^2/h; 12 cells per contact radius
+    assert abs(abs(result.contacts[0].force[2]) / exact - 1) < 0.02
+    assert result.residuals().worst < 1e-12
+
+
+def test_bad_layers():
+    plate = fc.shapes.block((1.0, 1.0, 0.1), (2, 2, 1), element="hex8")
+    with pytest.raises(InputError, match="thickness"):
+        fc.ElasticLayer(STEEL, thickness=-1.0, surface=(plate, "top"))
+    with pytest.raises(InputError, match="Unknown law"):
+        fc.ElasticLayer(STEEL, thickness=1.0, surface=(plate, "top"), law="magic")
+    with pytest.raises(InputError, match="surface="):
+        fc.ElasticLayer(STEEL, thickness=1.0, surface="top")
+    with pytest.raises(InputError, match="surface"):
+        half_space(n=8).surface("cap")

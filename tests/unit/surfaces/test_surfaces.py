@@ -1,0 +1,170 @@
+"""Rigid surfaces: heights, feet, roughness, files."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.errors import InputError
+from fecontact.surfaces import (
+    Cone,
+    Cylinder,
+    Ellipsoid,
+    FlatPunch,
+    FunctionSurface,
+    HeightMap,
+    Paraboloid,
+    Torus,
+    detrend,
+    read_topography,
+    self_affine,
+)
+
+SHAPES = [
+    fc.Sphere(2.0),
+    Paraboloid(2.0),
+    Paraboloid(2.0, 5.0),
+    Cylinder(2.0),
+    Cone(0.3),
+    FlatPunch(sides=(4.0, 4.0)),
+    Ellipsoid((2.0, 3.0, 1.0)),
+    Torus(ring=2.0, tube=1.5),
+    FunctionSurface(lambda x, y: 0.1 * np.sin(x) * np.cos(y) + 0.1, size=1.0),
+]
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
+def test_feet_lie_on_the_surface_along_the_normal(shape):
+    rng = np.random.default_rng(0)
+    points = np.column_stack([rng.uniform(-0.6, 0.6, (40, 2)) + 0.7, rng.uniform(-0.3, 0.3, 40)])
+    points[:, 0] -= 0.4
+    feet = shape.project(points)
+    assert not feet.beyond.any()
+    # heights of a function are differentiated numerically, which moves a foot by 1e-8 but leaves it on the surface
+    height = shape.heights(feet.points[:, 0], feet.points[:, 1])
+    assert np.abs(height - feet.points[:, 2]).max() < 1e-7
+    assert np.abs(points - feet.points - feet.gap[:, None] * feet.normals).max() < 1e-12
+    assert np.abs(np.linalg.norm(feet.normals, axis=1) - 1).max() < 1e-12
+    # positive outside: below the surface
+    below = points[:, 2] < shape.heights(points[:, 0], points[:, 1])
+    assert (np.sign(feet.gap) == np.where(below, 1.0, -1.0)).all()
+
+
+def test_heights_keep_their_digits_near_the_pole():
+    for shape in (fc.Sphere(1.0), Ellipsoid((1.0, 1.0, 1.0)), Cylinder(1.0)):
+        assert abs(float(shape.heights(np.array(1e-9), np.array(0.0))) / 5e-19 - 1) < 1e-12
+
+
+def test_height_map_on_its_own_grid_and_between():
+    x, y = (np.arange(20) - 9.5) / 20, (np.arange(30) - 14.5) / 30
+    surface = HeightMap(5.0 + x[:, None] ** 2 + 2 * y[None, :] ** 2, (1.0, 1.0))
+    assert surface.heights(x[:, None], y[None, :]).min() == 0.0
+    between = surface.heights(np.array([0.1]), np.array([0.2]))
+    lowest = 5.0 + x[9] ** 2 + 2 * y[14] ** 2
+    assert abs(float(between[0]) - (5.0 + 0.01 + 0.08 - lowest)) < 1e-12  # a cubic spline holds a parabola
+    assert np.isinf(surface.heights(np.array([0.6]), np.array([0.0]))[0])
+    feet = surface.project(np.array([[0.1, 0.1, -0.2]]))
+    assert abs(np.linalg.norm(feet.points - [0.1, 0.1, -0.2]) - abs(feet.gap[0])) < 1e-12
+
+
+@pytest.mark.parametrize("target", [{"rms_height": 0.02}, {"rms_slope": 0.3}])
+def test_rough_surface_achieves_what_was_asked(target):
+    rough = self_affine((96, 128), (1.0, 2.0), hurst=0.7, seed=5, roll_off=0.5, **target)
+    kx, ky = 2 * np.pi * np.fft.fftfreq(96, 1 / 96), 2 * np.pi * np.fft.fftfreq(128, 2 / 128)
+    spectrum = np.fft.fft2(rough.z)
+    slopes = [np.fft.ifft2(1j * k * spectrum).real for k in (kx[:, None], ky[None, :])]
+    measured = {"rms_height": rough.z.std(), "rms_slope": np.sqrt(sum((s**2).mean() for s in slopes))}
+    for name, value in target.items():
+        assert abs(measured[name] / value - 1) < 1e-10
+    assert abs(measured["rms_height"] / rough.rms_height - 1) < 1e-10
+    assert abs(measured["rms_slope"] / rough.rms_slope - 1) < 1e-10
+
+
+def test_rough_surface_by_seed_and_spectrum():
+    make = lambda seed: self_affine((256, 256), (1.0, 1.0), hurst=0.8, seed=seed, rms_height=1.0).z  # noqa: E731
+    assert np.array_equal(make(1), make(1))
+    assert not np.array_equal(make(1), make(2))
+    power = np.abs(np.fft.fft2(make(1))) ** 2
+    k = np.hypot(*np.meshgrid(*[np.fft.fftfreq(256, 1 / 256)] * 2))
+    rings = [power[(k > r / 1.2) & (k <= r * 1.2)].mean() for r in (8, 48)]
+    # slope -2 - 2 H over a factor of 6; each ring averages hundreds of waves
+    assert abs(np.log(rings[1] / rings[0]) / np.log(6) + 3.6) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"hurst": 1.2, "rms_height": 1.0}, "Hurst"),
+        ({"hurst": 0.5}, "exactly one"),
+        ({"hurst": 0.5, "rms_height": -1.0}, "positive"),
+        ({"hurst": 0.5, "rms_height": 1.0, "longest": 0.01}, "No wave"),
+    ],
+)
+def test_bad_roughness(options, message):
+    with pytest.raises(InputError, match=message):
+        self_affine((16, 16), (1.0, 1.0), seed=0, **options)
+
+
+@pytest.mark.parametrize(("trend", "power"), [("mean", 0), ("plane", 1), ("quadratic", 2)])
+def test_detrend(trend, power):
+    x, y = np.meshgrid(np.arange(6.0), np.arange(9.0), indexing="ij")
+    assert np.abs(detrend(2.0 + (x - 2 * y) ** power if power else np.full((6, 9), 3.0), trend)).max() < 1e-10
+    with pytest.raises(InputError, match="Unknown trend"):
+        detrend(x, "cubic")
+
+
+def test_topography_files(tmp_path):
+    z = np.arange(12.0).reshape(3, 4)
+    x, y = np.meshgrid([0.0, 0.5, 1.0], [0.0, 1.0, 2.0, 3.0], indexing="ij")
+    np.save(tmp_path / "a.npy", z)
+    np.savetxt(tmp_path / "a.txt", z.T)
+    np.savetxt(tmp_path / "a.csv", z.T, delimiter=",")
+    rows = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    np.savetxt(tmp_path / "a.xyz", np.random.default_rng(0).permutation(rows))
+    header = "ncols 3\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 2\nNODATA_value -9999\n"
+    lines = "\n".join(" ".join(map(str, row)) for row in z.T[::-1])
+    (tmp_path / "a.asc").write_text(header + lines)
+    for suffix in ("npy", "txt", "csv", "xyz", "asc"):
+        assert np.array_equal(read_topography(tmp_path / f"a.{suffix}").z, z), suffix
+    assert read_topography(tmp_path / "a.xyz").size == (1.5, 4.0)
+    assert read_topography(tmp_path / "a.asc").size == (6.0, 8.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.stl", "", "Cannot read"),
+        ("a.asc", "ncols 2\n1 2\n", "lacks"),
+        ("a.xyz", "0 0 1\n1 0 1\n0 1 1\n", "full grid"),
+        ("a.xyz", "0 0 1\n1 0 1\n5 0 1\n0 1 1\n", "equal steps"),
+        ("a.txt", "a b\n", "not a readable"),
+        ("a.txt", "1 2 3\n", "no grid"),
+    ],
+)
+def test_bad_topographies(tmp_path, name, text, message):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_topography(tmp_path / name)
+    with pytest.raises(InputError, match="no file"):
+        read_topography(tmp_path / "missing.npy")
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Paraboloid(-1.0),
+        lambda: Cylinder(0.0),
+        lambda: Cylinder(1.0, length=-1.0),
+        lambda: Cone(2.0),
+        lambda: FlatPunch(),
+        lambda: FlatPunch(radius=-1.0),
+        lambda: Ellipsoid((1.0, 1.0)),
+        lambda: Torus(1.0, 2.0),
+        lambda: HeightMap(np.full((3, 3), np.nan), (1.0, 1.0)),
+        lambda: HeightMap(np.zeros(3), (1.0, 1.0)),
+        lambda: HeightMap(np.zeros((3, 3)), (1.0, -1.0)),
+        lambda: FunctionSurface("x"),
+    ],
+)
+def test_bad_shapes(make):
+    with pytest.raises(InputError):
+        make()
