@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.errors import SolverError
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.moved import Moved, moved, turned
+from fecontact.moved import moved, turned
 
 if TYPE_CHECKING:
     from fecontact.result import ContactResult
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Change of pose, relative to the elastic displacements, at which the poses have settled: the last change is still in the
-#: linearised solution, so the error left is of its square.
+#: Change of pose, relative to the elastic displacements, at which the poses have settled. The last change is still in
+#: the linearised solution, so the error left is of its square.
 SETTLED = 1e-4
 #: Largest turn (radians) and shift (of a body's size) of one step, so that a far-off contact is not overshot.
 LARGEST_STEP = 0.2
@@ -54,19 +55,22 @@ def solve_finite(scene: Scene, arguments: Mapping[str, Any]) -> ContactResult:
         If the poses do not settle.
     """
     motions = arguments.get("motions") or {}
-    prescribed = {body: _vector(given) for body, given in motions.items()}
-    poses: dict[Body, Pose] = {
-        b: turned(b.pose, prescribed[b], b.pose.to_world(b.reference_point)) if b in prescribed else b.pose
+    start = {
+        b: turned(b.pose, _vector(motions[b]), b.pose.to_world(b.reference_point)) if b in motions else b.pose
         for b in scene.bodies
     }
     held = {**arguments, "motions": {b: dict.fromkeys(given, 0.0) for b, given in motions.items()}}
+    path = _Path(np.array([b.size for b in scene.bodies]))
+    places = np.zeros((len(scene.bodies), 6))
     change = np.inf
     for _ in range(MOST_STEPS):
-        now = moved(scene, poses)
+        now = moved(scene, {b: _placed(start[b], b, place) for b, place in zip(scene.bodies, places, strict=True)})
         result = now.scene.solve(**now.loads(held))
-        change, poses = _step(now, result, poses)
+        steps = np.stack([_advance(p, m) for p, m in zip(places, result.state.motions, strict=True)])
+        change = path.size_of(steps) / _elastic_size(result)
         if change <= SETTLED:
             return replace(result, originals=scene.bodies)
+        places = path.following(places, steps)
     raise SolverError(
         f"The poses have not settled after {MOST_STEPS} steps (last change {change:.1e} of the elastic displacement). "
         "Start nearer to the contact, or hold the components in which the load does not bring the bodies to rest."
@@ -77,17 +81,59 @@ def _vector(given: Mapping[str, float]) -> Array:
     return np.array([given.get(name, 0.0) for name in COMPONENTS], dtype=float)
 
 
-def _step(now: Moved, result: ContactResult, poses: Mapping[Body, Pose]) -> tuple[float, dict[Body, Pose]]:
-    """New poses, and the largest change relative to the elastic displacements."""
-    new, largest, elastic = {}, 0.0, 0.0
-    for k, original in enumerate(now.originals):
-        frame, motion = result.loading.frames[k], result.state.motions[k]
-        size = frame.body.size
-        reach = max(float(np.linalg.norm(motion[:3])) / size, float(np.linalg.norm(motion[3:])))
-        share = min(1.0, LARGEST_STEP / reach) if reach > 0 else 1.0
-        new[original] = turned(poses[original], share * motion, frame.point)
-        largest = max(largest, reach * size)
-        rest = result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
-        elastic = max(elastic, float(np.abs(rest).max(initial=0.0)))
-    floor = 1e-9 * min(b.size for b in now.scene.bodies)
-    return largest / max(elastic, floor), new
+def _placed(start: Pose, body: Body, place: Array) -> Pose:
+    """Pose after a finite motion (6,) from the start: rotation vector about the reference point, then translation."""
+    return turned(start, place, start.to_world(body.reference_point))
+
+
+def _advance(place: Array, motion: Array) -> Array:
+    """Change of a place (6,) by a further motion (6,); rotations are composed, not added."""
+    total = (Rotation.from_rotvec(motion[3:]) * Rotation.from_rotvec(place[3:])).as_rotvec()
+    return np.concatenate([motion[:3], total - place[3:]])
+
+
+def _elastic_size(result: ContactResult) -> float:
+    """Largest elastic displacement, but not less than 1e-9 of a body."""
+    rest = [
+        u - frame.modes(motion[:, None])[:, 0]
+        for u, frame, motion in zip(
+            result.state.displacements, result.loading.frames, result.state.motions, strict=True
+        )
+    ]
+    floor = 1e-9 * min(frame.body.size for frame in result.loading.frames)
+    return max(floor, *(float(np.abs(r).max(initial=0.0)) for r in rest))
+
+
+class _Path:
+    """Places visited on the way to rest, and the next one by Anderson's acceleration (Walker & Ni 2011).
+
+    The change of normals with the pose is left out of the small-motion problem, so plain repetition converges at a
+    linear rate; the differences of a few earlier steps make up for it.
+    """
+
+    depth = 5
+
+    def __init__(self, sizes: Array) -> None:
+        self._scale = np.concatenate([np.ones((len(sizes), 3)), np.repeat(sizes[:, None], 3, axis=1)], axis=1)
+        self._places: list[Array] = []
+        self._steps: list[Array] = []
+
+    def size_of(self, steps: Array) -> float:
+        """Largest displacement that steps (n_bodies, 6) mean."""
+        return float(np.abs(steps * self._scale).max())
+
+    def following(self, places: Array, steps: Array) -> Array:
+        """The next places from these and the steps the problem asks for."""
+        largest = float((np.abs(steps * self._scale) / self._scale[:, 3:4]).max())
+        if largest > LARGEST_STEP:
+            self._places, self._steps = [], []
+            return places + steps * (LARGEST_STEP / largest)
+        self._places, self._steps = [*self._places, places][-self.depth :], [*self._steps, steps][-self.depth :]
+        if len(self._steps) == 1:
+            return places + steps
+        step_differences = np.stack([(s - steps).ravel() for s in self._steps[:-1]], axis=1)
+        place_differences = np.stack([(p - places).ravel() for p in self._places[:-1]], axis=1)
+        weight = self._scale.ravel()
+        share = np.linalg.lstsq(weight[:, None] * step_differences, -weight * steps.ravel(), rcond=1e-6)[0]
+        correction = (place_differences + step_differences) @ share
+        return places + steps + correction.reshape(places.shape)

@@ -32,6 +32,16 @@ def test_plain_faces(tmp_path):
     assert abs(errors["nodal"]) > 0.5
 
 
+def test_knee(tmp_path):
+    (row,) = load("knee").main(n=3, angles=(20.0,), out=tmp_path)
+    pull = row["tensions"]
+    # both condyles carry, and together with the ligaments they balance the load of 1150 N
+    assert row["medial"] > 100
+    assert row["lateral"] > 100
+    assert row["medial"] + row["lateral"] - 1150 < sum(pull.values()) + 1e-6
+    assert abs(row["equilibrium"]) < 1e-10
+
+
 @pytest.mark.parametrize("name", sorted(p.stem for p in FOLDER.glob("*.py")))
 def test_every_example_is_tested(name):
     assert f"def test_{name}(" in Path(__file__).read_text()
