@@ -320,6 +320,7 @@ def _step_in_triangle(local: Array, gradient: Array, hessian: Array) -> Array:
     outwards = (speed > 0) & ~along_side
     share = np.divide(np.maximum(room, 0.0), speed, out=np.ones_like(room), where=outwards).min(axis=1, initial=1.0)
     new = np.maximum(local + share[:, None] * step, 0.0)
+    new[new <= ON_SIDE] = 0.0
     return new / np.maximum(new.sum(axis=1, keepdims=True), 1.0)
 
 

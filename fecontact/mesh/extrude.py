@@ -72,6 +72,7 @@ def extrude(
         [np.concatenate([corners + k * n, corners + (k + 1) * n], axis=1) for k in range(len(fractions) - 1)]
     )
     mesh = _quadratic(levels, cells, facets, n, len(fractions))
+    _refuse_turned(points, growth, corners)
     try:
         check_cells(mesh)
     except MeshError as error:
@@ -141,6 +142,22 @@ def _named(mesh: Mesh, n_facets: int, names: tuple[str, str, str]) -> Mesh:
     if len(rim):
         boundaries[side] = rim
     return Mesh(mesh.points, mesh.cells, boundaries, {"layer": np.arange(len(mesh.cells))})
+
+
+def _refuse_turned(points: Array, growth: Array, corners: IntArray) -> None:
+    """Refuse a layer in which a side of a facet has turned back: past the middle of a hollow all sides do.
+
+    The Jacobian does not see that, because a triangle turned by half a circle in its plane keeps its sense.
+    """
+    below = np.roll(points[corners], -1, axis=1) - points[corners]
+    above = below + np.roll(growth[corners], -1, axis=1) - growth[corners]
+    length2 = np.einsum("fki,fki->fk", below, below)
+    turned = ((np.einsum("fki,fki->fk", below, above) <= 0) & (length2 > 0)).any(axis=1)
+    if turned.any():
+        raise MeshError(
+            f"The layer folds: {turned.sum()} facets, the first of them facet {np.argmax(turned)}, are turned round at "
+            "its far side. It is thicker than the radius of a hollow; make it thinner or smooth the surface."
+        )
 
 
 def _refuse_crossing(mesh: Mesh) -> None:
