@@ -1,4 +1,4 @@
-"""Command line: ``fecontact hertz``."""
+"""Command line: ``fecontact hertz``, ``fecontact solve``, ``fecontact view``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from fecontact.errors import FecontactError
+from fecontact.errors import FecontactError, InputError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -25,6 +25,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="fecontact", description="Frictionless elastic contact of solids, certified.")
     commands = parser.add_subparsers(required=True, metavar="command")
     _add_hertz(commands)
+    _add_solve(commands)
+    _add_view(commands)
     return parser
 
 
@@ -83,6 +85,112 @@ def _hertz(options: argparse.Namespace) -> int:
     if options.vtu:
         print(f"bodies:  {out.result.save(options.vtu)}", file=notes)
     return 0
+
+
+def _add_solve(commands: argparse._SubParsersAction) -> None:
+    solve = commands.add_parser(
+        "solve",
+        help="a scene described in a TOML file",
+        description="Solve the scene in a TOML file. All of the file is checked before anything is solved; whatever "
+        "is wrong is told at once. The outputs that the file names are written.",
+    )
+    solve.add_argument("scene", metavar="SCENE.toml")
+    solve.add_argument("--dry-run", action="store_true", help="check the file, say what it asks for, and stop")
+    solve.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the table")
+    solve.add_argument("--out", metavar="FOLDER", help="folder for outputs instead of the scene's own; made if missing")
+    solve.set_defaults(run=_solve)
+
+
+def _solve(options: argparse.Namespace) -> int:
+    from fecontact.io import check_writable, save_json
+    from fecontact.scenefile import read_scene
+
+    if options.json not in (None, "-"):
+        check_writable(options.json)
+    scene = read_scene(options.scene, out=_folder(options.out))
+    if options.dry_run:
+        print(scene.describe())
+        return 0
+    result = scene.solve()
+    notes = sys.stdout
+    if options.json == "-":
+        notes = sys.stderr
+        json.dump(scene.summary(result), sys.stdout, indent=2)
+        print()
+    else:
+        print(f"{scene.title}\n{result}" if scene.title else result)
+        if options.json:
+            print(f"wrote {save_json(options.json, scene.summary(result))}")
+    for path in scene.write(result):
+        print(f"wrote {path}", file=notes)
+    return 0
+
+
+def _folder(path: str | None) -> Path | None:
+    """A folder for outputs, made if it is missing."""
+    if path is None:
+        return None
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"Cannot make the folder {path}: {error.strerror}.") from error
+    return Path(path)
+
+
+def _add_view(commands: argparse._SubParsersAction) -> None:
+    view = commands.add_parser(
+        "view",
+        help="picture of the bodies in a VTU file",
+        description="Draw the bodies of a result, deformed, with a field on their faces. Needs no screen.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    view.add_argument("result", metavar="RESULT.vtu")
+    view.add_argument(
+        "--field", default="von_mises", help="von_mises, contact_pressure, displacement_z, stress_xx, ..."
+    )
+    view.add_argument("--out", metavar="PICTURE", help="file to write; the result's name with .png unless given")
+    view.add_argument("--scale", default=1.0, type=float, help="by which displacements are exaggerated; 0: undeformed")
+    view.add_argument("--view", default="iso", help="iso, below, x, -x, y, -y, z, -z, or AZIMUTH,ELEVATION in degrees")
+    view.add_argument("--cut", metavar="'x<0'", help="what is to be kept")
+    view.add_argument("--bodies", metavar="0,1", help="numbers of the bodies to show, separated by commas")
+    view.add_argument("--limits", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the colours")
+    view.add_argument("--units", default="", help="unit of the field, for the colour bar")
+    view.add_argument("--length", default="", help="unit of length, for the ruler")
+    view.add_argument("--no-edges", action="store_true", help="do not draw the mesh")
+    view.add_argument("--show", action="store_true", help="open a window instead (needs pyvista)")
+    view.set_defaults(run=_view)
+
+
+def _view(options: argparse.Namespace) -> int:
+    from fecontact import view
+
+    solids = view.solids_of_file(options.result)
+    chosen = {
+        "scale": options.scale,
+        "direction": _direction(options.view),
+        "only": options.bodies.split(",") if options.bodies else None,
+        "where": options.cut,
+        "limits": options.limits,
+        "units": options.units,
+    }
+    if options.show:
+        view.show(solids, options.field, options.out, **chosen)
+        return 0
+    path = Path(options.result).with_suffix(".png") if options.out is None else Path(options.out)
+    view.view(solids, options.field, path, length=options.length, edges=not options.no_edges, **chosen)
+    print(f"wrote {path}")
+    return 0
+
+
+def _direction(text: str) -> str | tuple[float, float]:
+    """A view by name, or two angles separated by a comma."""
+    azimuth, comma, elevation = text.partition(",")
+    if not comma:
+        return text
+    try:
+        return float(azimuth), float(elevation)
+    except ValueError:
+        raise InputError(f"A view is a name or AZIMUTH,ELEVATION in degrees; found {text!r}.") from None
 
 
 if __name__ == "__main__":

@@ -103,6 +103,7 @@ def draw_facets(
     camera: Camera,
     size: tuple[int, int] = (1000, 800),
     edges: bool = True,
+    closed: bool = False,
 ) -> Image:
     """Draw facets in the colours of a nodal field.
 
@@ -119,6 +120,9 @@ def draw_facets(
         Pixels that the drawing may not exceed; what is seen decides which of them it reaches.
     edges : bool
         Whether the sides of the facets are drawn.
+    closed : bool
+        Whether the facets enclose bodies, corners counter-clockwise seen from outside: those that look away are hidden
+        and left out.
 
     Examples
     --------
@@ -133,6 +137,8 @@ def draw_facets(
     canvas = _Canvas.fitting(seen[np.unique(facets)], size)
     # columns: position in the camera's axes and value
     patches = _patches(np.column_stack([seen, values]), facets)
+    if closed:
+        patches = patches[_towards_the_eye(patches)]
     for xyz, facet, local in _surface_samples(patches, canvas.pixel):
         canvas.add(xyz, facet, local)
     drawn = np.flatnonzero(canvas.facet >= 0)
@@ -237,6 +243,16 @@ class _Canvas:
         step = OVERSAMPLING * self.pixel
         left, bottom = self.lower.tolist()
         return Image(np.clip(mean, 0.0, 1.0), (left, left + columns * step, bottom, bottom + rows * step))
+
+
+def _towards_the_eye(patches: Array) -> NDArray[np.bool_]:
+    """Facets (n_facets,) of which any part looks at the eye."""
+    s = np.repeat([0.0, 0.5, 1.0], 3)
+    t = np.tile([0.0, 0.5, 1.0], 3)
+    along = np.einsum("qi,fijk,qj->fqk", _slopes(s), patches[..., :2], _quadratics(t), optimize=True)
+    across = np.einsum("qi,fijk,qj->fqk", _quadratics(s), patches[..., :2], _slopes(t), optimize=True)
+    turn = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
+    return np.asarray((turn > 0).any(axis=1))
 
 
 def _extents(patches: Array, pixel: float) -> Array:

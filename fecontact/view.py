@@ -194,7 +194,7 @@ def view(
     units: str = "",
     length: str = "",
     title: str | None = None,
-    pixels: tuple[int, int] = PIXELS,
+    pixels: tuple[int, int] | None = None,
 ) -> Figure:
     """Draw bodies with a field on their outer faces.
 
@@ -221,7 +221,7 @@ def view(
         Units of the field, and of length.
     title : str, optional
     pixels : (width, height)
-        Of the drawing itself.
+        Of the drawing itself, at most; `PIXELS` unless given.
 
     Raises
     ------
@@ -234,7 +234,9 @@ def view(
     points, facets, values = _skin(shown, field, scale)
     table, norm = _colours(field, values[np.unique(facets)], limits)
     camera = Camera.looking(direction)
-    image = draw_facets(points, facets, values, lambda v: table(norm(v))[:, :3], camera, pixels, edges)
+    image = draw_facets(
+        points, facets, values, lambda v: table(norm(v))[:, :3], camera, pixels or PIXELS, edges, closed=True
+    )
     figure = Figure(figsize=(9.6, 6.6), layout="constrained")
     axes = figure.subplots()
     axes.imshow(image.rgba, extent=image.extent, origin="lower", interpolation="antialiased")
@@ -267,7 +269,7 @@ def view_result(result: ContactResult, field: str = "von_mises", path: str | Pat
 
 
 def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDArray[np.int64], Array]:
-    """Points, facets (padded to the widest) and nodal values of all bodies together."""
+    """Points, facets (counter-clockwise seen from outside) and nodal values of all bodies together."""
     points, facets, values = [], [], []
     start = 0
     for solid in solids:
@@ -275,12 +277,21 @@ def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDA
         faces = mesh.face_nodes(mesh.outer_faces)
         points.append(solid.deformed(scale))
         values.append(solid.scalar(field))
-        facets.append(start + faces)
+        facets.append(start + _outwards(mesh.points, faces))
         start += len(mesh.points)
     widest = max(f.shape[1] for f in facets)
     if any(f.shape[1] != widest for f in facets):
         facets = [f[:, :4] for f in facets]
     return np.concatenate(points), np.concatenate(facets), np.concatenate(values)
+
+
+def _outwards(points: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces of a closed surface turned outwards if they enclose a negative volume, as those of mirrored cells do."""
+    corners = points[faces[:, :4]] - points[faces[0, 0]]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    if np.einsum("fi,fi->", corners.mean(axis=1), normals) >= 0:
+        return faces
+    return faces[:, [1, 0, 3, 2, 4, 7, 6, 5, 8][: faces.shape[1]]]
 
 
 def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> tuple[Any, Normalize]:

@@ -42,6 +42,13 @@ def test_knee(tmp_path):
     assert abs(row["equilibrium"]) < 1e-10
 
 
+def test_scene_file(tmp_path):
+    result = load("scene_file").main(out=tmp_path)
+    assert abs(result.contacts[0].force[2] + 60.0) < 1e-8  # equilibrium of the loaded ball
+    for name in (".vtu", ".json", "_pressure.png", "_stress.png"):
+        assert (tmp_path / f"ball_on_block{name}").stat().st_size > 2000
+
+
 @pytest.mark.parametrize("name", sorted(p.stem for p in FOLDER.glob("*.py")))
 def test_every_example_is_tested(name):
     assert f"def test_{name}(" in Path(__file__).read_text()

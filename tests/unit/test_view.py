@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.render import VIEWS, Camera, draw_facets, subdivided
-from fecontact.view import chosen, cut, show, solids_of_file, solids_of_result, view, view_result
+from fecontact.view import Solid, chosen, cut, show, solids_of_file, solids_of_result, view, view_result
 
 SMALL = (120, 100)
 
@@ -114,6 +114,18 @@ def test_deformation_is_exaggerated_by_the_scale(result):
     moved = block.deformed(10) - block.mesh.points
     assert np.abs(moved - 10 * result.displacement(result.elastic_bodies[0])).max() <= 1e-14
     assert block.deformed(0) is block.mesh.points
+
+
+def test_mirrored_cells_are_drawn_from_outside_too():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1))
+    mirrored = mesh.mapped(lambda x: x * [-1, 1, 1])
+    colours = []
+    for m in (mesh, mirrored):
+        solid = Solid("cube", m, {"height": m.points[:, 2]})
+        image = view([solid], "height", direction="z", edges=False, pixels=SMALL).axes[0].images[0].get_array()
+        colours.append(image[50, 50])
+    # the upper face is seen, in the colour of height one, and not the lower one through it
+    assert np.abs(np.subtract(*colours)).max() <= 1e-12
 
 
 def test_a_cut_keeps_the_cells_on_one_side(result):

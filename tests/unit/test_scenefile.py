@@ -1,0 +1,417 @@
+"""Scene files: what they say is what is solved, and all that is wrong is told together."""
+
+import json
+import math
+
+import meshio
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact import view
+from fecontact.cli import main
+from fecontact.tomltable import did_you_mean
+
+BLOCK = """
+title = "a block on a floor"
+[units]
+length = "mm"
+force = "N"
+[materials.cork]
+E = 10.0
+nu = 0.0
+density = 2e-6
+[bodies.block]
+shape = {kind = "block", size = [1, 1, 1], divisions = [2, [0, 0.3, 1], 2]}
+material = "cork"
+contact = "bottom"
+supports = {top = "xyz"}
+[bodies.floor]
+type = "rigid"
+shape = {kind = "plane"}
+[[contacts]]
+slave = "block"
+master = "floor"
+"""
+LOADS = "[loads]\nmotions.block = {z = -0.01}\n"
+# the same numbers computed in the same way
+SAME = 1e-12
+
+
+@pytest.fixture(autouse=True)
+def small_pictures(monkeypatch):
+    monkeypatch.setattr(view, "PIXELS", (160, 120))
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text, name="scene.toml"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
+
+
+def faults(path):
+    with pytest.raises(fc.InputError) as caught:
+        fc.read_scene(path)
+    return str(caught.value)
+
+
+# what is solved
+
+
+def test_a_file_says_what_a_script_says(write):
+    file = fc.read_scene(write(BLOCK + LOADS))
+    result = file.solve()
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, [0, 0.3, 1], 2))
+    block = fc.ElasticBody(mesh, fc.Material(10.0, 0.0), "bottom", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    by_hand = fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.01}})
+    assert np.abs(result.contacts[0].pressure - by_hand.contacts[0].pressure).max() <= SAME
+    assert file.title == "a block on a floor"
+    assert file.units.stress == "N/mm²"
+    assert [b.name for b in file.scene.bodies] == ["block", "floor"]
+
+
+def test_loads_of_all_kinds_reach_the_bodies(write):
+    text = (
+        BLOCK
+        + """
+    [loads]
+    gravity = [0, 0, -9810.0]
+    forces.block = {x_max = [0.0, 0.0, -0.02]}
+    forces."block.x_min" = [0.0, 0.0, -0.02]
+    pressures."block.top" = 0.03
+    moments.block = [0.001, 0.0, 0.0]
+    free.block = ["z", "rx"]
+    """
+    )
+    loads = fc.read_scene(write(text)).loads
+    block = next(iter(loads["free"]))
+    assert loads["forces"] == {(block, "x_max"): (0.0, 0.0, -0.02), (block, "x_min"): (0.0, 0.0, -0.02)}
+    assert loads["pressures"] == {(block, "top"): 0.03}
+    assert loads["free"] == {block: "z rx"}
+    result = fc.read_scene(write(text)).solve()
+    weight = 2e-6 * 9810.0
+    assert abs(result.contacts[0].total_force - (0.04 + 0.03 + weight)) <= 1e-10  # equilibrium
+
+
+def test_poses_and_motions_take_degrees(write):
+    pose = "pose = {translation = [1, 2, 3], rotation = {axis = [0, 0, 2], angle_deg = 90}}\n"
+    text = BLOCK.replace("[bodies.floor]\n", pose + "[bodies.floor]\n")
+    text = text.replace('{kind = "plane"}', '{kind = "plane"}\npose = {translation = [0, 0, 3]}')
+    file = fc.read_scene(write(text + "[loads]\nmotions.block = {z = -0.01, rz_deg = 90}\n"))
+    block = file.bodies["block"]
+    assert np.abs(block.pose.to_world(np.array([[1.0, 0, 0]])) - (1, 3, 3)).max() <= SAME
+    assert abs(file.loads["motions"][block]["rz"] - math.pi / 2) <= SAME
+
+
+def test_materials_by_element_set_and_springs(write, tmp_path):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 2))
+    cells = [("hexahedron20", mesh.cells)]
+    meshio.Mesh(1000 * mesh.points, cells).write(tmp_path / "block.vtu")
+    text = """
+    [materials]
+    soft = {E = 1.0, nu = 0.3}
+    [bodies.block]
+    mesh = "block.vtu"
+    scale = 1e-3
+    material = "soft"
+    [bodies.ball]
+    type = "rigid"
+    shape = {kind = "sphere", radius = 0.5}
+    [[springs]]
+    name = "cord"
+    stiffness = 3.0
+    start = {body = "ball", point = [0, 0, 1.0]}
+    end = {point = [0, 0, 4.0]}
+    slack_length = 2.9
+    """
+    file = fc.read_scene(write(text))
+    (spring,) = file.scene.springs
+    assert spring.start[0] is file.bodies["ball"]
+    assert spring.end == (None, (0.0, 0.0, 4.0))
+    assert (spring.stiffness, spring.slack_length, spring.kind, spring.name) == (3.0, 2.9, "tension", "cord")
+    assert np.abs(np.ptp(file.bodies["block"].mesh.points, axis=0) - 1).max() <= SAME
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        'kind = "sphere", radius = 1.0, level = 1',
+        'kind = "quarter_sphere", radius = 1.0, level = 1, contact_radius = 0.05',
+        'kind = "cylinder", radius = 1.0, height = 2.0, level = 1, sector = "half"',
+        'kind = "cap", radius = 9.0, extent = 1.0, depth = 1.0, level = 1, element = "hex8"',
+        'kind = "thick_ring", inner = 1.0, outer = 2.0, height = 1.0, divisions = [2, 1, 1]',
+    ],
+)
+def test_shapes_of_elastic_bodies(write, shape):
+    pad = f'[bodies.pad]\nshape = {{{shape}}}\nmaterial = "cork"\n'
+    assert fc.read_scene(write(BLOCK + pad)).bodies["pad"].n_dofs > 0
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        'kind = "paraboloid", radius_x = 2.0, radius_y = 3.0',
+        'kind = "cylinder", radius = 2.0',
+        'kind = "cone", angle_deg = 10.0',
+        'kind = "flat_punch", sides = [1.0, 2.0]',
+        'kind = "ellipsoid", semi_axes = [1, 2, 3]',
+        'kind = "torus", ring = 2.0, tube = 0.5',
+    ],
+)
+def test_shapes_of_rigid_bodies(write, shape):
+    file = fc.read_scene(write(BLOCK.replace('kind = "plane"', shape)))
+    assert file.bodies["floor"].shape.size > 0
+
+
+# what is wrong
+
+
+def test_all_faults_are_told_together_with_their_lines(write):
+    told = faults(
+        write(
+            """
+titel = "x"
+[materials.cork]
+E = -5.0
+nu = "soft"
+[bodies.block]
+shape = {kind = "block", size = [1, 1, 1], divisions = [2, 2, 2]}
+material = "crok"
+contact = "botom"
+supports = {top = "xyw"}
+[bodies.bone]
+mesh = "tibia.msh"
+material = "cork"
+[[contacts]]
+slave = "block"
+master = "flor"
+[[contacts]]
+slave = "bone"
+surfaces = "cap"
+[loads]
+forces.block = [0.0, -1.0]
+forces.femur = [0, 0, 1]
+motions.block = {z = "down", q = 1}
+pressures.block = 3
+[solve]
+solver = "wolf"
+tolerance = 7.0
+[outputs]
+vtu = "none/x.vtu"
+pressure = {file = "p.jpeg", style = "dots"}
+von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
+"""
+        )
+    )
+    assert "has 22 faults" in told
+    for expected in (
+        "line 2, titel: unknown key, did you mean 'title'",
+        "line 5, materials.cork.nu: must be a finite number; found 'soft'",
+        "line 8, bodies.block.material: unknown material 'crok', did you mean 'cork'",
+        "line 9, bodies.block.contact: the mesh has no boundary 'botom', did you mean 'bottom'",
+        "line 10, bodies.block.supports.top: must be components out of x, y, z",
+        "line 12, bodies.bone.mesh: there is no file",
+        "line 16, contacts #1.master: unknown body 'flor'; the bodies are: block, bone.",
+        "line 17, contacts #2.master: is missing.",
+        "line 19, contacts #2.surfaces: must be two names",
+        "line 21, loads.forces.block: must be a list of 3 numbers; found [0.0, -1.0]",
+        "line 22, loads.forces.femur: unknown body 'femur'",
+        "line 23, loads.motions.block.z: must be a finite number; found 'down'",
+        "line 23, loads.motions.block.q: unknown key",
+        'line 24, loads.pressures.block: needs a boundary: "block.boundary"',
+        "line 26, solve.solver: unknown value 'wolf', did you mean 'wolfe'",
+        "line 27, solve.tolerance: must lie between 0 and 1",
+        "line 29, outputs.vtu: Cannot write",
+        "line 30, outputs.pressure.file: must end in .png or .svg or .pdf",
+        "line 30, outputs.pressure.style: unknown value 'dots'",
+        "line 31, outputs.von_mises.cut: reads like 'x<0'",
+        "line 31, outputs.von_mises.bodies: unknown body 'skull'",
+        "line 31, outputs.von_mises.view: unknown value 'front'",
+    ):
+        assert expected in told
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("E = 10.0", "E = -1.0", "materials.cork: Young's modulus must be a positive"),
+        ("E = 10.0", "E = true", "materials.cork.E: must be a finite number; found True"),
+        ("E = 10.0\n", "", "line 6, materials.cork.E: is missing"),
+        ('"cork"', '{core = "cork"}', "bodies.block.material.core: the mesh has no element set 'core'"),
+        ('"cork"', "7", "must be the name of a material or a table"),
+        ("size = [1, 1, 1]", "size = [1, 1]", "bodies.block.shape.size: must be a list of 3 numbers"),
+        ("divisions = [2", "divisions = [-2", "bodies.block.shape.divisions: must be three counts"),
+        ("size = [1, 1, 1]", "size = [1, 1, -1]", "bodies.block.shape: size[2] must be a positive"),
+        ('kind = "block", ', "", "bodies.block.shape.kind: is missing"),
+        ('kind = "block"', 'kind = "blok"', "unknown value 'blok', did you mean 'block'"),
+        ('"bottom"', '"bottom"\nmesh = "x.msh"', "needs either a mesh (a file) or a shape"),
+        ('"bottom"', '"bottom"\nscale = 2.0', "bodies.block.scale: belongs to a mesh from a file"),
+        ("{top =", "{tip =", "bodies.block.supports.tip: the mesh has no boundary 'tip', did you mean 'top'"),
+        ('type = "rigid"', 'type = "stiff"', "unknown value 'stiff'; expected elastic, rigid"),
+        ('shape = {kind = "plane"}', "", "the shapes of rigid bodies are: plane, sphere"),
+        ('kind = "plane"', 'kind = "sphere", radius = -2', "radius must be positive and finite"),
+        ('master = "floor"', 'master = "block"', "contacts #1: 'block' cannot be in contact with itself"),
+        ('master = "floor"', 'master = "floor"\nsurfaces = ["side", "surface"]', "no boundary 'side'"),
+        (
+            'master = "floor"',
+            'master = "floor"\ncoupling = "glue"',
+            "unknown value 'glue'; expected auto, nodal, mortar",
+        ),
+        ("[[contacts]]", "[contacts]", "contacts: must be tables under [[contacts]]"),
+        ("[units]", "units = 3\n[unit]", "units: must be a table; found 3"),
+    ],
+)
+def test_each_fault_is_named_with_its_place(write, old, new, message):
+    assert old in BLOCK
+    assert message in faults(write(BLOCK.replace(old, new, 1) + LOADS))
+
+
+@pytest.mark.parametrize(
+    ("loads", "message"),
+    [
+        ("motions.block = {z = 1.0}\nforces.block = [0, 0, 1.0]", "both loaded (or free) and moved in z"),
+        ("motions.block = {rx = 1.0, rx_deg = 3.0}", "is given beside rx"),
+        ('free.block = "w"', "Unknown free components"),
+        ('forces."block.tip" = [0, 0, 1]', "has no boundary 'tip', did you mean 'top'"),
+        ('forces."floor.surface" = [0, 0, 1]', "'floor' is rigid and has no boundaries"),
+        ("gravity = 9.81", "loads.gravity: must be a list of 3 numbers"),
+        ("wind = 3", "loads.wind: unknown key"),
+    ],
+)
+def test_loads_that_do_not_fit_are_named(write, loads, message):
+    assert message in faults(write(BLOCK + "[loads]\n" + loads + "\n"))
+
+
+def test_two_outputs_in_one_file_are_refused(write):
+    text = BLOCK + LOADS + '[outputs]\npressure = "p.png"\ngap = {file = "p.png"}\n'
+    assert "outputs.gap.file: names the same file as pressure" in faults(write(text))
+
+
+def test_springs_with_faults_are_named(write):
+    text = (
+        BLOCK
+        + LOADS
+        + """
+[[springs]]
+stiffness = 1.0
+start = {body = "floo", point = [0, 0, 0]}
+end = {point = [0, 0]}
+[[springs]]
+stiffness = -1.0
+start = {body = "floor", point = [0, 0, 0]}
+end = {point = [0, 0, 1]}
+"""
+    )
+    told = faults(write(text))
+    assert "springs #1.start.body: unknown body 'floo', did you mean 'floor'" in told
+    assert "springs #1.end.point: must be a list of 3 numbers" in told
+    assert "springs #2: The stiffness of 'spring' must be positive" in told
+
+
+def test_files_that_are_none(write, tmp_path):
+    assert "Cannot read" in faults(tmp_path / "none.toml")
+    assert "not valid TOML" in faults(write("a = [1, 2"))
+    assert "line 1" in faults(write("a = = 2"))
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    assert "not UTF-8" in faults(tmp_path / "bytes.toml")
+
+
+def test_an_empty_file_says_what_a_scene_needs(write):
+    told = faults(write(""))
+    assert "bodies: is missing" in told
+    assert "at least one [[contacts]]" in told
+
+
+def test_did_you_mean():
+    assert did_you_mean("suports", ["supports", "shape"]) == ", did you mean 'supports'"
+    assert did_you_mean("qqq", ["supports", "shape"]) == ""
+
+
+# the command line
+
+
+OUTPUTS = """
+[outputs]
+vtu = "r.vtu"
+json = "r.json"
+csv = "r.csv"
+table = "r.txt"
+pressure = {file = "p.png", style = "sensels"}
+gap = "g.svg"
+von_mises = {file = "v.png", scale = 5.0, cut = "x<0.5", bodies = ["block"], limits = [0.0, 1.0], view = [30, 20]}
+"""
+NAMES = ("r.vtu", "r.json", "r.csv", "r.txt", "p.png", "g.svg", "v.png")
+
+
+def test_solve_writes_all_outputs(write, tmp_path, capsys):
+    path = write(BLOCK + LOADS + OUTPUTS)
+    assert main(["solve", str(path), "--out", str(tmp_path / "deep" / "out")]) == 0
+    table = capsys.readouterr().out
+    assert table.startswith("a block on a floor\n")
+    assert "block.bottom on floor.surface" in table
+    for name in NAMES:
+        assert (tmp_path / "deep" / "out" / name).stat().st_size > 500
+    data = json.loads((tmp_path / "deep" / "out" / "r.json").read_text())
+    assert data["title"] == "a block on a floor"
+    assert abs(data["contacts"][0]["force"][2] - 0.1) <= SAME
+
+
+def test_dry_run_solves_and_writes_nothing(write, tmp_path, capsys):
+    path = write(BLOCK + LOADS + OUTPUTS)
+    assert main(["solve", str(path), "--dry-run"]) == 0
+    told = capsys.readouterr().out
+    for expected in (
+        "body     block: 8 hex20 cells",
+        "contact  block.bottom on floor.surface",
+        "load     motions: block",
+    ):
+        assert expected in told
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["scene.toml"]
+
+
+def test_solve_prints_json(write, capsys):
+    assert main(["solve", str(write(BLOCK + LOADS)), "--json", "-"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["units"] == {"length": "mm", "force": "N", "stress": "N/mm²"}
+    assert data["status"] == "solved"
+    assert [b["name"] for b in data["bodies"]] == ["block", "floor"]
+
+
+def test_faults_end_with_status_two(write, capsys):
+    assert main(["solve", str(write("[bodies]\n"))]) == 2
+    assert "at least one [[contacts]]" in capsys.readouterr().err
+    assert main(["solve", str(write(BLOCK)), "--json", "/no/such/folder/x.json"]) == 2
+    assert "does not exist" in capsys.readouterr().err
+
+
+def test_view_draws_a_result(write, tmp_path, capsys):
+    path = write(BLOCK + LOADS + '[outputs]\nvtu = "r.vtu"\n')
+    assert main(["solve", str(path)]) == 0
+    vtu = tmp_path / "r.vtu"
+    assert main(["view", str(vtu)]) == 0
+    assert (tmp_path / "r.png").read_bytes()[:4] == b"\x89PNG"
+    options = [
+        "--field=stress_zz",
+        "--scale=50",
+        "--view=30,-20",
+        "--cut=x<0.6",
+        "--bodies=0",
+        "--units=MPa",
+        "--length=mm",
+    ]
+    out = tmp_path / "s.svg"
+    assert main(["view", str(vtu), f"--out={out}", "--limits", "-1", "1", "--no-edges", *options]) == 0
+    assert "wrote" in capsys.readouterr().out
+    assert "<svg" in out.read_text()
+    for arguments, message in (
+        ([str(vtu), "--field=strss_zz"], "did you mean 'stress_zz'"),
+        ([str(vtu), "--view=1,b"], "AZIMUTH,ELEVATION"),
+        ([str(tmp_path / "none.vtu")], "no such file"),
+    ):
+        assert main(["view", *arguments]) == 2
+        assert message in capsys.readouterr().err
