@@ -66,15 +66,23 @@ def test_shrink_fit_of_two_rings_within_half_a_percent():
     pressure = result.contacts[0].pressure
     error = pressure.mean() / exact - 1
     print(
-        f"\nshrink fit: p = {pressure.mean():.4f}, Lame {exact:.4f}, error {error:+.3%}, spread {np.ptp(pressure) / exact:.2%}"
+        f"\nshrink fit: p = {pressure.mean():.4f}, Lame {exact:.4f}, error {error:+.3%}, "
+        f"spread {np.ptp(pressure) / exact:.2%}"
     )
     assert abs(error) < 0.005
 
 
 @pytest.mark.parametrize(
     ("nu", "element", "tolerance"),
-    [(0.0, "hex20", 0.02), (0.3, "hex20", 0.02), (0.45, "hex20", 0.02), (0.49, "hex20", 0.02)]
-    + [(0.4999, "hex20", 0.05), (0.4999, "hex27", 0.02), (0.4999, "hex8", 0.05)],
+    [
+        (0.0, "hex20", 0.02),
+        (0.3, "hex20", 0.02),
+        (0.45, "hex20", 0.02),
+        (0.49, "hex20", 0.02),
+        (0.4999, "hex20", 0.05),
+        (0.4999, "hex27", 0.02),
+        (0.4999, "hex8", 0.05),
+    ],
 )
 def test_bonded_layer_under_a_rigid_paraboloid(nu, element, tolerance):
     # VERIFICATION 10, a/b = 2: a layer bonded to a rigid base, pressed by a sphere so large that it is a paraboloid

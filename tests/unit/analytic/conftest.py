@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from fecontact.analytic import boussinesq
 from scipy.integrate import quad
 from scipy.special import ellipkm1
+
+from fecontact.analytic import boussinesq
 
 
 def _divergence(stress, point, step):

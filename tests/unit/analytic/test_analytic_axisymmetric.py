@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from scipy.integrate import quad
+
 from fecontact.analytic import axisymmetric, hertz, punch
 from fecontact.errors import InputError
 from fecontact.material import Material
-from scipy.integrate import quad
 
 PLACES = np.array([0.0, 1e-6, 0.3, 0.9, 1.0, 1.7])
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from fecontact.analytic import cylinder
 from fecontact.errors import InputError
 from fecontact.material import Material

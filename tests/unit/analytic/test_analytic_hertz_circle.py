@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from scipy.integrate import quad
+
 from fecontact.analytic import disc, hertz
 from fecontact.errors import InputError
 from fecontact.material import Material
-from scipy.integrate import quad
 
 STEEL = Material(E=210e3, nu=0.3)
 SOFT = Material(E=1.0, nu=0.0)

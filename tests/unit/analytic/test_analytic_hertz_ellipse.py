@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from scipy.integrate import quad
+
 from fecontact.analytic import boussinesq, hertz
 from fecontact.errors import InputError
 from fecontact.material import Material
-from scipy.integrate import quad
 
 STEEL = Material(E=210e3, nu=0.3)
 PLANE = (np.inf, np.inf)

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.special import j0
+
 from fecontact.analytic import hertz, layer
 from fecontact.errors import InputError
 from fecontact.material import Material
-from scipy.integrate import quad
-from scipy.special import j0
 
 
 def wave_compliance(k, h, material, base):

@@ -2,10 +2,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+
 from fecontact.analytic import hertz, punch
 from fecontact.errors import InputError
 from fecontact.material import Material
-from scipy.integrate import quad
 
 
 def load(contact):

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from scipy.integrate import quad
+
 from fecontact.analytic import hertz, sinusoid
 from fecontact.errors import InputError
 from fecontact.material import Material
-from scipy.integrate import quad
 
 DELTA, LAM, E_STAR = 0.02, 1.7, 100.0
 CLOSING = np.pi * E_STAR * DELTA / LAM
