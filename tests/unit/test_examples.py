@@ -49,6 +49,11 @@ def test_scene_file(tmp_path):
         assert (tmp_path / f"ball_on_block{name}").stat().st_size > 2000
 
 
+def test_shrink_fit(tmp_path):
+    # within half a percent of Lame, as asked of the full size
+    assert abs(load("shrink_fit").main(n=4, out=tmp_path)) < 0.005
+
+
 @pytest.mark.parametrize("name", sorted(p.stem for p in FOLDER.glob("*.py")))
 def test_every_example_is_tested(name):
     assert f"def test_{name}(" in Path(__file__).read_text()
