@@ -161,7 +161,8 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
     """Whether every slave face near the contact lies inside one master face, so that nodal forces are exact.
 
     On curved surfaces feet shift sideways by a share of the facet that vanishes with (r/R)^2; `NESTED_TOLERANCE` of a
-    facet's size is let pass.
+    facet's size is let pass. A triangle's weights are exact to degree three, so it does not count as nested in a
+    quadrilateral, whose functions are of degree four.
 
     Parameters
     ----------
@@ -176,6 +177,8 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
     centres, _, _ = slave.evaluate(faces, facet_centres(slave.triangle[faces]))
     holder = master.project(centres @ pairing.rotation.T + pairing.translation).facet
     assert holder is not None
+    if (slave.triangle[faces] & ~master.triangle[holder]).any():
+        return False
     corners = slave.points[slave.facets[faces]].reshape(-1, 3) @ pairing.rotation.T + pairing.translation
     feet = master.project(corners).points
     facet = np.repeat(holder, slave.facets.shape[1])
