@@ -294,6 +294,9 @@ def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Int
         return replace(interface, note="faces match or nest, nodal forces")
     if contact.coupling == "auto" and hats_exist(s):
         return Interface(slave, master, names, _paired(slave, master, names, "mortar"), "faces do not match, mortar")
+    if contact.coupling == "auto" and contact.swap == "auto" and hats_exist(m):
+        note = f"faces do not match, mortar; {master.name!r} has quadrilaterals and was made the slave"
+        return Interface(master, slave, names[::-1], _paired(master, slave, names[::-1], "mortar"), note)
     note = "faces do not match: nodal forces err by the order of the face size"
     return _finer_as_slave(interface, near, contact.swap, note)
 

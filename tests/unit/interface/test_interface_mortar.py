@@ -101,7 +101,9 @@ def test_swapping_slave_and_master_changes_the_force_less_than_the_mesh_does():
         lower = fc.ElasticBody(low, SOLID, "top", {"bottom": "xyz"}, name="lower")
         upper = fc.ElasticBody(high, SOLID, "bottom", {"top": "xyz"}, name="upper")
         pair = (upper, lower) if pair_first == "upper" else (lower, upper)
-        return fc.Scene([lower, upper], [fc.Contact(*pair)]).solve(motions={upper: {"z": -0.01}}).contacts[0].total_force
+        return (
+            fc.Scene([lower, upper], [fc.Contact(*pair)]).solve(motions={upper: {"z": -0.01}}).contacts[0].total_force
+        )
 
     coarse, swapped, fine = force("upper", 3), force("lower", 3), force("upper", 6)
     print(f"\nforce {coarse:.6f}, swapped {swapped:.6f}, refined {fine:.6f}")
