@@ -37,6 +37,8 @@ IntArray = NDArray[np.int64]
 
 #: Largest number of times the candidates are enlarged before the search is given up.
 MOST_ROUNDS = 12
+#: Ratio of face sizes from which one side counts as the coarser.
+COARSER = 1.1
 #: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
 OUTSIDE_TOLERANCE = 1e-9
 
@@ -54,7 +56,8 @@ class Contact:
     surfaces : (str, str), optional
         Names of their surfaces; may be left out where a body has declared only one.
     swap : {'auto', 'never'}
-        Whether the finer side is made the slave where nodal forces must do although faces do not match.
+        Whether sides may be swapped where faces do not match: mortar coupling wants the coarser side as slave, nodal
+        forces the finer one.
     coupling : {'auto', 'nodal', 'mortar'}
         'nodal': forces on slave nodes; 'mortar': non-negative pressure shapes and weighted gaps over the exact overlap;
         'auto': nodal where faces match or nest and on rigid surfaces, mortar elsewhere.
@@ -281,44 +284,45 @@ def _interface(contact: Contact) -> Interface:
 
 
 def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Interface:
-    """Keep nodal forces where they are exact; elsewhere couple by mortar, or make the finer side the slave."""
+    """Keep nodal forces where they are exact; elsewhere couple by mortar, and swap the sides where that is better."""
     slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
     s, m = slave.surface(names[0]), master.surface(names[1])
     if pairing.coupling == "mortar" or not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
         return interface
-    if isinstance(s, GridSurface) or isinstance(m, GridSurface):
-        return _finer_as_slave(
-            interface, near, contact.swap, "a half-space's cells take the forces of the other's nodes"
-        )
-    if nested(s, m, pairing, near):
+    grid = isinstance(s, GridSurface) or isinstance(m, GridSurface)
+    if not grid and nested(s, m, pairing, near):
         return replace(interface, note="faces match or nest, nodal forces")
-    if contact.coupling == "auto" and hats_exist(s):
-        return Interface(slave, master, names, _paired(slave, master, names, "mortar"), "faces do not match, mortar")
-    if contact.coupling == "auto" and contact.swap == "auto" and hats_exist(m):
-        note = f"faces do not match, mortar; {master.name!r} has quadrilaterals and was made the slave"
-        return Interface(master, slave, names[::-1], _paired(master, slave, names[::-1], "mortar"), note)
-    note = "faces do not match: nodal forces err by the order of the face size"
-    return _finer_as_slave(interface, near, contact.swap, note)
+    ours = s.mean_facet_size[np.isin(s.facets, pairing.nodes[near]).all(axis=1)]
+    theirs = m.mean_facet_size[np.unique(pairing.feet.facet[near])]  # type: ignore[index]
+    ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
+    swappable = contact.swap == "auto"
+    if not grid and contact.coupling == "auto" and (hats_exist(s) or (swappable and hats_exist(m))):
+        # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave
+        swapped = swappable and hats_exist(m) and (ratio > COARSER or not hats_exist(s))
+        return _recoupled(interface, swapped, "mortar", "faces do not match, mortar")
+    # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
+    note = "a half-space's cells take the forces of the other's nodes"
+    if not grid:
+        note = "faces do not match: nodal forces err by the order of the face size"
+    return _recoupled(interface, swappable and ratio < 1 / COARSER, "nodal", note)
+
+
+def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str) -> Interface:
+    """The interface coupled anew, with the sides swapped or not, and what is to be said about it."""
+    slave, master, names = interface.slave, interface.master, interface.surfaces
+    if swapped:
+        slave, master, names = master, slave, names[::-1]
+        which = "coarser" if coupling == "mortar" else "finer"
+        note += f"; {slave.name!r} is {which} and was made the slave"
+    elif coupling == interface.pairing.coupling:
+        return replace(interface, note=note)
+    return Interface(slave, master, names, _paired(slave, master, names, coupling), note)
 
 
 def _matrix_free(interface: Interface) -> bool:
     """Whether all points can be candidates: the cells of a half-space under something rigid."""
     surface = interface.slave.surface(interface.surfaces[0])
     return isinstance(surface, GridSurface) and np.isinf(interface.master.contact_modulus)
-
-
-def _finer_as_slave(interface: Interface, near: IntArray, swap: str, note: str) -> Interface:
-    """Make the side with the smaller faces the slave."""
-    slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
-    s, m = slave.surface(names[0]), master.surface(names[1])
-    assert isinstance(s, FacetSurface)
-    assert isinstance(m, FacetSurface)
-    ours = s.mean_facet_size[np.isin(s.facets, pairing.nodes[near]).all(axis=1)]
-    theirs = m.mean_facet_size[np.unique(pairing.feet.facet[near])]  # type: ignore[index]
-    if swap == "auto" and len(ours) and theirs.mean() < 0.9 * ours.mean():
-        note += f"; {master.name!r} is finer and was made the slave"
-        return Interface(master, slave, names[::-1], _paired(master, slave, names[::-1], "nodal"), note)
-    return replace(interface, note=note)
 
 
 def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str) -> Pairing:

@@ -1,0 +1,66 @@
+"""Coupling of curved faces that do not match: orders of convergence, both bodies swapped, triangles (printed)."""
+
+import numpy as np
+
+import fecontact as fc
+from fecontact.analytic import hertz
+from fecontact.mesh.shapes import Level
+
+SOLID = fc.Material(E=1000.0, nu=0.3)
+RADIUS, FORCE = 10.0, 40.0
+
+
+def uniform(n):
+    """Rings of equal width, n of them in the contact radius."""
+    return Level(core=n, rings=2 * n, edge=0.999 / (3 * n), layer=0.5 / n, growth=1.6)
+
+
+def balls(upper_cut, lower_cut, coupling="auto", swap="auto", first="upper"):
+    """Quarter spheres with rings in different places; relative pressure error and the solution."""
+    exact = hertz.spheres((RADIUS, RADIUS), (SOLID, SOLID), force=FORCE)
+    supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+    bodies = []
+    for cut, shift, name in ((upper_cut, 1.0, "upper"), (lower_cut, 0.83, "lower")):
+        mesh = fc.shapes.quarter_sphere(RADIUS, contact_radius=shift * exact.a, level=cut)
+        bodies.append(fc.ElasticBody(mesh, SOLID, "cap", supports, name=name))
+    upper = bodies[0]
+    lower = bodies[1].placed(rotation=fc.rotation_about((1, 1, 0), np.pi))
+    pair = (upper, lower) if first == "upper" else (lower, upper)
+    scene = fc.Scene([upper, lower], [fc.Contact(*pair, coupling=coupling, swap=swap)])
+    result = scene.solve(forces={upper: (0, 0, -FORCE / 4)})
+    contact = result.contacts[0]
+    points, pressure, area = contact.sampled(contact.pressure, 12)
+    r = np.hypot(points[:, 0], points[:, 1])
+    inside, target = r <= 1.2 * exact.a, exact.pressure(r)
+    error = np.sqrt((area * (pressure - target) ** 2)[inside].sum() / (area * target**2)[inside].sum())
+    return float(error), result
+
+
+def test_curved_faces_that_do_not_match_converge():
+    # the pressure's square-root edge falls inside elements: first order at best (all peers, whatever the degree)
+    errors = [balls(uniform(2 * n), uniform(3 * n))[0] for n in (1, 2)]
+    print(f"\nmortar on curved non-matching faces: {errors[0]:.4f}, {errors[1]:.4f}")
+    assert abs(errors[1]) < 0.6 * abs(errors[0])
+
+
+def test_the_coarser_side_is_made_the_slave():
+    for first in ("upper", "lower"):
+        _, result = balls(uniform(2), uniform(4), first=first)
+        assert result.contacts[0].slave.name == "upper"
+        assert result.contacts[0].coupling == "mortar"
+
+
+def test_swapping_the_sides_changes_resultants_less_than_the_mesh_and_equilibrium_not_at_all():
+    solutions = [balls(uniform(2), uniform(3), "mortar", "never", first) for first in ("upper", "lower")]
+    for error, result in solutions:
+        print(f"\n{result.contacts[0].slave.name} as slave: pressure error {error:.4f}")
+        assert abs(result.residuals().equilibrium) < 1e-10
+        assert abs(abs(result.contacts[0].force[2]) / (FORCE / 4) - 1) < 1e-10
+    approach = [r.rigid_motion(r.scene.bodies[0]).translation[2] for _, r in solutions]
+    assert abs(approach[0] / approach[1] - 1) < min(e for e, _ in solutions)
+
+
+def test_mortar_beats_nodal_forces_on_coarse_slaves():
+    mortar, nodal = (balls(1, 3, coupling, "never")[0] for coupling in ("mortar", "nodal"))
+    print(f"\ncoarse slave on a fine master: mortar {mortar:.4f}, nodal {nodal:.4f}")
+    assert abs(mortar) < 0.2 * abs(nodal)
