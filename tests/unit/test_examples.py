@@ -54,6 +54,13 @@ def test_shrink_fit(tmp_path):
     assert abs(load("shrink_fit").main(n=4, out=tmp_path)) < 0.005
 
 
+def test_half_space(tmp_path):
+    figures = load("half_space").main(n=64, out=tmp_path)
+    assert abs(figures["error"]) < 0.01  # cells of a twentieth of the contact's diameter, first order
+    # at light loads the area is near 2 F / (E' h'), h' the rms slope: 4 percent here (Persson 2001: 1.6 ... 2.5)
+    assert 0.02 < figures["share"] < 0.06
+
+
 @pytest.mark.parametrize("name", sorted(p.stem for p in FOLDER.glob("*.py")))
 def test_every_example_is_tested(name):
     assert f"def test_{name}(" in Path(__file__).read_text()
