@@ -81,7 +81,7 @@ def make_loading(
         frame = make_frame(
             body, whole.get(body), (moments or {}).get(body), (motions or {}).get(body), (free or {}).get(body, ())
         )
-        parts = [_boundary_force(b, name, f) for (b, name), f in boundary.items() if b is body]
+        parts = [_local_force(b, place, f) for (b, place), f in boundary.items() if b is body]
         parts += [_pressure(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
         if gravity is not None and isinstance(body, ElasticBody):
             parts.append(_gravity(body, gravity))
@@ -97,8 +97,10 @@ def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLik
     boundary: dict = {}
     for key, value in forces.items():
         if isinstance(key, tuple):
-            if len(key) != 2 or not isinstance(key[1], str):
-                raise InputError(f"A force acts on a body or on (body, 'boundary'); found the key {key!r}.")
+            if len(key) != 2 or not (isinstance(key[1], str) or np.shape(key[1]) == (3,)):
+                raise InputError(
+                    f"A force acts on a body, on (body, 'boundary') or on (body, (x, y, z)); found the key {key!r}."
+                )
             boundary[key] = value
         else:
             whole[key] = value
@@ -118,6 +120,16 @@ def _elastic(body: Body, what: str) -> ElasticBody:
     if not isinstance(body, ElasticBody):
         raise InputError(f"{what} needs an elastic body; {body.name!r} is not. Give the force on the body as a whole.")
     return body
+
+
+def _local_force(body: Body, place: str | tuple[float, float, float], force: ArrayLike) -> Array:
+    """Nodal forces of a resultant on a boundary or at a point of the body's axes."""
+    if isinstance(place, str):
+        return _boundary_force(body, place, force)
+    local = vector(force, f"The force at {place} of {body.name!r}") @ body.pose.rotation
+    point = vector(place, f"The point of the force on {body.name!r}")
+    size = float(np.linalg.norm(local))
+    return np.asarray(body.attachment(point, local / size).T @ [size]) if size > 0 else np.zeros(body.n_dofs)
 
 
 def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:

@@ -212,6 +212,10 @@ class ContactFields:
         return np.einsum("fqa,fa->fq", shapes_on_square(self.facets, local)[0], values[self.facets])
 
 
+#: Rotation (radians) and strain from which a result warns; both err by their square and by their own size.
+LARGEST_TURN, LARGEST_STRAIN = 0.03, 0.05
+
+
 @dataclass(frozen=True, eq=False)
 class RigidMotion:
     """Small rigid motion of a body: `translation` (3,) of `point` (3,) and `rotation` vector (3,), world axes."""
@@ -424,6 +428,25 @@ class ContactResult:
         couple = forces @ np.cross(lever, p.feet.normals)
         return float(np.linalg.norm(couple) / (fields.total_force * interface.slave.size))
 
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What leaves the range of small strains and rotations, in words; empty if nothing does."""
+        out = []
+        for k, body in enumerate(self.scene.bodies):
+            turn = float(np.linalg.norm(self.state.motions[k][3:]))
+            if turn > LARGEST_TURN:
+                out.append(
+                    f"{body.name!r} turns by {turn:.3f} rad, more than a linearised rotation bears: "
+                    "use finite_motion=True."
+                )
+            if isinstance(body, ElasticBody):
+                strain = float(np.nanmax(np.abs(self._gauss_strain(k, body))))
+                if strain > LARGEST_STRAIN:
+                    out.append(
+                        f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
+                    )
+        return tuple(out)
+
     def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Any:
         """Picture of a field, see `fecontact.plot`; written to `path` if given."""
         from fecontact.plot import plot_result
@@ -465,6 +488,7 @@ class ContactResult:
                 for c in self.contacts
             ],
             "bodies": [{"name": b.name, "reaction": self.reaction(b).tolist()} for b in self.scene.bodies],
+            "warnings": list(self.warnings),
             "springs": [
                 {"name": s.spring.name, "tension": s.tension, "elongation": s.elongation} for s in self.springs
             ],
@@ -512,6 +536,7 @@ def report(result: ContactResult) -> str:
         f"Residuals: penetration {r.penetration:.1e}, tension {r.tension:.1e}, "
         f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}"
     )
+    lines += [f"Warning:   {text}" for text in result.warnings]
     stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
     lines.append(f"Seconds:   {stages}")
     return "\n".join(lines)

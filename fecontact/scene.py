@@ -175,8 +175,9 @@ class Scene:
         Parameters
         ----------
         forces : mapping, optional
-            Force (3,) on a body as a whole, or on one of its boundaries with the key ``(body, "boundary")``, spread
-            evenly over it. World axes.
+            Force (3,) in world axes on a body as a whole, on one of its boundaries with the key
+            ``(body, "boundary")``, spread evenly over it, or at a point of its own axes with ``(body, (x, y, z))``: a
+            node, or any point of the frame that its supports stand for.
         moments : mapping of Body to (3,), optional
             About the body's reference point (its centre of mass).
         motions : mapping of Body to {component: value}, optional

@@ -178,3 +178,36 @@ def test_an_oblique_load_releases_its_own_direction_only():
     assert frame.released.shape == (6, 1)
     direction = frame.released[:3, 0] / np.linalg.norm(frame.released[:3, 0])
     assert abs(abs(direction @ [0.0, 0.6, -0.8]) - 1) < 1e-12
+
+
+def test_force_at_a_point_of_the_frame_has_its_moment():
+    # statics: a force beside the centre of a supported block is that force and its moment on the frame
+    body = cube(HELD, name="block")
+    plane = fc.RigidBody(fc.Plane()).placed((0, 0, -5.0))
+    point, force = np.array([2.0, -1.0, 0.0]), np.array([1.0, 2.0, 3.0])
+    result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(forces={(body, tuple(point)): force})
+    reaction = result.reaction(body)
+    expected = np.concatenate([-force, -np.cross(point - body.reference_point, force)])
+    assert np.abs(reaction - expected).max() < 1e-9
+
+
+def test_force_at_a_node_is_carried_by_the_body():
+    body = cube(HELD, name="block")
+    plane = fc.RigidBody(fc.Plane()).placed((0, 0, -5.0))
+    scene = fc.Scene([body, plane], [fc.Contact(body, plane)])
+    result = scene.solve(forces={(body, (1.0, 1.2, 0.9)): (0, 0, -1.0)})
+    corner = np.argmin(np.linalg.norm(body.mesh.points - [1.0, 1.2, 0.9], axis=1))
+    assert result.displacement(body)[corner, 2] < 0
+    assert np.abs(result.reaction(body)[:3] - [0, 0, 1.0]).max() < 1e-9
+
+
+def test_large_strains_and_turns_are_warned_of():
+    soft = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), fc.Material(1.0, 0.3), "bottom", {"top": "xyz"})
+    plane = fc.RigidBody(fc.Plane())
+    scene = fc.Scene([soft, plane], [fc.Contact(soft, plane)])
+    assert scene.solve(motions={soft: {"z": -0.001}}).warnings == ()
+    pressed = scene.solve(motions={soft: {"z": -0.2}})
+    assert any("strained by" in text for text in pressed.warnings)
+    assert "Warning:" in str(pressed)
+    turned = scene.solve(motions={soft: {"rx": 0.1}})
+    assert any("finite_motion=True" in text for text in turned.warnings)
