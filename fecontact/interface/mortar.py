@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
@@ -32,8 +33,10 @@ IntArray = NDArray[np.int64]
 ORDER = 6
 #: How far beyond its sides a facet is continued to find the coordinates of a nearby point.
 SLACK = 0.5
-#: Area of a hat's share of the overlap, relative to the largest, below which it is left out as rounding.
-SLIVER = 1e-9
+#: Share of a hat's own area below which it does not stand alone: its pressure joins that of the nearest fuller hat.
+SLIVER = 0.2
+#: Offset of a point from the line of its foot, relative to the facet's size, above which it is no foot.
+SIDEWAYS = 1e-10
 
 
 def hat_shapes(n_nodes: int, local: Array) -> Array:
@@ -111,9 +114,10 @@ def _paired(
         ((hat_shapes(k, local) * area[:, None]).ravel(), columns.ravel(), pointer), shape=shape
     ).T.tocsr()
     weights = np.asarray(hats.sum(axis=1)).ravel()
-    nodes = np.flatnonzero(weights > SLIVER * weights.max(initial=0.0))
-    hats = hats[nodes]
+    nodes, gather = _fuller(slave, weights)
+    hats = (gather @ hats).tocsr()
     hats.eliminate_zeros()
+    weights[nodes] = np.asarray(hats.sum(axis=1)).ravel()
     return Pairing(
         nodes=nodes,
         weights=weights[nodes],
@@ -122,11 +126,41 @@ def _paired(
         slave_weights=sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=shape),
         slave_normals=feet.normals @ rotation,
         feet=feet,
-        n_beyond=len(slave.nodes) - len(nodes),
+        n_beyond=len(slave.nodes) - int((weights > 0).sum()),
         rotation=rotation,
         translation=translation,
         coupling="mortar",
     )
+
+
+def _fuller(slave: FacetSurface, weights: Array) -> tuple[IntArray, sp.csr_matrix]:
+    """Nodes whose hats keep a pressure of their own, and the matrix (n, n_nodes) that joins the others to them.
+
+    At the rim of an overlap some hats keep a sliver of their area; a pressure of their own there would be huge and mean
+    nothing. Joined to the nearest fuller hat the pressures still sum to one and stay non-negative.
+    """
+    whole = hat_areas(slave)
+    used = np.flatnonzero(weights > 0)
+    full = weights[used] >= SLIVER * whole[used]
+    if not full.any():
+        full[:] = True
+    nodes, slivers = used[full], used[~full]
+    owner = np.arange(len(nodes))
+    if len(slivers):
+        _, nearest = cKDTree(slave.points[nodes]).query(slave.points[slivers])
+        owner = np.concatenate([owner, nearest])
+    members = np.concatenate([nodes, slivers])
+    return nodes, sp.csr_matrix((np.ones(len(members)), (owner, members)), shape=(len(nodes), len(weights)))
+
+
+def hat_areas(slave: FacetSurface) -> Array:
+    """Integrals (n_nodes,) of all hats over the whole slave surface."""
+    facet, local, weight = _own_samples(len(slave.facets), slave.facets.shape[1])
+    _, tangents, _ = slave.evaluate(facet, local)
+    area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1)
+    total = np.zeros(len(slave.points))
+    np.add.at(total, slave.facets[facet], hat_shapes(slave.facets.shape[1], local) * area[:, None])
+    return total
 
 
 def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
@@ -137,10 +171,20 @@ def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
     gap = np.einsum("ni,ni->n", points - x, normals)
     columns = master.facets[facet]
     pointer = np.arange(0, columns.size + 1, columns.shape[1])
+    beyond = np.zeros(len(points), bool)
+    # where the continued facet has no foot straight below the point, the nearest foot on the whole surface is taken
+    sideways = np.linalg.norm(points - x - gap[:, None] * normals, axis=1)
+    lost = np.flatnonzero(sideways > SIDEWAYS * master.mean_facet_size[facet])
+    if len(lost):
+        nearest = master.project(points[lost])
+        assert nearest.facet is not None
+        assert nearest.local is not None
+        x[lost], normals[lost], gap[lost], beyond[lost] = nearest.points, nearest.normals, nearest.gap, nearest.beyond
+        facet, columns = facet.copy(), columns.copy()
+        facet[lost], local[lost] = nearest.facet, nearest.local
+        N[lost], columns[lost] = master.evaluate(facet[lost], local[lost])[2], master.facets[facet[lost]]
     weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
-    # a foot held at the end of the continued facet is no foot
-    stopped = np.asarray(((local <= -SLACK) | (local >= 1 + SLACK)).any(axis=1))
-    return Feet(x, normals, gap, stopped, weights, facet, local)
+    return Feet(x, normals, gap, beyond, weights, facet, local)
 
 
 def _sub_faces(n_nodes: int) -> Array:

@@ -61,6 +61,15 @@ def test_half_space(tmp_path):
     assert 0.02 < figures["share"] < 0.06
 
 
+def test_bracket(tmp_path):
+    rows = load("bracket").main(size=7.0, out=tmp_path)
+    for row in rows.values():
+        assert abs(row["force"] / 8000.0 - 1) < 1e-9  # equilibrium of the clamped stack
+        assert abs(row["equilibrium"]) < 1e-9
+    # the two elements agree within the error of so coarse a mesh (3 percent at the full size)
+    assert abs(rows["hex20"]["mean"] / rows["tet10"]["mean"] - 1) < 0.1
+
+
 @pytest.mark.parametrize("name", sorted(p.stem for p in FOLDER.glob("*.py")))
 def test_every_example_is_tested(name):
     assert f"def test_{name}(" in Path(__file__).read_text()

@@ -150,3 +150,15 @@ def test_mortar_on_a_rigid_plane_is_uniform():
     floor = fc.RigidBody(fc.Plane())
     result = fc.Scene([body, floor], [fc.Contact(body, floor, coupling="mortar")]).solve(motions={body: {"z": -0.01}})
     assert np.abs(result.contacts[0].pressure - 0.01).max() < 1e-14  # uniform, exact
+
+
+def test_slivers_at_the_rim_join_fuller_hats_and_keep_the_area():
+    # an overlap that leaves 2 % of the outer column of faces: no hat of its own there, but no area is lost
+    _, master = top((3, 2))
+    _, slave = bottom((4, 4), shift=(0.745, 0.0, 1.0))
+    pairing = pair_mortar(slave, master, np.eye(3), np.zeros(3))
+    assert abs(pairing.weights.sum() - 0.255) < 1e-14
+    assert np.abs(pairing.average.sum(axis=1) - 1).max() < 1e-13
+    from fecontact.interface.mortar import hat_areas
+
+    assert (pairing.weights / hat_areas(slave)[pairing.nodes]).min() >= 0.2
