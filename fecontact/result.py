@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
@@ -62,7 +63,9 @@ class ContactFields:
     candidates : (n_candidates,) int array
         Points that took part in the solution.
     facets : (n_facets, 4 | 8 | 9) int array
-        Surface facets in terms of the points.
+        Surface facets in terms of the points; those of which a node is no contact point are left out.
+    sharing : (n, n_surface_facets) csr_matrix
+        Which point is on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
         About which `moment` counts: the slave's.
     coupling : str
@@ -83,6 +86,7 @@ class ContactFields:
     gap: Array
     candidates: IntArray
     facets: IntArray
+    sharing: sp.csr_matrix
     reference_point: Array
     coupling: str
     note: str
@@ -584,6 +588,12 @@ def make_result(
     return ContactResult(scene, tuple(contacts), springs, solution, seconds, rounds, loading, reduction, state)
 
 
+def _sharing(facets: IntArray, n_points: int) -> sp.csr_matrix:
+    """Which of n points is on which facet; facets name points, -1 a node that is none."""
+    facet, place = np.nonzero(facets >= 0)
+    return sp.csr_matrix((np.ones(len(facet)), (facets[facet, place], facet)), shape=(n_points, len(facets)))
+
+
 def _fields(interface: Interface, candidates: IntArray, forces: Array, gap: Array) -> ContactFields:
     slave, pairing = interface.slave, interface.pairing
     surface = slave.surface(interface.surfaces[0])
@@ -607,6 +617,7 @@ def _fields(interface: Interface, candidates: IntArray, forces: Array, gap: Arra
         gap=gap,
         candidates=candidates,
         facets=facets[(facets >= 0).all(axis=1)],
+        sharing=_sharing(facets, len(pairing.nodes)),
         reference_point=reference,
         coupling=pairing.coupling,
         note=interface.note,

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
@@ -72,9 +71,7 @@ def region_numbers(contact: ContactFields) -> IntArray:
     Points are connected by the facets they share.
     """
     active = contact.active
-    f, k = contact.facets.shape
-    ends = (contact.facets.ravel(), np.repeat(np.arange(f), k))
-    member = sp.csr_matrix((np.ones(f * k), ends), (len(active), f)).multiply(active[:, None]).tocsr()
+    member = contact.sharing.multiply(active[:, None]).tocsr()
     _, label = connected_components(member @ member.T, directed=False)
     load = np.bincount(label, contact.forces)
     kinds = np.unique(label[active])
