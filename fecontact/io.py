@@ -21,8 +21,9 @@ from fecontact.interface.surface import FacetSurface
 from fecontact.mesh.mesh import CELL_TYPES
 
 if TYPE_CHECKING:
+    from fecontact.contactfields import ContactFields
     from fecontact.reduction import Interface
-    from fecontact.result import ContactFields, ContactResult
+    from fecontact.result import ContactResult
 
 Array = NDArray[np.float64]
 

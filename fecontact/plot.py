@@ -19,7 +19,8 @@ from fecontact.io import check_writable
 from fecontact.mesh.facets import shapes_on_square
 
 if TYPE_CHECKING:
-    from fecontact.result import ContactFields, ContactResult
+    from fecontact.contactfields import ContactFields
+    from fecontact.result import ContactResult
     from fecontact.spheres import SpheresResult
 
 Array = NDArray[np.float64]

@@ -15,9 +15,9 @@ from fecontact.frames import vector
 
 if TYPE_CHECKING:
     from fecontact.bodies.elastic import ElasticBody
+    from fecontact.contactfields import ContactFields
     from fecontact.loading import Loading
     from fecontact.reduction import Part
-    from fecontact.result import ContactFields
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

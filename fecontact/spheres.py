@@ -20,11 +20,13 @@ from numpy.typing import NDArray
 
 from fecontact.analytic import hertz
 from fecontact.bodies import ElasticBody, Plane, RigidBody, rotation_about
+from fecontact.contactfields import ContactFields
 from fecontact.errors import InputError
 from fecontact.material import Material
 from fecontact.mesh import shapes
 from fecontact.mesh.shapes import Level
-from fecontact.result import ContactFields, ContactResult, peak_memory
+from fecontact.report import peak_memory
+from fecontact.result import ContactResult
 from fecontact.scene import Contact, Scene
 
 Array = NDArray[np.float64]

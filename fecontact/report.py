@@ -1,0 +1,61 @@
+"""The table that ``print(result)`` shows."""
+
+from __future__ import annotations
+
+import resource
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from fecontact.result import ContactResult
+
+Array = NDArray[np.float64]
+
+
+def report(result: ContactResult) -> str:
+    """The table that `print(result)` shows."""
+    r = result.residuals()
+    lines = [f"Contact of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
+    lines += [f"  {b.describe()}" for b in result.scene.bodies]
+    lines.append(
+        f"  {result.n_candidates} candidates, {result.n_active} in contact, {result.nit} iterations, "
+        f"{result.rounds} round(s)"
+    )
+    for c in result.contacts:
+        lines += [
+            f"{c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]} ({c.note})",
+            f"  force on {c.slave.name:<12} {_numbers(c.force)}",
+            f"  moment                {_numbers(c.moment)}",
+            f"  area                  {c.area:>13.6g}   in {len(c.regions)} region(s)",
+            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.mean_pressure:>13.6g}",
+        ]
+        if c.active.any():
+            lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}")
+        if len(c.regions) > 1:
+            lines += [
+                f"  region {k + 1}: area {r.area:.6g}, pressure max {r.max_pressure:.6g}, force {_numbers(r.force)}"
+                for k, r in enumerate(c.regions)
+            ]
+    for s in result.springs:
+        lines.append(f"{s.spring.name:<24}tension {s.tension:>13.6g}   elongation {s.elongation:>13.6g}")
+    lines.append(
+        f"Residuals: penetration {r.penetration:.1e}, tension {r.tension:.1e}, "
+        f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}"
+    )
+    lines += [f"Warning:   {text}" for text in result.warnings]
+    stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
+    lines.append(f"Seconds:   {stages}")
+    return "\n".join(lines)
+
+
+def _numbers(v: Array) -> str:
+    return " ".join(f"{x:>13.6g}" for x in v)
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far, in MB."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 1024 if sys.platform != "darwin" else peak / 1024**2
