@@ -27,7 +27,7 @@ class ContactFields:
     Attributes
     ----------
     slave, master : Body
-        As used; the finer surface may have been made the slave (see `note`).
+        As used; the sides may have been swapped (see `note`).
     surfaces : (str, str)
     points : (n, 3) array
         Slave nodes that face the master, undeformed.

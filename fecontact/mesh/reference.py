@@ -39,7 +39,6 @@ FACES = np.array(
     ],
     dtype=np.int64,
 )
-FACE_NAMES = ("-x", "+x", "-y", "+y", "-z", "+z")
 QUAD_CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
 QUAD_EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0]], dtype=np.int64)
 #: Reference positions of a triangle's three corners, three mid-side nodes and centroid.

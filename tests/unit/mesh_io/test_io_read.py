@@ -25,11 +25,12 @@ def same(read, mesh):
     assert np.abs(read.points[read.cells[other]] - mesh.points[mesh.cells[order]]).max() < DIGITS
 
 
-@pytest.mark.parametrize("kind", ALL)
-@pytest.mark.parametrize("suffix", [".vtu", ".vtk", ".msh", ".inp"])
+#: Every kind in every format, but for hex27 in Abaqus files: that format's writer has no such cell.
+ROUND_TRIPS = [(k, s) for k in ALL for s in (".vtu", ".vtk", ".msh", ".inp") if (k, s) != ("hex27", ".inp")]
+
+
+@pytest.mark.parametrize(("kind", "suffix"), ROUND_TRIPS)
 def test_round_trip(kind, suffix, block, write, tmp_path):
-    if (kind, suffix) == ("hex27", ".inp"):
-        pytest.skip("the writer has no such cell")
     mesh = block(kind)
     path = write(mesh, tmp_path / f"block{suffix}")
     same(fc.read_mesh(path), mesh)
