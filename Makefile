@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test lint types examples docs bench compare clean
+.PHONY: hertz test lint types examples docs manual bench compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -27,6 +27,9 @@ examples: $(READY)  ## every example, at its full size
 
 docs: $(READY)  ## pictures and tables of docs/, made anew
 	$(BIN)/python docs/build.py
+
+manual: $(READY)  ## docs/verification.md from a run of the verification
+	$(BIN)/python docs/manual.py
 
 bench: $(READY)  ## benchmarks; ratios in one run, never part of a test
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-autosave -o python_files='bench_*.py'

@@ -1,4 +1,9 @@
-"""Rows of figures, shown after the run, and a plain linear solve for element tests."""
+"""Figures of the verification: shown after the run, written for the manual, and a plain linear solve for element tests."""
+
+import json
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,28 +11,85 @@ import pytest
 from fecontact.fem.factor import condense
 from fecontact.fem.stiffness import assemble_stiffness
 
-ROWS = pytest.StashKey[list]()
+FIGURES = pytest.StashKey[list]()
+ENDS = pytest.StashKey[list]()
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One row of the verification manual.
+
+    Attributes
+    ----------
+    test : str
+        Where it was found.
+    case, quantity : str
+    target, obtained, error : float
+        The error is relative, or the value itself where the target is zero.
+    within : float or None
+        Largest error allowed; None: shown beside the target, nothing claimed.
+    dofs : int or None
+    seconds : float
+        Processor time since the test began.
+    """
+
+    test: str
+    case: str
+    quantity: str
+    target: float
+    obtained: float
+    error: float
+    within: float | None
+    dofs: int | None
+    seconds: float
+
+
+def pytest_addoption(parser):
+    parser.addoption("--figures", metavar="FILE", help="write the figures and the end of every test as JSON")
 
 
 def pytest_configure(config):
-    config.stash[ROWS] = []
+    config.stash[FIGURES] = []
+    config.stash[ENDS] = []
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    if report.when == "call" or report.skipped or (report.when == "setup" and report.failed):
+        reason = report.longrepr[2] if report.skipped and isinstance(report.longrepr, tuple) else ""
+        text = item.obj.__doc__ or item.name.removeprefix("test_").split("[")[0].replace("_", " ")
+        end = {"test": item.nodeid, "text": text, "outcome": report.outcome, "reason": reason}
+        item.config.stash[ENDS].append(end)
+    return report
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    if config.stash[ROWS]:
+    figures = config.stash[FIGURES]
+    if figures:
         terminalreporter.section("figures")
         terminalreporter.write_line(f"{'case':<46} {'quantity':<30} {'target':>12} {'obtained':>12} {'error':>10}")
-        for line in config.stash[ROWS]:
+        for f in figures:
+            line = f"{f.case:<46} {f.quantity:<30} {f.target:>12.6g} {f.obtained:>12.6g} {f.error:>10.2e}"
             terminalreporter.write_line(line)
+    if path := config.getoption("figures"):
+        record = {"figures": [asdict(f) for f in figures], "tests": config.stash[ENDS]}
+        Path(path).write_text(json.dumps(record, indent=1), encoding="utf-8")
 
 
 @pytest.fixture
 def row(request):
-    """Show one figure; returns its relative error (its value where the target is zero)."""
+    """Record one figure and, with `within`, hold it to that; returns its error (relative, the value for target 0)."""
+    start = time.process_time()
 
-    def add(case, quantity, target, obtained):
+    def add(case, quantity, target, obtained, within=None, dofs=None):
+        target, obtained = float(target), float(obtained)
         error = abs(obtained / target - 1) if target else abs(obtained)
-        request.config.stash[ROWS].append(f"{case:<46} {quantity:<30} {target:>12.6g} {obtained:>12.6g} {error:>10.2e}")
+        seconds = time.process_time() - start
+        figure = Figure(request.node.nodeid, case, quantity, target, obtained, error, within, dofs, seconds)
+        request.config.stash[FIGURES].append(figure)
+        if within is not None:
+            assert error < within, f"{case}: {quantity} is {obtained:.8g}, not {target:.8g} within {within:g}"
         return error
 
     return add
