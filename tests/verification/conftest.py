@@ -1,4 +1,4 @@
-"""Figures of the verification: shown after the run, written for the manual, and a plain linear solve for element tests."""
+"""Figures of the verification, shown after the run and written for the manual; a plain linear solve for elements."""
 
 import json
 import time
