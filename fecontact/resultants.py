@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
 from fecontact.errors import InputError
-from fecontact.fem.support import held_dofs
+from fecontact.fem.support import share_of_support
 from fecontact.frames import vector
 
 if TYPE_CHECKING:
@@ -100,8 +100,8 @@ def hold_of_body(part: Part, loading: Loading, k: int, forces: Array) -> Array:
 def hold_of_boundary(body: ElasticBody, part: Part, name: str, displacement: Array, forces: Array) -> Array:
     """Force and moment (6,) about the reference point that a supported boundary receives from the body's frame.
 
-    From the nodal forces K u - f on the degrees of freedom held there; where several boundaries hold one, each takes
-    an equal share.
+    From the nodal forces K u - f along the directions held there; where several boundaries hold one, each takes an
+    equal share.
     """
     if name not in body.supports:
         known = ", ".join(map(repr, body.supports)) or "none"
@@ -112,10 +112,5 @@ def hold_of_boundary(body: ElasticBody, part: Part, name: str, displacement: Arr
     if part.hold is not None:
         load = part.hold.balanced(load)
     rest = K @ displacement + K.T @ displacement - K.diagonal() * displacement - load
-    holders = np.zeros(body.n_dofs)
-    for boundary, components in body.supports.items():
-        holders[held_dofs(body.mesh, {boundary: components})] += 1
-    held = held_dofs(body.mesh, {name: body.supports[name]})
-    nodal = np.zeros(body.n_dofs)
-    nodal[held] = rest[held] / holders[held]
+    nodal = share_of_support(body.mesh, body.supports, name, rest)
     return np.asarray(part.frame.modes(np.eye(6)).T @ nodal)

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError, SolverError
+from fecontact.fem.support import is_plane
 from fecontact.finite import solve_finite
 from fecontact.interface.candidates import approach_for_load, choose, grow
 from fecontact.interface.mortar import hats_exist, pair_mortar
@@ -367,7 +368,7 @@ def _mirror_images(interface: Interface, opening: Array) -> int:
     """
     supports = getattr(interface.slave, "supports", {})
     nearest = interface.pairing.nodes[np.argmin(opening)]
-    planes = [name for name, held in supports.items() if len(held) == 1]
+    planes = [name for name, support in supports.items() if is_plane(support)]
     return 2 ** sum(nearest in interface.slave.mesh.boundary_nodes(name) for name in planes)  # type: ignore[attr-defined]
 
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from fecontact import surfaces
 from fecontact.bodies import ElasticBody, Plane, RigidBody, Sphere, rotation_about
-from fecontact.errors import FecontactError
+from fecontact.errors import FecontactError, InputError
+from fecontact.fem.support import Support, checked_support
 from fecontact.material import Material
 from fecontact.mesh import shapes
 from fecontact.mesh.mesh import Mesh
@@ -237,16 +238,16 @@ def _material_named(table: Table, key: str, name: str, materials: Mapping[str, M
     return materials.get(name)
 
 
-def _supports(table: Table) -> dict[str, str]:
+def _supports(table: Table) -> dict[str, Support]:
     out = {}
     for boundary in table.values:
-        components = table.text(boundary)
-        if components is None:
-            continue
-        if not components or set(components) - set("xyz"):
-            table.fault(boundary, f"must be components out of x, y, z such as 'xyz'; found {components!r}.")
-        else:
-            out[boundary] = components
+        support = table.raw(boundary)
+        try:
+            checked_support(boundary, support)
+            out[boundary] = support
+        except InputError:
+            expected = "must be components out of x, y, z, n such as 'xyz', or one direction or more such as [1, 1, 0]"
+            table.fault(boundary, f"{expected}; found {support!r}.")
     return out
 
 

@@ -16,6 +16,7 @@ from fecontact.bodies.protocol import Reduced
 from fecontact.errors import InputError
 from fecontact.fem.model import Condensation, Model
 from fecontact.fem.rigid import rigid_modes
+from fecontact.fem.support import Support
 from fecontact.interface.pairing import along
 from fecontact.interface.surface import FacetSurface, Feet
 from fecontact.material import Material
@@ -39,9 +40,11 @@ class ElasticBody:
     material : Material, or mapping of element set to Material
     contact : str or sequence of str
         Boundaries that may come into contact.
-    supports : mapping of boundary name to components, optional
-        Components (``"xyz"``, ``"z"``, ...) in which a boundary is tied to the body's frame. The frame is held unless
-        a load or a motion is prescribed for it (see `Scene.solve`). Motions that no support resists stay free.
+    supports : mapping of boundary name to components or directions, optional
+        What ties a boundary to the body's frame: components (``"xyz"``, ``"z"``, ...) along the body's axes; ``"n"``,
+        the normal of its faces at each node (a roller, a plane of symmetry, a cylinder's journal; on a curved face the
+        normal of the mesh, not of the shape it was cut from); a direction ``(1, 1, 0)`` or several. The frame is held
+        unless a load or a motion is prescribed for it (see `Scene.solve`). Motions that no support resists stay free.
     pressure : {'midface', 'nodal'}
         With 20-node hexahedra: 'midface' gives every contact face a ninth node, so that nodal forces are pressures;
         'nodal' is the plain element of the report, whose corner nodes cannot take load (kept for comparison).
@@ -68,7 +71,7 @@ class ElasticBody:
     mesh: Mesh
     material: Material | Mapping[str, Material]
     contact: str | Sequence[str] = ()
-    supports: Mapping[str, str] = field(default_factory=dict)
+    supports: Mapping[str, Support] = field(default_factory=dict)
     pressure: str = "midface"
     name: str = "body"
     backend: str = "auto"
@@ -191,10 +194,11 @@ class ElasticBody:
             row[3 * nearest : 3 * nearest + 3] = direction
         elif model.free_motions.shape[1] == 0:
             # six held degrees of freedom that determine the frame's motion, and their share in that of the point
-            frame = model.rigid_modes[model.held]
+            frame = model.nodal_modes[model.held]
             six = model.held[scipy.linalg.qr(frame.T, mode="r", pivoting=True)[1][:6]]
             target = direction @ rigid_modes(point[None, :], self.reference_point)
-            row[six] = np.linalg.solve(model.rigid_modes[six].T, target)
+            row[six] = np.linalg.solve(model.nodal_modes[six].T, target)
+            row = model.from_nodal(row)
         else:
             raise InputError(
                 f"The point {np.array2string(point, precision=4)} lies on no node of {self.name!r}, which floats; the "
@@ -211,7 +215,7 @@ class ElasticBody:
         """
         condensation = self._model.condensed(np.unique(rows.indices // 3), watch)
         with watch("condense"):
-            C = _local(rows, condensation)
+            C = _local(self._model.rows_to_nodal(rows), condensation)
             Y = scipy.linalg.solve_triangular(condensation.cholesky, C.T.toarray(), lower=True, check_finite=False)
             response = np.zeros(rows.shape[0])
             if loads is not None and loads.any():
@@ -227,10 +231,10 @@ class ElasticBody:
         u_c = condensation.solve(condensation.factor.reduce(f_solved))
         u = np.zeros(model.n_dofs)
         u[model.solved_dofs] = condensation.factor.expand(u_c, f_solved)[:, 0]
-        return u
+        return model.from_nodal(u)
 
     def _solved(self, f: Array) -> Array:
-        return f[self._model.solved_dofs]
+        return self._model.to_nodal(f)[self._model.solved_dofs]
 
     def describe(self) -> str:
         """One line: what was modelled."""

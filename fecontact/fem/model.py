@@ -21,7 +21,7 @@ from fecontact.fem.factor import SINGULAR, Condensed, condense
 from fecontact.fem.loads import moments_of_volume
 from fecontact.fem.rigid import rigid_modes, unresisted
 from fecontact.fem.stiffness import assemble_stiffness
-from fecontact.fem.support import check_supports, grounding, held_dofs
+from fecontact.fem.support import Holds, Support, grounding, holds
 from fecontact.material import Material
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh
@@ -42,7 +42,7 @@ class Condensation:
     Attributes
     ----------
     dofs : (n_c,) array
-        Retained degrees of freedom of the model.
+        Retained degrees of freedom of the model, in nodal axes.
     position : (n_dofs,) array
         Where a degree of freedom stands among the retained; -1 for inner and held ones.
     factor : Condensed
@@ -67,7 +67,7 @@ class Model:
     ----------
     mesh : Mesh
     materials : Material or mapping of element set to Material
-    supports : mapping of boundary name to components
+    supports : mapping of boundary name to components or directions, see `fem.support.holds`
     backend : str
         Factorisation back-end, see `fem.factor.condense`.
     integration : {'auto', 'full', 'selective'}
@@ -79,11 +79,11 @@ class Model:
         self,
         mesh: Mesh,
         materials: Material | Mapping[str, Material],
-        supports: Mapping[str, str],
+        supports: Mapping[str, Support],
         backend: str = "auto",
         integration: str = "auto",
     ) -> None:
-        check_supports(mesh, supports)
+        self._holds = holds(mesh, supports)
         self.material_of_cell, self.materials = _materials(mesh, materials)
         check_mesh(mesh)
         self.mesh, self.supports, self.backend = mesh, dict(supports), backend
@@ -110,7 +110,7 @@ class Model:
         owner = np.zeros(len(self.mesh.points), dtype=np.int64)
         owner[cells] = part[:, None]
         for k in range(count):
-            if unresisted(self.rigid_modes[self.held[owner[nodes] == k]], self.size).shape[1]:
+            if unresisted(self.nodal_modes[self.held[owner[nodes] == k]], self.size).shape[1]:
                 raise MeshError(
                     f"The mesh has {count} parts without connection, and the one with cell {np.argmax(part == k)} can "
                     "move by itself. Make each part a body of its own, or join them with fecontact.mesh.mesh.merge."
@@ -154,20 +154,37 @@ class Model:
         """Displacements (n_dofs, 6) of the rigid motions about the centre of mass."""
         return rigid_modes(self.mesh.points, self.mass_and_centre[1])
 
-    @cached_property
+    @property
     def held(self) -> IntArray:
-        """Degrees of freedom held by the supports."""
-        return held_dofs(self.mesh, self.supports)
+        """Degrees of freedom held by the supports, in nodal axes."""
+        return self._holds.held
+
+    def to_nodal(self, f: Array) -> Array:
+        """Displacements or forces (n_dofs, ...) in nodal axes, which are turned where a support is oblique."""
+        return f if self._holds.axes is None else np.asarray(self._holds.axes.T @ f)
+
+    def from_nodal(self, v: Array) -> Array:
+        """The inverse of `to_nodal`."""
+        return v if self._holds.axes is None else np.asarray(self._holds.axes @ v)
+
+    def rows_to_nodal(self, rows: sp.csr_matrix) -> sp.csr_matrix:
+        """Rows (n, n_dofs) that take the same from displacements in nodal axes; they touch the same nodes."""
+        return rows if self._holds.axes is None else rows @ self._holds.axes
+
+    @cached_property
+    def nodal_modes(self) -> Array:
+        """The rigid modes (n_dofs, 6) in nodal axes."""
+        return self.to_nodal(self.rigid_modes)
 
     @cached_property
     def free_motions(self) -> Array:
         """Rigid motions (6, k) that the supports do not resist."""
-        return unresisted(self.rigid_modes[self.held], self.size)
+        return unresisted(self.nodal_modes[self.held], self.size)
 
     @cached_property
     def grounded(self) -> IntArray:
         """Artificially held degrees of freedom, one for each free motion; results do not depend on which."""
-        return grounding(self.rigid_modes @ self.free_motions, self.held, self.size)
+        return grounding(self.nodal_modes @ self.free_motions, self.held, self.size)
 
     @cached_property
     def solved_dofs(self) -> IntArray:
@@ -191,7 +208,8 @@ class Model:
             mask[self._condensation.dofs] = True
         with watch("assemble"):
             solved = self.solved_dofs
-            K = self.stiffness if len(solved) == self.n_dofs else _restricted(self.stiffness, solved)
+            K = _turned(self.stiffness, self._holds)
+            K = K if len(solved) == self.n_dofs else _restricted(K, solved)
         dofs = np.flatnonzero(mask)
         with watch("factorise"):
             factor = condense(K, np.searchsorted(solved, dofs), self.backend)
@@ -204,6 +222,14 @@ class Model:
                 raise FecontactError(SINGULAR) from error
             self._condensation = Condensation(dofs, position, factor, cholesky)
         return self._condensation
+
+
+def _turned(K: sp.csr_matrix, given: Holds) -> sp.csr_matrix:
+    """Upper triangle of T^T K T, the stiffness in nodal axes."""
+    T = given.axes
+    if T is None:
+        return K
+    return sp.csr_matrix(sp.triu(T.T @ (K + sp.triu(K, 1).T) @ T))
 
 
 def _restricted(K: sp.csr_matrix, dofs: IntArray) -> sp.csr_matrix:

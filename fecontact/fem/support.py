@@ -1,44 +1,169 @@
-"""Supports: which degrees of freedom are held, which rigid motions are left, and where to ground the rest."""
+"""Supports: which degrees of freedom are held, in which axes, and where to ground what is left free.
+
+A support that is oblique to the mesh's axes is taken into account by turning the axes of its nodes. With T the
+orthogonal matrix whose columns are the axes of all nodes, u = T v, the stiffness becomes T^T K T and supports hold
+single components of v. It stays symmetric and positive definite, and nothing is approximated (R. D. Cook et al.,
+Concepts and Applications of Finite Element Analysis, 4th ed. 2002, section 8.3, skew supports).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.surfaces import averaged_normals
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+#: Components such as ``"xyz"`` or ``"n"`` (the face's normal), a direction, or several directions.
+Support = str | Sequence[float] | Sequence[Sequence[float]]
 
-def check_supports(mesh: Mesh, supports: Mapping[str, str]) -> None:
-    """Refuse unknown boundaries and components.
+#: Two directions count as one if they differ by less than 2 milliradians: ratio of the eigenvalues of the sum of d d^T.
+SAME_DIRECTION = 1e-6
+#: Largest angle (degrees) between the normals of the faces round a node that have one normal there.
+SHARPEST = 45.0
+
+
+@dataclass(frozen=True, eq=False)
+class Holds:
+    """Held degrees of freedom of a mesh and the axes they count in.
+
+    Attributes
+    ----------
+    held : (n_held,) int array
+        3 * node + component, the components counted in the node's own axes.
+    axes : (3 n_points, 3 n_points) csr_matrix or None
+        T in u = T v, v in the nodes' own axes; None where these are the mesh's everywhere.
+    """
+
+    held: IntArray
+    axes: sp.csr_matrix | None
+
+
+def checked_support(name: str, support: Support) -> str | Array:
+    """Components as they are, directions as unit vectors (k, 3).
 
     Raises
     ------
     InputError
+        If it is neither.
     """
-    for name, components in supports.items():
-        mesh.boundary_nodes(name)
-        if not isinstance(components, str) or not components or set(components) - set("xyz"):
-            raise InputError(
-                f"The support of {name!r} must name components out of 'x', 'y', 'z', such as 'xyz' or 'z'; "
-                f"found {components!r}."
-            )
+    if isinstance(support, str):
+        if support and not set(support) - set("xyzn"):
+            return support
+    else:
+        try:
+            directions = np.atleast_2d(np.asarray(support, dtype=float))
+        except (TypeError, ValueError):
+            directions = np.zeros((0, 3))
+        if directions.ndim == 2 and directions.shape[1] == 3 and len(directions) and np.isfinite(directions).all():
+            length = np.linalg.norm(directions, axis=1, keepdims=True)
+            if (length > 0).all():
+                return np.asarray(directions / length, dtype=np.float64)
+    raise InputError(
+        f"The support of {name!r} must name components out of 'x', 'y', 'z' and 'n' (the face's normal), such as 'xyz' "
+        f"or 'n', or give a direction (1, 1, 0) or several; found {support!r}."
+    )
 
 
-def held_dofs(mesh: Mesh, supports: Mapping[str, str]) -> IntArray:
-    """Degrees of freedom (3 * node + component) held by supports such as ``{"base": "xyz", "sym_x": "x"}``."""
-    held = [
-        3 * mesh.boundary_nodes(name) + "xyz".index(component)
-        for name, components in supports.items()
-        for component in components
-    ]
-    return np.unique(np.concatenate(held)) if held else np.zeros(0, dtype=np.int64)
+def is_plane(support: Support) -> bool:
+    """Whether a support holds one component only, as a plane of symmetry does."""
+    return len(support) == 1 or (not isinstance(support, str) and np.ndim(support) == 1)
+
+
+def support_directions(mesh: Mesh, name: str, support: Support) -> tuple[IntArray, Array]:
+    """Nodes (n,) of a support and the unit directions (n, k, 3) it holds there.
+
+    Raises
+    ------
+    InputError
+        If the boundary or a component is unknown, or a normal is asked for where there is none.
+    """
+    given, nodes = checked_support(name, support), mesh.boundary_nodes(name)
+    if not isinstance(given, str):
+        return nodes, np.broadcast_to(given, (len(nodes), *given.shape))
+    parts = [np.broadcast_to(np.eye(3)["xyz".index(c)], (len(nodes), 3)) for c in given if c != "n"]
+    if "n" in given:
+        parts.append(_normals(mesh, name)[nodes])
+    return nodes, np.stack(parts, axis=1)
+
+
+def _normals(mesh: Mesh, name: str) -> Array:
+    """Unit normals (n_points, 3) of a smooth boundary."""
+    if name in mesh.node_sets and name not in mesh.boundaries:
+        raise InputError(
+            f"{name!r} is a set of nodes and has no normal; support it with 'n' as a boundary, or give the direction."
+        )
+    normals, cosine = averaged_normals(mesh.points, mesh.face_nodes(mesh.faces(name)))
+    worst = int(np.argmin(cosine))
+    if cosine[worst] < np.cos(np.radians(SHARPEST / 2)):
+        raise InputError(
+            f"The boundary {name!r} has an edge at {np.array2string(mesh.points[worst], precision=4)}, so it has no "
+            "normal there to support it along; name the faces on either side separately."
+        )
+    return normals
+
+
+def held_directions(mesh: Mesh, supports: Mapping[str, Support]) -> Array:
+    """Sums (n_points, 3, 3) of d d^T over the unit directions d that supports hold; their range is what is held."""
+    total = np.zeros((len(mesh.points), 3, 3))
+    for name, support in supports.items():
+        nodes, d = support_directions(mesh, name, support)
+        total[nodes] += np.einsum("nki,nkj->nij", d, d)
+    return total
+
+
+def holds(mesh: Mesh, supports: Mapping[str, Support]) -> Holds:
+    """Held degrees of freedom of supports such as ``{"base": "xyz", "sym_x": "x", "flank": "n", "seat": (1, 1, 0)}``.
+
+    Nodes that are held along the mesh's axes only keep those. At the others the axes are the eigenvectors of the sum of
+    d d^T, the held ones first.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    >>> holds(mesh, {"bottom": "z"}).axes is None
+    True
+    >>> tilted = holds(mesh, {"bottom": (1, 0, 1)})
+    >>> len(tilted.held), tilted.axes.shape
+    (4, (24, 24))
+    """
+    total = held_directions(mesh, supports)
+    diagonal = np.einsum("nii->ni", total)
+    held = diagonal > 0
+    oblique = np.flatnonzero((np.abs(total).sum(axis=2) > diagonal).any(axis=1))
+    if len(oblique) == 0:
+        return Holds(np.flatnonzero(held), None)
+    values, vectors = np.linalg.eigh(total[oblique])
+    held[oblique] = (values > SAME_DIRECTION * values[:, 2:])[:, ::-1]
+    axes = np.tile(np.eye(3), (len(mesh.points), 1, 1))
+    axes[oblique] = vectors[:, :, ::-1]
+    number = np.arange(len(mesh.points))
+    shape = (3 * len(number), 3 * len(number))
+    return Holds(np.flatnonzero(held), sp.bsr_matrix((axes, number, np.arange(len(number) + 1)), shape=shape).tocsr())
+
+
+def share_of_support(mesh: Mesh, supports: Mapping[str, Support], name: str, rest: Array) -> Array:
+    """What one support gives (n_dofs,) of the nodal forces `rest` (n_dofs,) by which all of them hold the mesh.
+
+    Where several hold one direction, each takes an equal share; generally c_d = d^T (sum of d d^T)^+ rest is the
+    smallest set of forces along the directions d that gives the whole.
+    """
+    nodes, d = support_directions(mesh, name, supports[name])
+    inverse = np.linalg.pinv(held_directions(mesh, supports)[nodes], rcond=SAME_DIRECTION, hermitian=True)
+    along = np.einsum("nki,nij,nj->nk", d, inverse, rest.reshape(-1, 3)[nodes])
+    out = np.zeros((len(mesh.points), 3))
+    out[nodes] = np.einsum("nk,nki->ni", along, d)
+    return out.ravel()
 
 
 def grounding(modes: Array, held: IntArray, length: float) -> IntArray:

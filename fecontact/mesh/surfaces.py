@@ -107,22 +107,7 @@ class SurfaceMesh:
 
         Each facet counts by the angle it has at a corner, so that the cutting into triangles does not matter.
         """
-        k = self.facets.shape[1]
-        facet, column = np.nonzero(distinct_columns(self.facets))
-        triangle = triangular(self.facets)[facet]
-        local = np.stack([facet_nodes(k, False), facet_nodes(k, True)])[triangle.astype(int), column]
-        _, dN = facet_shapes(k, triangle, local)
-        tangents = np.einsum("naj,nai->nij", dN, self.points[self.facets[facet]])
-        t1, t2 = tangents[:, :, 0], tangents[:, :, 1]
-        normal = np.cross(t1, t2)
-        length = np.linalg.norm(normal, axis=1)
-        # the angle between the sides at a corner; at a mid-side node it is straight
-        angle = np.arctan2(length, np.einsum("ni,ni->n", *_sides_at(t1, t2, column, triangle)))
-        weight = np.where(column < 4, angle, np.pi)
-        total = np.zeros_like(self.points)
-        np.add.at(total, self.facets[facet, column], normal * (weight / length)[:, None])
-        size = np.linalg.norm(total, axis=1, keepdims=True)
-        return np.divide(total, size, out=np.zeros_like(total), where=size > 0)
+        return averaged_normals(self.points, self.facets)[0]
 
     @classmethod
     def of(cls, mesh: Mesh, name: str) -> SurfaceMesh:
@@ -144,6 +129,43 @@ class SurfaceMesh:
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> SurfaceMesh:
         """Move every point by ``mapping(points) -> points``."""
         return replace(self, points=np.asarray(mapping(self.points), dtype=float))
+
+
+def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
+    """Unit normals averaged over the facets round each node, by the angle each facet has there.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+    facets : (n_facets, 4 | 8 | 9) int array
+
+    Returns
+    -------
+    normals : (n_points, 3) array
+        Zero at points without facets.
+    cosine : (n_points,) array
+        Of the largest angle between the average and the normal of a facet; 1 at points without facets.
+    """
+    k = facets.shape[1]
+    facet, column = np.nonzero(distinct_columns(facets))
+    node, triangle = facets[facet, column], triangular(facets)[facet]
+    local = np.stack([facet_nodes(k, False), facet_nodes(k, True)])[triangle.astype(int), column]
+    _, dN = facet_shapes(k, triangle, local)
+    tangents = np.einsum("naj,nai->nij", dN, points[facets[facet]])
+    t1, t2 = tangents[:, :, 0], tangents[:, :, 1]
+    normal = np.cross(t1, t2)
+    length = np.linalg.norm(normal, axis=1)
+    # the angle between the sides at a corner; at a mid-side node it is straight
+    angle = np.arctan2(length, np.einsum("ni,ni->n", *_sides_at(t1, t2, column, triangle)))
+    weight = np.where(column < 4, angle, np.pi)
+    normal /= length[:, None]
+    total = np.zeros_like(points)
+    np.add.at(total, node, normal * weight[:, None])
+    size = np.linalg.norm(total, axis=1, keepdims=True)
+    normals = np.divide(total, size, out=np.zeros_like(total), where=size > 0)
+    cosine = np.ones(len(points))
+    np.minimum.at(cosine, node, np.einsum("ni,ni->n", normal, normals[node]))
+    return normals, cosine
 
 
 def _sides_at(t1: Array, t2: Array, column: IntArray, triangle: NDArray[np.bool_]) -> tuple[Array, Array]:

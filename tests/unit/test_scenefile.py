@@ -53,6 +53,19 @@ def write(tmp_path):
     return written
 
 
+def test_supports_by_normals_and_directions_are_those_along_axes(write):
+    oblique = BLOCK.replace(
+        '{top = "xyz"}', '{top = [[1, 1, 0], [1, -1, 0], [0, 0, 2]], x_min = "n", y_min = [0, 1, 0]}'
+    )
+    straight = BLOCK.replace('{top = "xyz"}', '{top = "xyz", x_min = "x", y_min = "y"}')
+    pressures = []
+    for text in (oblique, straight):
+        result = fc.read_scene(write(text + LOADS)).solve()
+        pressures.append(result.contacts[0].pressure)
+    # turned nodal axes: two factorisations of a small matrix
+    assert np.abs(pressures[0] - pressures[1]).max() <= 1e-9 * pressures[1].max()
+
+
 def faults(path):
     with pytest.raises(fc.InputError) as caught:
         fc.read_scene(path)
@@ -214,7 +227,7 @@ von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
         "line 5, materials.cork.nu: must be a finite number; found 'soft'",
         "line 8, bodies.block.material: unknown material 'crok', did you mean 'cork'",
         "line 9, bodies.block.contact: the mesh has no boundary 'botom', did you mean 'bottom'",
-        "line 10, bodies.block.supports.top: must be components out of x, y, z",
+        "line 10, bodies.block.supports.top: must be components out of x, y, z, n such as 'xyz', or one direction",
         "line 12, bodies.bone.mesh: there is no file",
         "line 16, contacts #1.master: unknown body 'flor'; the bodies are: block, bone.",
         "line 17, contacts #2.master: is missing.",

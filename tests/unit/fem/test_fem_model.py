@@ -1,5 +1,7 @@
 """Supports, grounding, loads and the model that brings them together."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -9,7 +11,7 @@ from fecontact.errors import InputError, MeshError
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
-from fecontact.fem.support import grounding, held_dofs
+from fecontact.fem.support import grounding, holds, support_directions
 from fecontact.mesh.mesh import merge
 from fecontact.stopwatch import Stopwatch
 
@@ -23,12 +25,12 @@ def block(element="hex20", divisions=(2, 2, 2)):
 
 def test_held_dofs():
     mesh = block("hex8")
-    held = held_dofs(mesh, {"bottom": "xyz", "x_min": "x"})
+    held = holds(mesh, {"bottom": "xyz", "x_min": "x"}).held
     nodes = set((held[held % 3 == 2] // 3).tolist())
     assert nodes == set(mesh.boundary_nodes("bottom").tolist())
     x_nodes = set((held[held % 3 == 0] // 3).tolist())
     assert x_nodes == nodes | set(mesh.boundary_nodes("x_min").tolist())
-    assert len(held_dofs(mesh, {})) == 0
+    assert len(holds(mesh, {}).held) == 0
 
 
 @pytest.mark.parametrize(
@@ -38,6 +40,9 @@ def test_held_dofs():
         ({"top": "xw"}, r"'x', 'y', 'z'"),
         ({"top": ""}, r"'x', 'y', 'z'"),
         ({"top": ("x",)}, r"'x', 'y', 'z'"),
+        ({"top": (0, 0, 0)}, r"direction \(1, 1, 0\)"),
+        ({"top": [(1, 0, 0), (1, 0)]}, r"direction \(1, 1, 0\)"),
+        ({"top": ()}, r"direction \(1, 1, 0\)"),
     ],
 )
 def test_bad_supports(supports, words, steel):
@@ -55,9 +60,51 @@ def test_free_motions_and_grounding(supports, n_free, steel):
     assert not set(model.grounded) & set(model.held)
     # what is left has no zero mode: the condition number of this small model is far below 1e8
     K = model.stiffness.toarray()
-    K = (K + np.triu(K, 1).T)[np.ix_(model.solved_dofs, model.solved_dofs)]
+    K = model.to_nodal(model.to_nodal(K + np.triu(K, 1).T).T)[np.ix_(model.solved_dofs, model.solved_dofs)]
     values = np.linalg.eigvalsh(K)
     assert values[0] > 1e-8 * values[-1]
+
+
+@pytest.mark.parametrize(
+    ("supports", "n_held", "n_free"),
+    [
+        ({"bottom": "n"}, 9, 3),
+        ({"bottom": "xn"}, 18, 1),
+        ({"bottom": (1, 1, 0)}, 9, 4),
+        ({"bottom": (0, 0, -2.0)}, 9, 3),
+        ({"bottom": [(1, 1, 0), (0, 0, 1), (1, 1, 1)]}, 18, 1),
+        ({"bottom": [(1, 1, 0), (0, 0, 1), (1, 2, 1)]}, 27, 0),
+        ({"x_min": "n", "y_min": "n"}, 18, 1),
+        ({"x_min": "n", "y_min": (0, 1, 1)}, 18, 1),
+        ({"bottom": "z", "x_min": (1, 0, 1)}, 18, 1),
+    ],
+)
+def test_oblique_supports_hold_what_they_say(supports, n_held, n_free, steel):
+    model = Model(block("hex8"), steel, supports)
+    assert len(model.held) == n_held
+    assert model.free_motions.shape == (6, n_free)
+    # no free motion moves a held node along what is held, however it is put
+    rows = [
+        np.einsum("nki,nic->nkc", d, model.rigid_modes.reshape(-1, 3, 6)[nodes]).reshape(-1, 6)
+        for nodes, d in (support_directions(model.mesh, name, s) for name, s in supports.items())
+    ]
+    assert np.abs(np.concatenate(rows) @ model.free_motions).max(initial=0.0) < 1e-12
+
+
+def test_normal_of_an_edge_is_refused(steel):
+    mesh = block("hex8").with_boundary("corner", lambda x: (x[:, 0] == 0) | (x[:, 1] == 0))
+    with pytest.raises(InputError, match=r"has an edge at .*separately"):
+        Model(mesh, steel, {"corner": "n"})
+    with pytest.raises(InputError, match="set of nodes and has no normal"):
+        Model(replace(mesh, node_sets={"some": np.array([0, 1, 2])}), steel, {"some": "n"})
+
+
+def test_a_ring_held_along_its_bore_may_turn_in_it(steel):
+    mesh = fc.shapes.thick_ring(1.0, 2.0, 0.5, (2, 16, 1), sector="full")
+    model = Model(mesh, steel, {"inner": "n"})
+    # along the axis and about it; the average normals of a regular mesh are radial to rounding
+    assert model.free_motions.shape == (6, 2)
+    assert np.abs(model.free_motions[[0, 1, 3, 4]]).max() < 1e-9
 
 
 def test_grounding_spans_the_free_motions_well():
