@@ -84,7 +84,7 @@ class Model:
         integration: str = "auto",
     ) -> None:
         self._holds = holds(mesh, supports)
-        self.material_of_cell, self.materials = _materials(mesh, materials)
+        self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
         check_mesh(mesh)
         self.mesh, self.supports, self.backend = mesh, dict(supports), backend
         self.selective = integration == "selective" or (
@@ -244,7 +244,7 @@ def _restricted(K: sp.csr_matrix, dofs: IntArray) -> sp.csr_matrix:
     return sp.csr_matrix((K.data[kept], columns[kept], pointer), shape=(len(dofs), len(dofs)))
 
 
-def _materials(mesh: Mesh, given: Material | Mapping[str, Material]) -> tuple[IntArray, list[Material]]:
+def materials_of_cells(mesh: Mesh, given: Material | Mapping[str, Material]) -> tuple[IntArray, list[Material]]:
     """Index of each cell's material and the list of materials."""
     if isinstance(given, Material):
         return np.zeros(len(mesh.cells), dtype=np.int64), [given]

@@ -1,0 +1,78 @@
+"""Absolute nodal coordinates: elements whose coordinates are positions and position gradients.
+
+The brick of eight nodes (`hexahedron`) on any mesh of hexahedra. Coordinates are a plain vector q (n_dofs,), twelve per
+node: ``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows dr/dX, dr/dY, dr/dZ.
+
+=============================  =======================================================================================
+`AncfSpace(mesh)`              numbering and functions: `q0`, `affine(A, b)`, `rigid_modes`, `points_at`, `gradient_at`,
+                               `nodes`, `start`, `n_dofs`
+`AncfSolid(space, material)`   `energy(q)`, `forces(q)` (elastic, the gradient of the energy), `tangent(q)` (sparse,
+                               symmetric), `stiffness` (at q0), `mass` (sparse, constant)
+`hold(space, supports)`        `Supports.free`: q = q0 + Z y with free y; then Z^T forces, Z^T tangent Z, Z^T mass Z
+`weight, body_force`           constant forces Q (n_dofs,) of gravity
+`point_force, nodal_force`     constant forces Q (n_dofs,) of single forces
+`traction, dead_pressure`      constant forces Q (n_dofs,) on boundaries
+`pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
+`StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0 in the latter
+`sides_by_label, released_at`  where neighbours do not share all gradients
+=============================  =======================================================================================
+
+Equilibrium is forces(q) = Q; motion is mass q'' + forces(q) = Q.
+
+Examples
+--------
+>>> import numpy as np, scipy.sparse.linalg, fecontact as fc
+>>> from fecontact.ancf import AncfSolid, AncfSpace, hold, traction
+>>> space = AncfSpace(fc.shapes.block((10.0, 1.0, 1.0), (4, 1, 1), element="hex8"))
+>>> solid = AncfSolid(space, fc.Material(E=1e3, nu=0.0))
+>>> Z = hold(space, {"x_min": "xyz"}).free
+>>> load = traction(space, "x_max", (0.0, 0.0, -0.05))
+>>> q = space.q0
+>>> for _ in range(8):
+...     rest = Z.T @ (load - solid.forces(q))
+...     q = q + Z @ scipy.sparse.linalg.spsolve((Z.T @ solid.tangent(q) @ Z).tocsc(), rest)
+>>> bool(np.abs(Z.T @ (load - solid.forces(q))).max() < 1e-10)
+True
+"""
+
+from fecontact.ancf.hexahedron import ElementHexAncf, gauss, shapes
+from fecontact.ancf.laws import InvertedError, Law, NeoHookean, Response, StVenantKirchhoff
+from fecontact.ancf.loads import (
+    body_force,
+    dead_pressure,
+    nodal_force,
+    point_force,
+    pressure_forces,
+    pressure_tangent,
+    traction,
+    weight,
+)
+from fecontact.ancf.release import released_at, sides_by_label
+from fecontact.ancf.solid import AncfSolid
+from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.supports import Supports, hold
+
+__all__ = [
+    "AncfSolid",
+    "AncfSpace",
+    "ElementHexAncf",
+    "InvertedError",
+    "Law",
+    "NeoHookean",
+    "Response",
+    "StVenantKirchhoff",
+    "Supports",
+    "body_force",
+    "dead_pressure",
+    "gauss",
+    "hold",
+    "nodal_force",
+    "point_force",
+    "pressure_forces",
+    "pressure_tangent",
+    "released_at",
+    "shapes",
+    "sides_by_label",
+    "traction",
+    "weight",
+]

@@ -1,0 +1,122 @@
+"""Elastic laws of finite strain: energy, second Piola-Kirchhoff stress and its tangent, by points.
+
+Every law takes Lame's constants and has a part with lambda, which resists changes of volume, and a part with mu, so
+that the two can be integrated at different points (see `solid`). Both laws become Hooke's for small strains.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.errors import FecontactError
+from fecontact.fem.stiffness import determinant_3x3, inverse_3x3
+
+Array = NDArray[np.float64]
+
+
+class InvertedError(FecontactError):
+    """A deformation that turns material inside out; take a smaller step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What a law says at points.
+
+    Attributes
+    ----------
+    energy : (...) array
+        Per initial volume.
+    stress : (..., 3, 3) array
+        Second Piola-Kirchhoff stress S = dW/dE.
+    tangent : (..., 3, 3, 3, 3) array or None
+        dS/dE, with all its symmetries.
+    """
+
+    energy: Array
+    stress: Array
+    tangent: Array | None
+
+
+class Law(Protocol):
+    """An isotropic hyperelastic law."""
+
+    def __call__(self, F: Array, lame: Array, shear: Array, tangent: bool = True) -> Response:
+        """Response to deformation gradients F (..., 3, 3) with Lame's constants that broadcast over (...)."""
+
+
+@dataclass(frozen=True)
+class StVenantKirchhoff:
+    """W = lambda/2 (tr E)^2 + mu E : E of the Green-Lagrange strain E = (F^T F - 1)/2.
+
+    Good for large turns with small strains; it softens under strong compression.
+    Source: Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2008), section 6.4.1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> out = StVenantKirchhoff()(np.diag([1.1, 1.0, 1.0]), np.array(1.0), np.array(1.0))
+    >>> out.stress.diagonal().round(6).tolist()
+    [0.315, 0.105, 0.105]
+    """
+
+    def __call__(self, F: Array, lame: Array, shear: Array, tangent: bool = True) -> Response:
+        """Response to deformation gradients."""
+        E = (np.swapaxes(F, -1, -2) @ F - np.eye(3)) / 2
+        trace = np.trace(E, axis1=-2, axis2=-1)
+        energy = lame / 2 * trace**2 + shear * (E * E).sum(axis=(-1, -2))
+        stress = (lame * trace)[..., None, None] * np.eye(3) + 2 * np.asarray(shear)[..., None, None] * E
+        if not tangent:
+            return Response(energy, stress, None)
+        eye = np.eye(3)
+        volume = np.einsum("ij,kl->ijkl", eye, eye)
+        symmetric = np.einsum("ik,jl->ijkl", eye, eye) + np.einsum("il,jk->ijkl", eye, eye)
+        shape = (*trace.shape, 1, 1, 1, 1)
+        wide_lame, wide_shear = (np.broadcast_to(c, trace.shape).reshape(shape) for c in (lame, shear))
+        return Response(energy, stress, wide_lame * volume + wide_shear * symmetric)
+
+
+@dataclass(frozen=True)
+class NeoHookean:
+    """Compressible: W = mu/2 (tr C - 3) - mu ln J + lambda/2 (ln J)^2, with C = F^T F and J = det F > 0.
+
+    Source: Bonet & Wood (2008), section 6.4.3, equations 6.27-6.31.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> float(NeoHookean()(np.eye(3), np.array(1.0), np.array(1.0)).energy)
+    0.0
+    """
+
+    def __call__(self, F: Array, lame: Array, shear: Array, tangent: bool = True) -> Response:
+        """Response to deformation gradients.
+
+        Raises
+        ------
+        InvertedError
+            If det F <= 0 somewhere.
+        """
+        det = determinant_3x3(F)
+        if not (det > 0).all():
+            raise InvertedError(
+                f"The deformation turns the material inside out at {int((~(det > 0)).sum())} points (smallest det F "
+                f"{det.min():.3g}); a neo-Hookean material cannot. Apply the load in smaller steps."
+            )
+        log = np.log(det)
+        C = np.swapaxes(F, -1, -2) @ F
+        inverse, _ = inverse_3x3(C)
+        energy = shear * (0.5 * (np.trace(C, axis1=-2, axis2=-1) - 3) - log) + lame / 2 * log**2
+        mu = np.asarray(shear)[..., None, None]
+        stress = mu * (np.eye(3) - inverse) + (lame * log)[..., None, None] * inverse
+        if not tangent:
+            return Response(energy, stress, None)
+        volume = inverse[..., :, :, None, None] * inverse[..., None, None, :, :]
+        twist = inverse[..., :, None, :, None] * inverse[..., None, :, None, :]
+        symmetric = twist + np.swapaxes(twist, -1, -2)
+        shape = (*det.shape, 1, 1, 1, 1)
+        wide = np.broadcast_to(lame, det.shape).reshape(shape)
+        return Response(energy, stress, wide * volume + (shear - lame * log).reshape(shape) * symmetric)

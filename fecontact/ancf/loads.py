@@ -1,0 +1,148 @@
+"""Loads on bricks as generalised forces: weight, forces at points, dead tractions, pressure that follows the surface.
+
+A force acts on all coordinates through the shape functions, on gradients too: Q_a = int S_a b dV or int S_a t dA.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.ancf.hexahedron import gauss
+from fecontact.ancf.solid import AncfSolid
+from fecontact.ancf.space import AncfSpace
+from fecontact.errors import InputError
+from fecontact.mesh.reference import quad_quadrature
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Degree to which products on faces are integrated: four points per direction.
+ORDER = 7
+
+
+def weight(solid: AncfSolid, acceleration: ArrayLike) -> Array:
+    """Forces (n_dofs,) of gravity or of another uniform acceleration (3,) on the mass."""
+    g = _three(acceleration, "The acceleration")
+    return body_force(solid.space, solid.density[:, None] * g)
+
+
+def body_force(space: AncfSpace, force: ArrayLike) -> Array:
+    """Forces (n_dofs,) of a force per initial volume (3,) or per cell (n_cells, 3)."""
+    b = np.broadcast_to(np.asarray(force, dtype=float), (len(space.corners), 3))
+    total = np.zeros((int(space.functions.max()) + 1, 3))
+    for batch in space.batches(*gauss(4)):
+        own = np.einsum("cqa,cq->ca", batch.S, batch.dV)
+        np.add.at(total, batch.functions, own[:, :, None] * b[batch.cells, None])
+    return space.gather(total)
+
+
+def point_force(space: AncfSpace, cell: int, X: ArrayLike, force: ArrayLike) -> Array:
+    """Forces (n_dofs,) of a force (3,) at reference coordinates X (3,) of a cell."""
+    rows = space.rows_at(np.array([cell]), _three(X, "The reference coordinates")[None, :])
+    return np.asarray(rows.T @ _three(force, "The force")[None, :]).ravel()
+
+
+def nodal_force(space: AncfSpace, point: int, force: ArrayLike) -> Array:
+    """Forces (n_dofs,) of a force (3,) at a point of the mesh that is a node.
+
+    Raises
+    ------
+    InputError
+        If the point is no corner of a cell.
+    """
+    node = np.searchsorted(space.nodes, point)
+    if node == len(space.nodes) or space.nodes[node] != point:
+        raise InputError(f"Point {point} is no corner of a cell; the nodes of this element are corners only.")
+    f = np.zeros((space.n_functions, 3))
+    f[space.start[node]] = _three(force, "The force")
+    return f.ravel()
+
+
+def traction(space: AncfSpace, boundary: str, field: ArrayLike | Callable[[Array, Array], Array]) -> Array:
+    """Forces (n_dofs,) of a dead load: force per initial area on a boundary, which keeps its direction.
+
+    Parameters
+    ----------
+    space : AncfSpace
+    boundary : str
+    field : (3,) array or callable
+        ``field(points (n, 3), unit outward normals (n, 3)) -> (n, 3)``, both of the initial shape.
+    """
+    faces, S, dS, W = _on_faces(space, boundary)
+    e = space.spread(space.q0)[space.functions[faces[:, 0]]]
+    dA = _area(e, dS) * W[:, None]
+    area = np.linalg.norm(dA, axis=2)
+    x = S @ e
+    if callable(field):
+        t = np.asarray(field(x.reshape(-1, 3), (dA / area[..., None]).reshape(-1, 3)), dtype=float).reshape(x.shape)
+    else:
+        t = np.broadcast_to(_three(field, "The traction"), x.shape)
+    return _summed(space, faces, np.einsum("fqa,fqi,fq->fai", S, t, area))
+
+
+def dead_pressure(space: AncfSpace, boundary: str, pressure: float) -> Array:
+    """Forces (n_dofs,) of a pressure on the initial shape that keeps its direction; positive pushes inwards."""
+    return traction(space, boundary, lambda x, n: -pressure * n)
+
+
+def pressure_forces(space: AncfSpace, q: Array, boundary: str, pressure: float) -> Array:
+    """Forces (n_dofs,) of a pressure that follows the surface at coordinates q; positive pushes inwards.
+
+    -p int S_a (dr/ds x dr/dt) ds dt (Bonet & Wood 2008, section 9.3.5).
+    """
+    faces, S, dS, W = _on_faces(space, boundary)
+    dA = _area(space.spread(q)[space.functions[faces[:, 0]]], dS) * W[:, None]
+    return _summed(space, faces, -pressure * np.swapaxes(S, 1, 2) @ dA)
+
+
+def pressure_tangent(space: AncfSpace, q: Array, boundary: str, pressure: float) -> sp.csr_matrix:
+    """Derivative (n_dofs, n_dofs) of `pressure_forces` by q; symmetric only for a closed or edge-held surface."""
+    faces, S, dS, W = _on_faces(space, boundary)
+    functions = space.functions[faces[:, 0]]
+    along = np.einsum("fqaj,fai->fqji", dS, space.spread(q)[functions])
+    eps = np.zeros((3, 3, 3))
+    eps[[0, 1, 2], [1, 2, 0], [2, 0, 1]], eps[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = 1.0, -1.0
+    # d(r_s x r_t)_i = eps_ikm (dS_s r_t,m - dS_t r_s,m) dq_k
+    cross_t, cross_s = (np.einsum("ikm,fqm->fqik", eps, along[:, :, j]) for j in (1, 0))
+    change = dS[..., 0][..., None, None] * cross_t[:, :, None] - dS[..., 1][..., None, None] * cross_s[:, :, None]
+    blocks = np.einsum("fqa,fqbik,q->faibk", S, change, -pressure * W, optimize=True)
+    dofs = (3 * functions[:, :, None] + np.arange(3)).reshape(len(faces), -1)
+    n, k = 3 * (int(space.functions.max()) + 1), dofs.shape[1]
+    where = np.repeat(dofs, k, axis=1).ravel(), np.tile(dofs, (1, k)).ravel()
+    K = sp.csr_matrix((blocks.reshape(-1), where), shape=(n, n))
+    if space.joining is None:
+        return K
+    T = sp.kron(space.joining, sp.eye_array(3), format="csr")
+    return (T.T @ K @ T).tocsr()
+
+
+def _on_faces(space: AncfSpace, boundary: str) -> tuple[IntArray, Array, Array, Array]:
+    """Faces, their functions (n_faces, n_q, 32), derivatives (..., 2) at Gauss points, and weights."""
+    faces = space.mesh.faces(boundary)
+    X, W = quad_quadrature(ORDER)
+    n = len(X)
+    S, dS = space.face_functions(np.repeat(faces, n, axis=0), np.tile(X, (len(faces), 1)))
+    return faces, S.reshape(len(faces), n, -1), dS.reshape(len(faces), n, -1, 2), W
+
+
+def _area(e: Array, dS: Array) -> Array:
+    """Outward vector areas (n_faces, n_q, 3) per area of the face's coordinates."""
+    along = np.einsum("fqaj,fai->fqij", dS, e, optimize=True)
+    return np.cross(along[..., 0], along[..., 1])
+
+
+def _summed(space: AncfSpace, faces: IntArray, own: Array) -> Array:
+    total = np.zeros((int(space.functions.max()) + 1, 3))
+    np.add.at(total, space.functions[faces[:, 0]], own)
+    return space.gather(total)
+
+
+def _three(vector: ArrayLike, what: str) -> Array:
+    v = np.asarray(vector, dtype=float)
+    if v.shape != (3,) or not np.isfinite(v).all():
+        raise InputError(f"{what} must be three finite numbers; found {vector!r}.")
+    return v

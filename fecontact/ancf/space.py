@@ -1,0 +1,283 @@
+"""The space of a mesh of bricks: numbering, initial coordinates, and shape functions in material coordinates.
+
+The coordinates of a node are its position and the three gradients dr/dX_m with respect to the *global* material axes,
+which all elements round the node share. An element needs derivatives along its own reference axes t_j:
+
+    dr/dt_j = sum_m dr/dX_m J_mj,    J_mj = dX_m/dt_j at that node, of the initial geometry,
+
+so its functions for the gradients are S_km = sum_j J_mj N_kj with the reference functions N of `hexahedron.shapes`. Two
+elements that share a face share its edges and so the in-face columns of J, whatever their shapes: the space conforms
+on every mesh. The geometry is interpolated by the same functions, X = S e0 with e0 the nodal positions and unit
+gradients; that is exact for straight and 20-node hexahedra, and gives dr/dX = (dr/dt)(dX/dt)^-1 (Shabana, table 5.1:
+J = J_current J_0^-1), so that the initial, possibly curved, shape is free of stress. Every r = A X + b is held exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.ancf.hexahedron import N_FUNCTIONS, face_points, gauss, shapes
+from fecontact.ancf.release import Numbering, number
+from fecontact.errors import MeshError
+from fecontact.fem.stiffness import determinant_3x3, inverse_3x3, jacobians
+from fecontact.mesh.check import check_cells
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.reference import CORNERS, hex_shapes
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Cells handled at once; at 64 points a batch holds some 12 MB of shape functions.
+BATCH = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Shape functions of some cells at the same reference points.
+
+    Attributes
+    ----------
+    cells : (n_cells,) array
+    functions : (n_cells, 32) array
+        Their numbers in the space before releases are joined, see `AncfSpace.functions`.
+    S : (n_cells, n_q, 32) array
+    gradients : (n_cells, n_q, 32, 3) array
+        With respect to material coordinates.
+    dV : (n_cells, n_q) array
+        Volume times quadrature weight.
+    """
+
+    cells: IntArray
+    functions: IntArray
+    S: Array
+    gradients: Array
+    dV: Array
+
+
+@dataclass(frozen=True, eq=False)
+class AncfSpace:
+    """Coordinates of a mesh of eight-node bricks: twelve per node.
+
+    A vector q (n_dofs,) of coordinates is ``q.reshape(-1, 3)[f]``: the three components that belong to scalar function
+    f. Node k (in the order of `nodes`) has f = 4 k for its position and 4 k + 1, 2, 3 for dr/dX, dr/dY, dr/dZ. Nodes at
+    which gradients are released have more functions; there `start` and `joining` tell which.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Hexahedra of 8, 20 or 27 nodes, none degenerate; of curved ones the corners and the slopes there are used.
+    sides : (n_cells, 8) int array, optional
+        Label of the side on which each corner of each cell lies; at a node, cells of different labels share only those
+        gradients that continuity along their common faces demands. See `release`.
+
+    Raises
+    ------
+    MeshError
+        Degenerate, inverted or folded cells.
+
+    Examples
+    --------
+    >>> from fecontact import shapes
+    >>> space = AncfSpace(shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
+    >>> space.n_dofs, space.q0.reshape(-1, 3)[:4].tolist()
+    (144, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    """
+
+    mesh: Mesh
+    sides: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        if self.mesh.has_coalesced:
+            raise MeshError(
+                "The brick with gradient coordinates needs hexahedra with eight distinct corners; the mesh has "
+                f"degenerate cells ({', '.join(self.mesh.kinds)}). Use ElasticBody, or a mesh of hexahedra only."
+            )
+        check_cells(self.mesh)
+
+    @cached_property
+    def nodes(self) -> IntArray:
+        """Points of the mesh (n_nodes,) that are nodes, the corners of its cells, increasing."""
+        return np.unique(self.mesh.cells[:, :8])
+
+    @cached_property
+    def corners(self) -> IntArray:
+        """Nodes (n_cells, 8) of the cells, counted in `nodes`."""
+        return np.searchsorted(self.nodes, self.mesh.cells[:, :8])
+
+    @cached_property
+    def nodal_jacobians(self) -> Array:
+        """dX_m/dt_j (n_cells, 8, 3, 3) of the initial geometry at the corners."""
+        _, dN = hex_shapes(self.mesh.cells.shape[1], CORNERS)
+        return jacobians(self.mesh.points[self.mesh.cells], dN)
+
+    @cached_property
+    def _numbering(self) -> Numbering:
+        return number(self.corners, self.sides, self.nodal_jacobians)
+
+    @property
+    def functions(self) -> IntArray:
+        """Numbers (n_cells, 32) of the cells' functions, before those of released nodes are joined."""
+        return self._numbering.functions
+
+    @property
+    def joining(self) -> sp.csr_matrix | None:
+        """Matrix (n_cell_functions, n_functions) that joins released gradients; None where nothing is released."""
+        return self._numbering.joining
+
+    @property
+    def start(self) -> IntArray:
+        """First function (n_nodes,) of each node, its position."""
+        return self._numbering.start
+
+    @property
+    def n_functions(self) -> int:
+        """Scalar functions."""
+        return self._numbering.n_functions
+
+    @property
+    def n_dofs(self) -> int:
+        """Coordinates, three per function."""
+        return 3 * self.n_functions
+
+    def spread(self, q: Array) -> Array:
+        """Coordinates (n_cell_functions, 3) as the cells take them, from q (n_dofs,)."""
+        e = np.asarray(q, dtype=float).reshape(-1, 3)
+        return e if self.joining is None else self.joining @ e
+
+    def gather(self, f: Array) -> Array:
+        """Generalised forces (n_dofs,) from those on the cells' functions (n_cell_functions, 3)."""
+        return np.asarray(f if self.joining is None else self.joining.T @ f).ravel()
+
+    @cached_property
+    def _cell_q0(self) -> Array:
+        """Initial coordinates (n_cells, 32, 3)."""
+        e = np.zeros((len(self.corners), 8, 4, 3))
+        e[:, :, 0] = self.mesh.points[self.mesh.cells[:, :8]]
+        e[:, :, 1:] = np.eye(3)
+        return e.reshape(-1, N_FUNCTIONS, 3)
+
+    @cached_property
+    def q0(self) -> Array:
+        """Initial coordinates (n_dofs,): positions and unit gradients."""
+        return self.affine(np.eye(3), np.zeros(3))
+
+    def affine(self, A: ArrayLike, b: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Coordinates (n_dofs,) of r = A X + b, for A (3, 3); a rotation turns the gradients."""
+        A = np.asarray(A, dtype=float)
+        e = np.zeros((self._numbering.functions.max() + 1, 3))
+        cell = self._cell_q0 @ A.T
+        cell[:, ::4] += np.asarray(b, dtype=float)
+        e[self.functions] = cell
+        # the columns of the joining matrix are orthonormal
+        return self.gather(e)
+
+    def rigid_modes(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Changes (n_dofs, 6) of the coordinates by the six small rigid motions about `origin`.
+
+        Columns as in `fem.rigid.COMPONENTS`. A turn by w moves r by w x (X - origin) and dr/dX_m by w x e_m.
+        """
+        o = np.asarray(origin, dtype=float)
+        columns = [self.affine(np.zeros((3, 3)), unit) for unit in np.eye(3)]
+        for w in np.eye(3):
+            spin = np.cross(w, np.eye(3)).T
+            columns.append(self.affine(spin, -spin @ o))
+        return np.stack(columns, axis=1)
+
+    def values(self, cells: IntArray, N: Array) -> Array:
+        """Functions S (n_cells, n_q, 32) of cells from reference functions N (n_q, 32) or (n_cells, n_q, 32)."""
+        J = self.nodal_jacobians[cells]
+        S = np.array(np.broadcast_to(N, (len(cells), *N.shape[-2:])))
+        by_corner = S.reshape(*S.shape[:2], 8, 4)
+        by_corner[..., 1:] = np.einsum("ckmj,cqkj->cqkm", J, by_corner[..., 1:], optimize=True)
+        return S
+
+    def reference_gradients(self, cells: IntArray, dN: Array) -> Array:
+        """Derivatives of S along the reference axes, (n_cells, n_q, 32, 3), from dN (n_q, 32, 3) or per cell."""
+        shape = (len(cells), *dN.shape[-3:])
+        flat = np.broadcast_to(dN, shape).transpose(0, 1, 3, 2).reshape(len(cells), -1, N_FUNCTIONS)
+        return self.values(cells, flat).reshape(*shape[:2], 3, N_FUNCTIONS).swapaxes(2, 3)
+
+    def batches(self, X: Array, W: Array, size: int = BATCH) -> Iterator[Batch]:
+        """Walk over all cells with functions, material gradients and volumes at reference points X with weights W."""
+        N, dN = shapes(X)
+        n_q = len(X)
+        # the reference functions by corner, so that the nodal Jacobians act by one matrix product per corner
+        rates = np.ascontiguousarray(dN.reshape(n_q, 8, 4, 3).transpose(1, 2, 0, 3)).reshape(8, 4, n_q * 3)
+        for start in range(0, len(self.corners), size):
+            cells = np.arange(start, min(start + size, len(self.corners)))
+            slopes = self.nodal_jacobians[cells] @ rates[None, :, 1:]
+            first = np.broadcast_to(rates[None, :, :1], (len(cells), 8, 1, 3 * n_q))
+            dS = np.concatenate([first, slopes], axis=2).reshape(len(cells), N_FUNCTIONS, n_q, 3).swapaxes(1, 2)
+            J = np.einsum("cai,cqaj->cqij", self._cell_q0[cells], dS, optimize=True)
+            inverse, det = inverse_3x3(J)
+            yield Batch(cells, self.functions[cells], self.values(cells, N), dS @ inverse, det * W)
+
+    def points_at(self, q: Array, cells: IntArray, X: Array) -> Array:
+        """Positions (n, 3) of material points, given by cell (n,) and reference coordinates (n, 3)."""
+        S = self.rows_at(cells, X)
+        return np.asarray(S @ np.asarray(q, dtype=float).reshape(-1, 3))
+
+    def rows_at(self, cells: IntArray, X: Array) -> sp.csr_matrix:
+        """Values (n, n_functions) of all functions at material points, cell (n,) and reference coordinates (n, 3)."""
+        N, _ = shapes(X)
+        return self._sparse(cells, self.values(cells, N[:, None, :])[:, 0])
+
+    def gradient_at(self, q: Array, cells: IntArray, X: Array) -> Array:
+        """Deformation gradients dr_i/dX_j (n, 3, 3) at material points."""
+        _, dN = shapes(X)
+        dS = self.reference_gradients(cells, dN[:, None])[:, 0]
+        inverse, _ = inverse_3x3(np.einsum("cai,caj->cij", self._cell_q0[cells], dS))
+        return np.einsum("cai,caj->cij", self.spread(q)[self.functions[cells]], dS @ inverse)
+
+    def _sparse(self, cells: IntArray, S: Array) -> sp.csr_matrix:
+        columns = self.functions[cells]
+        pointer = np.arange(0, columns.size + 1, N_FUNCTIONS)
+        n = self.n_functions if self.joining is None else self.joining.shape[0]
+        rows = sp.csr_matrix((S.ravel(), columns.ravel(), pointer), shape=(len(cells), n))
+        rows.eliminate_zeros()
+        return rows if self.joining is None else (rows @ self.joining).tocsr()
+
+    def face_functions(self, faces: IntArray, local: Array) -> tuple[Array, Array]:
+        """Functions of faces at their coordinates.
+
+        Parameters
+        ----------
+        faces : (n, 2) int array
+            Cell and local face of each point.
+        local : (n, 2) array
+            Coordinates on the face, counter-clockwise seen from outside.
+
+        Returns
+        -------
+        S : (n, 32) array
+            Twelve combinations of sixteen functions, Adini's; the others vanish.
+        dS : (n, 32, 2) array
+            Derivatives along the face's coordinates.
+        """
+        cell, face = faces.T
+        X, axes = np.empty((len(cell), 3)), np.empty((len(cell), 3, 2))
+        for f in range(6):
+            rows = np.flatnonzero(face == f)
+            X[rows] = face_points(f, local[rows])
+            axes[rows] = (face_points(f, np.eye(2)) - face_points(f, np.zeros((1, 2)))).T
+        N, dN = shapes(X)
+        S = self.values(cell, N[:, None, :])[:, 0]
+        return S, self.reference_gradients(cell, dN[:, None])[:, 0] @ axes
+
+    @cached_property
+    def volumes(self) -> Array:
+        """Volumes (n_cells,) of the interpolated initial geometry."""
+        X, W = gauss(4)
+        _, dN = shapes(X)
+        out = np.empty(len(self.corners))
+        for start in range(0, len(out), BATCH):
+            cells = np.arange(start, min(start + BATCH, len(out)))
+            J = np.einsum("cai,cqaj->cqij", self._cell_q0[cells], self.reference_gradients(cells, dN), optimize=True)
+            out[cells] = determinant_3x3(J) @ W
+        return out
