@@ -1,4 +1,4 @@
-"""Command line: ``fecontact hertz``, ``fecontact solve``, ``fecontact view``."""
+"""Command line: ``fecontact hertz``, ``fecontact halfspace``, ``fecontact solve``, ``fecontact view``."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="fecontact", description="Frictionless elastic contact of solids, certified.")
     commands = parser.add_subparsers(required=True, metavar="command")
     _add_hertz(commands)
+    _add_halfspace(commands)
     _add_solve(commands)
     _add_view(commands)
     return parser
@@ -84,6 +85,85 @@ def _hertz(options: argparse.Namespace) -> int:
         print(f"picture: {Path(options.plot)}", file=notes)
     if options.vtu:
         print(f"bodies:  {out.result.save(options.vtu)}", file=notes)
+    return 0
+
+
+def _add_halfspace(commands: argparse._SubParsersAction) -> None:
+    from fecontact.halfspacejob import SHAPES, TRENDS
+
+    job = commands.add_parser(
+        "halfspace",
+        help="a rigid shape, a rough surface or measured heights on an elastic half-space",
+        description="Press a rigid shape on a half-space (homogeneous or layered, free or periodic) and compare with "
+        "the closed form where there is one. Any consistent units.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    job.add_argument("shape", choices=SHAPES)
+    body = job.add_argument_group("half-space")
+    body.add_argument("--E", type=float, default=None, help="Young's modulus; leave out for a rigid base under layers")
+    body.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio")
+    body.add_argument("--against", nargs=2, type=float, metavar=("E", "NU"), help="the shape is elastic too")
+    body.add_argument("--layer", action="append", metavar="E,NU,THICKNESS[,frictionless]", help="from the top down")
+    body.add_argument("--periodic", action="store_true", help="the surface repeats beyond the grid")
+    body.add_argument("--cells", nargs="+", type=int, default=[256], metavar="N", help="cells along x (and y)")
+    body.add_argument("--size", nargs="+", type=float, metavar="L", help="sides of the grid, or of the period")
+    load = job.add_argument_group("load")
+    load.add_argument("--force", type=float, help="total, on the grid or on one period")
+    load.add_argument("--approach", type=float, help="of the shape; periodic: from the mean plane")
+    load.add_argument("--loads", metavar="F1,F2,...", help="several forces: curves of area, stiffness, gap")
+    load.add_argument("--load-point", nargs=2, type=float, metavar=("X", "Y"), help="the shape is free to tilt")
+    load.add_argument("--moment", nargs=2, type=float, metavar=("MX", "MY"), help="the same, by moments")
+    form = job.add_argument_group("shape")
+    form.add_argument("--radius", type=float, help="sphere, cylinder, flat, paraboloid")
+    form.add_argument("--radius-y", type=float, help="paraboloid, if another one")
+    form.add_argument("--length", type=float, help="cylinder, along y; endless unless given")
+    form.add_argument("--angle", type=float, help="cone, between flank and surface, degrees")
+    form.add_argument("--sides", nargs=2, type=float, metavar=("A", "B"), help="flat, rectangular")
+    form.add_argument("--semi-axes", nargs=3, type=float, metavar=("A", "B", "C"), help="ellipsoid")
+    form.add_argument("--ring", type=float, help="torus, radius of its circle")
+    form.add_argument("--tube", type=float, help="torus, radius of its tube")
+    form.add_argument("--amplitude", type=float, help="wave along x")
+    form.add_argument("--wavelength", type=float, help="wave; the period unless given")
+    form.add_argument("--file", help="heights (.npy .txt .csv .xyz .asc) or a surface (.stl .ply .obj), facing down")
+    form.add_argument("--peaks-up", action="store_true", help="heights as measured: the highest touch, not the lowest")
+    form.add_argument("--trend", default="none", choices=("none", *TRENDS), help="to be taken off the heights")
+    form.add_argument("--hurst", type=float, default=0.8, help="rough")
+    form.add_argument("--rms-slope", type=float, help="rough; this or --rms-height")
+    form.add_argument("--rms-height", type=float, help="rough")
+    form.add_argument("--longest", type=float, help="rough, wavelength; a quarter of the size unless given")
+    form.add_argument("--shortest", type=float, help="rough, wavelength; eight cells unless given")
+    form.add_argument("--seed", type=int, default=1, help="rough")
+    out = job.add_argument_group("output")
+    out.add_argument("--tolerance", type=float, default=1e-8, help="of the certificate")
+    out.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the table")
+    out.add_argument("--plot", metavar="FILE", help="pressure, gap, displacement, stress inside; curves for --loads")
+    out.add_argument("--csv", metavar="FILE", help="one row per load")
+    out.add_argument("--units", nargs=3, default=("", "", ""), metavar=("LENGTH", "FORCE", "STRESS"), help="for labels")
+    job.set_defaults(run=_halfspace)
+
+
+def _halfspace(options: argparse.Namespace) -> int:
+    from fecontact.halfspacejob import run
+    from fecontact.io import check_writable, save_json
+
+    for path in (options.plot, options.csv, options.json if options.json != "-" else None):
+        if path is not None:
+            check_writable(path)
+    found = run(vars(options))
+    notes = sys.stdout
+    if options.json == "-":
+        notes = sys.stderr
+        json.dump(found.as_dict(), sys.stdout, indent=2)
+        print()
+    else:
+        print(found)
+        if options.json:
+            print(f"figures: {save_json(options.json, found.as_dict())}")
+    if options.csv:
+        print(f"table:   {found.save(options.csv)}", file=notes)
+    if options.plot:
+        found.plot(options.plot, *options.units)
+        print(f"picture: {Path(options.plot)}", file=notes)
     return 0
 
 

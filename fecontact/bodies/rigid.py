@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -16,8 +17,9 @@ from fecontact.bodies.protocol import Reduced
 from fecontact.errors import InputError
 from fecontact.fem.rigid import rigid_modes
 from fecontact.interface.surface import Feet
+from fecontact.mesh.surfaces import read_surface
 from fecontact.stopwatch import Stopwatch
-from fecontact.surfaces import FunctionSurface, HeightMap
+from fecontact.surfaces import Facets, FunctionSurface, HeightMap
 
 Array = NDArray[np.float64]
 
@@ -131,6 +133,28 @@ class RigidBody:
         'rigid: rigid HeightMap'
         """
         return cls(HeightMap(np.asarray(z, dtype=float), size), name)
+
+    @classmethod
+    def from_surface(cls, path: str | Path, scale: float = 1.0, name: str = "rigid") -> RigidBody:
+        """The rigid surface in an .stl, .ply or .obj file, as it stands there; its facets face outwards.
+
+        Examples
+        --------
+        >>> import fecontact as fc, meshio, numpy as np, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        ...     meshio.Mesh(points, [("triangle", [[0, 1, 2]])]).write(f"{folder}/one.stl")
+        ...     fc.RigidBody.from_surface(f"{folder}/one.stl").describe()
+        'rigid: rigid Facets'
+        """
+        return cls(Facets(read_surface(path, scale)), name)
+
+    @classmethod
+    def from_stl(cls, path: str | Path, scale: float = 1.0, name: str = "rigid") -> RigidBody:
+        """The rigid surface in an .stl file, see `from_surface`."""
+        if Path(path).suffix.lower() != ".stl":
+            raise InputError(f"Expected an .stl file; found {str(path)!r}. Others are read by RigidBody.from_surface.")
+        return cls.from_surface(path, scale, name)
 
     @classmethod
     def from_function(cls, z: Callable[[Array, Array], Array], size: float, name: str = "rigid") -> RigidBody:

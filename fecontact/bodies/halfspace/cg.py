@@ -122,7 +122,7 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
     while at.rounds < MOST_ROUNDS:
         at = _equalise(problem, at, tolerance, PER_ROUND if changed else 0.0)
         gap = at.u + problem.g + np.tensordot(at.q, problem.B, 1)
-        scale = max(float(np.abs(at.u).max()), SMALLEST)
+        scale = _largest(at.u, problem.allowed)
         pulling = at.active & (at.p < 0)
         entering = problem.allowed & ~at.active & (gap < -tolerance * scale)
         left = float(np.abs(np.where(at.active, gap, np.minimum(gap, 0.0))[problem.allowed]).max(initial=0.0)) / scale
@@ -137,6 +137,11 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
                 at = replace(at, u=problem.compliance.apply(p))
             at = replace(at, p=p, active=(at.active & ~pulling) | entering)
     return at
+
+
+def _largest(u: Array, allowed: Mask) -> float:
+    """Largest displacement where there is a counter-surface: in holes between it may be larger."""
+    return max(float(np.max(u, where=allowed, initial=0.0)), -float(np.min(u, where=allowed, initial=0.0)), SMALLEST)
 
 
 def carry(problem: GridProblem, p: Array) -> Array:
@@ -200,7 +205,7 @@ def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: f
         before, rho = rho, float(np.vdot(gap, z))
         first = rho if steps == 0 else first
         largest = max(float(gap.max()), -float(gap.min()))
-        if steps == MOST_STEPS or largest <= 0.3 * tolerance * float(np.abs(u).max()) or rho <= factor**2 * first:
+        if steps == MOST_STEPS or largest <= 0.3 * tolerance * _largest(u, problem.allowed) or rho <= factor**2 * first:
             break
         if steps:
             d *= rho / before

@@ -68,6 +68,11 @@ class SurfaceCompliance:
         assert own is not None
         return 1 / sum(1 / m.plane_strain_modulus for m in (own, self.against) if m is not None)
 
+    @property
+    def mean_is_stiff(self) -> bool:
+        """Whether a periodic surface does not give under a mean pressure, its approach counting from its mean plane."""
+        return self.material is not None
+
     def kernel(self, level: int = 0) -> Array:
         """Kernel of the grid that is `level` times coarser by two, see `nested.Level.kernel`."""
         if self.periodic:

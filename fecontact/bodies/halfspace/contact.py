@@ -11,8 +11,10 @@ import scipy.sparse
 import scipy.sparse.csgraph
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.analytic import rectangle
+from fecontact.bodies.halfspace import inside
+from fecontact.bodies.halfspace.edge import edge_area
 from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.layered import Layer
 from fecontact.errors import InputError
 from fecontact.material import Material
 from fecontact.solvers import Residuals
@@ -67,7 +69,8 @@ class HalfSpaceContact:
     grid : Grid
     periodic : bool
     material : Material or None
-        Of the half-space; None for a layered one on a rigid base.
+        Of the half-space, or of the base under its layers; None for layers on a rigid base.
+    layers : tuple of Layer
     pressure : (nx, ny) array
         Uniform over each cell (bilinear: at the nodes), compression positive.
     displacement : (nx, ny) array
@@ -89,6 +92,7 @@ class HalfSpaceContact:
     grid: Grid
     periodic: bool
     material: Material | None
+    layers: tuple[Layer, ...]
     pressure: Array
     displacement: Array
     gap: Array
@@ -110,8 +114,13 @@ class HalfSpaceContact:
 
     @property
     def area(self) -> float:
-        """Area of the cells that carry pressure."""
+        """Area of the cells that carry pressure: first order in the cells."""
         return int(self.active.sum()) * self.grid.area
+
+    @cached_property
+    def edge_area(self) -> float:
+        """Area with the edge placed within its cells, see `edge`: several times nearer for smooth surfaces."""
+        return edge_area(self.pressure, np.isfinite(self.gap), self.periodic) * self.grid.area
 
     @property
     def area_fraction(self) -> float:
@@ -168,44 +177,44 @@ class HalfSpaceContact:
         return float(np.sqrt(2.5 * (self.pressure * r2).sum() / self.pressure.sum()))
 
     def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
-        """Stress inside the half-space, by Love's rectangles.
+        """Stress inside the half-space.
+
+        Love's rectangles where it is free and homogeneous, transforms where it is layered or periodic, see `inside`.
 
         Parameters
         ----------
         points : (n, 3) array_like
-            Points with z <= 0.
+            Points with z <= 0. On an interface between layers the stress of the upper one is given.
         chunk : int
             Pairs of point and cell that are treated together.
 
         Returns
         -------
         (n, 6) array
-            Components xx, yy, zz, xy, yz, xz, tension positive.
+            Components xx, yy, zz, xy, yz, xz, tension positive. Of a periodic half-space without strain in the mean.
 
         Raises
         ------
         InputError
-            If a point lies outside, or the half-space is periodic or layered on a rigid base.
+            If a point lies outside, or in a rigid base.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(32, 32))
+        >>> contact = half.press(fc.Sphere(10.0), force=0.1)
+        >>> contact.stress([[0.0, 0.0, -0.5]]).shape
+        (1, 6)
         """
-        if self.periodic or self.material is None:
-            raise InputError("Stresses inside are available for a homogeneous, free (not periodic) half-space.")
         where = np.asarray(points, dtype=float)
         if where.ndim != 2 or where.shape[1] != 3 or not np.isfinite(where).all() or (where[:, 2] > 0).any():
             raise InputError("Points inside the half-space must be an array (n, 3) of finite numbers with z <= 0.")
-        ix, iy = np.nonzero(self.active)
-        centres = np.stack([self.grid.x[ix], self.grid.y[iy], np.zeros(len(ix))], axis=1)
-        loads = self.pressure[ix, iy]
-        half_sides = (self.grid.cell[0] / 2, self.grid.cell[1] / 2)
+        if len(where) == 0:
+            return np.zeros((0, 6))
         downwards = where * np.array([1.0, 1.0, -1.0])
-        out = np.zeros((len(where), 3, 3))
-        step = max(1, chunk // max(1, len(where)))
-        for first in range(0, len(loads), step):
-            part = slice(first, first + step)
-            offsets = downwards[:, None, :] - centres[None, part]
-            unit = rectangle.stress(offsets, half_sides=half_sides, pressure=1.0, material=self.material)
-            out += np.einsum("ncij,c->nij", unit, loads[part])
-        # z points out of the body here and into it in Love's axes
-        return np.stack([out[:, 0, 0], out[:, 1, 1], out[:, 2, 2], out[:, 0, 1], -out[:, 1, 2], -out[:, 0, 2]], axis=1)
+        loaded = inside.Loaded(self.grid, self.pressure, self.material, self.layers)
+        stress = loaded.periodic(downwards) if self.periodic else loaded.free(downwards, chunk)
+        return np.asarray(stress * inside.OUTWARDS)
 
     def __str__(self) -> str:
         r, s = self.residuals, self.solver
@@ -215,6 +224,7 @@ class HalfSpaceContact:
             ("force", self.force),
             ("approach", self.approach),
             ("contact area", self.area),
+            ("area, edge fitted", self.edge_area),
             ("maximum pressure", self.max_pressure),
             ("mean pressure", self.mean_pressure),
             ("mean gap", self.mean_gap),
@@ -223,8 +233,8 @@ class HalfSpaceContact:
             [
                 f"Half-space, {kind}, {self.grid.shape[0]} x {self.grid.shape[1]} cells ({modelled} modelled): "
                 f"{self.status}",
-                *(f"  {name:18}{value:>14.6g}" for name, value in rows),
-                f"  {'regions':18}{self.n_regions:>14d}",
+                *(f"  {name:19}{value:>14.6g}" for name, value in rows),
+                f"  {'regions':19}{self.n_regions:>14d}",
                 f"  {s.nit} iterations in {s.rounds} rounds on the finest of {s.levels} grids; {s.products} products, "
                 f"{s.transforms:.1f} transforms of the padded grid, {s.seconds:.3f} s",
                 f"  residuals: {r}",

@@ -196,6 +196,29 @@ class HalfSpace:
         z = self.heights_of(surface)
         return press(self.compliance, z, load, tolerance, symmetry, workers)
 
+    def stiffness(self, contact: HalfSpaceContact) -> float:
+        """Slope of force over approach at a contact with this half-space, without tilt.
+
+        At the load found, more approach moves all touching cells alike: the slope is the force under a flat punch of
+        the contact's outline per its approach (Barber, Proc. R. Soc. A 459 (2003) 53). Infinite for a periodic
+        surface in full contact, whose mean plane does not give.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> ball = half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3)  # radius 1: 2 E* a
+        >>> abs(half.stiffness(ball) / 2.0 - 1) < 0.01
+        True
+        """
+        if not contact.active.any():
+            return 0.0
+        if self.periodic and self.compliance.mean_is_stiff and contact.active.all():
+            return math.inf
+        outline = np.where(contact.active, 0.0, np.inf)
+        load = Load(contact.force, None, None)
+        return contact.force / press(self.compliance, outline, load, 1e-8, True, None, boxed=False).approach
+
     def heights_of(self, surface: HeightSurface | ArrayLike) -> Array:
         """Heights (nx, ny) of a surface above the middles of the cells."""
         if hasattr(surface, "heights"):

@@ -31,6 +31,9 @@ SMALLEST_WAVE = 1e-4
 LARGEST_WAVE = 22.0
 """Wave number times thickness of the top layer at which its base is no longer felt: exp(-2 22) = 8e-20."""
 
+MIRROR = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
+"""Signs of u, w, sigma and tau of a field turned upside down."""
+
 
 @dataclass(frozen=True)
 class Layer:
@@ -90,14 +93,23 @@ def compliance(k: Array, layers: Sequence[Layer], base: Material | None) -> Arra
     """
     total = sum(layer.thickness for layer in layers)
     waves = np.maximum(k, SMALLEST_WAVE / total)
-    values = _solve(waves, layers, base)
+    values = _top_displacement(waves, layers, base)
     if base is None:  # C itself has a limit there
         values = values * np.where(k < waves, k / waves, 1.0)
     return values
 
 
-def _solve(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
-    """Assemble and solve the conditions; rows (u, w, sigma/(2 k), tau/(2 k)) at the top and bottom of every layer."""
+def _top_displacement(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
+    """Displacement of the surface into the body by a unit wave of pressure, times k."""
+    top = _fields(k, layers[0])[0]
+    return np.asarray(np.einsum("kj,kj->k", top[:, 1], _factors(k, layers, base)[:, 0:4]))
+
+
+def _factors(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
+    """Factors (n_k, 4 n_layers (+ 2)) of the fields, times k, under a unit wave of pressure.
+
+    Conditions on the rows (u, w, sigma/(2 k), tau/(2 k)) at the top and bottom of every layer.
+    """
     n = 4 * len(layers) + (2 if base is not None else 0)
     A = np.zeros((len(k), n, n))
     b = np.zeros((len(k), n))
@@ -120,16 +132,66 @@ def _solve(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
             A[:, row : row + 2, here], A[:, row : row + 2, below] = bottoms[j][:, 1:3], -under[:, 1:3]
             A[:, row + 2, here], A[:, row + 3, below] = bottoms[j][:, 3], under[:, 3]
             row += 4
-    factors = np.linalg.solve(A, b[..., None])[..., 0]
-    return np.asarray(np.einsum("kj,kj->k", tops[0][:, 1], factors[:, 0:4]))
+    return np.asarray(np.linalg.solve(A, b[..., None])[..., 0])
+
+
+def wave_stress(k: Array, depth: float, layers: Sequence[Layer], base: Material | None) -> Array:
+    """Stresses at a depth under a unit wave of pressure on the surface.
+
+    Parameters
+    ----------
+    k : (n,) array
+        Wave numbers, positive.
+    depth : float
+        Below the surface; on an interface the side above it counts.
+    layers : sequence of Layer
+    base : Material or None
+
+    Returns
+    -------
+    (n, 4) array
+        Along the wave, across it, normal to the surface (factors of cos(k x)) and shear of the first and third (of
+        sin(k x)); tension positive, z into the body.
+
+    Notes
+    -----
+    Plane strain along the wave: sigma_xx = E' k U + nu/(1 - nu) sigma_zz and sigma_yy = nu (sigma_xx + sigma_zz).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> soft = Material(E=1.0, nu=0.25)
+    >>> under = wave_stress(np.array([2.0]), 1.5, [Layer(soft, 1.0)], soft)  # -(1 + k z) e^(-k z) along z
+    >>> bool(np.isclose(under[0, 2], -4 * np.exp(-3.0)))
+    True
+    """
+    waves = np.maximum(k, SMALLEST_WAVE / sum(layer.thickness for layer in layers))
+    factors = _factors(waves, layers, base)
+    above = 0.0
+    for j, layer in enumerate(layers):
+        if depth <= above + layer.thickness:
+            down = _decaying(waves, waves * (depth - above), layer.material)
+            up = MIRROR * _decaying(waves, waves * (above + layer.thickness - depth), layer.material)
+            rows, share = np.concatenate([down, up], axis=2), factors[:, 4 * j : 4 * j + 4]
+            material = layer.material
+            break
+        above += layer.thickness
+    else:
+        if base is None:
+            raise InputError(f"There is no stress at depth {depth:g}: the base below the layers, {above:g}, is rigid.")
+        rows, share, material = _decaying(waves, waves * (depth - above), base), factors[:, -2:], base
+    u, _, sigma, tau = np.einsum("kij,kj->ik", rows, share)
+    nu = material.nu
+    normal, shear = 2 * sigma, 2 * tau
+    along = material.plane_strain_modulus * u + nu / (1 - nu) * normal
+    return np.stack([along, nu * (along + normal), normal, shear], axis=1)
 
 
 def _fields(k: Array, layer: Layer) -> tuple[Array, Array]:
     """Rows (n_k, 4, 4) of the four fields of a layer at its top and at its bottom."""
     h = layer.thickness
     down, up = _decaying(k, 0 * k, layer.material), _decaying(k, k * h, layer.material)
-    mirror = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
-    return np.concatenate([down, mirror * up], axis=2), np.concatenate([up, mirror * down], axis=2)
+    return np.concatenate([down, MIRROR * up], axis=2), np.concatenate([up, MIRROR * down], axis=2)
 
 
 def _half_space(k: Array, base: Material) -> Array:

@@ -87,9 +87,15 @@ def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
 
 
 def press(
-    body: SurfaceCompliance, heights: ArrayLike, load: Load, tolerance: float, symmetry: bool, workers: int | None
+    body: SurfaceCompliance,
+    heights: ArrayLike,
+    load: Load,
+    tolerance: float,
+    symmetry: bool,
+    workers: int | None,
+    boxed: bool = True,
 ) -> HalfSpaceContact:
-    """Solve one contact; see `HalfSpace.press`."""
+    """Solve one contact, see `HalfSpace.press`; without `boxed` it may reach the border of a free grid."""
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
     level = _level(body, z, allowed, load, symmetry)
@@ -100,7 +106,7 @@ def press(
     if len(level.F):
         _check_load_point(body.grid, allowed, load.point)
     at, n_levels = solve_nested(level, body.kernel, tolerance, tally, workers)
-    if not body.periodic:
+    if not body.periodic and boxed:
         _check_box(body.grid, at.active, at.p, symmetric)
     operator = compliance(level, level.whole, tally, workers)
     p = np.where(at.active, np.maximum(at.p, 0.0), 0.0)
@@ -124,7 +130,8 @@ def press(
     return HalfSpaceContact(
         grid=body.grid,
         periodic=body.periodic,
-        material=body.material if not body.layers else None,
+        material=body.material,
+        layers=tuple(body.layers),
         pressure=unfold(p, symmetric),
         displacement=unfold(u, symmetric),
         gap=unfold(gap, symmetric),

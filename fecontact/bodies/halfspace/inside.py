@@ -1,0 +1,250 @@
+"""Stresses inside a half-space under the pressures of a contact: free, layered, periodic.
+
+Free and homogeneous: Love's rectangles. Free and layered: in the top layer Love's rectangles of its material and the
+smooth difference that the layers make, below it the field itself, both by Hankel transforms of a point force's field
+and summed over the cells by a Gauss rule. Periodic: the Fourier series of the pressures, each wave with its
+field. Here z points into the body; the answers have it out of the body.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.interpolate
+import scipy.special
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fecontact.analytic import rectangle
+from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.layered import Layer, wave_stress
+from fecontact.material import Material
+
+Array = NDArray[np.float64]
+Field = Callable[[Array, Array, Array], Array]
+
+DEEPEST_WAVE = 40.0
+"""Wave number times depth beyond which a wave is not felt: exp(-40) = 4e-18."""
+
+GAUSS_WEIGHTS = np.outer([5 / 18, 8 / 18, 5 / 18], [5 / 18, 8 / 18, 5 / 18]).ravel()
+"""Of the three-point Gauss rule in each direction of a cell."""
+
+NEARBY = 4.0
+"""Distance in cells within which that rule gives way to Love's closed form; beyond, it errs by 1e-6 of the cell."""
+
+OUTWARDS = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+"""Signs of xx, yy, zz, xy, yz, xz when z turns from into the body to out of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """A half-space under pressures on the cells of a grid.
+
+    Attributes
+    ----------
+    grid : Grid
+    pressure : (nx, ny) array
+    material : Material or None
+        Below the layers; None: rigid.
+    layers : sequence of Layer
+    """
+
+    grid: Grid
+    pressure: Array
+    material: Material | None
+    layers: Sequence[Layer]
+
+    def free(self, points: Array, chunk: int) -> Array:
+        """Stress (n, 6) at points (n, 3), z into the body, under a surface that is free outside the grid."""
+        top = self.layers[0] if self.layers else None
+        if top is None:
+            assert self.material is not None
+            return self._love(points, self.material, chunk)
+        out = np.zeros((len(points), 6))
+        near = points[:, 2] <= top.thickness
+        out[near] = self._love(points[near], top.material, chunk)
+        reach = math.hypot(*(float(np.ptp(points[:, k])) + self.grid.size[k] for k in (0, 1)))
+        reach += float(np.abs(points[:, :2]).max())
+        waves = _Hankel.up_to(reach, top.thickness)
+        for z in np.unique(points[:, 2]):
+            here = points[:, 2] == z
+            spectrum = wave_stress(waves.k, float(z), self.layers, self.material)
+            if z <= top.thickness:
+                alone = [Layer(top.material, top.thickness)]
+                spectrum = spectrum - wave_stress(waves.k, float(z), alone, top.material)
+            out[here] += self._summed(waves.field(spectrum), points[here], chunk)
+        return out
+
+    def _cells(self) -> tuple[Array, Array]:
+        """Middles (m, 3) and pressures (m,) of the cells that carry one."""
+        ix, iy = np.nonzero(self.pressure)
+        return np.stack([self.grid.x[ix], self.grid.y[iy], np.zeros(len(ix))], axis=1), self.pressure[ix, iy]
+
+    def _love(self, points: Array, material: Material, chunk: int) -> Array:
+        """Of a homogeneous half-space: point forces on the cells, and Love's rectangles for the cells nearby."""
+        out = self._summed(lambda x, y, z: _point_force(x, y, z, material.nu), points, chunk)
+        centres, loads = self._cells()
+        near = cKDTree(points).sparse_distance_matrix(
+            cKDTree(centres), NEARBY * max(self.grid.cell), output_type="ndarray"
+        )
+        half_sides = (self.grid.cell[0] / 2, self.grid.cell[1] / 2)
+        for first in range(0, len(near), chunk):
+            i, j = near["i"][first : first + chunk], near["j"][first : first + chunk]
+            offsets = points[i] - centres[j]
+            unit = rectangle.stress(offsets, half_sides=half_sides, pressure=1.0, material=material)
+            better = np.stack([unit[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
+            places = offsets[:, None, :2] - self._gauss
+            gauss = _point_force(places[..., 0], places[..., 1], offsets[:, None, 2], material.nu)
+            change = better - self.grid.area * np.einsum("nci,c->ni", gauss, GAUSS_WEIGHTS)
+            np.add.at(out, i, change * loads[j, None])
+        return out
+
+    @property
+    def _gauss(self) -> Array:
+        """Places (9, 2) of the points in a cell that stand for it."""
+        x = math.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
+        return np.array([(s, t) for s in x for t in x]) * self.grid.cell
+
+    def _summed(self, field: Field, points: Array, chunk: int) -> Array:
+        """A point force's field summed over the cells, nine points each."""
+        centres, loads = self._cells()
+        out = np.zeros((len(points), 6))
+        step = max(1, chunk // max(1, 9 * len(points)))
+        z = points[:, None, 2]
+        for first in range(0, len(loads), step):
+            part = slice(first, first + step)
+            sources = (centres[part, None, :2] + self._gauss).reshape(-1, 2)
+            weights = (loads[part, None] * self.grid.area * GAUSS_WEIGHTS).ravel()
+            offsets = points[:, None, :2] - sources
+            out += np.einsum("nci,c->ni", field(offsets[..., 0], offsets[..., 1], z), weights)
+        return out
+
+    def periodic(self, points: Array) -> Array:
+        """Stress (n, 6) at points (n, 3), z into the body, under a surface that repeats; no strain in the mean."""
+        grid = self.grid
+        waves = [
+            np.asarray(2 * math.pi * np.fft.fftfreq(n, s / n), dtype=float)
+            for n, s in zip(grid.shape, grid.size, strict=True)
+        ]
+        amplitude = np.fft.fft2(self.pressure) / grid.n_cells
+        layers = self.layers or [Layer(_some(self.material), max(grid.size))]
+        out = np.empty((len(points), 6))
+        for z in np.unique(points[:, 2]):
+            here = points[:, 2] == z
+            kept = [np.flatnonzero(np.abs(k) * z <= DEEPEST_WAVE) for k in waves]
+            kx, ky = (k[kept_k] for k, kept_k in zip(waves, kept, strict=True))
+            spectra = _wave_field(kx[:, None], ky[None, :], float(z), layers, self.material)
+            spectra *= amplitude[np.ix_(*kept)]
+            ex = np.exp(1j * np.outer(points[here, 0] - grid.x[0], kx))
+            ey = np.exp(1j * np.outer(points[here, 1] - grid.y[0], ky))
+            out[here] = np.stack([((ex @ s) * ey).sum(axis=1).real for s in spectra], axis=1)
+        return out
+
+
+def _point_force(x: Array, y: Array, z: Array, nu: float) -> Array:
+    """Stress (..., 6) by a unit force on the surface, into the body (Boussinesq; Johnson 1985, section 3.2)."""
+    r2 = x**2 + y**2
+    rho2 = r2 + z**2
+    deep = rho2 > 0
+    rho = np.sqrt(np.where(deep, rho2, 1.0))
+    i1 = 1 / rho
+    i3 = i1**3
+    # with f = (1 - z/rho)/r^2 the part of 1 - 2 nu is f I - g (r^2 I - r r^T), without a quotient by r
+    f = i1 / (rho + z)
+    g = f * f * (2 * rho + z) * i1
+    lateral = (1 - 2 * nu) * deep
+    axial = 3 * z * i3 * i1 * i1
+    xx = lateral * (f - y * y * g) - axial * x * x
+    yy = lateral * (f - x * x * g) - axial * y * y
+    xy = x * y * (lateral * g - axial)
+    return np.stack([xx, yy, -axial * z * z, xy, -axial * y * z, -axial * x * z], axis=-1) / (2 * math.pi)
+
+
+def _some(material: Material | None) -> Material:
+    assert material is not None
+    return material
+
+
+def _wave_field(kx: Array, ky: Array, z: float, layers: Sequence[Layer], base: Material | None) -> NDArray:
+    """Factors (6, nx, ny) of e^(i k x) in xx, yy, zz, xy, yz, xz under pressures e^(i k x)."""
+    k = np.hypot(kx, ky)
+    distinct, inverse = np.unique(k.round(12 - int(np.log10(k.max() or 1.0))), return_inverse=True)
+    along, across, normal, shear = wave_stress(distinct, z, layers, base)[inverse.ravel()].T.reshape(4, *k.shape)
+    safe = np.where(k > 0, k, 1.0)
+    c, s = kx / safe, ky / safe
+    out = np.stack(
+        [
+            c**2 * along + s**2 * across,
+            s**2 * along + c**2 * across,
+            normal,
+            c * s * (along - across),
+            -1j * s * shear,
+            -1j * c * shear,
+        ]
+    )
+    nu = _material_at(z, layers, base).nu
+    out[:, k == 0] = -np.array([nu / (1 - nu), nu / (1 - nu), 1.0, 0.0, 0.0, 0.0])[:, None]
+    return out
+
+
+def _material_at(z: float, layers: Sequence[Layer], base: Material | None) -> Material:
+    above = 0.0
+    for layer in layers:
+        above += layer.thickness
+        if z <= above:
+            return layer.material
+    return _some(base)
+
+
+@dataclass(frozen=True, eq=False)
+class _Hankel:
+    """Hankel transforms of orders 0, 1 and 2 of spectra that end at a largest wave number, tabulated in r."""
+
+    k: Array
+    weights: Array
+    length: float
+    s: Array
+    bessel: Array
+
+    @classmethod
+    def up_to(cls, reach: float, length: float) -> _Hankel:
+        """For r up to `reach` and fields that vary over `length`."""
+        panels = 8 + math.ceil(DEEPEST_WAVE * reach / length / 20)  # a panel of 24 points carries a phase of 20
+        nodes, weights = np.polynomial.legendre.leggauss(24)
+        edges = DEEPEST_WAVE / length * np.linspace(0.0, 1.0, panels + 1)
+        width = np.diff(edges)[:, None] / 2
+        k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
+        s = np.linspace(0.0, math.asinh(reach / length), max(24, math.ceil(60 * math.asinh(reach / length))))
+        x = np.outer(length * np.sinh(s), k)
+        j0, j1 = scipy.special.j0(x), scipy.special.j1(x)
+        j2 = np.where(x > 1e-3, 2 * j1 / np.where(x > 0, x, 1.0) - j0, x**2 / 8)
+        return cls(k, (width * weights).ravel() * k / (2 * math.pi), length, s, np.stack([j0, j1, j2]))
+
+    def field(self, spectrum: Array) -> Field:
+        """Stress (..., 6) at offsets x, y from a unit force, from a spectrum (n_k, 4) of `layered.wave_stress`."""
+        along, across, normal, shear = (spectrum * self.weights[:, None]).T
+        half_sum, half_difference = (along + across) / 2, (along - across) / 2
+        table = np.stack(
+            [
+                self.bessel[0] @ half_sum,
+                -self.bessel[2] @ half_difference,
+                self.bessel[0] @ normal,
+                self.bessel[1] @ shear,
+            ],
+            axis=1,
+        )
+        spline = scipy.interpolate.CubicSpline(self.s, table)
+
+        def at(x: Array, y: Array, z: Array) -> Array:
+            r = np.hypot(x, y)
+            mean, difference, normal, shear = np.moveaxis(spline(np.arcsinh(r / self.length)), -1, 0)
+            safe = np.where(r > 0, r, 1.0)
+            c, s = x / safe, y / safe
+            turned = difference * (c**2 - s**2)
+            parts = [mean + turned, mean - turned, normal, 2 * difference * c * s, shear * s, shear * c]
+            return np.stack(parts, axis=-1)
+
+        return at
