@@ -335,7 +335,7 @@ def _check_repeats(shape: Any) -> None:
         if jump > STEEP * usual:
             raise InputError(
                 f"The heights do not repeat along {'xy'[axis]}: from the last row to the first they jump by "
-                f"{jump:.3g}, neighbours differ by {usual:.3g}. Take off the trend (--trend plane), window the surface, "
+                f"{jump:.3g}, neighbours differ by {usual:.3g}. Take off the trend (--trend plane), window it, "
                 "or make the half-space free."
             )
 
