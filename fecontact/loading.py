@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError
-from fecontact.fem.loads import body_force, surface_traction
 from fecontact.frames import Frame, make_frame, number, vector
 
 Array = NDArray[np.float64]
@@ -136,17 +135,18 @@ def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
     """A resultant spread evenly over a boundary."""
     elastic = _elastic(body, "A force on a boundary")
     f = vector(force, f"The force on {name!r} of {body.name!r}")
-    mesh = elastic.mesh
+    assert elastic.model is not None
     local = f @ body.pose.rotation
-    spread = surface_traction(mesh, mesh.faces(name), lambda x, n: np.broadcast_to(local, x.shape))
-    area = surface_traction(mesh, mesh.faces(name), lambda x, n: np.broadcast_to([1.0, 0.0, 0.0], x.shape)).sum()
+    spread = elastic.model.traction(name, lambda x, n: np.broadcast_to(local, x.shape))
+    area = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum()
     return spread / area
 
 
 def _pressure(body: Body, name: str, pressure: float) -> Array:
     elastic = _elastic(body, "A pressure")
     p = number(pressure, f"The pressure on {name!r} of {body.name!r}")
-    return surface_traction(elastic.mesh, elastic.mesh.faces(name), lambda x, n: -p * n)
+    assert elastic.model is not None
+    return elastic.model.traction(name, lambda x, n: -p * n)
 
 
 def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
@@ -155,19 +155,18 @@ def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
     if any(m.density is None for m in body.model.materials):
         raise InputError(f"Gravity needs a density for every material of {body.name!r}: Material(E, nu, density=...).")
     local = g @ body.pose.rotation
-    return body_force(body.mesh, lambda x: np.broadcast_to(local, x.shape), body.model.density)
+    return body.model.body_force(lambda x: np.broadcast_to(local, x.shape))
 
 
 def mass_weighted(frame: Frame, motions: Array) -> Array:
     """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R, column by column."""
     body = _elastic(frame.body, "A floating body")
     assert body.model is not None
-    centre = body.reference_point
+    model, centre = body.model, body.reference_point
 
     def column(motion: Array) -> Array:
-        return body_force(mesh, lambda x: motion[:3] + np.cross(motion[3:], x - centre), density)
+        return model.body_force(lambda x: motion[:3] + np.cross(motion[3:], x - centre))
 
-    mesh, density = body.mesh, body.model.density
     columns = [column(motion) for motion in frame.in_body_axes(motions).T]
     return np.stack(columns, axis=1) if columns else np.zeros((body.n_dofs, 0))
 
@@ -176,4 +175,6 @@ def _spread(frame: Frame) -> Array:
     """Nodal forces of a resultant spread over the mass as by an acceleration of the whole body."""
     columns = mass_weighted(frame, np.eye(6))
     inertia = frame.modes(np.eye(6)).T @ columns
-    return columns @ np.linalg.solve(inertia, frame.load)
+    # a section does not move in all components
+    moving = np.flatnonzero(np.diag(inertia) > 0)
+    return columns[:, moving] @ np.linalg.solve(inertia[np.ix_(moving, moving)], frame.load[moving])

@@ -16,9 +16,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.contactfields import ContactFields, contact_fields
 from fecontact.errors import InputError
-from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.loading import Loading, mass_weighted
-from fecontact.mesh.facets import nodal_areas
 from fecontact.reduction import Interface, Reduction, Rows, State
 from fecontact.report import peak_memory, report
 from fecontact.resultants import Region, hold_of_body, hold_of_boundary
@@ -98,12 +96,12 @@ class ContactResult:
     @property
     def n_dofs(self) -> int:
         """Degrees of freedom of all elastic bodies."""
-        return sum(b.n_dofs for b in self.elastic_bodies)
+        return sum(b.n_unknowns for b in self.elastic_bodies)
 
     @property
     def n_dofs_factorised(self) -> int:
         """The same, with a model that stands in several poses counted once."""
-        return sum({id(b.model): b.n_dofs for b in self.elastic_bodies}.values())
+        return sum({id(b.model): b.n_unknowns for b in self.elastic_bodies}.values())
 
     @property
     def interfaces(self) -> tuple[Interface, ...]:
@@ -148,7 +146,8 @@ class ContactResult:
     def strain(self, body: Body) -> Array:
         """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
         k, elastic = self._elastic(body)
-        return to_nodes(elastic.mesh, self._gauss_strain(k, elastic))
+        assert elastic.model is not None
+        return elastic.model.nodal_strain(self.state.displacements[k])
 
     def stress(self, body: Body) -> Array:
         """Stress (n_points, 6) at the nodes, tension positive, in the body's own axes.
@@ -157,12 +156,7 @@ class ContactResult:
         """
         k, elastic = self._elastic(body)
         assert elastic.model is not None
-        strain = self._gauss_strain(k, elastic)
-        return to_nodes(elastic.mesh, hooke(strain, elastic.model.lame[:, None], elastic.model.shear[:, None]))
-
-    def _gauss_strain(self, k: int, body: ElasticBody) -> Array:
-        assert body.model is not None
-        return gauss_strain(body.mesh, self.state.displacements[k].reshape(-1, 3), body.model.selective)[0]
+        return elastic.model.nodal_stress(self.state.displacements[k])
 
     def rigid_motion(self, body: Body) -> RigidMotion:
         """Rigid motion of a body about its reference point.
@@ -190,7 +184,9 @@ class ContactResult:
     def boundary_motion(self, body: Body, name: str) -> Array:
         """Mean displacement (3,) of a boundary in world axes, over its nodes by their areas."""
         _, elastic = self._elastic(body)
-        weights = nodal_areas(elastic.mesh.points, elastic.mesh.face_nodes(elastic.mesh.faces(name)))
+        assert elastic.model is not None
+        along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
+        weights = along_z.reshape(-1, 3)[:, 2]
         return weights @ self.displacement(body) / weights.sum()
 
     def reaction(self, body: Body, boundary: str | None = None) -> Array:
@@ -260,8 +256,8 @@ class ContactResult:
                     f"{body.name!r} turns by {turn:.3f} rad, more than a linearised rotation bears: "
                     "use finite_motion=True."
                 )
-            if isinstance(body, ElasticBody):
-                strain = float(np.nanmax(np.abs(self._gauss_strain(k, body))))
+            if isinstance(body, ElasticBody) and body.model is not None:
+                strain = float(np.nanmax(np.abs(body.model.gauss_strain(self.state.displacements[k]))))
                 if strain > LARGEST_STRAIN:
                     out.append(
                         f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."

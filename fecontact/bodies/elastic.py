@@ -122,6 +122,11 @@ class ElasticBody:
         return self._model.n_dofs
 
     @property
+    def n_unknowns(self) -> int:
+        """Displacements that its elements have, held ones included."""
+        return self._model.n_unknowns
+
+    @property
     def size(self) -> float:
         """Diagonal of the bounding box."""
         return self._model.size
@@ -167,8 +172,11 @@ class ElasticBody:
             )
         if name not in self._surfaces:
             mesh = self._model.mesh
-            self._surfaces[name] = FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(name)), name)
+            self._surfaces[name] = self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
         return self._surfaces[name]
+
+    def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
+        return FacetSurface(self._model.mesh.points, facets, name)
 
     def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""

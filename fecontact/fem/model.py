@@ -6,7 +6,7 @@ cost one factorisation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,13 +18,15 @@ from scipy.sparse.csgraph import connected_components
 
 from fecontact.errors import FecontactError, InputError, MeshError
 from fecontact.fem.factor import SINGULAR, Condensed, condense
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.rigid import rigid_modes, unresisted
 from fecontact.fem.stiffness import assemble_stiffness
+from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.fem.support import Holds, Support, grounding, holds
 from fecontact.material import Material
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section import SectionMesh
 from fecontact.stopwatch import Stopwatch
 
 Array = NDArray[np.float64]
@@ -75,6 +77,8 @@ class Model:
         `NEARLY_INCOMPRESSIBLE`.
     """
 
+    dofs_per_node = 3
+
     def __init__(
         self,
         mesh: Mesh,
@@ -98,6 +102,11 @@ class Model:
         """Degrees of freedom, held ones included."""
         return 3 * len(self.mesh.points)
 
+    @property
+    def n_unknowns(self) -> int:
+        """Displacements that its elements have."""
+        return self.dofs_per_node * len(self.mesh.points)
+
     def _check_connected(self) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""
         cells = self.mesh.cells
@@ -110,7 +119,7 @@ class Model:
         owner = np.zeros(len(self.mesh.points), dtype=np.int64)
         owner[cells] = part[:, None]
         for k in range(count):
-            if unresisted(self.nodal_modes[self.held[owner[nodes] == k]], self.size).shape[1]:
+            if self.unresisted_by(self.held[owner[nodes] == k]).shape[1]:
                 raise MeshError(
                     f"The mesh has {count} parts without connection, and the one with cell {np.argmax(part == k)} can "
                     "move by itself. Make each part a body of its own, or join them with fecontact.mesh.mesh.merge."
@@ -176,10 +185,14 @@ class Model:
         """The rigid modes (n_dofs, 6) in nodal axes."""
         return self.to_nodal(self.rigid_modes)
 
+    def unresisted_by(self, held: IntArray) -> Array:
+        """Rigid motions (6, k) that held degrees of freedom, in nodal axes, do not resist."""
+        return unresisted(self.nodal_modes[held], self.size)
+
     @cached_property
     def free_motions(self) -> Array:
         """Rigid motions (6, k) that the supports do not resist."""
-        return unresisted(self.nodal_modes[self.held], self.size)
+        return self.unresisted_by(self.held)
 
     @cached_property
     def grounded(self) -> IntArray:
@@ -195,6 +208,26 @@ class Model:
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness (n_dofs, n_dofs)."""
         return assemble_stiffness(self.mesh, self.lame, self.shear, self.selective)
+
+    def body_force(self, field: Callable[[Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of a force per mass ``field(points (n, 3)) -> (n, 3)``."""
+        return body_force(self.mesh, field, self.density)
+
+    def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of ``field(points (n, 3), unit outward normals (n, 3)) -> (n, 3)`` on a boundary."""
+        return surface_traction(self.mesh, self.mesh.faces(name), field)
+
+    def gauss_strain(self, u: Array) -> Array:
+        """Strains (n_cells, n_q, 6) at the Gauss points under displacements (n_dofs,)."""
+        return gauss_strain(self.mesh, u.reshape(-1, 3), self.selective)[0]
+
+    def nodal_strain(self, u: Array) -> Array:
+        """Strains (n_points, 6) at the nodes."""
+        return to_nodes(self.mesh, self.gauss_strain(u))
+
+    def nodal_stress(self, u: Array) -> Array:
+        """Stresses (n_points, 6) at the nodes."""
+        return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]))
 
     def condensed(self, nodes: IntArray, watch: Stopwatch) -> Condensation:
         """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all."""
@@ -244,7 +277,7 @@ def _restricted(K: sp.csr_matrix, dofs: IntArray) -> sp.csr_matrix:
     return sp.csr_matrix((K.data[kept], columns[kept], pointer), shape=(len(dofs), len(dofs)))
 
 
-def materials_of_cells(mesh: Mesh, given: Material | Mapping[str, Material]) -> tuple[IntArray, list[Material]]:
+def materials_of_cells(mesh: Mesh | SectionMesh, given: Material | Mapping[str, Material]) -> tuple[IntArray, list[Material]]:
     """Index of each cell's material and the list of materials."""
     if isinstance(given, Material):
         return np.zeros(len(mesh.cells), dtype=np.int64), [given]

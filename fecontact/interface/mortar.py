@@ -14,6 +14,8 @@ pieces tile what both surfaces cover, no more.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -22,6 +24,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
 from fecontact.errors import InputError
+from fecontact.interface.curve import CurveSurface, curve_samples
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.reference import QUAD_CORNERS, quad_nodes
@@ -40,7 +43,8 @@ SIDEWAYS = 1e-10
 
 
 def hat_shapes(n_nodes: int, local: Array) -> Array:
-    """Non-negative hats (n_q, n_nodes) of a quadrilateral facet: bilinear on it (4 nodes) or on its quarters (9).
+    """Non-negative hats (n_q, n_nodes) of a facet: bilinear on a quadrilateral (4 nodes) or on its quarters (9), linear
+    on the halves of a section's side (3).
 
     Examples
     --------
@@ -48,13 +52,15 @@ def hat_shapes(n_nodes: int, local: Array) -> Array:
     >>> hat_shapes(9, np.array([[0.25, 0.5]]))[0].round(12).tolist()
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.5]
     """
+    if n_nodes == 3:
+        return np.maximum(1.0 - 2 * np.abs(local[:, :1] - np.array([0.0, 1.0, 0.5])), 0.0)
     width = 1.0 if n_nodes == 4 else 0.5
     distance = np.abs(local[:, None, :] - quad_nodes(n_nodes)[None, :, :]) / width
     return np.maximum(1.0 - distance, 0.0).prod(axis=2)
 
 
 def hats_exist(surface: FacetSurface) -> bool:
-    """Whether a surface can be the slave of a mortar coupling: four- or nine-node quadrilaterals only."""
+    """Whether a surface can be the slave of a mortar coupling: four- or nine-node quadrilaterals and curves only."""
     return surface.facets.shape[1] != 8 and not surface.triangle.any()
 
 
@@ -80,17 +86,25 @@ def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translati
             f"Mortar coupling needs a slave with four- or nine-node quadrilateral faces; {slave.name!r} has {kind}. "
             "Make the other body the slave, use pressure='midface', or coupling='nodal'."
         )
-    moved = FacetSurface(slave.points @ rotation.T + translation, slave.facets, slave.name)
-    if isinstance(master, FacetSurface):
+    turned = slave.points @ rotation.T + translation
+    moved = FacetSurface(turned, slave.facets, slave.name)
+    on_master = None
+    if isinstance(slave, CurveSurface):
+        moved = replace(slave, points=turned)
+        facet, local, weight = curve_samples(moved, master)
+    elif isinstance(master, FacetSurface):
         facet, local, weight, on_master = _overlap_samples(moved, master)
     else:
-        facet, local, weight = _own_samples(len(slave.facets), slave.facets.shape[1])
-        on_master = np.zeros(len(facet), dtype=np.int64)
+        facet, local, weight = _own_samples(slave)
     x, tangents, N = moved.evaluate(facet, local)
     normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
-    feet = _feet_on(master, on_master, x) if isinstance(master, FacetSurface) else master.project(x)
+    if on_master is None:
+        feet = master.project(x)
+    else:
+        assert isinstance(master, FacetSurface)
+        feet = _feet_on(master, on_master, x)
     facing = (np.einsum("ni,ni->n", normal, feet.normals) < 0) & ~feet.beyond
-    area = weight * np.linalg.norm(normal, axis=1)
+    area = weight * np.linalg.norm(normal, axis=1) * slave.extent(slave.evaluate(facet, local)[0])
     kept = np.flatnonzero(facing)
     return _paired(slave, facet[kept], local[kept], N[kept], area[kept], feet.chosen(kept), rotation, translation)
 
@@ -155,9 +169,9 @@ def _fuller(slave: FacetSurface, weights: Array) -> tuple[IntArray, sp.csr_matri
 
 def hat_areas(slave: FacetSurface) -> Array:
     """Integrals (n_nodes,) of all hats over the whole slave surface."""
-    facet, local, weight = _own_samples(len(slave.facets), slave.facets.shape[1])
-    _, tangents, _ = slave.evaluate(facet, local)
-    area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1)
+    facet, local, weight = _own_samples(slave)
+    x, tangents, _ = slave.evaluate(facet, local)
+    area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
     total = np.zeros(len(slave.points))
     np.add.at(total, slave.facets[facet], hat_shapes(slave.facets.shape[1], local) * area[:, None])
     return total
@@ -192,8 +206,11 @@ def _sub_faces(n_nodes: int) -> Array:
     return np.zeros((1, 2)) if n_nodes == 4 else 0.5 * QUAD_CORNERS
 
 
-def _own_samples(n_facets: int, n_nodes: int) -> tuple[IntArray, Array, Array]:
+def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
     """Gauss points on all sub-faces, for masters without facets: facet, coordinates and weights."""
+    n_facets, n_nodes = slave.facets.shape
+    if isinstance(slave, CurveSurface):
+        return curve_samples(slave, None)
     t, w = np.polynomial.legendre.leggauss(4)
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2) / 2 + 0.5
     width = 1.0 if n_nodes == 4 else 0.5

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.errors import MeshError
+from fecontact.interface.curve import CurveSurface
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.facets import facet_centres, nodal_areas, tributary_areas
 
@@ -145,6 +146,8 @@ def contact_weights(surface: FacetSurface) -> Array:
     triangles: their consistent corner weights are negative or zero, so tributary areas are shown instead; the forces
     themselves stay wrong at the corners.
     """
+    if isinstance(surface, CurveSurface):
+        return surface.nodal_areas
     if surface.facets.shape[1] == 8:
         return tributary_areas(surface.points, surface.facets)
     weights = nodal_areas(surface.points, surface.facets)

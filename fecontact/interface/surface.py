@@ -141,6 +141,10 @@ class FacetSurface:
         _, inverse, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
         return (count[inverse.ravel()] == 1).reshape(-1, 4)
 
+    def extent(self, points: Array) -> Array:
+        """What a piece of area at points (n, 3) stands for, over that area (n,): one; more for sections."""
+        return np.ones(len(points))
+
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3), tangents (n, 3, 2) and shape functions (n, k) at facet coordinates."""
         N, dN = facet_shapes(self.facets.shape[1], self.triangle[facet], local)
