@@ -12,6 +12,7 @@ Examples
 from fecontact import surfaces
 from fecontact.analytic import hertz
 from fecontact.bodies import (
+    AxisymmetricBody,
     Body,
     ElasticBody,
     ElasticLayer,
@@ -19,6 +20,7 @@ from fecontact.bodies import (
     HalfSpaceContact,
     Layer,
     Plane,
+    PlaneBody,
     Pose,
     RigidBody,
     Sphere,
@@ -34,10 +36,11 @@ from fecontact.errors import (
     SupportError,
 )
 from fecontact.material import Material
-from fecontact.mesh import pick, shapes
+from fecontact.mesh import pick, sections, shapes
 from fecontact.mesh.cad import mesh_solid
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.read import read_mesh
+from fecontact.mesh.section import SectionMesh
 from fecontact.mesh.surfaces import SurfaceMesh, read_surface
 from fecontact.result import ContactResult
 from fecontact.scene import Contact, Scene
@@ -46,6 +49,7 @@ from fecontact.solvers import available_solvers
 from fecontact.springs import Spring
 
 __all__ = [
+    "AxisymmetricBody",
     "Body",
     "Contact",
     "ContactResult",
@@ -61,9 +65,11 @@ __all__ = [
     "MeshError",
     "MissingPackageError",
     "Plane",
+    "PlaneBody",
     "Pose",
     "RigidBody",
     "Scene",
+    "SectionMesh",
     "SolverError",
     "SolverNotFoundError",
     "Sphere",
@@ -78,6 +84,7 @@ __all__ = [
     "read_scene",
     "read_surface",
     "rotation_about",
+    "sections",
     "shapes",
     "surfaces",
 ]

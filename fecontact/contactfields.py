@@ -10,9 +10,11 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
+from fecontact.interface.curve import CurveSurface
 from fecontact.interface.mortar import hat_shapes
 from fecontact.interface.surface import FacetSurface
 from fecontact.mesh.facets import shapes_on_square
+from fecontact.mesh.section import line_shapes
 from fecontact.reduction import Interface
 from fecontact.resultants import Region, part_of, region_numbers, sides_of_plane
 
@@ -46,8 +48,9 @@ class ContactFields:
         After deformation.
     candidates : (n_candidates,) int array
         Points that took part in the solution.
-    facets : (n_facets, 4 | 8 | 9) int array
-        Surface facets in terms of the points; those of which a node is no contact point are left out.
+    facets : (n_facets, 3 | 4 | 8 | 9) int array
+        Surface facets (a section's sides) in terms of the points; those of which a node is no contact point are left
+        out.
     sharing : (n, n_surface_facets) csr_matrix
         Which point is on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
@@ -183,6 +186,8 @@ class ContactFields:
             Area that each sample stands for.
         """
         t = (np.arange(n) + 0.5) / n
+        if self.is_curve:
+            return self._sampled_sides(values, t)
         local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
         N, dN = shapes_on_square(self.facets, local)
         nodes = self.points[self.facets]
@@ -190,13 +195,32 @@ class ContactFields:
         areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
         return (N @ nodes).reshape(-1, 3), self.interpolated(values, local).ravel(), areas.ravel()
 
+    @property
+    def is_curve(self) -> bool:
+        """Whether the contact is that of sections: its facets are sides of three nodes."""
+        return self.facets.shape[1] == 3
+
+    def _sampled_sides(self, values: Array, t: Array) -> tuple[Array, Array, Array]:
+        """`sampled` of sides; an area is that of a strip or a ring."""
+        N, dN = line_shapes(t)
+        nodes = self.points[self.facets]
+        x = (N @ nodes).reshape(-1, 3)
+        length = np.linalg.norm(dN @ nodes, axis=2).ravel() / len(t)
+        surface = self.slave.surface(self.surfaces[0])
+        assert isinstance(surface, CurveSurface)
+        return x, self.interpolated(values, t[:, None]).ravel(), length * surface.extent(self.slave.pose.to_body(x))
+
     def interpolated(self, values: Array, local: Array) -> Array:
-        """A nodal field (n_points,) inside all facets at the same coordinates (n_q, 2) of the square: (n_facets, n_q).
+        """A nodal field (n_points,) inside all facets at the same coordinates: (n_facets, n_q).
+
+        The coordinates are those of the square, (n_q, 2), or of a section's side, (n_q, 1).
 
         By the facets' shape functions, or by hats if these carry the pressure (mortar coupling).
         """
         if self.coupling == "mortar":
             return values[self.facets] @ hat_shapes(self.facets.shape[1], local).T
+        if self.is_curve:
+            return values[self.facets] @ line_shapes(local[:, 0])[0].T
         return np.einsum("fqa,fa->fq", shapes_on_square(self.facets, local)[0], values[self.facets])
 
 
@@ -216,6 +240,9 @@ def contact_fields(interface: Interface, candidates: IntArray, forces: Array, ga
     facets = number[surface.facets]
     samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
     vectors = pairing.slave_normals @ slave.pose.rotation.T
+    if isinstance(surface, CurveSurface):
+        # a force on a ring is the sum of what acts all round it
+        samples, vectors = surface.along.mean(samples), surface.along.mean(vectors)
     reference = slave.pose.to_world(slave.reference_point)
     return ContactFields(
         slave=slave,

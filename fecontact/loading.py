@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError
 from fecontact.frames import Frame, make_frame, number, vector
+from fecontact.setting import Setting, setting_of
 
 Array = NDArray[np.float64]
 
@@ -75,11 +77,14 @@ def make_loading(
             _check_member(key, bodies)
     for member, _ in [*boundary, *(pressures or {})]:
         _check_member(member, bodies)
+    setting = setting_of(bodies)
+    _check_forces(setting, boundary, gravity)
     frames, distributed = [], []
     for body in bodies:
         frame = make_frame(
             body, whole.get(body), (moments or {}).get(body), (motions or {}).get(body), (free or {}).get(body, ())
         )
+        setting.check_frame(frame)
         parts = [_local_force(b, place, f) for (b, place), f in boundary.items() if b is body]
         parts += [_pressure(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
         if gravity is not None and isinstance(body, ElasticBody):
@@ -89,6 +94,15 @@ def make_loading(
         frames.append(frame)
         distributed.append(np.sum(parts, axis=0) if parts else None)
     return Loading(tuple(frames), tuple(distributed))
+
+
+def _check_forces(setting: Setting, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
+    """Refuse forces and gravity across a plane or an axis."""
+    for (body, place), force in local.items():
+        what = f"The force on {place!r} of {body.name!r}"
+        setting.check_force(vector(force, what), what)
+    if gravity is not None:
+        setting.check_force(vector(gravity, "Gravity"), "Gravity")
 
 
 def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLike], dict[tuple[Body, str], ArrayLike]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -14,11 +14,14 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.protocol import Body
+from fecontact.bodies.rigid import RigidBody
 from fecontact.errors import SupportError
 from fecontact.frames import Frame
+from fecontact.interface.curve import CurveSurface
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
+from fecontact.setting import mean_feet
 from fecontact.solvers import ComplementarityProblem, Solution
 from fecontact.stopwatch import Stopwatch
 
@@ -84,7 +87,10 @@ class Interface:
     @cached_property
     def master_rows(self) -> sp.csr_matrix:
         """Opening by the master's displacements (n_pairs, n_dofs)."""
-        return self.pairing.master_rows(self.master)
+        surface, pairing = self.slave.surface(self.surfaces[0]), self.pairing
+        if isinstance(surface, CurveSurface) and isinstance(self.master, RigidBody):
+            pairing = replace(pairing, feet=mean_feet(pairing.feet, self.master.pose, surface.along))
+        return pairing.master_rows(self.master)
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening by the displacements of a body; None if it has no part in this contact."""

@@ -23,12 +23,14 @@ from fecontact.errors import InputError, SolverError
 from fecontact.fem.support import is_plane
 from fecontact.finite import solve_finite
 from fecontact.interface.candidates import approach_for_load, choose, grow
+from fecontact.interface.curve import CurveSurface
 from fecontact.interface.mortar import hats_exist, pair_mortar
 from fecontact.interface.pairing import Pairing, nested, pair
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, make_loading
 from fecontact.reduction import Interface, Rows, assemble, check_balance
 from fecontact.result import ContactResult, make_result
+from fecontact.setting import check_rigid_surface, setting_of
 from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.springs import Spring, spring_rows
 from fecontact.stopwatch import Stopwatch
@@ -140,6 +142,7 @@ class Scene:
             raise InputError("A scene needs at least one Contact or Spring.")
         if len({id(b) for b in self.bodies}) != len(self.bodies):
             raise InputError("A body is listed twice; use body.placed(...) to stand the same model in two places.")
+        setting = setting_of(self.bodies)
         for contact in self.contacts:
             for body in (contact.slave, contact.master):
                 if not any(body is b for b in self.bodies):
@@ -147,6 +150,7 @@ class Scene:
                         f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity)."
                     )
         for spring in self.springs:
+            setting.check_spring(spring)
             for owner, _ in (spring.start, spring.end):
                 if owner is not None and not any(owner is b for b in self.bodies):
                     raise InputError(
@@ -281,7 +285,12 @@ def _interface(contact: Contact) -> Interface:
     if not isinstance(slave.surface(names[0]), FacetSurface):
         slave, master, names = master, slave, names[::-1]
         note = f"{slave.name!r} has the nodes and was made the slave"
-    coupling = "mortar" if contact.coupling == "mortar" else "nodal"
+    surface, other = slave.surface(names[0]), master.surface(names[1])
+    if isinstance(surface, CurveSurface) and not isinstance(other, FacetSurface):
+        points = slave.pose.to_world(surface.points[surface.nodes])
+        check_rigid_surface(master, other, points, surface.along)
+    ring = isinstance(surface, CurveSurface) and surface.along.revolved and contact.coupling == "auto"
+    coupling = "mortar" if contact.coupling == "mortar" or ring else "nodal"
     return Interface(slave, master, names, _paired(slave, master, names, coupling), note)
 
 
@@ -289,19 +298,21 @@ def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Int
     """Keep nodal forces where they are exact; elsewhere couple by mortar, and swap the sides where that is better."""
     slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
     s, m = slave.surface(names[0]), master.surface(names[1])
-    if pairing.coupling == "mortar" or not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
+    if contact.coupling == "mortar" or not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
         return interface
     grid = isinstance(s, GridSurface) or isinstance(m, GridSurface)
-    if not grid and nested(s, m, pairing, near):
+    ring = pairing.coupling == "mortar"
+    if not grid and not ring and nested(s, m, pairing, near):
         return replace(interface, note="faces match or nest, nodal forces")
     ours = s.mean_facet_size[np.isin(s.facets, pairing.nodes[near]).all(axis=1)]
-    theirs = m.mean_facet_size[np.unique(pairing.feet.facet[near])]  # type: ignore[index]
+    opposite = m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet
+    theirs = m.mean_facet_size[np.unique(opposite)]  # type: ignore[arg-type]
     ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
     swappable = contact.swap == "auto"
     if not grid and contact.coupling == "auto" and (hats_exist(s) or (swappable and hats_exist(m))):
         # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave
         swapped = swappable and hats_exist(m) and (ratio > COARSER or not hats_exist(s))
-        return _recoupled(interface, swapped, "mortar", "faces do not match, mortar")
+        return _recoupled(interface, swapped, "mortar", "rings, mortar" if ring else "faces do not match, mortar")
     # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
     note = "a half-space's cells take the forces of the other's nodes"
     if not grid:

@@ -6,8 +6,10 @@ from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.pose import Pose, rotation_about
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import Plane, RigidBody, Sphere
+from fecontact.bodies.section import AxisymmetricBody, PlaneBody
 
 __all__ = [
+    "AxisymmetricBody",
     "Body",
     "ElasticBody",
     "ElasticLayer",
@@ -15,6 +17,7 @@ __all__ = [
     "HalfSpaceContact",
     "Layer",
     "Plane",
+    "PlaneBody",
     "Pose",
     "RigidBody",
     "Sphere",

@@ -277,7 +277,9 @@ def _restricted(K: sp.csr_matrix, dofs: IntArray) -> sp.csr_matrix:
     return sp.csr_matrix((K.data[kept], columns[kept], pointer), shape=(len(dofs), len(dofs)))
 
 
-def materials_of_cells(mesh: Mesh | SectionMesh, given: Material | Mapping[str, Material]) -> tuple[IntArray, list[Material]]:
+def materials_of_cells(
+    mesh: Mesh | SectionMesh, given: Material | Mapping[str, Material]
+) -> tuple[IntArray, list[Material]]:
     """Index of each cell's material and the list of materials."""
     if isinstance(given, Material):
         return np.zeros(len(mesh.cells), dtype=np.int64), [given]

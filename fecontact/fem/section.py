@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefQuad
 
-from fecontact.interface.curve import Extent
 from fecontact.mesh.reference import quad_nodes, quad_quadrature, quad_shapes
-from fecontact.mesh.section import SectionMesh, jacobian_2d, line_integrals
+from fecontact.mesh.section import Extent, SectionMesh, jacobian_2d, line_integrals
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -146,7 +145,7 @@ class Section:
         return strain, full.x
 
     def to_nodes(self, values: Array) -> Array:
-        """Gauss-point values (n_cells, n_q, k), fitted bilinearly in each cell, averaged at its nodes: (n_points, k)."""
+        """Gauss-point values (n_cells, n_q, k), fitted bilinearly, averaged at the nodes: (n_points, k)."""
         cells = self.mesh.cells
         fit = quad_shapes(4, quad_nodes(cells.shape[1]))[0] @ np.linalg.pinv(quad_shapes(4, gauss()[0])[0])
         total = np.zeros((len(self.mesh.points), values.shape[2]))
@@ -168,7 +167,7 @@ class Section:
         return float(dm.sum()), self.along.mean(np.einsum("cq,cqi->i", dm, p.x) / dm.sum())
 
     def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
-        """Nodal forces (3 n_points,) of ``field(points (n, 3), unit outward normals (n, 3)) -> (n, 3)`` on a boundary."""
+        """Nodal forces (3 n_points,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)`` on a boundary."""
         sides = self.mesh.face_nodes(self.mesh.faces(name))
         N, x, ds = line_integrals(self.mesh.points, sides)
         length = np.linalg.norm(ds, axis=2)

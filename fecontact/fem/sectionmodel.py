@@ -15,9 +15,8 @@ from fecontact.fem.rigid import unresisted
 from fecontact.fem.section import Section
 from fecontact.fem.stress import hooke
 from fecontact.fem.support import Holds
-from fecontact.interface.curve import Extent
 from fecontact.material import Material
-from fecontact.mesh.section import SectionMesh
+from fecontact.mesh.section import Extent, SectionMesh
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -84,7 +83,7 @@ class SectionModel(Model):
         """Degrees of freedom held by the supports, all along y, and on the axis the radial ones."""
         n = np.arange(len(self.mesh.points))
         parts = [3 * n + 1]
-        parts += [3 * self.mesh.boundary_nodes(k) + "xyz".index(c) for k, v in self.supports.items() for c in v]
+        parts += [3 * self.mesh.boundary_nodes(k) + "xyz".index(str(c)) for k, v in self.supports.items() for c in v]
         if self.section.along.revolved:
             parts.append(3 * n[self.mesh.points[:, 0] <= ON_AXIS * self.size])
         return np.unique(np.concatenate(parts))

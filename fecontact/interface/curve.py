@@ -1,5 +1,4 @@
-"""Surfaces of sections: curves in the plane y = 0, which stand for a strip of given width or for a surface of
-revolution.
+"""Surfaces of sections: curves that stand for a strip of given width or for a surface of revolution.
 
 A curve is projected on as a ribbon: three rows of the same nodes make nine-node facets that run along y, so feet, lines
 of action and rims are found by what finds them in space (`fecontact.interface.surface`); the weights of the three rows
@@ -22,47 +21,17 @@ from numpy.typing import NDArray
 
 from fecontact.errors import MeshError
 from fecontact.interface.surface import FacetSurface, Feet, Surface
-from fecontact.mesh.section import line_integrals, line_shapes
+from fecontact.mesh.section import Extent, line_integrals, line_shapes
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+#: Of unit thickness.
+UNIT = Extent(1.0)
 #: Gauss points of a piece of a side: hats times quadratics times a radius, degree five on a straight side.
 POINTS = 4
 #: Pieces of a side shorter than this share of it are rounding.
 SHORTEST = 1e-12
-
-
-@dataclass(frozen=True)
-class Extent:
-    """How far a section goes on: through a thickness, or round the axis.
-
-    Attributes
-    ----------
-    thickness : float or None
-        None: a body of revolution.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> Extent(2.0)(np.array([[3.0, 0.0, 0.0]])).tolist()
-    [2.0]
-    """
-
-    thickness: float | None
-
-    @property
-    def revolved(self) -> bool:
-        """Whether the section is turned about the z axis."""
-        return self.thickness is None
-
-    def __call__(self, points: Array) -> Array:
-        """Area per length of curve, or volume per area of section (...,), at points (..., 3)."""
-        return 2 * np.pi * points[..., 0] if self.thickness is None else np.full(points.shape[:-1], self.thickness)
-
-    def mean(self, vectors: Array) -> Array:
-        """Vectors or points (n, 3) of the section averaged over what each stands for: round the axis only z is left."""
-        return vectors * np.array([0.0, 0.0, 1.0]) if self.revolved else vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +48,7 @@ class CurveSurface(FacetSurface):
     along : Extent
     """
 
-    along: Extent = Extent(1.0)
+    along: Extent = UNIT
 
     @cached_property
     def triangle(self) -> NDArray[np.bool_]:

@@ -43,8 +43,9 @@ SIDEWAYS = 1e-10
 
 
 def hat_shapes(n_nodes: int, local: Array) -> Array:
-    """Non-negative hats (n_q, n_nodes) of a facet: bilinear on a quadrilateral (4 nodes) or on its quarters (9), linear
-    on the halves of a section's side (3).
+    """Non-negative hats (n_q, n_nodes) of a facet, linear in each direction.
+
+    On a quadrilateral of 4 nodes, on the quarters of one of 9, on the halves of a section's side (3).
 
     Examples
     --------
@@ -96,15 +97,17 @@ def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translati
         facet, local, weight, on_master = _overlap_samples(moved, master)
     else:
         facet, local, weight = _own_samples(slave)
-    x, tangents, N = moved.evaluate(facet, local)
-    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    x, _, N = moved.evaluate(facet, local)
+    own, tangents, _ = slave.evaluate(facet, local)
+    # taken in the slave's own axes, as those of a section turned half round have y the other way
+    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1]) @ rotation.T
     if on_master is None:
         feet = master.project(x)
     else:
         assert isinstance(master, FacetSurface)
         feet = _feet_on(master, on_master, x)
     facing = (np.einsum("ni,ni->n", normal, feet.normals) < 0) & ~feet.beyond
-    area = weight * np.linalg.norm(normal, axis=1) * slave.extent(slave.evaluate(facet, local)[0])
+    area = weight * np.linalg.norm(normal, axis=1) * slave.extent(own)
     kept = np.flatnonzero(facing)
     return _paired(slave, facet[kept], local[kept], N[kept], area[kept], feet.chosen(kept), rotation, translation)
 

@@ -1,5 +1,6 @@
-"""Meshes of sections: quadrilaterals in the plane y = 0, of a plate (y runs through its thickness) or of a body of
-revolution (x is the radius, z the axis).
+"""Meshes of sections: quadrilaterals in the plane y = 0 of a plate or of a body of revolution.
+
+y runs through the thickness of a plate; of a body of revolution x is the radius and z the axis.
 
 Points have three coordinates, the second of them zero, so that everything behind a mesh - poses, surfaces, forces - is
 that of space. Sides run counter-clockwise seen with x to the right and z upwards; a side of three nodes has the weights
@@ -29,6 +30,38 @@ CELL_TYPES = {8: "quad8", 9: "quad9"}
 ON_PLANE = 1e-12
 #: Local nodes of the four sides: the corners where it begins and ends, and the middle.
 SIDES = np.concatenate([QUAD_EDGES, 4 + np.arange(4)[:, None]], axis=1)
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far a section goes on: through a thickness, or round the axis.
+
+    Attributes
+    ----------
+    thickness : float or None
+        None: a body of revolution.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Extent(2.0)(np.array([[3.0, 0.0, 0.0]])).tolist()
+    [2.0]
+    """
+
+    thickness: float | None
+
+    @property
+    def revolved(self) -> bool:
+        """Whether the section is turned about the z axis."""
+        return self.thickness is None
+
+    def __call__(self, points: Array) -> Array:
+        """Area per length of curve, or volume per area of section (...,), at points (..., 3)."""
+        return 2 * np.pi * points[..., 0] if self.thickness is None else np.full(points.shape[:-1], self.thickness)
+
+    def mean(self, vectors: Array) -> Array:
+        """Vectors or points (n, 3) of the section averaged over what each stands for: round the axis only z is left."""
+        return vectors * np.array([0.0, 0.0, 1.0]) if self.revolved else vectors
 
 
 def line_shapes(s: Array) -> tuple[Array, Array]:
@@ -93,7 +126,7 @@ class SectionMesh:
     --------
     >>> import fecontact as fc
     >>> fc.sections.rectangle((2.0, 1.0), (4, 2))
-    SectionMesh(quad8, 8 cells, 37 points, boundaries: left, right, bottom, top)
+    SectionMesh(quad8, 8 cells, 37 points, boundaries: bottom, right, top, left)
     """
 
     points: Array
@@ -108,14 +141,22 @@ class SectionMesh:
         if points.ndim == 2 and points.shape[1] == 2:
             points = np.insert(points, 1, 0.0, axis=1)
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-            raise MeshError(f"The points of a section must be finite and of shape (n, 3) or (n, 2); found {points.shape}.")
+            raise MeshError(
+                f"The points of a section must be finite and of shape (n, 3) or (n, 2); found {points.shape}."
+            )
         if cells.ndim != 2 or cells.shape[1] not in CELL_TYPES or len(cells) == 0:
-            raise MeshError(f"The cells of a section are quadrilaterals of 8 or 9 nodes; found the shape {cells.shape}.")
+            raise MeshError(
+                f"The cells of a section are quadrilaterals of 8 or 9 nodes; found the shape {cells.shape}."
+            )
         if cells.min() < 0 or cells.max() >= len(points):
-            raise MeshError(f"A cell refers to point {cells.max()}, but there are only {len(points)} points (0, 1, ...).")
+            raise MeshError(
+                f"A cell refers to point {cells.max()}, but there are only {len(points)} points (0, 1, ...)."
+            )
         off = np.abs(points[:, 1])
         if off.max() > ON_PLANE * np.linalg.norm(np.ptp(points, axis=0)):
-            raise MeshError(f"A section lies in the plane y = 0; point {np.argmax(off)} has y = {points[off.argmax(), 1]:g}.")
+            raise MeshError(
+                f"A section lies in the plane y = 0; point {np.argmax(off)} has y = {points[off.argmax(), 1]:g}."
+            )
         points[:, 1] = 0.0
         for name, value in {"points": points, "cells": cells}.items():
             value.setflags(write=False)
@@ -134,7 +175,9 @@ class SectionMesh:
         size = np.linalg.norm(np.ptp(self.points, axis=0))
         pairs = cKDTree(self.points).query_pairs(1e-12 * size, output_type="ndarray")
         if len(pairs):
-            raise MeshError(f"Points {pairs[0, 0]} and {pairs[0, 1]} lie in the same place; join them (merge_sections).")
+            raise MeshError(
+                f"Points {pairs[0, 0]} and {pairs[0, 1]} lie in the same place; join them (merge_sections)."
+            )
         for name, sides in self.boundaries.items():
             if sides.ndim != 2 or sides.shape[1] != 2 or (sides < 0).any() or (sides >= [len(self.cells), 4]).any():
                 raise MeshError(
@@ -148,8 +191,8 @@ class SectionMesh:
             cell = int(np.argmax(bad))
             kind = "clockwise" if (det[cell] < 0).all() else "folded"
             raise MeshError(
-                f"Cell {cell} is {kind} (smallest Jacobian {det[cell].min():.3g}); {bad.sum()} cells in all. Corners must "
-                "run counter-clockwise seen with x to the right and z upwards."
+                f"Cell {cell} is {kind} (smallest Jacobian {det[cell].min():.3g}); {bad.sum()} cells in all. Corners "
+                "must run counter-clockwise seen with x to the right and z upwards."
             )
 
     def __repr__(self) -> str:

@@ -204,7 +204,9 @@ def cap(
         x = s * extent
         return np.stack([x, np.zeros_like(x) if math.isinf(radius) else sagitta(x, radius)], 1)
 
-    patch = coons(top, line((0, depth), (extent, depth)), line((0, 0), (0, depth)), line((extent, rim), (extent, depth)))
+    patch = coons(
+        top, line((0, depth), (extent, depth)), line((0, 0), (0, depth)), line((extent, rim), (extent, depth))
+    )
 
     def shape(index: Array) -> Array:
         return patch(interpolated(index[:, 0], across) / extent, interpolated(index[:, 1], depths) / depth)
@@ -255,16 +257,15 @@ def half_disc(
     contact = coons(top, line(on_axis, inner), line((0, 0), on_axis), line(rim, inner))
     around = coons(flank, line(inner, below), line(rim, inner), line(equator, below))
     under = coons(line(on_axis, inner), line(centre, below), line(on_axis, centre), line(inner, below))
-    columns, rows = np.arange(len(across)), np.arange(len(layers))
+    outwards = np.linspace(0, 1, OUTER + 1)
     parts = (
-        (contact, columns, across, rows, layers, ("cap", None, None, "sym_x")),
-        (under, columns, across, np.arange(OUTER + 1), np.linspace(0, 1, OUTER + 1), (None, None, "base", "sym_x")),
-        (around, np.arange(OUTER + 1), np.linspace(0, 1, OUTER + 1), rows, layers, ("flank", "base", None, None)),
+        (contact, across, layers, ("cap", None, None, "sym_x")),
+        (under, across, outwards, (None, None, "base", "sym_x")),
+        (around, outwards, layers, ("flank", "base", None, None)),
     )
 
-    def made(patch: Callable[[Array, Array], Array], i: IntArray, s: Array, j: IntArray, t: Array, names: tuple) -> SectionMesh:
-        return grid(
-            (len(i) - 1, len(j) - 1), names, lambda k: patch(np.interp(k[:, 0], i, s), np.interp(k[:, 1], j, t)), element
-        )
+    def made(patch: Callable[[Array, Array], Array], s: Array, t: Array, names: tuple[str | None, ...]) -> SectionMesh:
+        divisions = (len(s) - 1, len(t) - 1)
+        return grid(divisions, names, lambda k: patch(interpolated(k[:, 0], s), interpolated(k[:, 1], t)), element)
 
     return merge_sections([made(*part) for part in parts], 1e-9 * radius)

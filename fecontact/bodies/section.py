@@ -1,0 +1,228 @@
+"""Plane and axisymmetric elastic bodies: sections in the x-z plane, at a hundredth of a spatial model's cost.
+
+Both are elastic bodies of space with y held (`fecontact.fem.section`) and go through the same scene. A plane body has
+the rigid motions x, z and ry; forces are those on its thickness. A body of revolution (x is the radius, z the axis) has
+the axial one; forces, areas and resultants are those of the whole ring.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
+from fecontact.bodies.pose import Pose
+from fecontact.errors import InputError
+from fecontact.fem.model import Model
+from fecontact.fem.sectionmodel import SectionModel
+from fecontact.interface.curve import CurveSurface
+from fecontact.material import Material
+from fecontact.mesh.section import Extent, SectionMesh
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+STATES = ("strain", "stress")
+
+
+@dataclass(frozen=True, eq=False)
+class SectionBody(ElasticBody):
+    """What plane and axisymmetric bodies have in common; make a `PlaneBody` or an `AxisymmetricBody`."""
+
+    mesh: SectionMesh  # type: ignore[assignment]
+    material: Material | Mapping[str, Material]
+    contact: str | Sequence[str] = ()
+    supports: Mapping[str, str] = field(default_factory=dict)
+    pressure: str = field(default="sides", init=False, repr=False)
+    name: str = "body"
+    backend: str = "auto"
+    integration: str = "auto"
+    pose: Pose = field(default_factory=Pose)
+    model: Model | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.mesh, SectionMesh):
+            raise InputError(
+                f"{self.name!r} takes a section of quadrilaterals (fecontact.sections, SectionMesh); "
+                f"found {type(self.mesh).__name__}."
+            )
+        if self.integration not in INTEGRATIONS:
+            raise InputError(
+                f"Unknown integration {self.integration!r}; expected one of {', '.join(map(repr, INTEGRATIONS))}."
+            )
+        names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
+        object.__setattr__(self, "contact", names)
+        if self.model is None:
+            for name in names:
+                self.mesh.faces(name)
+            object.__setattr__(self, "model", self._made_model())
+
+    @property
+    def along(self) -> Extent:
+        """How far the section goes on."""
+        raise InputError("Make a PlaneBody or an AxisymmetricBody.")
+
+    @property
+    def plane_stress(self) -> bool:
+        """Whether there is no stress across the section."""
+        return False
+
+    @property
+    def state(self) -> str:
+        """What its elements assume, in words."""
+        return "axisymmetric"
+
+    def _made_model(self) -> SectionModel:
+        return SectionModel(
+            self.mesh, self.material, self.supports, self.along, self.plane_stress, self.backend, self.integration
+        )
+
+    def _made_surface(self, facets: IntArray, name: str) -> CurveSurface:
+        return CurveSurface(self.mesh.points, facets, name, self.along)
+
+    def placed(
+        self,
+        translation: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> Self:
+        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`.
+
+        A plane body stays in the plane y = 0: it turns about y, or half round about an axis in the plane. A body of
+        revolution stays on its axis: it moves along z, and turns half round about x to stand on its head.
+        """
+        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
+        return replace(self, pose=pose, name=self.name if name is None else name)
+
+    def describe(self) -> str:
+        """One line: what was modelled."""
+        m = self.mesh
+        return f"{self.name}: {len(m.cells)} {m.cell_type} cells, {self.state}, {self.n_unknowns} dofs"
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneBody(SectionBody):
+    """A linear elastic body in plane strain or plane stress.
+
+    Parameters
+    ----------
+    mesh : SectionMesh
+    material : Material, or mapping of element set to Material
+    contact : str or sequence of str
+        Boundaries that may come into contact.
+    supports : mapping of boundary name to components, optional
+        ``"x"``, ``"z"`` or ``"xz"``; see `ElasticBody`.
+    name : str, optional
+    backend : {'auto', 'pardiso', 'superlu'}
+    integration : {'auto', 'full', 'selective'}
+        Selective reduced integration against locking in plane strain; 'auto' chooses it for Poisson's ratios above
+        0.48. Plane stress does not lock.
+    thickness : float
+        Along y. Forces, areas and contact weights are those of the whole thickness; per unit of it unless given.
+    plane : {'strain', 'stress'}
+
+    Raises
+    ------
+    InputError, MeshError
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.sections.rectangle((1.0, 1.0), (2, 2))
+    >>> body = fc.PlaneBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xz"})
+    >>> floor = fc.RigidBody(fc.Plane())
+    >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    >>> round(float(result.contacts[0].force[2]), 12)
+    0.01
+    """
+
+    thickness: float = 1.0
+    plane: str = "strain"
+
+    def __post_init__(self) -> None:
+        if self.plane not in STATES:
+            raise InputError(f"plane must be 'strain' or 'stress'; found {self.plane!r}.")
+        if not (np.isfinite(self.thickness) and self.thickness > 0):
+            raise InputError(f"The thickness must be a positive, finite length; found {self.thickness!r}.")
+        if self.plane_stress and self.integration == "selective":
+            raise InputError("Plane stress does not lock: integration='selective' has no meaning there.")
+        super().__post_init__()
+
+    @property
+    def along(self) -> Extent:
+        """The thickness."""
+        return Extent(float(self.thickness))
+
+    @property
+    def plane_stress(self) -> bool:
+        """Whether there is no stress across the section."""
+        return self.plane == "stress"
+
+    @property
+    def state(self) -> str:
+        """What its elements assume, in words."""
+        return f"plane {self.plane}, thickness {self.thickness:g}"
+
+    @property
+    def contact_modulus(self) -> float:
+        """E / (1 - nu^2) of the softest material; E in plane stress."""
+        return min(m.E if self.plane_stress else m.plane_strain_modulus for m in self._model.materials)
+
+
+@dataclass(frozen=True, eq=False)
+class AxisymmetricBody(SectionBody):
+    """A linear elastic body of revolution about the z axis under axial loads; its section has x as the radius.
+
+    Parameters
+    ----------
+    mesh : SectionMesh
+        At x >= 0. Nodes on the axis are held radially.
+    material : Material, or mapping of element set to Material
+    contact : str or sequence of str
+        Boundaries that may come into contact.
+    supports : mapping of boundary name to components, optional
+        ``"x"`` (radial), ``"z"`` or ``"xz"``; see `ElasticBody`.
+    name, backend, integration
+        As of `ElasticBody`.
+
+    Raises
+    ------
+    InputError, MeshError
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.sections.rectangle((1.0, 1.0), (2, 2))
+    >>> body = fc.AxisymmetricBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xz"})
+    >>> floor = fc.RigidBody(fc.Plane())
+    >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    >>> round(float(result.contacts[0].force[2]) / 3.141592653589793, 12)
+    0.01
+    """
+
+    @property
+    def along(self) -> Extent:
+        """Round the axis."""
+        return Extent(None)
+
+    def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
+        """One row (1, n_dofs) that takes the displacement at a node along a direction.
+
+        Raises
+        ------
+        InputError
+            If the point is no node.
+        """
+        distance = np.linalg.norm(self.mesh.points - point, axis=1)
+        if distance.min() > 1e-6 * self.size:
+            raise InputError(
+                f"The point {np.array2string(point, precision=4)} lies on no node of {self.name!r}; the nearest is "
+                f"{np.array2string(self.mesh.points[np.argmin(distance)], precision=4)}."
+            )
+        return super().attachment(point, direction)
