@@ -18,7 +18,6 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.errors import InputError
 from fecontact.fem.stress import von_mises
 from fecontact.interface.surface import FacetSurface
-from fecontact.mesh.mesh import CELL_TYPES
 
 if TYPE_CHECKING:
     from fecontact.contactfields import ContactFields
@@ -28,7 +27,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 #: meshio's names of our cells; our node order is VTK's, so nothing is permuted.
-VTK_NAMES = {"hex8": "hexahedron", "hex20": "hexahedron20", "hex27": "hexahedron27"}
+VTK_NAMES = {
+    "hex8": "hexahedron",
+    "hex20": "hexahedron20",
+    "hex27": "hexahedron27",
+    "quad8": "quad8",
+    "quad9": "quad9",
+}
 
 
 def check_writable(path: str | Path) -> Path:
@@ -115,7 +120,7 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
     """
     path = check_writable(path)
     points, number = [], []
-    cells: dict[int, list[NDArray[np.int64]]] = {}
+    cells: dict[str, list[NDArray[np.int64]]] = {}
     data: dict[str, list[Array]] = {}
     start = 0
     for k, body in enumerate(result.elastic_bodies):
@@ -124,14 +129,14 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
         index = np.full(len(mesh.points), -1, dtype=np.int64)
         index[used] = start + np.arange(len(used))
         points.append(body.pose.to_world(mesh.points[used]))
-        cells.setdefault(mesh.cells.shape[1], []).append(index[mesh.cells])
-        number.append((mesh.cells.shape[1], np.full(len(mesh.cells), k)))
+        cells.setdefault(mesh.cell_type, []).append(index[mesh.cells])
+        number.append((mesh.cell_type, np.full(len(mesh.cells), k)))
         for name, values in body_fields(result, body).items():
             data.setdefault(name, []).append(values[used])
         start += len(used)
     if not points:
         raise InputError("The scene has no elastic body, so there is nothing to write to a VTU file.")
-    blocks = [(VTK_NAMES[CELL_TYPES[n]], np.concatenate(c)) for n, c in cells.items()]
+    blocks = [(VTK_NAMES[n], np.concatenate(c)) for n, c in cells.items()]
     bodies = [np.concatenate([values for m, values in number if m == n]) for n in cells]
     meshio.Mesh(
         np.concatenate(points),

@@ -365,9 +365,10 @@ def _first_choice(interface: Interface, opening: Array, loading: Loading) -> Int
         if sum(compliances) > 0:
             images = _mirror_images(interface, opening)
             area = images * interface.pairing.weights
-            approach = max(
-                approach, approach_for_load(opening - opening.min(), area, 1 / sum(compliances), images * force)
-            )
+            surface = interface.slave.surface(interface.surfaces[0])
+            thickness = surface.along.thickness if isinstance(surface, CurveSurface) else None
+            scale = approach_for_load(opening - opening.min(), area, 1 / sum(compliances), images * force, thickness)
+            approach = max(approach, scale)
     return choose(opening, approach)
 
 

@@ -17,11 +17,12 @@ MARGIN = 0.72
 FEWEST = 12
 
 
-def approach_for_load(gap: Array, area: Array, modulus: float, force: float) -> float:
+def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thickness: float | None = None) -> float:
     """Rigid approach at which the overlap of the undeformed surfaces would carry a force, by a scale estimate.
 
     The overlap of volume V and area A at approach d is taken to carry about E* V / sqrt(A). For a paraboloid, where
-    V = pi R d^2 and A = 2 pi R d, that is 0.94 of the elastic answer; for other shapes it is a scale.
+    V = pi R d^2 and A = 2 pi R d, that is 0.94 of the elastic answer; for other shapes it is a scale. In a plane the
+    width A / t of the overlap takes the place of sqrt(A).
 
     Parameters
     ----------
@@ -31,6 +32,8 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float) -> 
     modulus : float
         Contact modulus E*.
     force : float
+    thickness : float, optional
+        t of a plane problem.
 
     Returns
     -------
@@ -41,15 +44,16 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float) -> 
     g, a = gap[order], area[order]
     covered = np.cumsum(a)
     volume = g * covered - np.cumsum(a * g)
-    carried = modulus * volume / np.sqrt(covered)
+    width = np.sqrt(covered) if thickness is None else covered / thickness
+    carried = modulus * volume / width
     k = int(np.searchsorted(np.maximum.accumulate(carried), force))
     if k >= len(g):
         # everything overlaps and the rest of the approach is uniform
-        return float(g[-1] + (force - carried[-1]) / (modulus * np.sqrt(covered[-1])))
+        return float(g[-1] + (force - carried[-1]) / (modulus * covered[-1] / width[-1]))
     if k == 0:
         return float(g[0])
-    # between two nodes the area is that of the lower: modulus * (volume + A (d - g)) / sqrt(A) = force
-    extra = (force - carried[k - 1]) / (modulus * np.sqrt(covered[k - 1]))
+    # between two nodes the area is that of the lower: modulus * (volume + A (d - g)) / width = force
+    extra = (force - carried[k - 1]) / (modulus * covered[k - 1] / width[k - 1])
     return float(min(g[k - 1] + extra, g[k]))
 
 

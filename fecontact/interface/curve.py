@@ -86,7 +86,8 @@ class CurveSurface(FacetSurface):
         fold = sp.csr_matrix((np.ones(3 * n), (np.arange(3 * n), np.tile(np.arange(n), 3))))
         weights = (feet.weights @ fold).tocsr()
         weights.eliminate_zeros()
-        return replace(feet, weights=weights)
+        in_plane = np.array([1.0, 0.0, 1.0])
+        return replace(feet, points=feet.points * in_plane, normals=feet.normals * in_plane, weights=weights)
 
     def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
         """Distance (n,) of each point from its given side."""
