@@ -3,6 +3,7 @@
 import importlib.util
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -68,6 +69,18 @@ def test_bracket(tmp_path):
         assert abs(row["equilibrium"]) < 1e-9
     # the two elements agree within the error of so coarse a mesh (3 percent at the full size)
     assert abs(rows["hex20"]["mean"] / rows["tet10"]["mean"] - 1) < 0.1
+
+
+def test_hip_joint(tmp_path):
+    example = load("hip_joint")
+    rows = example.main(sizes=(2,), out=tmp_path)
+    assert [row["head"] for row in rows] == ["cartilage", "metal"]
+    for row in rows:
+        assert np.abs(row["held"] + example.LOAD).max() < 1e-8 * np.linalg.norm(example.LOAD)
+        assert row["equilibrium"] < 1e-9
+        # bulging takes 6 to 8 percent off the thin-layer theory's peak at h/R = 1/12 and 1/6
+        assert abs(row["peak"] / row["thin"] - 1) < 0.12
+    assert rows[0]["peak"] < rows[1]["peak"]
 
 
 @pytest.mark.parametrize("name", sorted(p.stem for p in FOLDER.glob("*.py")))

@@ -1,0 +1,139 @@
+"""A hip: a ball in a socket with cartilage on both, a head of metal in the same socket, and the load of walking.
+
+Both cartilages are layers extruded from spherical bone surfaces and tied to the bones, which are the frames of the
+bodies. The pelvis is held; the femur is pushed into the socket and free to find its place there. The load is oblique to
+the axis of the socket, so the pressure leans towards its upper rim.
+
+Load: 238 % of body weight, the average peak of walking at 4 km/h (Bergmann et al. 2001, J. Biomech. 34, 859), with the
+parts of Heller et al. (2005, J. Biomech. 38, 1155): 54 % from medial, 33 % from the front and 229 % from above.
+Axes: x to the middle of the body, y forwards, z upwards; mm, N, MPa.
+
+Run: python examples/hip_joint.py
+"""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import scipy.optimize
+
+import fecontact as fc
+from fecontact.bodies.layer import foundation_modulus
+from fecontact.mesh.extrude import extrude
+from fecontact.mesh.shapes import Level
+from fecontact.mesh.surfaces import SurfaceMesh
+
+CARTILAGE = fc.Material(E=12.0, nu=0.45)
+BODY_WEIGHT = 800.0
+LOAD = BODY_WEIGHT * np.array([0.54, 0.328, 2.292])  # by which the femur presses on the pelvis
+HEAD, SOCKET = 24.0, 24.5  # radii of the sliding surfaces
+THICKNESS = 2.0  # of either cartilage
+HEAD_EDGE, SOCKET_EDGE = 80.0, 85.0  # degrees from the pole to the rim
+INCLINATION, ANTEVERSION = 45.0, 15.0  # of the socket's axis, degrees
+
+
+def dome(radius: float, edge: float, n: int) -> SurfaceMesh:
+    """Part of a sphere round its lowest point out to an angle, normals outwards; n: elements along half the core."""
+    cut = Level(core=n, rings=2 * n, edge=0.999 / (3 * n), layer=1.0, growth=1.2)
+    disc = SurfaceMesh.of(fc.shapes.cylinder(1.0, 1.0, contact_radius=0.8, level=cut), "cap")
+
+    def onto_sphere(x: np.ndarray) -> np.ndarray:
+        r = np.hypot(x[:, 0], x[:, 1])
+        polar = r * np.radians(edge)
+        across = radius * np.divide(np.sin(polar), r, out=np.full_like(r, np.radians(edge)), where=r > 0)
+        return np.stack([across * x[:, 0], across * x[:, 1], -radius * np.cos(polar)], axis=1)
+
+    return disc.mapped(onto_sphere)
+
+
+def towards(direction: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) that takes the pole, -z, to a direction."""
+    d = direction / np.linalg.norm(direction)
+    axis = np.cross((0.0, 0.0, -1.0), d)
+    return fc.rotation_about(axis, float(np.arctan2(np.linalg.norm(axis), -d[2])))
+
+
+def socket_axis() -> np.ndarray:
+    """Direction from the socket's middle to its bottom; the socket opens sideways, downwards and forwards."""
+    tilt, turn = np.radians([INCLINATION, ANTEVERSION])
+    return np.array([np.sin(tilt) * np.cos(turn), -np.sin(turn), np.cos(tilt) * np.cos(turn)])
+
+
+def socket(n: int) -> fc.ElasticBody:
+    """Cartilage of the socket on the pelvis, which is held."""
+    layer = extrude(dome(SOCKET + THICKNESS, SOCKET_EDGE, n).flipped(), THICKNESS, layers=2)
+    body = fc.ElasticBody(layer, CARTILAGE, contact="top", supports={"base": "xyz"}, name="socket")
+    return body.placed(rotation=towards(socket_axis()))
+
+
+def cartilage_head(n: int) -> fc.ElasticBody:
+    """Cartilage of the head on the femur, its pole where the load presses."""
+    layer = extrude(dome(HEAD - THICKNESS, HEAD_EDGE, n), THICKNESS, layers=2)
+    body = fc.ElasticBody(layer, CARTILAGE, contact="top", supports={"base": "xyz"}, name="head")
+    return body.placed(rotation=towards(LOAD))
+
+
+def metal_head() -> fc.RigidBody:
+    """The same ball of metal, which does not give beside cartilage."""
+    return fc.RigidBody(fc.Sphere(HEAD), name="metal head").placed((0.0, 0.0, -HEAD))
+
+
+def loaded(cup: fc.ElasticBody, ball: fc.ElasticBody | fc.RigidBody) -> fc.ContactResult:
+    """The ball pushed into the socket; pressure cannot turn a ball, so only its place is free."""
+    return fc.Scene([cup, ball], [fc.Contact(cup, ball)]).solve(forces={ball: LOAD}, free={ball: "x y z"})
+
+
+def thin_layers(height: float) -> float:
+    """Peak pressure if every column of cartilage of that height gave by itself, without regard to the rim.
+
+    p = M/h (e cos - c) up to cos = c/e, with M the modulus without strain along the layer, c the difference of the
+    radii and e - c the approach, which follows from the load: F = 2 pi R^2 times the integral of p cos d(cos).
+    """
+    modulus, gap = foundation_modulus(CARTILAGE), SOCKET - HEAD
+    size = 2 * np.pi * HEAD**2 * modulus / height
+
+    def missing(e: float) -> float:
+        t = gap / e
+        return float(size * (e * (1 - t**3) / 3 - gap * (1 - t**2) / 2) - np.linalg.norm(LOAD))
+
+    return modulus / height * (scipy.optimize.brentq(missing, gap, 10 * gap) - gap)
+
+
+def main(sizes: tuple[int, ...] = (2, 3), out: str | Path = "out") -> list[dict]:
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    print(f"load {np.linalg.norm(LOAD):.0f} N, {len(sizes)} meshes of each head")
+    print(f"{'head':>10}{'n':>3}{'dofs':>8}{'force N':>9}{'area mm2':>10}{'peak MPa':>10}{'mean MPa':>10}{'s':>6}")
+    rows = []
+    for kind in ("cartilage", "metal"):
+        for n in sizes:
+            cup = socket(n)
+            result = loaded(cup, cartilage_head(n) if kind == "cartilage" else metal_head())
+            contact = result.contacts[0]
+            rows.append(
+                {
+                    "head": kind,
+                    "n": n,
+                    "held": result.reaction(cup)[:3],
+                    "area": contact.area,
+                    "peak": contact.max_pressure,
+                    "thin": thin_layers(2 * THICKNESS if kind == "cartilage" else THICKNESS),
+                    "equilibrium": result.residuals().equilibrium,
+                }
+            )
+            size = float(np.linalg.norm(contact.force))
+            print(
+                f"{kind:>10}{n:>3}{result.n_dofs:>8}{size:>9.1f}{contact.area:>10.1f}{contact.max_pressure:>10.3f}"
+                f"{contact.mean_pressure:>10.3f}{result.seconds['total']:>6.1f}"
+            )
+        result.plot("pressure", folder / f"hip_joint_{kind}.png", units="MPa")
+        peaks = [row["peak"] for row in rows if row["head"] == kind]
+        steps = ", ".join(f"{100 * (b / a - 1):+.1f} %" for a, b in pairwise(peaks))
+        if steps:
+            print(f"peak pressure from mesh to mesh: {steps}")
+        print(f"thin-layer theory, which lets nothing bulge: peak {rows[-1]['thin']:.3f} MPa")
+    return rows
+
+
+if __name__ == "__main__":
+    main()
