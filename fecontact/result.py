@@ -149,14 +149,25 @@ class ContactResult:
         assert elastic.model is not None
         return elastic.model.nodal_strain(self.state.displacements[k])
 
-    def stress(self, body: Body) -> Array:
+    def stress(self, body: Body, group: str | None = None) -> Array:
         """Stress (n_points, 6) at the nodes, tension positive, in the body's own axes.
 
         Taken at the Gauss points, extrapolated and averaged; components xx, yy, zz, xy, yz, xz.
+
+        Parameters
+        ----------
+        body : Body
+        group : str, optional
+            An element set of its mesh, such as the cells of one material: only these are averaged, since stress jumps
+            where two materials meet, and all other nodes get NaN.
         """
         k, elastic = self._elastic(body)
         assert elastic.model is not None
-        return elastic.model.nodal_stress(self.state.displacements[k])
+        groups = elastic.mesh.groups
+        if group is not None and group not in groups:
+            known = ", ".join(map(repr, groups)) or "none"
+            raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
+        return elastic.model.nodal_stress(self.state.displacements[k], None if group is None else groups[group])
 
     def rigid_motion(self, body: Body) -> RigidMotion:
         """Rigid motion of a body about its reference point.

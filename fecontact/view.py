@@ -237,7 +237,9 @@ def view(
     image = draw_facets(
         points, facets, values, lambda v: table(norm(v))[:, :3], camera, pixels or PIXELS, edges, closed=True
     )
-    figure = Figure(figsize=(9.6, 6.6), layout="constrained")
+    left, right, bottom, top = image.extent
+    width = float(np.clip(5.6 * (right - left) / (top - bottom) + 2.8, 5.6, 9.6))
+    figure = Figure(figsize=(width, 6.6), layout="constrained")
     axes = figure.subplots()
     axes.imshow(image.rgba, extent=image.extent, origin="lower", interpolation="antialiased")
     axes.set_axis_off()

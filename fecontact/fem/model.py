@@ -225,9 +225,9 @@ class Model:
         """Strains (n_points, 6) at the nodes."""
         return to_nodes(self.mesh, self.gauss_strain(u))
 
-    def nodal_stress(self, u: Array) -> Array:
-        """Stresses (n_points, 6) at the nodes."""
-        return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]))
+    def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
+        """Stresses (n_points, 6) at the nodes, averaged over all cells or some (NaN where there is none of these)."""
+        return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
     def condensed(self, nodes: IntArray, watch: Stopwatch) -> Condensation:
         """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all."""

@@ -144,13 +144,17 @@ class Section:
         strain[..., _VOIGT] = rows * np.array([1.0, 1.0, 1.0, 0.5])
         return strain, full.x
 
-    def to_nodes(self, values: Array) -> Array:
-        """Gauss-point values (n_cells, n_q, k), fitted bilinearly, averaged at the nodes: (n_points, k)."""
-        cells = self.mesh.cells
+    def to_nodes(self, values: Array, among: IntArray | None = None) -> Array:
+        """Gauss-point values (n_cells, n_q, k), fitted bilinearly, averaged at the nodes: (n_points, k).
+
+        Over all cells or some; nodes that have none of these get NaN.
+        """
+        cells, values = (self.mesh.cells, values) if among is None else (self.mesh.cells[among], values[among])
         fit = quad_shapes(4, quad_nodes(cells.shape[1]))[0] @ np.linalg.pinv(quad_shapes(4, gauss()[0])[0])
         total = np.zeros((len(self.mesh.points), values.shape[2]))
         np.add.at(total, cells, np.einsum("nq,cqk->cnk", fit, values))
-        return total / np.bincount(cells.ravel(), minlength=len(total))[:, None]
+        count = np.bincount(cells.ravel(), minlength=len(total))[:, None]
+        return np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
 
     def body_force(self, field: Callable[[Array], Array], density: Array) -> Array:
         """Nodal forces (3 n_points,) of a force per mass ``field(points (n, 3)) -> (n, 3)``; those along y are lost."""

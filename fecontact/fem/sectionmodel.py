@@ -121,9 +121,9 @@ class SectionModel(Model):
         """Strains (n_points, 6) at the nodes."""
         return self.section.to_nodes(self.gauss_strain(u))
 
-    def nodal_stress(self, u: Array) -> Array:
-        """Stresses (n_points, 6) at the nodes."""
-        return self.section.to_nodes(hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]))
+    def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
+        """Stresses (n_points, 6) at the nodes, averaged over all cells or some (NaN where there is none of these)."""
+        return self.section.to_nodes(hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
 
 def _check_supports(mesh: SectionMesh, supports: Mapping[str, str]) -> None:

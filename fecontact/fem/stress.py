@@ -81,8 +81,10 @@ def _gauss_points(mesh: Mesh, group: CellGroup) -> Array:
     return element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)[0]
 
 
-def to_nodes(mesh: Mesh, values: Array) -> Array:
+def to_nodes(mesh: Mesh, values: Array, cells: NDArray[np.int64] | None = None) -> Array:
     """Gauss-point values (n_cells, n_q, k) fitted in each cell, taken at its nodes and averaged: (n_points, k).
+
+    With `cells`, only those count, and nodes of no such cell get NaN.
 
     The fit is by least squares: with the functions of the element's corners (trilinear in a hexahedron, linear in a
     tetrahedron) for quadratic elements, constant for linear ones, where superconvergence is found (Hinton & Campbell
@@ -90,6 +92,7 @@ def to_nodes(mesh: Mesh, values: Array) -> Array:
     """
     total = np.zeros((len(mesh.points), values.shape[2]))
     count = np.zeros(len(mesh.points))
+    counts = np.ones(len(mesh.cells)) if cells is None else np.isin(np.arange(len(mesh.cells)), cells).astype(float)
     for group in mesh.cell_groups:
         X = _gauss_points(mesh, group)
         fit = np.full((group.nodes.shape[1], len(X)), 1 / len(X))
@@ -97,9 +100,12 @@ def to_nodes(mesh: Mesh, values: Array) -> Array:
             where = node_positions(mesh.cells.shape[1], group.pattern, group.midfaces)
             fit = linear_shapes(group.pattern, where)[0] @ np.linalg.pinv(linear_shapes(group.pattern, X)[0])
         nodal = np.einsum("nq,cqk->cnk", fit, values[group.cells, : len(X)])
-        np.add.at(total, group.nodes, nodal)
-        np.add.at(count, group.nodes, 1.0)
-    return total / np.maximum(count, 1.0)[:, None]
+        np.add.at(total, group.nodes, nodal * counts[group.cells, None, None])
+        np.add.at(count, group.nodes, counts[group.cells, None])
+    mean = total / np.maximum(count, 1.0)[:, None]
+    if cells is not None:
+        mean[count == 0] = np.nan
+    return mean
 
 
 def von_mises(stress: Array) -> Array:

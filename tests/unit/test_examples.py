@@ -83,6 +83,21 @@ def test_hip_joint(tmp_path):
     assert rows[0]["peak"] < rows[1]["peak"]
 
 
+def test_hip_stem(tmp_path):
+    example = load("hip_stem")
+    figures = example.main(sectors=8, n=2, out=tmp_path)
+    # the bone's end holds against the load
+    assert np.abs(figures["contact"]["held"] + example.LOAD).max() < 1e-7 * np.linalg.norm(example.LOAD)
+    assert figures["contact"]["equilibrium"] < 1e-9
+    # 16 sectors are within 2.5 percent of composite beams; elements of 45 degrees within some percent of them
+    assert figures["beside the stem"]["error"] < 0.06
+    assert figures["below the stem"]["error"] < 0.06
+    # the stiff stem carries most and the soft cement least
+    assert figures["stem"]["von_mises"] > figures["bone"]["von_mises"] > figures["cement"]["von_mises"] > 0
+    for name in ("hip_stem_stress.png", "hip_stem_pressure.png", "hip_stem.vtu"):
+        assert (tmp_path / name).stat().st_size > 2000
+
+
 @pytest.mark.parametrize("name", sorted(p.stem for p in FOLDER.glob("*.py")))
 def test_every_example_is_tested(name):
     assert f"def test_{name}(" in Path(__file__).read_text()

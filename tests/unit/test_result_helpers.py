@@ -165,3 +165,24 @@ def test_summary_and_table_name_regions_and_reactions(two_feet):
     assert [b["name"] for b in summary["bodies"]] == ["bridge", "floor"]
     assert abs(summary["bodies"][1]["reaction"][2] - two_feet.contacts[0].force[2]) <= ROUNDING
     assert "region 2: area 1," in str(two_feet)
+
+
+def test_stress_of_one_material_stops_at_its_edge():
+    # a column of two materials with another ratio of Poisson's each, pressed without strain across
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 4))
+    mesh = mesh.with_group("low", lambda c: c[:, 2] < 0.5).with_group("high", lambda c: c[:, 2] > 0.5)
+    materials = {"low": fc.Material(E=1.0, nu=0.3), "high": fc.Material(E=10.0, nu=0.0)}
+    held = {"bottom": "z", "x_min": "x", "x_max": "x", "y_min": "y", "y_max": "y"}
+    body, floor = fc.ElasticBody(mesh, materials, "top", held, name="column"), fc.RigidBody(fc.Plane(), name="floor")
+    upside = floor.placed((0, 0, 1.0), fc.rotation_about((1, 0, 0), np.pi))
+    result = fc.Scene([body, upside], [fc.Contact(body, upside)]).solve(motions={upside: {"z": -0.01}})
+    # the stress along z is one in both, that across nu/(1 - nu) of it; E (1 - nu)/((1 + nu)(1 - 2 nu)) is the modulus
+    along = -0.01 / (0.5 * 1.3 * 0.4 / 0.7 + 0.5 / 10.0)
+    z = body.mesh.points[:, 2]
+    for name, inside, across in (("low", z <= 0.5, 0.3 / 0.7 * along), ("high", z >= 0.5, 0.0)):
+        stress = result.stress(body, name)
+        assert np.isnan(stress[~inside]).all()
+        assert np.abs(stress[inside, 2] - along).max() <= 1e-9
+        assert np.abs(stress[inside, 0] - across).max() <= 1e-9
+    with pytest.raises(fc.InputError, match=r"no element set 'middle'\. Its sets are: 'low', 'high'"):
+        result.stress(body, "middle")
