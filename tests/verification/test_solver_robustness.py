@@ -10,20 +10,17 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 from scipy.sparse.linalg import LinearOperator
+from solver_cases import half_space
 
 from fecontact.solvers import ComplementarityProblem, Solution, available_solvers, solve
 
 ANY_COMPLIANCE = ("auto", "nnls", "lemke")
 
 
-def pressed_half_space(size: int, half_width: float = 1.4) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pressed_half_space(size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """S, g and B (force and two moments): radius 1, E* = 1, point loads on a square grid (Boussinesq)."""
-    line = np.linspace(-half_width, half_width, size)
-    x, y = (each.ravel() for each in np.meshgrid(line, line))
-    distance = np.hypot(x[:, None] - x, y[:, None] - y)
-    # the deflection in the middle of a uniformly loaded square for the cell itself (Love 1929)
-    np.fill_diagonal(distance, (line[1] - line[0]) / (4 * np.log(1 + np.sqrt(2))))
-    return 1 / (np.pi * distance), (x**2 + y**2) / 2, np.vstack([np.ones_like(x), x, y])
+    problem = half_space(size, 3)
+    return problem.S, problem.g, problem.B
 
 
 HERTZ_LOAD = np.array([4 / 3, 0.0, 0.0])
