@@ -12,6 +12,7 @@ Examples
 from fecontact import surfaces
 from fecontact.analytic import hertz
 from fecontact.bodies import (
+    AncfBody,
     AxisymmetricBody,
     Body,
     ElasticBody,
@@ -49,6 +50,7 @@ from fecontact.solvers import available_solvers
 from fecontact.springs import Spring
 
 __all__ = [
+    "AncfBody",
     "AxisymmetricBody",
     "Body",
     "Contact",

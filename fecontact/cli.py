@@ -35,11 +35,11 @@ def _add_hertz(commands: argparse._SubParsersAction) -> None:
     hertz = commands.add_parser(
         "hertz",
         help="two spheres pressed together, beside Hertz's solution",
-        description="Press two spheres of 8-, 20- or 27-node hexahedra together and compare with Hertz.",
+        description="Press two spheres of hexahedra or of gradient bricks (ancf) together and compare with Hertz.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     hertz.add_argument("--case", default="equal", choices=("equal", "unequal", "light", "report"), help="test problem")
-    hertz.add_argument("--element", default="hex20", choices=("hex8", "hex20", "hex27"))
+    hertz.add_argument("--element", default="hex20", choices=("hex8", "hex20", "hex27", "ancf"))
     hertz.add_argument("--pressure", default="midface", choices=("midface", "nodal"), help="contact faces of hex20")
     hertz.add_argument("--model", default="two-bodies", choices=("two-bodies", "symmetric"))
     hertz.add_argument("--solver", default="auto", help="auto or a name out of fecontact.available_solvers()")

@@ -85,6 +85,11 @@ class Interface:
         return surface.points
 
     @cached_property
+    def slave_rows(self) -> sp.csr_matrix:
+        """Opening by the slave's displacements (n_pairs, n_dofs)."""
+        return self.pairing.rows_on_slave(self.slave, self.surfaces[0])
+
+    @cached_property
     def master_rows(self) -> sp.csr_matrix:
         """Opening by the master's displacements (n_pairs, n_dofs)."""
         surface, pairing = self.slave.surface(self.surfaces[0]), self.pairing
@@ -95,7 +100,7 @@ class Interface:
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening by the displacements of a body; None if it has no part in this contact."""
         if body is self.slave:
-            return self.pairing.slave_rows
+            return self.slave_rows
         return self.master_rows if body is self.master else None
 
     def opening_by(self, frames: Sequence[Frame]) -> Array:
@@ -369,7 +374,7 @@ def _condense_shared(
         for interface, c in zip(interfaces, chosen, strict=True):
             rows = interface.rows(body)
             if rows is not None:
-                nodes.setdefault(id(model), []).append(np.unique(rows[c].indices // 3))
+                nodes.setdefault(id(model), []).append(model.touched(rows[c]))
     for key, lists in nodes.items():
         if len(lists) > 1:
             models[key].condensed(np.unique(np.concatenate(lists)), watch)

@@ -141,7 +141,8 @@ class ContactResult:
     def displacement(self, body: Body) -> Array:
         """Total displacement (n_points, 3) of the body's nodes in world axes."""
         k, elastic = self._elastic(body)
-        return self.state.displacements[k].reshape(-1, 3) @ elastic.pose.rotation.T
+        assert elastic.model is not None
+        return elastic.model.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
 
     def strain(self, body: Body) -> Array:
         """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
@@ -198,7 +199,9 @@ class ContactResult:
         assert elastic.model is not None
         along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
         weights = along_z.reshape(-1, 3)[:, 2]
-        return weights @ self.displacement(body) / weights.sum()
+        k = self._number(body)
+        total = elastic.pose.rotation @ (weights @ self.state.displacements[k].reshape(-1, 3))
+        return total / (along_z @ elastic.model.rigid_modes[:, 2])
 
     def reaction(self, body: Body, boundary: str | None = None) -> Array:
         """Force and moment (6,) by which a body is held, about its reference point, in world axes.

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
 from fecontact.errors import InputError
-from fecontact.fem.support import share_of_support
 from fecontact.frames import vector
 
 if TYPE_CHECKING:
@@ -112,5 +111,5 @@ def hold_of_boundary(body: ElasticBody, part: Part, name: str, displacement: Arr
     if part.hold is not None:
         load = part.hold.balanced(load)
     rest = K @ displacement + K.T @ displacement - K.diagonal() * displacement - load
-    nodal = share_of_support(body.mesh, body.supports, name, rest)
+    nodal = body.model.support_forces(name, rest)
     return np.asarray(part.frame.modes(np.eye(6)).T @ nodal)

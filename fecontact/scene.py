@@ -290,7 +290,13 @@ def _interface(contact: Contact) -> Interface:
         points = slave.pose.to_world(surface.points[surface.nodes])
         check_rigid_surface(master, other, points, surface.along)
     ring = isinstance(surface, CurveSurface) and surface.along.revolved and contact.coupling == "auto"
-    coupling = "mortar" if contact.coupling == "mortar" or ring else "nodal"
+    whole = isinstance(surface, FacetSurface) and surface.eight_hats
+    if whole and contact.coupling == "nodal":
+        raise InputError(
+            f"{slave.name!r} has gradient coordinates, and forces on the nodes of its faces would leave the gradients "
+            "out: use coupling='auto' or 'mortar', or make the other body the slave."
+        )
+    coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
     return Interface(slave, master, names, _paired(slave, master, names, coupling), note)
 
 
@@ -312,12 +318,18 @@ def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Int
     if not grid and contact.coupling == "auto" and (hats_exist(s) or (swappable and hats_exist(m))):
         # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave
         swapped = swappable and hats_exist(m) and (ratio > COARSER or not hats_exist(s))
-        return _recoupled(interface, swapped, "mortar", "rings, mortar" if ring else "faces do not match, mortar")
+        return _recoupled(interface, swapped, "mortar", _why_mortar(s, ring))
     # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
     note = "a half-space's cells take the forces of the other's nodes"
     if not grid:
         note = "faces do not match: nodal forces err by the order of the face size"
     return _recoupled(interface, swappable and ratio < 1 / COARSER, "nodal", note)
+
+
+def _why_mortar(slave: FacetSurface, coupled: bool) -> str:
+    if slave.eight_hats:
+        return "gradient coordinates, mortar"
+    return "rings, mortar" if coupled else "faces do not match, mortar"
 
 
 def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str) -> Interface:
@@ -343,7 +355,7 @@ def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str) ->
     if not isinstance(surface, FacetSurface):
         raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
     relative = slave.pose.relative_to(master.pose)
-    couple = pair_mortar if coupling == "mortar" else pair
+    couple = pair_mortar if coupling == "mortar" or surface.eight_hats else pair
     if isinstance(surface, GridSurface):
         pairing = surface.pair(master.surface(names[1]), relative.rotation, relative.translation)
     else:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.analytic import hertz
-from fecontact.bodies import ElasticBody, Plane, RigidBody, rotation_about
+from fecontact.bodies import AncfBody, ElasticBody, Plane, RigidBody, rotation_about
 from fecontact.contactfields import ContactFields
 from fecontact.errors import InputError
 from fecontact.material import Material
@@ -31,7 +31,7 @@ from fecontact.scene import Contact, Scene
 
 Array = NDArray[np.float64]
 
-ELEMENTS = ("hex8", "hex20", "hex27")
+ELEMENTS = ("hex8", "hex20", "hex27", "ancf")
 PRESSURES = ("midface", "nodal")
 MODELS = ("two-bodies", "symmetric")
 
@@ -220,7 +220,8 @@ def solve_spheres(
     ----------
     case : str or Spheres
         'equal', 'unequal', 'light' or one's own.
-    element : {'hex20', 'hex8', 'hex27'}
+    element : {'hex20', 'hex8', 'hex27', 'ancf'}
+        'ancf': bricks with gradient coordinates, on the geometry of 20-node ones.
     pressure : {'midface', 'nodal'}
         Contact faces with a ninth node, or the report's plain 20-node faces.
     model : {'two-bodies', 'symmetric'}
@@ -266,7 +267,7 @@ def solve_spheres(
     seconds = {**stages, **seconds, "total": time.perf_counter() - began}
     chosen = {
         "element": element,
-        "pressure": pressure if element == "hex20" else "nodal",
+        "pressure": {"hex20": pressure, "ancf": "eight"}.get(element, "nodal"),
         "model": model,
         "level": level if isinstance(level, int) else asdict(level),
         "edge_fit": edge_fit,
@@ -307,8 +308,11 @@ def _press(
     downwards = rotation_about((1.0, 1.0, 0.0), math.pi)
 
     def body(radius: float, name: str) -> ElasticBody:
-        mesh = shapes.quarter_sphere(radius, contact_radius=ring, level=level, element=element)
+        geometry = "hex20" if element == "ancf" else element
+        mesh = shapes.quarter_sphere(radius, contact_radius=ring, level=level, element=geometry)
         supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+        if element == "ancf":
+            return AncfBody(mesh, spheres.material, "cap", supports, name=name, backend=backend)
         return ElasticBody(mesh, spheres.material, "cap", supports, pressure=pressure, name=name, backend=backend)
 
     upper = body(spheres.radii[1], "upper")

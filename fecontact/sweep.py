@@ -105,6 +105,6 @@ def _condense_all(left: Mapping[str, tuple[Moved, dict[str, Any]]]) -> None:
             for condition, c in zip(conditions, chosen, strict=True):
                 rows = condition.rows(body)
                 if rows is not None:
-                    nodes.setdefault(id(body.model), []).append(np.unique(rows[c].indices // 3))
+                    nodes.setdefault(id(body.model), []).append(body.model.touched(rows[c]))
     for key, found in nodes.items():
         models[key].condensed(np.unique(np.concatenate(found)), Stopwatch())

@@ -27,16 +27,30 @@ ORDER = 7
 def weight(solid: AncfSolid, acceleration: ArrayLike) -> Array:
     """Forces (n_dofs,) of gravity or of another uniform acceleration (3,) on the mass."""
     g = _three(acceleration, "The acceleration")
-    return body_force(solid.space, solid.density[:, None] * g)
+    return body_force(solid.space, g, solid.density)
 
 
-def body_force(space: AncfSpace, force: ArrayLike) -> Array:
-    """Forces (n_dofs,) of a force per initial volume (3,) or per cell (n_cells, 3)."""
-    b = np.broadcast_to(np.asarray(force, dtype=float), (len(space.corners), 3))
-    total = np.zeros((int(space.functions.max()) + 1, 3))
+def body_force(space: AncfSpace, force: ArrayLike | Callable[[Array], Array], density: ArrayLike = 1.0) -> Array:
+    """Forces (n_dofs,) of a force per initial mass (per volume for unit density).
+
+    Parameters
+    ----------
+    space : AncfSpace
+    force : (3,) array or callable
+        ``force(points (n, 3)) -> (n, 3)``, points of the initial shape.
+    density : float or (n_cells,) array
+    """
+    rho = np.broadcast_to(np.asarray(density, dtype=float), len(space.corners))
+    e0 = space.spread(space.q0)
+    total = np.zeros_like(e0)
     for batch in space.batches(*gauss(4)):
-        own = np.einsum("cqa,cq->ca", batch.S, batch.dV)
-        np.add.at(total, batch.functions, own[:, :, None] * b[batch.cells, None])
+        x = batch.S @ e0[batch.functions]
+        if callable(force):
+            b = np.asarray(force(x.reshape(-1, 3)), dtype=float).reshape(x.shape)
+        else:
+            b = np.broadcast_to(_three(force, "The force"), x.shape)
+        weighted = b * (batch.dV * rho[batch.cells, None])[..., None]
+        np.add.at(total, batch.functions, np.swapaxes(batch.S, 1, 2) @ weighted)
     return space.gather(total)
 
 

@@ -270,6 +270,10 @@ class AncfSpace:
         S = self.values(cell, N[:, None, :])[:, 0]
         return S, self.reference_gradients(cell, dN[:, None])[:, 0] @ axes
 
+    def face_rows(self, faces: IntArray, local: Array) -> sp.csr_matrix:
+        """Values (n, n_functions) of all functions at points of faces, see `face_functions`."""
+        return self._sparse(faces[:, 0], self.face_functions(faces, local)[0])
+
     @cached_property
     def volumes(self) -> Array:
         """Volumes (n_cells,) of the interpolated initial geometry."""

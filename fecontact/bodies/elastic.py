@@ -199,8 +199,8 @@ class ElasticBody:
         nearest = int(np.argmin(distance))
         row = np.zeros(model.n_dofs)
         if distance[nearest] <= 1e-6 * model.size:
-            row[3 * nearest : 3 * nearest + 3] = direction
-        elif model.free_motions.shape[1] == 0:
+            return along(model.point_row(nearest), np.asarray(direction, dtype=float)[None, :])
+        if model.free_motions.shape[1] == 0:
             # six held degrees of freedom that determine the frame's motion, and their share in that of the point
             frame = model.nodal_modes[model.held]
             six = model.held[scipy.linalg.qr(frame.T, mode="r", pivoting=True)[1][:6]]
@@ -221,7 +221,7 @@ class ElasticBody:
         The stiffness is condensed onto the nodes that the rows touch, all three components, so that later pairings and
         poses of the same candidates are small products: S = Y^T Y with Y = L^-1 C^T, L L^T = K_hat.
         """
-        condensation = self._model.condensed(np.unique(rows.indices // 3), watch)
+        condensation = self._model.condensed(self._model.touched(rows), watch)
         with watch("condense"):
             C = _local(self._model.rows_to_nodal(rows), condensation)
             Y = scipy.linalg.solve_triangular(condensation.cholesky, C.T.toarray(), lower=True, check_finite=False)
@@ -234,7 +234,7 @@ class ElasticBody:
         """Elastic displacements (n_dofs,) under forces along rows and external loads."""
         model = self._model
         f = np.asarray(rows.T @ forces) if loads is None else rows.T @ forces + loads
-        condensation = model.condensed(np.unique(rows.indices // 3), Stopwatch())
+        condensation = model.condensed(model.touched(rows), Stopwatch())
         f_solved = self._solved(f)[:, None]
         u_c = condensation.solve(condensation.factor.reduce(f_solved))
         u = np.zeros(model.n_dofs)

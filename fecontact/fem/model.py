@@ -22,7 +22,7 @@ from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.rigid import rigid_modes, unresisted
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
-from fecontact.fem.support import Holds, Support, grounding, holds
+from fecontact.fem.support import Holds, Support, grounding, holds, share_of_support
 from fecontact.material import Material
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh
@@ -107,16 +107,21 @@ class Model:
         """Displacements that its elements have."""
         return self.dofs_per_node * len(self.mesh.points)
 
+    @property
+    def functions(self) -> IntArray:
+        """Scalar functions (n_cells, n) that live on each cell: here its nodes."""
+        return self.mesh.cells
+
     def _check_connected(self) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""
-        cells = self.mesh.cells
+        cells = self.functions
         ends = (np.arange(len(cells)).repeat(cells.shape[1]), cells.ravel())
-        touched = sp.csr_matrix((np.ones(cells.size), ends), shape=(len(cells), len(self.mesh.points)))
+        touched = sp.csr_matrix((np.ones(cells.size), ends), shape=(len(cells), self.n_dofs // 3))
         count, part = connected_components(touched @ touched.T, directed=False)
         if count == 1:
             return
         nodes = self.held // 3
-        owner = np.zeros(len(self.mesh.points), dtype=np.int64)
+        owner = np.zeros(self.n_dofs // 3, dtype=np.int64)
         owner[cells] = part[:, None]
         for k in range(count):
             if self.unresisted_by(self.held[owner[nodes] == k]).shape[1]:
@@ -228,6 +233,22 @@ class Model:
     def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
         """Stresses (n_points, 6) at the nodes, averaged over all cells or some (NaN where there is none of these)."""
         return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
+
+    def touched(self, rows: sp.csr_matrix) -> IntArray:
+        """Scalar functions that rows (n, n_dofs) act on, in nodal axes."""
+        return np.unique(self.rows_to_nodal(rows).indices // 3)
+
+    def at_points(self, u: Array) -> Array:
+        """Displacements (n_points, 3) of the mesh's points."""
+        return u.reshape(-1, 3)
+
+    def point_row(self, point: int) -> sp.csr_matrix:
+        """Weights (1, n_functions) that take the displacement of a point of the mesh."""
+        return sp.csr_matrix(([1.0], ([0], [point])), shape=(1, self.n_dofs // 3))
+
+    def support_forces(self, name: str, rest: Array) -> Array:
+        """What one support gives (n_dofs,) of the forces by which all hold the body, see `fem.support`."""
+        return share_of_support(self.mesh, self.supports, name, rest)
 
     def condensed(self, nodes: IntArray, watch: Stopwatch) -> Condensation:
         """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all."""

@@ -45,7 +45,8 @@ SIDEWAYS = 1e-10
 def hat_shapes(n_nodes: int, local: Array) -> Array:
     """Non-negative hats (n_q, n_nodes) of a facet, linear in each direction.
 
-    On a quadrilateral of 4 nodes, on the quarters of one of 9, on the halves of a section's side (3).
+    On a quadrilateral of 4 nodes, on the quarters of one of 8 or 9, on the halves of a section's side (3). With eight
+    nodes the pressure in the middle is the mean of those of the mid-side nodes, which still holds every linear pressure.
 
     Examples
     --------
@@ -56,13 +57,17 @@ def hat_shapes(n_nodes: int, local: Array) -> Array:
     if n_nodes == 3:
         return np.maximum(1.0 - 2 * np.abs(local[:, :1] - np.array([0.0, 1.0, 0.5])), 0.0)
     width = 1.0 if n_nodes == 4 else 0.5
-    distance = np.abs(local[:, None, :] - quad_nodes(n_nodes)[None, :, :]) / width
-    return np.maximum(1.0 - distance, 0.0).prod(axis=2)
+    nodes = quad_nodes(9 if n_nodes == 8 else n_nodes)
+    distance = np.abs(local[:, None, :] - nodes[None, :, :]) / width
+    hats = np.maximum(1.0 - distance, 0.0).prod(axis=2)
+    if n_nodes == 8:
+        hats[:, 4:8] += hats[:, 8:] / 4
+    return hats[:, :n_nodes]
 
 
 def hats_exist(surface: FacetSurface) -> bool:
-    """Whether a surface can be the slave of a mortar coupling: four- or nine-node quadrilaterals and curves only."""
-    return surface.facets.shape[1] != 8 and not surface.triangle.any()
+    """Whether a surface can be the slave of a mortar coupling: four- or nine-node facets, `eight_hats`, and curves."""
+    return (surface.facets.shape[1] != 8 or surface.eight_hats) and not surface.triangle.any()
 
 
 def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translation: Array) -> Pairing:
@@ -88,7 +93,7 @@ def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translati
             "Make the other body the slave, use pressure='midface', or coupling='nodal'."
         )
     turned = slave.points @ rotation.T + translation
-    moved = FacetSurface(turned, slave.facets, slave.name)
+    moved = FacetSurface(turned, slave.facets, slave.name, slave.eight_hats)
     on_master = None
     if isinstance(slave, CurveSurface):
         moved = replace(slave, points=turned)
@@ -147,6 +152,8 @@ def _paired(
         rotation=rotation,
         translation=translation,
         coupling="mortar",
+        slave_facet=facet,
+        slave_local=local,
     )
 
 
@@ -201,7 +208,7 @@ def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
         facet[lost], local[lost] = nearest.facet, nearest.local
         N[lost], columns[lost] = master.evaluate(facet[lost], local[lost])[2], master.facets[facet[lost]]
     weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
-    return Feet(x, normals, gap, beyond, weights, facet, local)
+    return Feet(x, normals, gap, beyond, weights, facet, local, master.name)
 
 
 def _sub_faces(n_nodes: int) -> Array:

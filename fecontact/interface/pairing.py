@@ -59,6 +59,8 @@ class Pairing:
         Pose of the slave's axes seen from the master's.
     coupling : str
         'nodal' or 'mortar'.
+    slave_facet, slave_local : (n_samples,) and (n_samples, 2) arrays, optional
+        Facets of the slave and coordinates of the samples; None where the samples are nodes.
     """
 
     nodes: IntArray
@@ -72,6 +74,8 @@ class Pairing:
     rotation: Array
     translation: Array
     coupling: str = "nodal"
+    slave_facet: IntArray | None = None
+    slave_local: Array | None = None
 
     @cached_property
     def gap(self) -> Array:
@@ -80,8 +84,19 @@ class Pairing:
 
     @cached_property
     def slave_rows(self) -> sp.csr_matrix:
-        """Opening by the slave's displacements: +n, (n, 3 n_nodes)."""
+        """Opening by displacements of the slave's nodes: +n, (n, 3 n_nodes)."""
         return self.average @ along(self.slave_weights, self.slave_normals)
+
+    def rows_on_slave(self, slave: Body, surface: str) -> sp.csr_matrix:
+        """Opening by the slave's own coordinates, (n, n_dofs), where its facets are known and perhaps not its nodes."""
+        if self.slave_facet is None:
+            return self.slave_rows
+        n = len(self.slave_facet)
+        feet = Feet(
+            np.zeros((n, 3)), self.slave_normals, np.zeros(n), np.zeros(n, bool),
+            self.slave_weights, self.slave_facet, self.slave_local, surface,
+        )  # fmt: skip
+        return self.average @ slave.trace(feet, self.slave_normals)
 
     def master_rows(self, master: Body) -> sp.csr_matrix:
         """Opening by the master's displacements: -n at the feet, (n, n_dofs)."""

@@ -48,6 +48,8 @@ class Feet:
         Interpolation from the nodes of the surface's mesh; None for a surface without nodes.
     facet, local : (n,) and (n, 2) arrays, optional
         Facet and its coordinates.
+    surface : str
+        Name of the surface whose facets these are.
     """
 
     points: Array
@@ -57,6 +59,7 @@ class Feet:
     weights: sp.csr_matrix | None = None
     facet: IntArray | None = None
     local: Array | None = None
+    surface: str = ""
 
     def chosen(self, kept: IntArray) -> Feet:
         """Some of the feet."""
@@ -68,6 +71,7 @@ class Feet:
             None if self.weights is None else self.weights[kept],
             None if self.facet is None else self.facet[kept],
             None if self.local is None else self.local[kept],
+            self.surface,
         )
 
 
@@ -89,12 +93,15 @@ class FacetSurface:
     facets : (n_facets, 4 | 8 | 9) int array
         Node numbers, corners counter-clockwise seen from outside; triangles as in `mesh.facets`.
     name : str
-        For messages.
+    eight_hats : bool
+        Whether eight-node facets can carry pressure shapes, because displacements on them have functions of their own;
+        see `mortar.hat_shapes`.
     """
 
     points: Array
     facets: IntArray
     name: str = "surface"
+    eight_hats: bool = False
 
     @cached_property
     def nodes(self) -> IntArray:
@@ -181,7 +188,7 @@ class FacetSurface:
         columns = self.facets[facet]
         indptr = np.arange(0, columns.size + 1, columns.shape[1])
         weights = sp.csr_matrix((N.ravel(), columns.ravel(), indptr), shape=(len(points), len(self.points)))
-        return Feet(x, normals, gap, self._beyond(facet, local, offset), weights, facet, local)
+        return Feet(x, normals, gap, self._beyond(facet, local, offset), weights, facet, local, self.name)
 
     @cached_property
     def _mean_normals(self) -> Array:

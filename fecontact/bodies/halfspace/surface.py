@@ -85,7 +85,7 @@ def grid_surface(grid: Grid, name: str) -> GridSurface:
     points[:, 1] = np.tile(grid.y, nx)
     corner = (np.arange(nx - 1)[:, None] * ny + np.arange(ny - 1)).ravel()
     facets = np.stack([corner, corner + ny, corner + ny + 1, corner + 1], axis=1)
-    return GridSurface(points, facets, name, grid)
+    return GridSurface(points, facets, name, grid=grid)
 
 
 def straight_above(points: Array, master: Surface, rotation: Array, translation: Array) -> Feet:

@@ -1,0 +1,193 @@
+"""The linear model behind an elastic body of bricks: small strains about the initial shape.
+
+Everything that `fem.model.Model` does with nodes it does here with scalar functions: positions and gradients alike have
+three components each, so condensation, grounding and rigid modes go through the same code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.ancf.loads import body_force
+from fecontact.ancf.loads import traction as surface_traction
+from fecontact.ancf.release import sides_by_label
+from fecontact.ancf.solid import AncfSolid
+from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.supports import hold
+from fecontact.fem.model import Model, materials_of_cells
+from fecontact.fem.stress import hooke
+from fecontact.fem.support import Holds, Support
+from fecontact.material import Material
+from fecontact.mesh.check import check_mesh
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.reference import hex_nodes, hex_quadrature, hex_shapes
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Poisson's ratio above which the part with lambda is integrated with two points per direction.
+NEARLY_INCOMPRESSIBLE = 0.4
+_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+
+
+class AncfModel(Model):
+    """Mesh of 20-node geometry, materials and supports, with the bricks' functions.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        hex20; the corners are the element's nodes, the others say where the edges run.
+    materials, supports, backend, integration
+        As in `fem.model.Model`.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        materials: Material | Mapping[str, Material],
+        supports: Mapping[str, Support],
+        backend: str = "auto",
+        integration: str = "auto",
+    ) -> None:
+        self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
+        check_mesh(mesh)
+        self.mesh, self.supports, self.backend = mesh, dict(supports), backend
+        self.selective = integration == "selective" or (
+            integration == "auto" and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
+        )
+        several = len(self.materials) > 1
+        self.space = AncfSpace(mesh, sides_by_label(mesh, self.material_of_cell) if several else None)
+        self.solid = AncfSolid(self.space, materials, volumetric=2 if self.selective else None)
+        held = hold(self.space, supports)
+        plain = (held.basis - sp.eye_array(self.n_dofs)).nnz == 0
+        self._holds = Holds(held.held, None if plain else held.basis)
+        self._condensation = None
+        self._check_connected()
+
+    @property
+    def n_dofs(self) -> int:
+        """Coordinates, held ones included."""
+        return self.space.n_dofs
+
+    @property
+    def n_unknowns(self) -> int:
+        """Coordinates that its elements have."""
+        return self.n_dofs
+
+    @property
+    def functions(self) -> IntArray:
+        """Scalar functions (n_cells, 8) that tie cells to each other: the positions of their nodes."""
+        return self.space.start[self.space.corners]
+
+    @cached_property
+    def rigid_modes(self) -> Array:
+        """Changes (n_dofs, 6) of positions and gradients by the rigid motions about the centre of mass."""
+        return self.space.rigid_modes(self.mass_and_centre[1])
+
+    @cached_property
+    def stiffness(self) -> sp.csr_matrix:
+        """Upper triangle of the stiffness (n_dofs, n_dofs)."""
+        return sp.triu(self.solid.stiffness, format="csr")
+
+    @cached_property
+    def _interpolation(self) -> sp.csr_matrix:
+        """Displacements (n_points, n_functions) of all points of the mesh."""
+        cells = self.mesh.cells
+        _, first = np.unique(cells, return_index=True)
+        cell, local = np.divmod(first, cells.shape[1])
+        return self.space.rows_at(cell, hex_nodes(cells.shape[1])[local])
+
+    def at_points(self, u: Array) -> Array:
+        """Displacements (n_points, 3) of the mesh's points."""
+        return np.asarray(self._interpolation @ u.reshape(-1, 3))
+
+    def point_row(self, point: int) -> sp.csr_matrix:
+        """Weights (1, n_functions) that take the displacement of a point of the mesh."""
+        return self._interpolation[[point]]
+
+    def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+        """Forces (n_dofs,) of a traction on a boundary."""
+        return surface_traction(self.space, name, field)
+
+    def body_force(self, field: Callable[[Array], Array]) -> Array:
+        """Forces (n_dofs,) of a force per mass."""
+        return body_force(self.space, field, self.density)
+
+    def support_forces(self, name: str, rest: Array) -> Array:
+        """What one support gives (n_dofs,) of the forces by which all hold the body.
+
+        With P_s the projector on what support s holds: P_s (sum of P)^+ rest, as in `fem.support.share_of_support`.
+        """
+        own = hold(self.space, {name: self.supports[name]})
+        total = sp.csr_matrix((self.n_dofs, self.n_dofs))
+        for other, support in self.supports.items():
+            rows = hold(self.space, {other: support}).rows
+            total = total + rows.T @ rows
+        touched = np.unique(own.rows.indices)
+        share = np.zeros(self.n_dofs)
+        # the blocks of the nodes are small; the pseudo-inverse acts on the range of all supports
+        held = self._holds.held
+        basis = sp.eye_array(self.n_dofs, format="csr") if self._holds.axes is None else self._holds.axes
+        Z = basis[:, held].tocsr()
+        inside = sp.linalg.spsolve((Z.T @ total @ Z).tocsc(), Z.T @ rest)
+        share[touched] = (own.rows.T @ (own.rows @ (Z @ inside)))[touched]
+        return share
+
+    def gauss_strain(self, u: Array) -> Array:
+        """Strains (n_cells, 27, 6) inside the cells."""
+        return self._strain_at(u, hex_quadrature(20)[0])
+
+    def nodal_strain(self, u: Array) -> Array:
+        """Strains (n_points, 6) at the mesh's points: taken there, and averaged over the cells round a point."""
+        return self._averaged(self._strain_at(u, hex_nodes(20)))
+
+    def nodal_stress(self, u: Array) -> Array:
+        """Stresses (n_points, 6) at the mesh's points, taken as strains are."""
+        return self._averaged(hooke(self._strain_at(u, hex_nodes(20)), self.lame[:, None], self.shear[:, None]))
+
+    def _averaged(self, values: Array) -> Array:
+        total = np.zeros((len(self.mesh.points), values.shape[2]))
+        count = np.bincount(self.mesh.cells.ravel(), minlength=len(total))
+        np.add.at(total, self.mesh.cells, values)
+        return total / np.maximum(count, 1)[:, None]
+
+    def _strain_at(self, u: Array, X: Array) -> Array:
+        """Strains (n_cells, n_q, 6) at reference points.
+
+        With selective integration the volume change is that of its points, carried over by trilinear functions.
+        """
+        strain = self._plain_strain(u, X)
+        if self.selective:
+            t = np.polynomial.legendre.leggauss(2)[0] / 2 + 0.5
+            eight = np.stack(np.meshgrid(t, t, t, indexing="ij"), axis=-1).reshape(-1, 3)
+            carry = hex_shapes(8, X)[0] @ np.linalg.inv(hex_shapes(8, eight)[0])
+            wanted = self._plain_strain(u, eight)[:, :, :3].sum(axis=2) @ carry.T
+            strain[:, :, :3] += ((wanted - strain[:, :, :3].sum(axis=2)) / 3)[:, :, None]
+        return strain
+
+    def _plain_strain(self, u: Array, X: Array) -> Array:
+        e = self.space.spread(u)
+        out = np.empty((len(self.mesh.cells), len(X), 6))
+        for batch in self.space.batches(X, np.ones(len(X))):
+            gradient = np.einsum("cqaj,cai->cqij", batch.gradients, e[batch.functions], optimize=True)
+            for k, (i, j) in enumerate(_PAIRS):
+                out[batch.cells, :, k] = (gradient[..., i, j] + gradient[..., j, i]) / 2
+        return out
+
+
+def twenty_nodes(mesh: Mesh) -> Mesh:
+    """The mesh with 20-node cells and no others: straight edges added, or mid-face and centre nodes taken away."""
+    if mesh.cells.shape[1] == 8:
+        return mesh.upgraded(20)
+    if mesh.cells.shape[1] == 20 and mesh.midface is None:
+        return mesh
+    used, cells = np.unique(mesh.cells[:, :20], return_inverse=True)
+    number = np.full(len(mesh.points), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    sets = {name: number[nodes][number[nodes] >= 0] for name, nodes in mesh.node_sets.items()}
+    return Mesh(mesh.points[used], cells.reshape(-1, 20), mesh.boundaries, mesh.groups, sets)
