@@ -195,11 +195,10 @@ class ContactResult:
 
     def boundary_motion(self, body: Body, name: str) -> Array:
         """Mean displacement (3,) of a boundary in world axes, over its nodes by their areas."""
-        _, elastic = self._elastic(body)
+        k, elastic = self._elastic(body)
         assert elastic.model is not None
         along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
         weights = along_z.reshape(-1, 3)[:, 2]
-        k = self._number(body)
         total = elastic.pose.rotation @ (weights @ self.state.displacements[k].reshape(-1, 3))
         return total / (along_z @ elastic.model.rigid_modes[:, 2])
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.laws import Law, Response, StVenantKirchhoff
-from fecontact.ancf.space import AncfSpace, Batch
+from fecontact.ancf.space import BATCH, AncfSpace, Batch
 from fecontact.errors import InputError
 from fecontact.fem.model import materials_of_cells
 from fecontact.material import Material
@@ -205,16 +205,21 @@ class AncfSolid:
     def _pattern(self) -> tuple[IntArray, IntArray, list[_Sum]]:
         """Sparse pattern of pairs of functions, found once, and how each batch is summed into it."""
         n = int(self.space.functions.max()) + 1
-        sizes = [batch.functions for batch in self._batches(self.points)]
-        keys = [(f[:, :, None] * n + f[:, None, :]).ravel() for f in sizes]
-        distinct = np.unique(np.concatenate([np.unique(k) for k in keys]))
+        orders, firsts, keys = [], [], []
+        for start in range(0, len(self.space.functions), BATCH):
+            f = self.space.functions[start : start + BATCH]
+            k = (f[:, :, None] * n + f[:, None, :]).ravel()
+            orders.append(np.argsort(k, kind="stable"))
+            ordered = k[orders[-1]]
+            firsts.append(np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]])))
+            keys.append(ordered[firsts[-1]])
+        distinct = np.sort(np.concatenate(keys))
+        distinct = distinct[np.concatenate([[True], distinct[1:] != distinct[:-1]])]
         rows, columns = np.divmod(distinct, n)
-        sums = []
-        for k in keys:
-            order = np.argsort(k, kind="stable")
-            ordered = k[order]
-            first = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
-            sums.append(_Sum(order.astype(np.int32), first, np.searchsorted(distinct, ordered[first])))
+        sums = [
+            _Sum(order.astype(np.int32), first, np.searchsorted(distinct, k))
+            for order, first, k in zip(orders, firsts, keys, strict=True)
+        ]
         return np.searchsorted(rows, np.arange(n + 1)), columns, sums
 
     def _assembled(self, pointer: IntArray, columns: IntArray, blocks: Array) -> sp.csr_matrix:

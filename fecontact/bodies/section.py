@@ -83,7 +83,7 @@ class SectionBody(ElasticBody):
         )
 
     def _made_surface(self, facets: IntArray, name: str) -> CurveSurface:
-        return CurveSurface(self.mesh.points, facets, name, self.along)
+        return CurveSurface(self.mesh.points, facets, name, along=self.along)
 
     def placed(
         self,

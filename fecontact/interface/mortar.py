@@ -46,7 +46,7 @@ def hat_shapes(n_nodes: int, local: Array) -> Array:
     """Non-negative hats (n_q, n_nodes) of a facet, linear in each direction.
 
     On a quadrilateral of 4 nodes, on the quarters of one of 8 or 9, on the halves of a section's side (3). With eight
-    nodes the pressure in the middle is the mean of those of the mid-side nodes, which still holds every linear pressure.
+    nodes the pressure in the middle is the mean of those of the mid-side nodes; every linear pressure is still held.
 
     Examples
     --------

@@ -115,4 +115,4 @@ def straight_above(points: Array, master: Surface, rotation: Array, translation:
         if np.abs(step).max(initial=0.0) <= CLOSE * size:
             break
     feet = start + travel[:, None] * direction
-    return Feet(feet, normals, travel, found.beyond | lost, found.weights, found.facet, found.local)
+    return Feet(feet, normals, travel, found.beyond | lost, found.weights, found.facet, found.local, found.surface)
