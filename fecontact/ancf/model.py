@@ -146,15 +146,17 @@ class AncfModel(Model):
         """Strains (n_points, 6) at the mesh's points: taken there, and averaged over the cells round a point."""
         return self._averaged(self._strain_at(u, hex_nodes(20)))
 
-    def nodal_stress(self, u: Array) -> Array:
-        """Stresses (n_points, 6) at the mesh's points, taken as strains are."""
-        return self._averaged(hooke(self._strain_at(u, hex_nodes(20)), self.lame[:, None], self.shear[:, None]))
+    def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
+        """Stresses (n_points, 6) taken as strains are; averaged over some cells alone, other points get NaN."""
+        stress = hooke(self._strain_at(u, hex_nodes(20)), self.lame[:, None], self.shear[:, None])
+        return self._averaged(stress, cells)
 
-    def _averaged(self, values: Array) -> Array:
+    def _averaged(self, values: Array, among: IntArray | None = None) -> Array:
+        cells, values = (self.mesh.cells, values) if among is None else (self.mesh.cells[among], values[among])
         total = np.zeros((len(self.mesh.points), values.shape[2]))
-        count = np.bincount(self.mesh.cells.ravel(), minlength=len(total))
-        np.add.at(total, self.mesh.cells, values)
-        return total / np.maximum(count, 1)[:, None]
+        count = np.bincount(cells.ravel(), minlength=len(total))[:, None]
+        np.add.at(total, cells, values)
+        return np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
 
     def _strain_at(self, u: Array, X: Array) -> Array:
         """Strains (n_cells, n_q, 6) at reference points.

@@ -128,6 +128,8 @@ def test_two_materials_release_the_normal_gradient():
     floor = fc.RigidBody(fc.Plane())
     result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(forces={body: (0.0, 0.0, -0.01)})
     assert np.abs(result.stress(body)[:, 2] + 0.01).max() < 1e-12
+    soft = result.stress(body, "a")
+    assert np.array_equal(np.isnan(soft[:, 2]), body.mesh.points[:, 2] > 1.01)
     assert abs(-result.rigid_motion(body).translation[2] - 0.01 * (1 + 1 / 50)) < 1e-12
 
 
