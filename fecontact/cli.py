@@ -7,8 +7,12 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fecontact.errors import FecontactError, InputError
+
+if TYPE_CHECKING:
+    from fecontact.scenefile import SceneFile
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -191,6 +195,8 @@ def _solve(options: argparse.Namespace) -> int:
     if options.dry_run:
         print(scene.describe())
         return 0
+    if scene.cases:
+        return _sweep(scene, options.json)
     result = scene.solve()
     notes = sys.stdout
     if options.json == "-":
@@ -203,6 +209,23 @@ def _solve(options: argparse.Namespace) -> int:
             print(f"wrote {save_json(options.json, scene.summary(result))}")
     for path in scene.write(result):
         print(f"wrote {path}", file=notes)
+    return 0
+
+
+def _sweep(scene: SceneFile, to: str | None) -> int:
+    from fecontact.io import save_json
+    from fecontact.scenecases import table_of
+
+    rows = scene.sweep()
+    if to == "-":
+        json.dump(rows, sys.stdout, indent=2)
+        print()
+    else:
+        print(f"{scene.title}\n{table_of(rows)}" if scene.title else table_of(rows))
+        if to:
+            print(f"wrote {save_json(to, {'cases': rows})}")
+    for output in scene.outputs:
+        print(f"wrote {output.path}", file=sys.stderr if to == "-" else sys.stdout)
     return 0
 
 

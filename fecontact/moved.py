@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -57,7 +58,7 @@ class Moved:
 
 def moved(scene: Scene, poses: Mapping[Body, Pose]) -> Moved:
     """The scene with some bodies in new poses; contacts and springs follow."""
-    new = {id(b): replace(b, pose=poses[b]) if b in poses else b for b in scene.bodies}  # type: ignore[type-var]
+    new = {id(b): _posed(b, poses[b]) if b in poses else b for b in scene.bodies}
 
     def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:
         return (None if given[0] is None else new[id(given[0])], given[1])
@@ -65,6 +66,13 @@ def moved(scene: Scene, poses: Mapping[Body, Pose]) -> Moved:
     contacts = [replace(c, slave=new[id(c.slave)], master=new[id(c.master)]) for c in scene.contacts]
     springs = [replace(s, start=end(s.start), end=end(s.end)) for s in scene.springs]
     return Moved(replace(scene, bodies=tuple(new.values()), contacts=contacts, springs=springs), tuple(scene.bodies))
+
+
+def _posed(body: Any, pose: Pose) -> Any:
+    """The same body elsewhere: what it has worked out in its own axes stays."""
+    other = copy.copy(body)
+    object.__setattr__(other, "pose", pose)
+    return other
 
 
 def turned(pose: Pose, motion: Array, point: Array) -> Pose:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,81 +11,17 @@ from typing import Any
 import numpy as np
 
 from fecontact import surfaces
-from fecontact.bodies import ElasticBody, Plane, RigidBody, Sphere, rotation_about
-from fecontact.errors import FecontactError, InputError
+from fecontact.bodies import ElasticBody, ElasticLayer, HalfSpace, Layer, Plane, Pose, RigidBody, Sphere, rotation_about
+from fecontact.bodies.layer import LAWS
+from fecontact.errors import InputError
 from fecontact.fem.support import Support, checked_support
 from fecontact.material import Material
-from fecontact.mesh import shapes
 from fecontact.mesh.mesh import Mesh
+from fecontact.scenemeshes import Arguments, check_name, existing, made, mesh_of, number, numbers, shape_of
+from fecontact.surfaces.rough import TRENDS
 from fecontact.tomltable import Table, did_you_mean, listed
 
-ELEMENTS = ("hex8", "hex20", "hex27")
-SECTORS = tuple(shapes.SECTORS)
-
-#: How each argument of a shape is read; a name that ends in ! must be given.
-Arguments = Mapping[str, Callable[[Table, str, bool], Any]]
-
-
-def _number(table: Table, key: str, required: bool) -> Any:
-    return table.number(key, required)
-
-
-def _integer(table: Table, key: str, required: bool) -> Any:
-    return table.integer(key, required)
-
-
-def _numbers(count: int) -> Callable[[Table, str, bool], Any]:
-    return lambda table, key, required: table.numbers(key, count, required)
-
-
-def _choice(choices: Sequence[str]) -> Callable[[Table, str, bool], Any]:
-    return lambda table, key, required: table.text(key, choices, required)
-
-
-def _divisions(table: Table, key: str, required: bool) -> Any:
-    """Three counts, or lists of positions in their place."""
-    value = table.raw(key, required)
-    if value is None:
-        return None
-    if not isinstance(value, list) or len(value) != 3 or not all(map(_is_division, value)):
-        table.fault(key, f"must be three counts or lists of increasing positions; found {value!r}.")
-        return None
-    return tuple(value)
-
-
-def _is_division(value: Any) -> bool:
-    if isinstance(value, list):
-        return all(isinstance(v, int | float) and not isinstance(v, bool) for v in value)
-    return isinstance(value, int) and not isinstance(value, bool) and value > 0
-
-
-_RINGS: Arguments = {
-    "contact_radius": _number,
-    "level": _integer,
-    "sector": _choice(SECTORS),
-    "element": _choice(ELEMENTS),
-}
-_QUARTER = {k: v for k, v in _RINGS.items() if k != "sector"}
-
-ELASTIC_SHAPES: dict[str, tuple[Callable[..., Mesh], Arguments]] = {
-    "block": (shapes.block, {"size!": _numbers(3), "divisions!": _divisions, "element": _choice(ELEMENTS)}),
-    "thick_ring": (
-        shapes.thick_ring,
-        {
-            "inner!": _number,
-            "outer!": _number,
-            "height!": _number,
-            "divisions": _divisions,
-            "sector": _choice(SECTORS),
-            "element": _choice(ELEMENTS),
-        },
-    ),
-    "cap": (shapes.cap, {"radius!": _number, "extent!": _number, "depth!": _number, **_RINGS}),
-    "cylinder": (shapes.cylinder, {"radius!": _number, "height!": _number, **_RINGS}),
-    "half_sphere": (shapes.half_sphere, {"radius!": _number, **_RINGS}),
-    "quarter_sphere": (shapes.quarter_sphere, {"radius!": _number, **_QUARTER}),
-    "sphere": (shapes.sphere, {"radius!": _number, **_RINGS}),
-}
+AnyBody = ElasticBody | RigidBody | HalfSpace | ElasticLayer
 
 
 def _cone(angle_deg: float) -> surfaces.Cone:
@@ -93,15 +29,17 @@ def _cone(angle_deg: float) -> surfaces.Cone:
 
 
 RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
-    "plane": (Plane, {"size": _number}),
-    "sphere": (Sphere, {"radius!": _number}),
-    "paraboloid": (surfaces.Paraboloid, {"radius_x!": _number, "radius_y": _number}),
-    "cylinder": (surfaces.Cylinder, {"radius!": _number, "length": _number}),
-    "cone": (_cone, {"angle_deg!": _number}),
-    "flat_punch": (surfaces.FlatPunch, {"radius": _number, "sides": _numbers(2)}),
-    "ellipsoid": (surfaces.Ellipsoid, {"semi_axes!": _numbers(3)}),
-    "torus": (surfaces.Torus, {"ring!": _number, "tube!": _number}),
+    "plane": (Plane, {"size": number}),
+    "sphere": (Sphere, {"radius!": number}),
+    "paraboloid": (surfaces.Paraboloid, {"radius_x!": number, "radius_y": number}),
+    "cylinder": (surfaces.Cylinder, {"radius!": number, "length": number}),
+    "cone": (_cone, {"angle_deg!": number}),
+    "flat_punch": (surfaces.FlatPunch, {"radius": number, "sides": numbers(2)}),
+    "ellipsoid": (surfaces.Ellipsoid, {"semi_axes!": numbers(3)}),
+    "torus": (surfaces.Torus, {"ring!": number, "tube!": number}),
 }
+
+TYPES = ("elastic", "rigid", "half-space", "layer")
 
 
 def read_materials(table: Table) -> dict[str, Material | None]:
@@ -113,72 +51,34 @@ def read_materials(table: Table) -> dict[str, Material | None]:
         entry.finish()
         out[name] = None
         if E is not None and nu is not None:
-            out[name] = _made(entry, None, partial(Material, E, nu, density))
+            out[name] = made(entry, None, partial(Material, E, nu, density))
     return out
 
 
-def read_bodies(
-    table: Table, materials: Mapping[str, Material | None], folder: Path
-) -> dict[str, ElasticBody | RigidBody | None]:
+def read_bodies(table: Table, materials: Mapping[str, Material | None], folder: Path) -> dict[str, AnyBody | None]:
     """Bodies by name; None for those that could not be made."""
-    out: dict[str, ElasticBody | RigidBody | None] = {}
+    out: dict[str, AnyBody | None] = {}
     for name, entry in table.subtables():
-        kind = entry.text("type", ("elastic", "rigid")) or "elastic"
-        body = _elastic(name, entry, materials, folder) if kind == "elastic" else _rigid(name, entry)
+        kind = entry.text("type", TYPES) or "elastic"
+        body: AnyBody | None
+        if kind == "elastic":
+            body = _elastic(name, entry, materials, folder, out)
+        elif kind == "rigid":
+            body = _rigid(name, entry, folder)
+        elif kind == "half-space":
+            body = _half_space(name, entry, materials)
+        else:
+            body = _layer(name, entry, materials, folder, out)
         pose = _pose(entry.table("pose"))
         entry.finish()
         out[name] = body if body is None or pose is None else body.placed(*pose)
     return out
 
 
-def _made(table: Table, key: str | None, make: Callable[[], Any]) -> Any:
-    """What `make` makes; its refusal is a fault at the key."""
-    try:
-        return make()
-    except FecontactError as error:
-        table.fault(key, str(error))
-        return None
-
-
-def _shape(table: Table, known: Mapping[str, tuple[Callable[..., Any], Arguments]]) -> Any:
-    """The shape that a table describes, or None."""
-    kind = table.text("kind", tuple(known), required=True)
-    if kind is None:
-        return None
-    make, arguments = known[kind]
-    given = {name.rstrip("!"): read(table, name.rstrip("!"), name.endswith("!")) for name, read in arguments.items()}
-    table.finish()
-    if table.faults.touched(table.place):
-        return None
-    return _made(table, None, lambda: make(**{k: v for k, v in given.items() if v is not None}))
-
-
-def _mesh(table: Table, folder: Path) -> Mesh | None:
-    """From a file or a shape, whichever is given."""
-    if ("mesh" in table) == ("shape" in table):
-        table.fault(None, "needs either a mesh (a file) or a shape (a table).")
-    scale, element = table.number("scale"), table.text("element")
-    mesh: Mesh | None = None
-    if "shape" in table:
-        for key in ("scale", "element"):
-            if key in table:
-                table.fault(key, "belongs to a mesh from a file; a shape has its own sizes and element.")
-        mesh = _shape(table.table("shape"), ELASTIC_SHAPES)
-    file = table.text("mesh")
-    if file is None:
-        return mesh
-    path = folder / file
-    if not path.is_file():
-        table.fault("mesh", f"there is no file {path}.")
-        return mesh
-    from fecontact.mesh.read import read_mesh
-
-    mesh = _made(table, "mesh", lambda: read_mesh(path, scale=1.0 if scale is None else scale, element=element))
-    return mesh
-
-
-def _elastic(name: str, table: Table, materials: Mapping[str, Material | None], folder: Path) -> ElasticBody | None:
-    mesh = _mesh(table, folder)
+def _elastic(
+    name: str, table: Table, materials: Mapping[str, Material | None], folder: Path, bodies: Mapping[str, Any]
+) -> ElasticBody | None:
+    mesh = mesh_of(table, folder, bodies)
     material = _material_of(table, materials, mesh)
     contact = table.texts("contact") or ()
     supports = _supports(table.table("supports"))
@@ -189,22 +89,17 @@ def _elastic(name: str, table: Table, materials: Mapping[str, Material | None], 
     }
     if mesh is not None:
         for boundary in contact:
-            _check_name(table, "contact", boundary, mesh.boundaries, "boundary")
+            check_name(table, "contact", boundary, mesh.boundaries, "boundary")
         for boundary in supports:
             known = {**mesh.boundaries, **mesh.node_sets}
-            _check_name(table.table("supports"), boundary, boundary, known, "boundary")
+            check_name(table.table("supports"), boundary, boundary, known, "boundary")
     if mesh is None or material is None or table.faults.touched(table.place):
         return None
     given = {k: v for k, v in options.items() if v is not None}
-    body: ElasticBody | None = _made(
+    body: ElasticBody | None = made(
         table, None, lambda: ElasticBody(mesh, material, contact, supports, name=name, **given)
     )
     return body
-
-
-def _check_name(table: Table, key: str, name: str, known: Mapping[str, Any], what: str) -> None:
-    if name not in known:
-        table.fault(key, f"the mesh has no {what} {name!r}{did_you_mean(name, known)}; there are: {listed(known)}.")
 
 
 def _material_of(
@@ -223,7 +118,7 @@ def _material_of(
     out = {}
     for group in entry.values:
         if mesh is not None:
-            _check_name(entry, group, group, mesh.groups, "element set")
+            check_name(entry, group, group, mesh.groups, "element set")
         name = entry.text(group)
         if name is not None:
             out[group] = _material_named(entry, group, name, materials)
@@ -251,11 +146,114 @@ def _supports(table: Table) -> dict[str, Support]:
     return out
 
 
-def _rigid(name: str, table: Table) -> RigidBody | None:
-    shape = _shape(table.table("shape", required=True), RIGID_SHAPES) if "shape" in table else None
-    if "shape" not in table:
-        table.fault("shape", f"is missing; the shapes of rigid bodies are: {listed(RIGID_SHAPES)}.")
-    return None if shape is None else RigidBody(shape, name)
+def _rigid(name: str, table: Table, folder: Path) -> RigidBody | None:
+    given = [key for key in ("shape", "heights", "surface") if key in table]
+    if len(given) != 1:
+        kinds = listed(RIGID_SHAPES)
+        table.fault(
+            None,
+            f"needs one of shape (a table; kinds: {kinds}), heights and surface (tables with a file); "
+            f"found {' and '.join(given) or 'none'}.",
+        )
+        return None
+    if "shape" in table:
+        shape = shape_of(table.table("shape", required=True), RIGID_SHAPES)
+        return None if shape is None else RigidBody(shape, name)
+    if "heights" in table:
+        return _heights(name, table.table("heights"), folder)
+    entry = table.table("surface")
+    path, scale = existing(entry, "file", folder), entry.number("scale")
+    entry.finish()
+    if path is None or entry.faults.touched(entry.place):
+        return None
+    body: RigidBody | None = made(
+        entry, "file", lambda: RigidBody.from_surface(path, 1.0 if scale is None else scale, name)
+    )
+    return body
+
+
+def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:
+    """A surface z(x, y) from a file."""
+    path, size = existing(table, "file", folder), table.numbers("size", 2)
+    trend, peaks_up = table.text("trend", TRENDS), table.flag("peaks_up")
+    table.finish()
+    if path is None or table.faults.touched(table.place):
+        return None
+    found = made(table, "file", lambda: surfaces.read_topography(path))
+    if found is None:
+        return None
+    sides = found.size if size is None else (size[0], size[1])
+    if sides is None:
+        table.fault("size", f"is missing, for {path.name} does not tell it.")
+        return None
+
+    def make() -> RigidBody:
+        z = found.z if trend is None else surfaces.detrend(found.z, trend)
+        return RigidBody.from_heights(-z if peaks_up else z, sides, name)
+
+    body: RigidBody | None = made(table, None, make)
+    return body
+
+
+def _half_space(name: str, table: Table, materials: Mapping[str, Material | None]) -> HalfSpace | None:
+    size, cells = table.numbers("size", 2, required=True), table.numbers("cells", 2, required=True)
+    periodic = table.flag("periodic")
+    named = {key: table.text(key) for key in ("material", "against")}
+    found = {k: _material_named(table, k, v, materials) for k, v in named.items() if v is not None}
+    layers = [_stacked(entry, materials) for entry in table.tables("layers")]
+    if cells is not None and any(n != int(n) for n in cells):
+        table.fault("cells", f"must be two whole numbers; found {list(cells)!r}.")
+    if size is None or cells is None or None in layers or None in found.values() or table.faults.touched(table.place):
+        return None
+    body: HalfSpace | None = made(
+        table,
+        None,
+        lambda: HalfSpace(
+            found.get("material"),
+            (size[0], size[1]),
+            (int(cells[0]), int(cells[1])),
+            bool(periodic),
+            layers=[layer for layer in layers if layer is not None],
+            against=found.get("against"),
+            name=name,
+        ),
+    )
+    return body
+
+
+def _stacked(table: Table, materials: Mapping[str, Material | None]) -> Layer | None:
+    """One of a half-space's layers."""
+    material, thickness = table.text("material", required=True), table.number("thickness", required=True)
+    interface = table.text("interface", ("bonded", "frictionless")) or "bonded"
+    table.finish()
+    found = None if material is None else _material_named(table, "material", material, materials)
+    if found is None or thickness is None:
+        return None
+    layer: Layer | None = made(table, None, lambda: Layer(found, thickness, interface))
+    return layer
+
+
+def _layer(
+    name: str, table: Table, materials: Mapping[str, Material | None], folder: Path, bodies: Mapping[str, Any]
+) -> ElasticLayer | None:
+    mesh = mesh_of(table, folder, bodies)
+    material, thickness = table.text("material", required=True), table.number("thickness", required=True)
+    covers, law = table.text("covers", required=True), table.text("law", LAWS) or "bonded"
+    found = None if material is None else _material_named(table, "material", material, materials)
+    if mesh is not None and covers is not None:
+        check_name(table, "covers", covers, mesh.boundaries, "boundary")
+    if mesh is None or found is None or table.faults.touched(table.place):
+        return None
+    assert covers is not None
+    assert thickness is not None
+    body: ElasticLayer | None = made(table, None, lambda: ElasticLayer(found, thickness, (mesh, covers), law, name))
+    return body
+
+
+def pose_of(table: Table) -> Pose | None:
+    """The pose that a table of translation and rotation describes; None if wrong."""
+    given = _pose(table)
+    return None if given is None else Pose(given[1], np.asarray(given[0], dtype=float))
 
 
 def _pose(table: Table) -> tuple[Any, Any] | None:
@@ -267,6 +265,6 @@ def _pose(table: Table) -> tuple[Any, Any] | None:
         axis, angle = turn.numbers("axis", required=True), turn.number("angle_deg", required=True)
         turn.finish()
         if axis is not None and angle is not None:
-            rotation = _made(turn, "axis", lambda: rotation_about(axis, math.radians(angle)))
+            rotation = made(turn, "axis", lambda: rotation_about(axis, math.radians(angle)))
     table.finish()
     return None if table.faults.touched(table.place) else (translation, rotation)

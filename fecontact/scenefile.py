@@ -12,19 +12,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fecontact.bodies import ElasticBody, RigidBody
+from fecontact.bodies import ElasticBody
 from fecontact.errors import FecontactError, InputError
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.io import check_writable, save_json, write_atomically
 from fecontact.loading import make_loading
 from fecontact.result import ContactResult
 from fecontact.scene import Contact, Scene
-from fecontact.scenebodies import read_bodies, read_materials
+from fecontact.scenebodies import AnyBody, pose_of, read_bodies, read_materials
+from fecontact.scenecases import CASE_FILES, save_cases
 from fecontact.solvers import available_solvers
 from fecontact.springs import Spring
 from fecontact.tomltable import Table, did_you_mean, listed, read_toml
-
-AnyBody = ElasticBody | RigidBody
 
 PICTURES = (".png", ".svg", ".pdf")
 #: Fields that [outputs] can draw on the bodies; those of the contacts are 'pressure' and 'gap'.
@@ -67,6 +66,8 @@ class SceneFile:
     options : dict
         Its solver, tolerance and finite_motion, where given.
     outputs : tuple of Output
+    cases : tuple of dict
+        Of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty where there is one case only.
     """
 
     path: Path
@@ -77,10 +78,18 @@ class SceneFile:
     loads: dict[str, Any]
     options: dict[str, Any]
     outputs: tuple[Output, ...]
+    cases: tuple[dict[str, Any], ...] = ()
 
     def solve(self) -> ContactResult:
-        """Solve the scene under its loads, see `Scene.solve`."""
+        """Solve the scene under its loads, see `Scene.solve`; the cases of a sweep are for `sweep`."""
         return self.scene.solve(**self.loads, **self.options)
+
+    def sweep(self) -> list[dict[str, Any]]:
+        """Solve all cases and write the files for them; one summary each, see `sweep.run_sweep`."""
+        rows = self.scene.sweep([{**self.options, **case} for case in self.cases])
+        for output in self.outputs:
+            save_cases(output.path, rows)
+        return rows
 
     def write(self, result: ContactResult) -> list[Path]:
         """Write all outputs; gives back their paths."""
@@ -101,6 +110,7 @@ class SceneFile:
         ]
         lines += [f"  spring   {s.name}" for s in self.scene.springs]
         lines += [f"  load     {kind}: {_targets(value)}" for kind, value in self.loads.items()]
+        lines += [f"  case     {case['name']}" for case in self.cases]
         lines += [f"  output   {o.kind}: {o.path}" for o in self.outputs]
         return "\n".join(lines)
 
@@ -159,16 +169,20 @@ def read_scene(path: str | Path, out: str | Path | None = None) -> SceneFile:
         root.fault("contacts", "is missing: a scene needs at least one [[contacts]].")
     loads = _loads(root.table("loads"), bodies)
     options = _solve_options(root.table("solve"))
-    outputs = _outputs(root.table("outputs"), folder if out is None else Path(out), bodies)
+    tables = root.tables("cases")
+    cases = [_case(table, k, bodies, loads) for k, table in enumerate(tables)]
+    outputs = _outputs(root.table("outputs"), folder if out is None else Path(out), bodies, bool(cases))
     root.finish()
     made = {name: body for name, body in bodies.items() if body is not None}
     if len(made) == len(bodies) and not root.faults.touched(("loads",)):
-        _check_loads(root, made, loads)
+        for table, case in [(root, loads)] if not cases else zip(tables, cases, strict=True):
+            if not table.faults.touched(table.place or ("loads",)):
+                _check_loads(table, made, case)
     root.faults.check()
     scene = Scene(
         list(made.values()), [c for c in contacts if c is not None], springs=[s for s in springs if s is not None]
     )
-    return SceneFile(root.faults.path, title, units, scene, made, loads, options, outputs)
+    return SceneFile(root.faults.path, title, units, scene, made, loads, options, outputs, tuple(cases))
 
 
 def _units(table: Table) -> UnitNames:
@@ -239,6 +253,21 @@ def _end(table: Table, bodies: Mapping[str, AnyBody | None]) -> tuple[AnyBody | 
     table.finish()
     body = bodies.get(name) if name is not None else None
     return body, point, name is not None and body is None
+
+
+def _case(table: Table, number: int, bodies: Mapping[str, AnyBody | None], loads: Mapping[str, Any]) -> dict[str, Any]:
+    """One case of a sweep: what it gives takes the place of the same kind under [loads]."""
+    name = table.text("name") or str(number)
+    poses = {}
+    entries = table.table("poses")
+    for key, entry in entries.subtables():
+        pose = pose_of(entry)
+        if key not in bodies:
+            entries.fault(key, _unknown_body(key, bodies))
+        elif pose is not None and (body := bodies[key]) is not None:
+            poses[body] = pose
+    own = _loads(table, bodies)
+    return {"name": name, **loads, **own, **({"poses": poses} if poses else {})}
 
 
 def _loads(table: Table, bodies: Mapping[str, AnyBody | None]) -> dict[str, Any]:
@@ -325,7 +354,7 @@ def _check_loads(root: Table, bodies: Mapping[str, AnyBody], loads: Mapping[str,
     try:
         make_loading(list(bodies.values()), *(loads.get(name) for name in names))
     except FecontactError as error:
-        root.fault("loads", str(error))
+        root.fault("loads" if "loads" in root else None, str(error))
 
 
 def _solve_options(table: Table) -> dict[str, Any]:
@@ -340,22 +369,26 @@ def _solve_options(table: Table) -> dict[str, Any]:
     return {k: v for k, v in found.items() if v is not None}
 
 
-def _outputs(table: Table, folder: Path, bodies: Mapping[str, Any]) -> tuple[Output, ...]:
-    """The files asked for, each checked to be writable."""
+def _outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: bool) -> tuple[Output, ...]:
+    """The files asked for, each checked to be writable; of a sweep, a table of its cases only."""
     out: list[Output] = []
     taken: dict[Path, str] = {}
-    for kind in (*FILES, *CONTACT_PICTURES, *BODY_PICTURES):
+    if sweep and (others := sorted(set(table.values) - {"cases"})):
+        table.fault(others[0], "belongs to a single case; a sweep has cases (.csv, .jsonl) as its output.")
+    if not sweep and "cases" in table:
+        table.fault("cases", "needs the cases of a sweep, [[cases]].")
+    for kind in ("cases",) if sweep else (*FILES, *CONTACT_PICTURES, *BODY_PICTURES):
         if kind not in table:
             table.raw(kind)
             continue
-        nested = kind not in FILES and isinstance(table.values[kind], dict)
+        nested = kind not in (*FILES, "cases") and isinstance(table.values[kind], dict)
         entry, key = (table.table(kind), "file") if nested else (table, kind)
         file = entry.text(key, required=True)
         options = _picture_options(entry, kind, bodies) if nested else {}
         if file is None:
             continue
         path = folder / file
-        suffixes = FILES.get(kind, PICTURES)
+        suffixes = CASE_FILES if sweep else FILES.get(kind, PICTURES)
         if path.suffix.lower() not in suffixes:
             entry.fault(key, f"must end in {' or '.join(suffixes)}; found {file!r}.")
         elif path in taken:
@@ -364,6 +397,8 @@ def _outputs(table: Table, folder: Path, bodies: Mapping[str, Any]) -> tuple[Out
             _attempt_at(entry, key, path)
             taken[path] = kind
             out.append(Output(kind, path, options))
+    for kind in table.values if sweep or "cases" in table else ():
+        table.raw(kind)
     table.finish()
     return tuple(out)
 

@@ -189,6 +189,16 @@ class ElasticLayer:
         assert feet.weights is not None
         return along(feet.weights, directions)
 
+    def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
+        """Refused: a point load would sink into a layer of springs without end, or has no point of it to act on.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(f"A spring cannot be fastened to {self.name!r}; fasten it to the ground or to a rigid body.")
+
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
         """Compliance along rows."""
         with watch("condense"):

@@ -255,6 +255,8 @@ class Model:
         mask = np.zeros(self.n_dofs, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
         mask[self.held] = mask[self.grounded] = False
+        if not mask.any():  # a body out of contact; a factorisation keeps at least one degree of freedom
+            mask[self.solved_dofs[0]] = True
         if self._condensation is not None:
             if (self._condensation.position[mask] >= 0).all():
                 return self._condensation

@@ -1,0 +1,181 @@
+"""Scene files: half-spaces, layers, rigid surfaces from files, picked boundaries, grown layers and sweeps."""
+
+import csv
+import json
+
+import meshio
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.cli import main
+
+MATERIAL = "[materials.soft]\nE = 1.0\nnu = 0.3\n[materials.stiff]\nE = 10.0\nnu = 0.3\n"
+BALL = '[bodies.ball]\ntype = "rigid"\nshape = {kind = "sphere", radius = 2.0}\n'
+HALF = '[bodies.half]\ntype = "half-space"\nmaterial = "soft"\nsize = [1.2, 1.2]\ncells = [24, 24]\n'
+PRESSED = '[[contacts]]\nslave = "half"\nmaster = "ball"\n[loads]\nmotions.ball = {z = -0.05}\n'
+BLOCK = (
+    '[bodies.block]\nshape = {kind = "block", size = [1, 1, 1], divisions = [4, 4, 2]}\nmaterial = "soft"\n'
+    'supports = {bottom = "xyz"}\n'
+)
+SOFT = fc.Material(E=1.0, nu=0.3)
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text, name="scene.toml"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
+
+
+def faults(path):
+    with pytest.raises(fc.InputError) as told:
+        fc.read_scene(path)
+    return str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("more", "options"),
+    [
+        ("", {}),
+        ('layers = [{material = "stiff", thickness = 0.2, interface = "frictionless"}]\n', {"layers": True}),
+        ('periodic = true\nagainst = "stiff"\n', {"periodic": True, "against": fc.Material(E=10.0, nu=0.3)}),
+    ],
+)
+def test_half_spaces(more, options, write):
+    found = fc.read_scene(write(MATERIAL + BALL + HALF + more + PRESSED)).solve()
+    if options.pop("layers", False):
+        options["layers"] = [fc.Layer(fc.Material(E=10.0, nu=0.3), 0.2, "frictionless")]
+    half = fc.HalfSpace(SOFT, size=(1.2, 1.2), shape=(24, 24), **options)
+    ball = fc.RigidBody(fc.Sphere(2.0))
+    same = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(motions={ball: {"z": -0.05}})
+    assert abs(found.contacts[0].force[2] / same.contacts[0].force[2] - 1) < 1e-12
+
+
+def test_a_layer_of_springs(write):
+    layer = '[bodies.half]\ntype = "layer"\nmaterial = "soft"\nthickness = 0.5\ncovers = "top"\nlaw = "frictionless"\n'
+    shape = 'shape = {kind = "block", size = [1, 1, 1], divisions = [8, 8, 1], element = "hex8"}\n'
+    pose = "pose = {translation = [-0.5, -0.5, -1.0]}\n"
+    found = fc.read_scene(write(MATERIAL + BALL + layer + shape + pose + PRESSED)).solve()
+    gap = fc.Sphere(2.0).heights(*np.meshgrid(np.linspace(-0.5, 0.5, 9), np.linspace(-0.5, 0.5, 9)))
+    weight = np.outer(*[np.r_[0.5, np.ones(7), 0.5] / 8] * 2)
+    modulus = 1 / (1 - 0.3**2)  # of each node by itself: pressure = modulus strain
+    exact = (modulus * np.maximum(0.05 - gap, 0) / 0.5 * weight).sum()
+    # lines of action lean by the sphere's slope, at most 0.2
+    assert abs(found.contacts[0].force[2] / -exact - 1) < 0.03
+
+
+def test_rigid_surfaces_from_files(write, tmp_path):
+    x = (np.arange(24) - 11.5) / 20
+    np.save(tmp_path / "bump.npy", 3 - (x[:, None] ** 2 + x[None, :] ** 2) / 4)
+    points = np.array([[-2, -2, 1], [2, -2, 1], [2, 2, 1], [-2, 2, 1], [0, 0, 0]], dtype=float)
+    triangles = [[4, 1, 0], [4, 2, 1], [4, 3, 2], [4, 0, 3]]
+    meshio.Mesh(points, [("triangle", triangles)]).write(tmp_path / "tip.stl")
+    for entry in (
+        'heights = {file = "bump.npy", size = [1.2, 1.2], peaks_up = true}',
+        'surface = {file = "tip.stl", scale = 1}',
+    ):
+        text = f'[bodies.ball]\ntype = "rigid"\n{entry}\n'
+        found = fc.read_scene(write(MATERIAL + text + HALF + PRESSED)).solve()
+        assert found.contacts[0].force[2] < 0
+
+
+@pytest.mark.parametrize(
+    ("conditions", "count"),
+    [
+        ("facing = {direction = [0, 0, 1]}\nbox = [[0, 0, 0], [0.5, 1, 1]]", 8),
+        ("plane = {point = [0, 0, 1], normal = [0, 0, 1]}", 16),
+        ("flood = {seed = [0.1, 0.1, 1.0], angle_deg = 20}", 16),
+    ],
+)
+def test_picked_boundaries(conditions, count, write):
+    text = MATERIAL + BALL + BLOCK + f'contact = "here"\n[bodies.block.boundaries.here]\n{conditions}\n'
+    file = fc.read_scene(write(text + PRESSED.replace("half", "block")))
+    assert len(file.bodies["block"].mesh.faces("here")) == count
+
+
+def test_a_layer_grown_on_a_body_and_on_a_file(write, tmp_path):
+    points = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
+    meshio.Mesh(points, [("triangle", [[0, 1, 2], [0, 2, 3]])]).write(tmp_path / "flat.stl")
+    for source in ('body = "block", boundary = "top"', 'surface = "flat.stl"'):
+        grown = f'[bodies.half]\nextrude = {{{source}, thickness = 0.25, layers = 2}}\nmaterial = "soft"\n'
+        more = 'contact = "top"\nsupports = {base = "xyz"}\n'
+        file = fc.read_scene(write(MATERIAL + BALL + BLOCK + grown + more + PRESSED))
+        mesh = file.bodies["half"].mesh
+        assert np.isclose(mesh.points[:, 2].max(), 1.25)
+        assert set(mesh.boundaries) == {"base", "top", "side"}
+
+
+CASES = (
+    '[[contacts]]\nslave = "half"\nmaster = "ball"\n[[cases]]\nname = "light"\nmotions.ball = {z = -0.02}\n'
+    "[[cases]]\nmotions.ball = {z = -0.05}\n[[cases]]\nname = 'moved'\nmotions.ball = {z = -0.02}\n"
+    "poses.ball = {translation = [0, 0, -0.03]}\n"
+)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "jsonl"])
+def test_a_sweep(suffix, write, tmp_path, capsys):
+    path = write(MATERIAL + BALL + HALF + CASES + f'[outputs]\ncases = "out.{suffix}"\n')
+    assert main(["solve", str(path), "--json", str(tmp_path / "all.json")]) == 0
+    assert "half on ball" in capsys.readouterr().out
+    rows = json.loads((tmp_path / "all.json").read_text())["cases"]
+    assert [row["name"] for row in rows] == ["light", "1", "moved"]
+    forces = [row["contacts"][0]["force"][2] for row in rows]
+    assert abs(forces[2] / forces[1] - 1) < 1e-9  # the pose and the motion add up
+    text = (tmp_path / f"out.{suffix}").read_text()
+    if suffix == "csv":
+        table = list(csv.DictReader(text.splitlines()))
+        assert [float(row["half on ball: force z"]) for row in table] == forces
+    else:
+        assert [json.loads(line)["contacts"][0]["force"][2] for line in text.splitlines()] == forces
+    assert main(["solve", str(path), "--dry-run"]) == 0
+    assert "case     light" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("cells = [24, 24]", "cells = [24, 1]", "at least 2; found"),
+        ("cells = [24, 24]", "cells = [24, 2.5]", "two whole numbers"),
+        ('material = "soft"\nsize', "size", "half-space without material is rigid"),
+        ('"soft"\nsize', '"sft"\nsize', "unknown material 'sft', did you mean 'soft'"),
+        ("cells = [24, 24]", "cells = [24, 24]\nperiod = true", "unknown key, did you mean 'periodic'"),
+        ("cells = [24, 24]", "cells = [24, 24]\nlayers = [{thickness = 1}]", "layers #1.material: is missing"),
+        ('shape = {kind = "sphere", radius = 2.0}', 'heights = {file = "no.npy"}', "there is no file"),
+        ('shape = {kind = "sphere", radius = 2.0}', "surface = {scale = 1}", "surface.file: is missing"),
+    ],
+)
+def test_faults_are_named(old, new, message, write):
+    text = MATERIAL + BALL + HALF + PRESSED
+    assert old in text
+    assert message in faults(write(text.replace(old, new, 1)))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (BLOCK + "[bodies.block.boundaries.x]\n", "at least one of plane, box, facing and flood"),
+        (BLOCK + "[bodies.block.boundaries.x]\nbox = [1, 2, 3]\n", "two opposite corners"),
+        (BLOCK + "[bodies.block.boundaries.x]\nplane = {point = [0, 0, 9], normal = [0, 0, 1]}\n", "boundaries.x"),
+        (BLOCK.replace('shape = {kind = "block", size = [1, 1, 1], divisions = [4, 4, 2]}',
+                       'extrude = {body = "ghost", boundary = "top", thickness = 1}'), "no body 'ghost' stands before"),
+    ],
+)  # fmt: skip
+def test_faults_of_meshes_are_named(text, message, write):
+    assert message in faults(write(MATERIAL + BALL + text + PRESSED.replace("half", "block")))
+
+
+def test_outputs_of_a_sweep_and_of_one_case_are_not_mixed(write):
+    assert "a sweep has cases" in faults(write(MATERIAL + BALL + HALF + CASES + '[outputs]\njson = "x.json"\n'))
+    assert "needs the cases" in faults(write(MATERIAL + BALL + HALF + PRESSED + '[outputs]\ncases = "x.csv"\n'))
+    wrong = CASES.replace("poses.ball", "poses.bell")
+    assert "unknown body 'bell', did you mean 'ball'" in faults(write(MATERIAL + BALL + HALF + wrong))
+
+
+def test_springs_on_a_half_space_are_refused(write):
+    spring = "[[springs]]\nstiffness = 1.0\nstart = {body = 'half', point = [0, 0, 0]}\nend = {point = [0, 0, 1]}\n"
+    with pytest.raises(fc.InputError, match="cannot be fastened to 'half'"):
+        fc.read_scene(write(MATERIAL + BALL + HALF + PRESSED + spring)).solve()
