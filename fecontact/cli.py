@@ -1,4 +1,4 @@
-"""Command line: ``fecontact hertz``, ``fecontact halfspace``, ``fecontact solve``, ``fecontact view``."""
+"""Command line: ``fecontact hertz``, ``halfspace``, ``solve``, ``view`` and ``compare``."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_halfspace(commands)
     _add_solve(commands)
     _add_view(commands)
+    _add_compare(commands)
     return parser
 
 
@@ -294,6 +295,56 @@ def _direction(text: str) -> str | tuple[float, float]:
         return float(azimuth), float(elevation)
     except ValueError:
         raise InputError(f"A view is a name or AZIMUTH,ELEVATION in degrees; found {text!r}.") from None
+
+
+def _add_compare(commands: argparse._SubParsersAction) -> None:
+    compare = commands.add_parser(
+        "compare",
+        help="speed against error of discretisations, couplings and solvers",
+        description="Run a problem with a known answer by many methods at several refinements, and show error against "
+        "time and size. Finished runs are kept: an interrupted command goes on where it stopped.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    compare.add_argument("problem", help="hertz, unequal, ellipse, line, layer or punch")
+    compare.add_argument(
+        "--methods",
+        nargs="+",
+        default=(),
+        metavar="NAME[:KEY=VALUE]",
+        help="such as hex20:coupling=mortar:solver=nnls; all that solve the problem unless given",
+    )
+    compare.add_argument("--refinements", type=int, metavar="N", help="of each method, the coarsest first; all if left")
+    compare.add_argument("--repeats", type=int, default=3, help="of each run; the median counts")
+    compare.add_argument("--threads", type=int, default=1)
+    compare.add_argument("--enough", type=float, default=20.0, help="CPU seconds after which a method is not refined")
+    compare.add_argument("--peers", metavar="FOLDER", help="adapters of other programs, such as examples/peers")
+    compare.add_argument("--peer-python", default=sys.executable, metavar="PYTHON", help="that has these programs")
+    compare.add_argument("--out", metavar="FOLDER", help="write compare_PROBLEM.jsonl, .json, .csv, .png and .md there")
+    compare.add_argument("--page", metavar="FILE.md", help="write the page there instead")
+    compare.add_argument("--plot", metavar="FILE", help="write the picture there instead")
+    compare.set_defaults(run=_compare)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    from dataclasses import replace
+
+    from fecontact.compare.command import Files, run
+    from fecontact.compare.run import Plan
+
+    plan = Plan(
+        options.problem,
+        tuple(options.methods),
+        options.refinements,
+        options.repeats,
+        options.threads,
+        options.enough,
+    )
+    files = Files() if options.out is None else Files.of_folder(options.out, options.problem)
+    given = {"page": options.page, "picture": options.plot}
+    files = replace(files, **{k: Path(v) for k, v in given.items() if v is not None})
+    command = f"fecontact compare {options.problem}"
+    print(run(plan, files, adapters=options.peers, python=options.peer_python, command=command))
+    return 0
 
 
 if __name__ == "__main__":

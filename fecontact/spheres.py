@@ -213,6 +213,7 @@ def solve_spheres(
     solver: str = "auto",
     edge_fit: bool = True,
     backend: str = "auto",
+    coupling: str = "auto",
 ) -> SpheresResult:
     """Press two spheres together and compare with Hertz.
 
@@ -232,6 +233,8 @@ def solve_spheres(
     edge_fit : bool
         Whether a first pass finds the contact radius and the mesh is fitted to it. Without it the mesh has rings of
         equal width out to twice the radius that dimensional analysis gives.
+    coupling : {'auto', 'nodal', 'mortar'}
+        See `Contact`; the first pass uses 'auto'.
 
     Returns
     -------
@@ -261,7 +264,15 @@ def solve_spheres(
     cut = shapes.as_level(level) if edge_fit else _unfitted(shapes.as_level(level))
     at = fitted if edge_fit else 2 * fitted
     result, upper, meshing = _press(
-        spheres, at, cut, solver, element=element, pressure=pressure, model=model, backend=backend
+        spheres,
+        at,
+        cut,
+        solver,
+        element=element,
+        pressure=pressure,
+        model=model,
+        backend=backend,
+        coupling=coupling,
     )
     stages = {"mesh": meshing, **{k: v for k, v in result.seconds.items() if k != "total"}}
     seconds = {**stages, **seconds, "total": time.perf_counter() - began}
@@ -300,7 +311,16 @@ def _unfitted(level: Level) -> Level:
 
 
 def _press(
-    spheres: Spheres, ring: float, level: Level, solver: str, *, element: str, pressure: str, model: str, backend: str
+    spheres: Spheres,
+    ring: float,
+    level: Level,
+    solver: str,
+    *,
+    element: str,
+    pressure: str,
+    model: str,
+    backend: str,
+    coupling: str = "auto",
 ) -> tuple[ContactResult, ElasticBody, float]:
     """Mesh quarters of both spheres, set them on each other at the origin and press the upper one down."""
     began = time.perf_counter()
@@ -324,7 +344,7 @@ def _press(
     else:
         lower = body(spheres.radii[0], "lower").placed(rotation=downwards)
     meshing = time.perf_counter() - began
-    scene = Scene([upper, lower], [Contact(upper, lower)])
+    scene = Scene([upper, lower], [Contact(upper, lower, coupling=coupling)])
     return scene.solve(forces={upper: (0.0, 0.0, -spheres.force / 4)}, solver=solver), upper, meshing
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ from tqdm import tqdm
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.errors import InputError
 from fecontact.fem.model import Model
-from fecontact.io import check_writable
+from fecontact.jsonlines import append_row, read_rows
 from fecontact.loading import make_loading
 from fecontact.moved import KEYED, Moved, moved
 from fecontact.stopwatch import Stopwatch
@@ -51,37 +50,15 @@ def run_sweep(scene: Scene, cases: Sequence[Mapping[str, Any]], path: str | Path
     named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
     if len(named) != len(cases):
         raise InputError("Two cases of the sweep have the same name; names tell the rows apart.")
-    done = _read(path)
+    done = {} if path is None else read_rows(path, "name", "a row of a sweep")
     left = {name: _posed(scene, case) for name, case in named.items() if name not in done}
     _condense_all(left)
     for name, (now, arguments) in tqdm(left.items(), desc="sweep", unit="case", disable=None):
         row = {"name": name, **now.scene.solve(**arguments).summary()}
         done[name] = row
         if path is not None:
-            with Path(path).open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
+            append_row(path, row)
     return [done[name] for name in named]
-
-
-def _read(path: str | Path | None) -> dict[str, dict[str, Any]]:
-    """Rows of an earlier, perhaps interrupted run; a last line that was cut off is dropped."""
-    if path is None:
-        return {}
-    path = check_writable(path)
-    if not path.exists():
-        return {}
-    rows: dict[str, dict[str, Any]] = {}
-    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    for k, line in enumerate(lines):
-        try:
-            row = json.loads(line)
-            rows[row["name"]] = row
-        except (json.JSONDecodeError, KeyError, TypeError) as error:
-            if k == len(lines) - 1 and not line.endswith("\n"):
-                path.write_text("".join(lines[:-1]), encoding="utf-8")
-                break
-            raise InputError(f"Line {k + 1} of {path} is not a row of a sweep; choose another file.") from error
-    return rows
 
 
 def _posed(scene: Scene, case: Mapping[str, Any]) -> tuple[Moved, dict[str, Any]]:
