@@ -100,7 +100,8 @@ def indented(
         contact = "cap"
         if problem.name == "punch":
             contact = "tip"
-            mesh = mesh.with_boundary("tip", lambda x: (x[:, 2] < 1e-9) & (np.hypot(x[:, 0], x[:, 1]) < axes[0]))
+            rim = 1.0001 * axes[0]  # a ring of the mesh lies on the punch's edge
+            mesh = mesh.with_boundary("tip", lambda x: (x[:, 2] < 1e-9) & (np.hypot(x[:, 0], x[:, 1]) < rim))
         body = ElasticBody(
             mesh, problem.data["material"], contact, supports, pressure=faces, name="body", backend=backend
         )
@@ -110,8 +111,7 @@ def indented(
         scene = Scene([body, ball], [Contact(body, ball)])
         return scene.solve(forces={ball: (0.0, 0.0, share)}, solver=by)
 
-    # the body lies in z >= 0: the indenter comes from below
-    ball = RigidBody(_indenter(problem), name="indenter").placed(rotation=rotation_about((1, 0, 0), math.pi))
+    ball = _indenter(problem)
     if problem.name == "punch":
         return press(problem.semi_axes, level, element, pressure, solver), ball
     first = press(start(problem), FIRST_PASS, "hex20", "midface", "auto")
@@ -119,11 +119,13 @@ def indented(
     return press(fitted, level, element, pressure, solver), ball
 
 
-def _indenter(problem: Problem) -> Plane | Paraboloid | Cylinder:
+def _indenter(problem: Problem) -> RigidBody:
+    """The rigid body, which comes from z < 0."""
     if problem.name == "punch":
-        return Plane()
+        return RigidBody(Plane(), name="indenter")
     rx, ry = problem.data["radii"]
-    return Cylinder(rx) if math.isinf(ry) else Paraboloid(rx, ry)
+    shape = Cylinder(rx) if math.isinf(ry) else Paraboloid(rx, ry)
+    return RigidBody(shape, name="indenter").placed(rotation=rotation_about((1, 0, 0), math.pi))
 
 
 def semi_axes(problem: Problem, contact: ContactFields) -> tuple[float, float]:
@@ -139,6 +141,6 @@ def foundation(problem: Problem, level: int | Level) -> tuple[ContactResult, Rig
     """Press the indenter on an elastic foundation in place of the layer; the surface as the finite elements have it."""
     mesh = block_of(problem)(start(problem), level, "hex20")
     sheet = ElasticLayer(problem.data["material"], problem.data["thickness"], surface=(mesh, "cap"))
-    ball = RigidBody(_indenter(problem), name="indenter").placed(rotation=rotation_about((1, 0, 0), math.pi))
+    ball = _indenter(problem)
     scene = Scene([sheet, ball], [Contact(sheet, ball)])  # type: ignore[list-item, arg-type]
     return scene.solve(forces={ball: (0.0, 0.0, problem.force / 4)}), ball

@@ -134,7 +134,8 @@ def _of_solid(problem: Problem, result: ContactResult, approach: float | None) -
     errors["centre_pressure"] = problem.centre_error(contact.points[:, :2], contact.pressure)
     if approach is not None and problem.approach is not None:
         errors["approach"] = approach / problem.approach - 1
-    return Measured(result.n_dofs, result.n_candidates, _worst(result.residuals()), errors)
+    dofs = result.n_dofs or len(contact.points)  # springs: one per point
+    return Measured(dofs, result.n_candidates, _worst(result.residuals()), errors)
 
 
 def _solid(problem: Problem, level: int, options: Options, element: str, pressure: str, model: str) -> Measured:
