@@ -142,5 +142,5 @@ def foundation(problem: Problem, level: int | Level) -> tuple[ContactResult, Rig
     mesh = block_of(problem)(start(problem), level, "hex20")
     sheet = ElasticLayer(problem.data["material"], problem.data["thickness"], surface=(mesh, "cap"))
     ball = _indenter(problem)
-    scene = Scene([sheet, ball], [Contact(sheet, ball)])  # type: ignore[list-item, arg-type]
+    scene = Scene([sheet, ball], [Contact(sheet, ball)])
     return scene.solve(forces={ball: (0.0, 0.0, problem.force / 4)}), ball

@@ -277,7 +277,7 @@ def _boussinesq(problem: Problem, setting: Any, options: Options) -> Measured:
     half, surface = _grid(problem, setting, "point")
     # the rigid surface comes from above, as a body of a scene: its compliance matrix is handed to the solver
     ball = RigidBody(surface, name="indenter")
-    scene = Scene([half, ball], [Contact(half, ball)])  # type: ignore[list-item, arg-type]
+    scene = Scene([half, ball], [Contact(half, ball)])
     result = scene.solve(
         forces={ball: (0.0, 0.0, -problem.force)}, solver=options.get("solver", "auto"), tolerance=1e-8
     )
