@@ -169,10 +169,14 @@ def save_series(results: Sequence[ContactResult], path: str | Path, times: Seque
     instants = [float(k) for k in range(len(results))] if times is None else [float(t) for t in times]
     if not results or len(instants) != len(results):
         raise InputError(f"A series needs results and one time for each; found {len(results)} and {len(instants)}.")
-    lines = []
-    for k, (result, time) in enumerate(zip(results, instants, strict=True)):
-        part = save_vtu(result, path.with_name(f"{path.stem}_{k:04d}.vtu"))
-        lines.append(f'    <DataSet timestep="{time!r}" file={quoteattr(part.name)}/>')
+    files = [save_vtu(result, path.with_name(f"{path.stem}_{k:04d}.vtu")) for k, result in enumerate(results)]
+    return write_collection(path, files, instants)
+
+
+def write_collection(path: Path, files: Sequence[Path], times: Sequence[float]) -> Path:
+    """Write the PVD file that lists files beside it with their times."""
+    pairs = zip(files, times, strict=True)
+    lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(file.name)}/>' for file, time in pairs]
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
     return write_atomically(path, head + "\n".join(lines) + "\n  </Collection>\n</VTKFile>\n")
 

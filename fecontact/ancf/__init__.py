@@ -17,7 +17,13 @@ node: ``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows d
 `sides_by_label, released_at`  where neighbours do not share all gradients
 =============================  =======================================================================================
 
-Equilibrium is forces(q) = Q; motion is mass q'' + forces(q) = Q.
+Equilibrium is forces(q) = Q; motion is mass q'' + forces(q) = Q. With contact and large deformation:
+
+=============================  =======================================================================================
+`Assembly.of(solids, ..)`      solids with supports and contacts, against rigid bodies or each other
+`equilibrium(stage)`           statics: Newton's method with contact, load steps that adapt
+`move(assembly, until, step)`  dynamics by `GeneralisedAlpha` or `EnergyMomentum`; `save_motion` writes a PVD series
+=============================  =======================================================================================
 
 Examples
 --------
@@ -35,6 +41,8 @@ Examples
 True
 """
 
+from fecontact.ancf.assembly import Assembly
+from fecontact.ancf.dynamics import Motion, move
 from fecontact.ancf.hexahedron import ElementHexAncf, gauss, shapes
 from fecontact.ancf.laws import InvertedError, Law, NeoHookean, Response, StVenantKirchhoff
 from fecontact.ancf.loads import (
@@ -47,30 +55,43 @@ from fecontact.ancf.loads import (
     traction,
     weight,
 )
+from fecontact.ancf.output import save_motion
 from fecontact.ancf.release import released_at, sides_by_label
+from fecontact.ancf.schemes import EnergyMomentum, GeneralisedAlpha
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.statics import Path, Stage, State, equilibrium
 from fecontact.ancf.supports import Supports, hold
 
 __all__ = [
     "AncfSolid",
     "AncfSpace",
+    "Assembly",
     "ElementHexAncf",
+    "EnergyMomentum",
+    "GeneralisedAlpha",
     "InvertedError",
     "Law",
+    "Motion",
     "NeoHookean",
+    "Path",
     "Response",
     "StVenantKirchhoff",
+    "Stage",
+    "State",
     "Supports",
     "body_force",
     "dead_pressure",
+    "equilibrium",
     "gauss",
     "hold",
+    "move",
     "nodal_force",
     "point_force",
     "pressure_forces",
     "pressure_tangent",
     "released_at",
+    "save_motion",
     "shapes",
     "sides_by_label",
     "traction",

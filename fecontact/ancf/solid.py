@@ -130,7 +130,7 @@ class AncfSolid:
         self._kept[points] = list(self.space.batches(X, W))
         return self._kept[points]
 
-    def _rules(self) -> list[tuple[Iterable[Batch], float, float]]:
+    def rules(self) -> list[tuple[Iterable[Batch], float, float]]:
         """Gauss rules with the factors of lambda and mu that each takes."""
         if self.volumetric is None:
             return [(self._batches(self.points), 1.0, 1.0)]
@@ -145,7 +145,7 @@ class AncfSolid:
     def energy(self, q: Array) -> float:
         """Strain energy at coordinates q (n_dofs,)."""
         e, total = self.space.spread(q), 0.0
-        for batches, lame, shear in self._rules():
+        for batches, lame, shear in self.rules():
             for batch in batches:
                 _, response = self._respond(e, batch, lame, shear, tangent=False)
                 total += float((response.energy * batch.dV).sum())
@@ -155,7 +155,7 @@ class AncfSolid:
         """Elastic forces (n_dofs,) at coordinates q: the gradient of the energy."""
         e = self.space.spread(q)
         total = np.zeros_like(e)
-        for batches, lame, shear in self._rules():
+        for batches, lame, shear in self.rules():
             for batch in batches:
                 F, response = self._respond(e, batch, lame, shear, tangent=False)
                 P = F @ response.stress * batch.dV[..., None, None]
@@ -170,7 +170,7 @@ class AncfSolid:
         e = self.space.spread(q)
         pointer, columns, sums = self._pattern
         data = np.zeros((len(columns), 9))
-        for batches, lame, shear in self._rules():
+        for batches, lame, shear in self.rules():
             for batch, how in zip(batches, sums, strict=True):
                 F, response = self._respond(e, batch, lame, shear, tangent=True)
                 blocks = element_tangents(F, response, batch).reshape(-1, 9)

@@ -80,7 +80,8 @@ def condense(K: sp.csr_matrix, retained: IntArray, backend: str = "auto") -> Con
             f"Unknown factorisation back-end {backend!r}; available here: auto, {', '.join(available_backends())}."
         )
     if backend == "auto":
-        backend = available_backends()[0]
+        # PARDISO's nested dissection does not stand a matrix without any coupling: it may crash
+        backend = available_backends()[0] if K.nnz > K.shape[0] else "superlu"
     if backend == "superlu":
         return _SuperLU(K, retained)
     if "pardiso" not in available_backends():

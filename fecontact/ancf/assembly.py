@@ -1,0 +1,202 @@
+"""Bodies of bricks with supports, contacts and dead loads, as one set of coordinates and one set of conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from fecontact.ancf.faces import Faces
+from fecontact.ancf.solid import AncfSolid
+from fecontact.ancf.supports import hold
+from fecontact.ancf.touch import Touch, Touching
+from fecontact.bodies.rigid import RigidBody
+from fecontact.errors import InputError
+from fecontact.fem.support import Support
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """All contact conditions at some coordinates.
+
+    Attributes
+    ----------
+    parts : tuple of Touching
+        One for each touch.
+    gap : (m,) array
+    G : (m, n_dofs) csr_matrix
+    """
+
+    parts: tuple[Touching, ...]
+    gap: Array
+    G: sp.csr_matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """Solids side by side; their coordinates q follow each other.
+
+    Parameters
+    ----------
+    solids : sequence of AncfSolid
+    free : (n_dofs, n_free) csr_matrix
+        Orthonormal directions in which the supports let the coordinates change.
+    touches : sequence of Touch
+    """
+
+    solids: Sequence[AncfSolid]
+    free: sp.csr_matrix
+    touches: Sequence[Touch] = field(default_factory=tuple)
+
+    @classmethod
+    def of(
+        cls,
+        solids: Sequence[AncfSolid],
+        supports: Sequence[Mapping[str, Support]] | None = None,
+        contacts: Sequence[tuple[int, str, RigidBody | tuple[int, str]]] = (),
+    ) -> Assembly:
+        """Solids, their supports by boundary, and what may touch what.
+
+        Parameters
+        ----------
+        solids : sequence of AncfSolid
+        supports : sequence of mappings, optional
+            For each solid, what each boundary holds, see `hold`; none unless given.
+        contacts : sequence of (int, str, RigidBody or (int, str))
+            Number and boundary of the slave solid, then a rigid body or number and boundary of the master solid.
+
+        Raises
+        ------
+        InputError
+            Unknown solids or boundaries, or a solid against itself.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> from fecontact.ancf import AncfSolid, AncfSpace
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+        >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3))
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", floor)]).touches[0].n_hats
+        5
+        """
+        held = [{}] * len(solids) if supports is None else list(supports)
+        if len(held) != len(solids):
+            raise InputError(f"supports must be given for each of the {len(solids)} solids; found {len(held)}.")
+        free = sp.block_diag([hold(s.space, h).free for s, h in zip(solids, held, strict=True)], format="csr")
+        start = np.cumsum([0] + [s.space.n_dofs for s in solids])
+
+        def side(k: int, boundary: str) -> tuple[Faces, int]:
+            if not 0 <= k < len(solids):
+                raise InputError(f"A contact names solid {k}; there are {len(solids)}, counted from 0.")
+            return Faces(solids[k].space, solids[k].space.mesh.faces(boundary)), int(start[k])
+
+        touches = []
+        for k, boundary, other in contacts:
+            slave = side(k, boundary)
+            if not isinstance(other, RigidBody) and other[0] == k:
+                raise InputError(f"Solid {k} cannot be in contact with itself.")
+            master, where = (other, 0) if isinstance(other, RigidBody) else side(*other)
+            touches.append(Touch(*slave, master, where, int(start[-1])))
+        return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
+
+    def with_rigid(self, *bodies: RigidBody) -> Assembly:
+        """The same assembly with rigid counter-bodies standing elsewhere, one for each touch that has one.
+
+        Raises
+        ------
+        InputError
+            If their number is not that of the touches with a rigid body.
+        """
+        rigid = [k for k, t in enumerate(self.touches) if isinstance(t.master, RigidBody)]
+        if len(rigid) != len(bodies):
+            raise InputError(f"The assembly touches {len(rigid)} rigid bodies; found {len(bodies)}.")
+        touches = list(self.touches)
+        for k, body in zip(rigid, bodies, strict=True):
+            touches[k] = replace(touches[k], master=body)
+        return replace(self, touches=tuple(touches))
+
+    @cached_property
+    def starts(self) -> tuple[int, ...]:
+        """First coordinate of each solid, and the number of all."""
+        return (0, *np.cumsum([s.space.n_dofs for s in self.solids]).tolist())
+
+    @property
+    def n_dofs(self) -> int:
+        """Coordinates of all solids."""
+        return self.starts[-1]
+
+    @cached_property
+    def q0(self) -> Array:
+        """Initial coordinates (n_dofs,)."""
+        return np.concatenate([s.space.q0 for s in self.solids])
+
+    @cached_property
+    def size(self) -> float:
+        """Largest extent of the solids."""
+        return max(float(np.ptp(s.space.mesh.points, axis=0).max()) for s in self.solids)
+
+    def part(self, q: Array, k: int) -> Array:
+        """Coordinates of solid k."""
+        return q[self.starts[k] : self.starts[k + 1]]
+
+    def energy(self, q: Array) -> float:
+        """Strain energy."""
+        return sum(s.energy(self.part(q, k)) for k, s in enumerate(self.solids))
+
+    def forces(self, q: Array) -> Array:
+        """Elastic forces (n_dofs,)."""
+        return np.concatenate([s.forces(self.part(q, k)) for k, s in enumerate(self.solids)])
+
+    def tangent(self, q: Array) -> sp.csr_matrix:
+        """Derivative (n_dofs, n_dofs) of the elastic forces."""
+        return sp.csr_matrix(sp.block_diag([s.tangent(self.part(q, k)) for k, s in enumerate(self.solids)]))
+
+    @cached_property
+    def mass(self) -> sp.csr_matrix:
+        """Consistent mass (n_dofs, n_dofs)."""
+        return sp.csr_matrix(sp.block_diag([s.mass for s in self.solids]))
+
+    @cached_property
+    def _mass_factor(self) -> spla.SuperLU:
+        return spla.splu(sp.csc_matrix(self.free.T @ self.mass @ self.free))
+
+    def accelerated(self, forces: Array) -> Array:
+        """Accelerations (n_dofs,) by forces; the mass is constant and factorised once."""
+        return np.asarray(self.free @ self._mass_factor.solve(self.free.T @ forces))
+
+    def translation(self, direction: Array) -> Array:
+        """Change (n_dofs,) of the coordinates by a translation (3,) of all solids."""
+        return np.concatenate([s.space.affine(np.zeros((3, 3)), direction) for s in self.solids])
+
+    def gravity(self, acceleration: Array) -> Array:
+        """Weight (n_dofs,) by an acceleration (3,)."""
+        return np.asarray(self.mass @ self.translation(acceleration))
+
+    def conditions(self, q: Array) -> Conditions:
+        """Contact conditions at coordinates q."""
+        parts = tuple(t.at(q) for t in self.touches)
+        gap = np.concatenate([p.gap for p in parts]) if parts else np.zeros(0)
+        G = sp.vstack([p.G for p in parts], format="csr") if parts else sp.csr_matrix((0, self.n_dofs))
+        return Conditions(parts, gap, G)
+
+    def split(self, forces: Array) -> list[Array]:
+        """Forces of each touch out of those of all."""
+        return list(np.split(forces, np.cumsum([t.n_hats for t in self.touches])[:-1])) if self.touches else []
+
+    def curvature(self, conditions: Conditions, forces: Array) -> sp.csr_matrix | None:
+        """Second derivative of forces . gap; None where it vanishes."""
+        blocks = [t.curvature(p, f) for t, p, f in zip(self.touches, conditions.parts, self.split(forces), strict=True)]
+        found = [b for b in blocks if b is not None]
+        return sum(found[1:], found[0]) if found else None
+
+    def momentum(self, velocity: Array) -> Array:
+        """Linear momentum (3,)."""
+        return np.array([self.translation(e) for e in np.eye(3)]) @ (self.mass @ velocity)

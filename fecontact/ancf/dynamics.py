@@ -1,0 +1,282 @@
+"""Motion in time: steps of a scheme, the balance of energy and momentum, and a record that can be taken up again."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from tqdm import tqdm
+
+from fecontact.ancf.assembly import Assembly
+from fecontact.ancf.laws import InvertedError
+from fecontact.ancf.newton import UnstableError
+from fecontact.ancf.schemes import GeneralisedAlpha, Instant, Scheme
+from fecontact.errors import InputError, SolverError
+from fecontact.io import check_writable
+
+Array = NDArray[np.float64]
+
+#: Halvings of the step after which a motion is given up.
+MOST_HALVINGS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What was found at the end of every step.
+
+    Attributes
+    ----------
+    success : bool
+        Whether the end was reached.
+    message : str
+    time : (n,) array
+    kinetic, strain, potential : (n,) arrays
+        Energies; the potential of dead loads counts from the initial coordinates.
+    momentum : (n, 3) array
+    contact_force : (n, n_touches, 3) array
+        Resultant on each slave.
+    penetration : (n,) array
+        Deepest mean gap below zero.
+    nit : (n,) array
+    frames : (n_frames, n_dofs) array
+        Coordinates that were kept, and `frame_times`.
+    now : Instant
+        The last state.
+    """
+
+    success: bool
+    message: str
+    time: Array
+    kinetic: Array
+    strain: Array
+    potential: Array
+    momentum: Array
+    contact_force: Array
+    penetration: Array
+    nit: Array
+    frames: Array
+    frame_times: Array
+    now: Instant
+
+    @property
+    def energy(self) -> Array:
+        """Total energy (n,)."""
+        return self.kinetic + self.strain + self.potential
+
+    @property
+    def drift(self) -> float:
+        """Largest change of the total energy from its first value, relative to the largest kinetic energy."""
+        return float(np.abs(self.energy - self.energy[0]).max() / max(self.kinetic.max(), np.finfo(float).tiny))
+
+    def __str__(self) -> str:
+        each = self.nit[1:].mean() if len(self.nit) > 1 else 0
+        return (
+            f"{self.message}\n"
+            f"  steps        {len(self.time) - 1}, {each:.1f} iterations each\n"
+            f"  kinetic      largest {self.kinetic.max():.6g}\n"
+            f"  strain       largest {self.strain.max():.6g}\n"
+            f"  energy drift {self.drift:.2e} of the largest kinetic energy\n"
+            f"  penetration  {self.penetration.max():.3g}"
+        )
+
+
+def move(
+    assembly: Assembly,
+    *,
+    until: float,
+    step: float,
+    scheme: Scheme | None = None,
+    velocity: ArrayLike | None = None,
+    gravity: ArrayLike | None = None,
+    forces: Array | None = None,
+    accuracy: float | None = None,
+    every: int = 10,
+    tolerance: float = 1e-9,
+    path: str | Path | None = None,
+) -> Motion:
+    """Follow bodies of bricks in time.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    until, step : float
+        End, and length of the steps (the largest, if they adapt).
+    scheme : GeneralisedAlpha or EnergyMomentum, optional
+        `GeneralisedAlpha()` unless given.
+    velocity : (n_dofs,) array or (3,), optional
+        At the beginning; three numbers: of all bodies.
+    gravity : (3,), optional
+        Acceleration.
+    forces : (n_dofs,) array, optional
+        Further dead loads.
+    accuracy : float, optional
+        Largest local error of a coordinate, by which the step adapts; constant steps without it. In either case a
+        step that does not settle is halved, and made longer again afterwards.
+    every : int
+        Steps between kept frames.
+    tolerance : float
+        Of the iterations, relative to the motion of a step.
+    path : str or Path, optional
+        File (``.npz``) to which the record is written at every frame. If it exists, the motion goes on where it
+        ended: an interrupted run loses nothing.
+
+    Returns
+    -------
+    Motion
+        With ``success`` False, the reason and all that was found before, if a step could not be made.
+
+    Raises
+    ------
+    InputError
+        For times that are not positive, shapes that do not fit, or a file of another motion.
+    """
+    if not (step > 0 and until > 0 and np.isfinite([step, until]).all()):
+        raise InputError(f"until and step must be positive, finite times; found {until!r} and {step!r}.")
+    if accuracy is not None and not accuracy > 0:
+        raise InputError(f"accuracy must be a positive length or None; found {accuracy!r}.")
+    if every < 1:
+        raise InputError(f"every must be at least 1; found {every!r}.")
+    chosen = GeneralisedAlpha() if scheme is None else scheme
+    load = np.zeros(assembly.n_dofs) if forces is None else np.asarray(forces, dtype=float)
+    if load.shape != (assembly.n_dofs,):
+        raise InputError(f"forces must hold {assembly.n_dofs} numbers; found the shape {load.shape}.")
+    if gravity is not None:
+        load = load + assembly.gravity(np.asarray(gravity, dtype=float))
+    file = None if path is None else check_writable(path)
+    record = _Record.read(file, assembly) if file is not None and file.exists() else None
+    if record is None:
+        record = _Record.begun(assembly, _first(assembly, _velocity(assembly, velocity), load), load)
+    return _march(assembly, record, chosen, load, until, step, accuracy, every, tolerance, file)
+
+
+def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
+    v = np.zeros(3) if velocity is None else np.asarray(velocity, dtype=float)
+    if v.shape == (3,):
+        v = a.translation(v)
+    if v.shape != (a.n_dofs,) or not np.isfinite(v).all():
+        raise InputError(f"velocity must be three finite numbers or one per coordinate; found the shape {v.shape}.")
+    return np.asarray(a.free @ (a.free.T @ v))
+
+
+def _first(a: Assembly, v: Array, load: Array) -> Instant:
+    """The state at the beginning, with the acceleration that balances it (contact left aside)."""
+    acceleration = a.accelerated(load - a.forces(a.q0))
+    return Instant(0.0, a.q0, v, acceleration, acceleration, np.zeros(sum(t.n_hats for t in a.touches)))
+
+
+def _march(
+    a: Assembly,
+    record: _Record,
+    scheme: Scheme,
+    load: Array,
+    until: float,
+    step: float,
+    accuracy: float | None,
+    every: int,
+    tolerance: float,
+    file: Path | None,
+) -> Motion:
+    """Step until the end, shorter where needed."""
+    now, h, halvings = record.now, step, 0
+    with tqdm(total=until, initial=now.time, desc="time", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
+        while now.time < until * (1 - 1e-12):
+            length = min(h, until - now.time)
+            length = until - now.time if until - now.time < 1.001 * length else length
+            try:
+                after = scheme.step(a, now, length, load, tolerance)
+                wrong = 0.0 if accuracy is None else scheme.error(now, after, length) / accuracy
+                trouble = "" if wrong <= 1 else "The local error stayed too large."
+            except (UnstableError, InvertedError, SolverError) as error:
+                wrong, trouble = np.inf, str(error)
+            if trouble:
+                halvings, h = halvings + 1, length / 2
+                if halvings > MOST_HALVINGS:
+                    message = f"Stopped at t = {now.time:.6g}: {trouble} The last good state is kept."
+                    return record.motion(False, message)
+                continue
+            halvings = 0
+            # all these schemes have a local error of the third order in the step
+            h = min(step, 2 * length if accuracy is None else length * min(2.0, 0.9 * max(wrong, 1e-3) ** (-1 / 3)))
+            now = after
+            record.add(a, now, load, (len(record.rows) % every) == 0 or now.time >= until * (1 - 1e-12))
+            bar.update(length)
+            if file is not None and len(record.rows) % every == 0:
+                record.write(file)
+    if file is not None:
+        record.write(file)
+    return record.motion(True, f"Reached t = {now.time:.6g}.")
+
+
+class _Record:
+    """Rows of figures, kept frames and the last state; goes to and comes from a file."""
+
+    def __init__(self, rows: list[Array], frames: list[Array], frame_times: list[float], now: Instant) -> None:
+        self.rows, self.frames, self.frame_times, self.now = rows, frames, frame_times, now
+
+    @classmethod
+    def begun(cls, a: Assembly, now: Instant, load: Array) -> _Record:
+        """A record with the state at the beginning."""
+        record = cls([], [], [], now)
+        record.add(a, now, load, True)
+        return record
+
+    def add(self, a: Assembly, now: Instant, load: Array, frame: bool) -> None:
+        """One more state."""
+        kinetic = float(now.v @ (a.mass @ now.v)) / 2
+        conditions = a.conditions(now.q)
+        finite = conditions.gap[np.isfinite(conditions.gap)]
+        resultants = []
+        for touch, part, forces in zip(a.touches, conditions.parts, a.split(now.forces), strict=True):
+            space = touch.slave.space
+            moves = np.stack([space.affine(np.zeros((3, 3)), e) for e in np.eye(3)])
+            own = (part.G.T @ forces)[touch.slave_start : touch.slave_start + space.n_dofs]
+            resultants.append(moves @ own)
+        figures = [now.time, kinetic, a.energy(now.q), -float(load @ (now.q - a.q0)), *a.momentum(now.v)]
+        figures += [float(max(0.0, -finite.min(initial=0.0))), float(now.nit)]
+        self.rows.append(np.concatenate([figures, *resultants]))
+        self.now = now
+        if frame:
+            self.frames.append(now.q)
+            self.frame_times.append(now.time)
+
+    def motion(self, success: bool, message: str) -> Motion:
+        """The figures by name."""
+        rows = np.array(self.rows)
+        return Motion(
+            success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 4:7],
+            rows[:, 9:].reshape(len(rows), -1, 3), rows[:, 7], rows[:, 8].astype(int),
+            np.array(self.frames), np.array(self.frame_times), self.now,
+        )  # fmt: skip
+
+    def write(self, file: Path) -> None:
+        """Replace the file by the record as it is now."""
+        state = {f"now_{f.name}": np.asarray(getattr(self.now, f.name)) for f in fields(Instant)}
+        part = file.with_name(file.name + ".part")
+        with part.open("wb") as stream:
+            figures = {"rows": np.array(self.rows), "frames": self.frames, "frame_times": self.frame_times}
+            np.savez(stream, **figures, **state)  # type: ignore[arg-type]
+        os.replace(part, file)
+
+    @classmethod
+    def read(cls, file: Path, a: Assembly) -> _Record:
+        """The record in a file.
+
+        Raises
+        ------
+        InputError
+            If the file is not the record of a motion of these bodies.
+        """
+        try:
+            with np.load(file) as data:
+                now = Instant(**{f.name: data[f"now_{f.name}"] for f in fields(Instant)})
+                rows, frames, times = list(data["rows"]), list(data["frames"]), data["frame_times"].tolist()
+        except (OSError, ValueError, KeyError) as error:
+            raise InputError(f"{file} is not the record of a motion; choose another file.") from error
+        if now.q.shape != (a.n_dofs,):
+            raise InputError(
+                f"{file} holds a motion of {now.q.size} coordinates, the bodies have {a.n_dofs}; choose another file."
+            )
+        return cls(rows, frames, times, replace(now, time=float(now.time), nit=int(now.nit)))

@@ -1,0 +1,201 @@
+"""Faces of bricks in contact: hats of pressure on them, and feet of points on them as they move.
+
+Pressure is a combination of non-negative hats, one for each corner of a face and one for its middle, linear over the
+four triangles between them; corners are shared by the faces round them. That makes two unknowns per node where the
+face's normal motion has three, and the hats add up to one, so that uniform pressure is held exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from fecontact.ancf.hexahedron import face_points
+from fecontact.ancf.space import AncfSpace
+from fecontact.interface.surface import Feet
+from fecontact.mesh.reference import FACES
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Degree of the rule on each of a face's four triangles: gaps are cubic along a side and hats linear.
+DEGREE = 6
+#: Feet start from a grid of so many points along each side of a face.
+SAMPLES = 5
+#: Faces that are tried for each foot.
+TRIED = 3
+MOST_STEPS = 50
+#: Step in the face's coordinates at which a foot is found.
+SETTLED = 1e-13
+#: Sideways offset beyond the rim, relative to the size of a face, from which a point faces nothing.
+OVERHANG = 1e-6
+#: Corners of a face, counter-clockwise.
+CORNERS_2D = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+
+def hat_rule() -> tuple[Array, Array, Array]:
+    """Points (n, 2) on the unit square, weights (n,), and the five hats there (n, 5): corners in order, then middle.
+
+    Examples
+    --------
+    >>> points, weights, hats = hat_rule()
+    >>> (weights @ hats).round(12).tolist()
+    [0.166666666667, 0.166666666667, 0.166666666667, 0.166666666667, 0.333333333333]
+    """
+    places = np.vstack([CORNERS_2D, [0.5, 0.5]])
+    X, W = get_quadrature(RefTri, DEGREE)
+    barycentric = np.stack([1 - X[0] - X[1], X[0], X[1]], axis=1)
+    points, hats = [], []
+    for side in range(4):
+        ends = [side, (side + 1) % 4, 4]
+        hat = np.zeros((len(W), 5))
+        hat[:, ends] = barycentric
+        points.append(barycentric @ places[ends])
+        hats.append(hat)
+    return np.concatenate(points), np.tile(W / 2, 4), np.concatenate(hats)
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """Some faces of a space of bricks.
+
+    Parameters
+    ----------
+    space : AncfSpace
+    faces : (n, 2) int array
+        Cell and local face.
+    """
+
+    space: AncfSpace
+    faces: IntArray
+
+    @cached_property
+    def corners(self) -> IntArray:
+        """Nodes (n, 4) of the faces, counted in `space.nodes`."""
+        cell, face = self.faces.T
+        return self.space.corners[cell[:, None], FACES[face, :4]]
+
+    @cached_property
+    def rim(self) -> NDArray[np.bool_]:
+        """Whether a side (n, 4), from corner k to k + 1, belongs to one of the faces only."""
+        sides = np.sort(np.stack([self.corners, np.roll(self.corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+        _, number, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+        return np.asarray(count[number.ravel()] == 1).reshape(-1, 4)
+
+    @cached_property
+    def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
+        """Rows N (n_points, n_functions) of the hats' rule, means A (n_hats, n_points) and the hats' areas (n_hats,).
+
+        Areas are those of the initial geometry.
+        """
+        local, weights, hats = hat_rule()
+        n, n_q = len(self.faces), len(weights)
+        each, where = np.repeat(np.arange(n), n_q), np.tile(local, (n, 1))
+        _, tangents = self.at(self.space.q0, each, where)
+        area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=1).reshape(n, n_q) * weights
+        nodes, shared = np.unique(self.corners, return_inverse=True)
+        number = np.concatenate([shared.reshape(n, 4), len(nodes) + np.arange(n)[:, None]], axis=1)
+        row = np.broadcast_to(number[:, None, :], (n, n_q, 5))
+        column = np.broadcast_to(np.arange(n * n_q).reshape(n, n_q, 1), (n, n_q, 5))
+        integral = sp.csr_matrix(
+            ((area[:, :, None] * hats).ravel(), (row.ravel(), column.ravel())), shape=(len(nodes) + n, n * n_q)
+        )
+        integral.eliminate_zeros()
+        areas = np.asarray(integral.sum(axis=1)).ravel()
+        means = sp.csr_matrix(sp.diags_array(1 / areas) @ integral)
+        return self.rows(each, where), means, areas
+
+    def rows(self, each: IntArray, local: Array) -> sp.csr_matrix:
+        """Values (n, n_functions) of all functions at coordinates (n, 2) on faces `each`."""
+        cell, face = self.faces[each].T
+        X = np.empty((len(each), 3))
+        for f in np.unique(face):
+            X[face == f] = face_points(int(f), local[face == f])
+        return self.space.rows_at(cell, X)
+
+    def at(self, q: Array, each: IntArray, local: Array) -> tuple[Array, Array]:
+        """Positions (n, 3) and tangents (n, 3, 2) at coordinates q, on faces `each` at `local` (n, 2)."""
+        S, dS = self.space.face_functions(self.faces[each], local)
+        e = self.space.spread(q)[self.space.functions[self.faces[each, 0]]]
+        return np.einsum("na,nai->ni", S, e), np.einsum("nax,nai->nix", dS, e)
+
+    @cached_property
+    def _samples(self) -> tuple[sp.csr_matrix, IntArray, Array]:
+        t = (np.arange(SAMPLES) + 0.5) / SAMPLES
+        local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
+        each, where = np.repeat(np.arange(len(self.faces)), len(local)), np.tile(local, (len(self.faces), 1))
+        return self.rows(each, where), each, where
+
+    def project(self, q: Array, points: Array) -> Feet:
+        """Feet of points (n, 3) on the faces at coordinates q; `facet` and `local` tell where they are."""
+        rows, each, where = self._samples
+        tree = cKDTree(rows @ q.reshape(-1, 3))
+        _, near = tree.query(points, k=min(TRIED * 4, len(each)))
+        near = near.reshape(len(points), -1)
+        best: tuple[Array, IntArray, Array] | None = None
+        for k in _first_of_each(each[near]).T:
+            start = near[np.arange(len(points)), k]
+            local = self._foot(q, points, each[start], where[start])
+            distance = np.linalg.norm(points - self.at(q, each[start], local)[0], axis=1)
+            if best is None:
+                best = distance, each[start], local
+            else:
+                # a face has to be nearer by more than rounding: a foot on a shared side belongs to either
+                nearer = distance < best[0] * (1 - 1e-9)
+                best = (
+                    np.where(nearer, distance, best[0]),
+                    np.where(nearer, each[start], best[1]),
+                    np.where(nearer[:, None], local, best[2]),
+                )
+        assert best is not None
+        return self._feet(q, points, best[1], best[2])
+
+    def _foot(self, q: Array, points: Array, each: IntArray, local: Array) -> Array:
+        """Coordinates (n, 2) of the nearest points on given faces: Gauss-Newton within the square."""
+        for _ in range(MOST_STEPS):
+            x, t = self.at(q, each, local)
+            slope = -np.einsum("ni,nix->nx", points - x, t)
+            metric = np.einsum("nix,niy->nxy", t, t)
+            held = ((local <= 0) & (slope > 0)) | ((local >= 1) & (slope < 0))
+            slope = np.where(held, 0.0, slope)
+            free = ~held[:, :, None] & ~held[:, None, :]
+            metric = np.where(free, metric, metric * np.eye(2))
+            moved = np.clip(local - np.linalg.solve(metric, slope[..., None])[..., 0], 0.0, 1.0)
+            change = np.abs(moved - local).max(initial=0.0)
+            local = moved
+            if change <= SETTLED:
+                break
+        return local
+
+    def _feet(self, q: Array, points: Array, each: IntArray, local: Array) -> Feet:
+        x, t = self.at(q, each, local)
+        across = np.cross(t[..., 0], t[..., 1])
+        size = np.sqrt(np.linalg.norm(across, axis=1))
+        normals = across / size[:, None] ** 2
+        offset = points - x
+        gap = np.einsum("ni,ni->n", offset, normals)
+        sideways = np.linalg.norm(offset - gap[:, None] * normals, axis=1)
+        ends = np.stack([local[:, 1] <= 0, local[:, 0] >= 1, local[:, 1] >= 1, local[:, 0] <= 0], axis=1)
+        beyond = (ends & self.rim[each]).any(axis=1) & (sideways > OVERHANG * size)
+        return Feet(x, normals, gap, beyond, None, each, local)
+
+
+def _first_of_each(faces: IntArray) -> IntArray:
+    """Columns (n, TRIED) at which a row names a face for the first time; the first column again where there is none."""
+    n, m = faces.shape
+    new = np.ones((n, m), bool)
+    for k in range(1, m):
+        new[:, k] = (faces[:, :k] != faces[:, k : k + 1]).all(axis=1)
+    rank = np.cumsum(new, axis=1) - 1
+    out = np.zeros((n, min(TRIED, m)), dtype=np.int64)
+    for r in range(out.shape[1]):
+        hit = new & (rank == r)
+        out[:, r] = np.where(hit.any(axis=1), hit.argmax(axis=1), 0)
+    return out

@@ -1,0 +1,77 @@
+"""Bricks in motion for ParaView: one VTU file per frame and a PVD file that lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.ancf.assembly import Assembly
+from fecontact.errors import InputError
+from fecontact.fem.stiffness import determinant_3x3
+from fecontact.fem.stress import von_mises
+from fecontact.io import check_writable, write_collection
+from fecontact.mesh.reference import CORNERS, EDGES
+
+Array = NDArray[np.float64]
+
+#: Corners and mid-sides of a cell, in VTK's order.
+NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])
+
+
+def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, times: Sequence[float]) -> Path:
+    """Write coordinates at several times as a series.
+
+    Every cell is written by itself with twenty nodes, so that its curved edges show.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    frames : sequence of (n_dofs,) arrays
+        Such as `Motion.frames`, or the q of the states of a `Path`.
+    path : str or Path
+        Ends in ``.pvd``.
+    times : sequence of float
+        One for each frame.
+
+    Raises
+    ------
+    InputError
+        For another suffix, no frame, or not one time for each.
+    """
+    path = check_writable(path)
+    if path.suffix.lower() != ".pvd":
+        raise InputError(f"A series is written to a .pvd file; found {path.name!r}.")
+    if not len(frames) or len(frames) != len(times):
+        raise InputError(f"A series needs frames and one time for each; found {len(frames)} and {len(times)}.")
+    files = []
+    for k, q in enumerate(frames):
+        files.append(path.with_name(f"{path.stem}_{k:04d}.vtu"))
+        _mesh(assembly, q).write(files[-1], file_format="vtu")
+    return write_collection(path, files, [float(t) for t in times])
+
+
+def _mesh(a: Assembly, q: Array) -> meshio.Mesh:
+    """Deformed cells of all solids with displacement and equivalent Cauchy stress."""
+    points, moved, stress, solid = [], [], [], []
+    for k, s in enumerate(a.solids):
+        n = len(s.space.corners)
+        cells, X = np.repeat(np.arange(n), 20), np.tile(NODES, (n, 1))
+        e = a.part(q, k)
+        x = s.space.points_at(e, cells, X)
+        F = s.space.gradient_at(e, cells, X)
+        S = s.law(F, s.lame[cells], s.shear[cells], tangent=False).stress
+        cauchy = F @ S @ F.swapaxes(1, 2) / determinant_3x3(F)[:, None, None]
+        points.append(x)
+        moved.append(x - s.space.points_at(s.space.q0, cells, X))
+        stress.append(cauchy[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]])
+        solid.append(np.full(n, k))
+    all_points = np.concatenate(points)
+    connectivity = np.arange(len(all_points)).reshape(-1, 20)
+    data = {"displacement": np.concatenate(moved), "von_mises": von_mises(np.concatenate(stress))}
+    return meshio.Mesh(
+        all_points, [("hexahedron20", connectivity)], point_data=data, cell_data={"body": [np.concatenate(solid)]}
+    )

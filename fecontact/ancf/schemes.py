@@ -1,0 +1,200 @@
+"""Time integration of bodies in contact, step by step: generalised-alpha, and an energy-momentum scheme.
+
+Both solve one contact problem per iteration, like statics, with the mass added to the tangent.
+
+**Generalised-alpha** (Chung & Hulbert 1993, in the form of M. Arnold & O. Bruls, Convergence of the generalized-alpha
+scheme for constrained mechanical systems, Multibody Syst. Dyn. 18, 2007): second order, unconditionally stable for
+linear systems, high frequencies damped by `rho` per step. Contact holds at the end of each step, g(q1) >= 0, and its
+part of the acceleration is integrated apart and fully implicitly, so that it takes energy and never gives any (C. Kane,
+E. A. Repetto, M. Ortiz & J. E. Marsden, Comput. Methods Appl. Mech. Engrg. 180, 1999); inside the weighted
+accelerations it would go on pushing after the impact, and the energy would grow.
+
+**Energy-momentum**: mid-point rule with conserving elastic forces (`conserving.forces_between`) and contact as a
+persistency condition (T. A. Laursen & V. Chawla, Int. J. Numer. Methods Eng. 40, 1997): a hat that has penetrated at
+the beginning of a step may press, l >= 0, while its gap does not close further, g1 - g0 >= 0, l (g1 - g0) = 0. No work
+is done, and energy and momentum are kept to the tolerance of the iterations; the price is a penetration of what a body
+moves in one step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.ancf.assembly import Assembly
+from fecontact.ancf.conserving import forces_between
+from fecontact.ancf.newton import UnstableError, contact_step
+from fecontact.errors import InputError
+
+Array = NDArray[np.float64]
+
+MOST_ITERATIONS = 25
+#: Change of a coordinate, relative to the size of the bodies, that is rounding.
+ROUNDING = 1e-14
+#: Hats that are farther away than this many of their own widths are left out of a step.
+REACH = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """State of motion.
+
+    Attributes
+    ----------
+    time : float
+    q, v, a : (n_dofs,) arrays
+        Coordinates, velocities, accelerations.
+    b : (n_dofs,) array
+        The auxiliary acceleration of generalised-alpha.
+    forces : (n_hats,) array
+        Contact forces at the end of the step (generalised-alpha) or over it (energy-momentum).
+    nit : int
+        Iterations of the step.
+    """
+
+    time: float
+    q: Array
+    v: Array
+    a: Array
+    b: Array
+    forces: Array
+    nit: int = 0
+
+
+class Scheme(Protocol):
+    """A way to make one step."""
+
+    def step(self, a: Assembly, now: Instant, h: float, load: Array, tolerance: float) -> Instant:
+        """State after a step of length h under dead loads (n_dofs,)."""
+
+    def error(self, before: Instant, after: Instant, h: float) -> float:
+        """Estimate of the largest local error of a coordinate."""
+
+
+@dataclass(frozen=True)
+class GeneralisedAlpha:
+    """Generalised-alpha.
+
+    Parameters
+    ----------
+    rho : float
+        Factor by which the highest frequencies shrink in a step, from 0 to 1; 1 does not damp.
+    """
+
+    rho: float = 0.8
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.rho <= 1:
+            raise InputError(f"rho must lie between 0 and 1; found {self.rho!r}.")
+
+    @property
+    def constants(self) -> tuple[float, float, float, float]:
+        """alpha_m, alpha_f, beta, gamma."""
+        am, af = (2 * self.rho - 1) / (self.rho + 1), self.rho / (self.rho + 1)
+        return am, af, (1 - am + af) ** 2 / 4, 0.5 - am + af
+
+    def step(self, a: Assembly, now: Instant, h: float, load: Array, tolerance: float) -> Instant:
+        """One step."""
+        am, af, beta, gamma = self.constants
+        inertia = (1 - am) / ((1 - af) * beta * h**2)
+        # contact moves q by h^2/2 c and v by h c, with M c = G^T l: seen from the tangent it is so much stronger
+        share = inertia * h**2 / 2
+        q, forces = now.q + h * now.v + h**2 / 2 * now.b, now.forces
+        c = np.zeros_like(q)
+        for nit in range(1, MOST_ITERATIONS + 1):
+            b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
+            acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
+            conditions = a.conditions(q)
+            bend = a.curvature(conditions, share * forces)
+            K = a.tangent(q) + inertia * a.mass
+            K = K if bend is None else K - bend
+            rest = load - a.forces(q) - a.mass @ acceleration - share * (a.mass @ c)
+            near = np.flatnonzero(conditions.gap < REACH * _widths(a))
+            change, pressing = _solved(a, K, rest, conditions.G, conditions.gap, near)
+            forces = pressing / share
+            c = a.accelerated(conditions.G.T @ forces)
+            q = q + change
+            if _settled(a, change, q - now.q, tolerance):
+                b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
+                acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
+                v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
+                return Instant(now.time + h, q, v, acceleration, b, forces, nit)
+        raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
+
+    def error(self, before: Instant, after: Instant, h: float) -> float:
+        """h^2 |beta - 1/6| |b1 - b0| (O. C. Zienkiewicz & Y. M. Xie, Earthquake Eng. Struct. Dyn. 20, 1991)."""
+        return float(abs(self.constants[2] - 1 / 6) * h**2 * np.abs(after.b - before.b).max())
+
+
+@dataclass(frozen=True)
+class EnergyMomentum:
+    """Mid-point rule that keeps energy and momentum."""
+
+    def step(self, a: Assembly, now: Instant, h: float, load: Array, tolerance: float) -> Instant:
+        """One step."""
+        q = now.q + h * now.v
+        before = a.conditions(now.q)
+        for nit in range(1, MOST_ITERATIONS + 1):
+            middle = (now.q + q) / 2
+            internal = np.concatenate(
+                [forces_between(s, a.part(now.q, k), a.part(q, k)) for k, s in enumerate(a.solids)]
+            )
+            rest = load - internal - a.mass @ (2 / h**2 * (q - now.q - h * now.v))
+            K = a.tangent(middle) / 2 + 2 / h**2 * a.mass
+            after = a.conditions(q)
+            pressing = np.flatnonzero((before.gap < 0) & np.isfinite(after.gap))
+            closing = np.where(np.isfinite(after.gap), after.gap, 0.0) - np.where(before.gap < 0, before.gap, 0.0)
+            G = a.conditions(middle).G if len(pressing) else after.G
+            G = _working(G, pressing, closing, q - now.q)
+            change, forces = _solved(a, K, rest, G, closing, pressing)
+            q = q + change
+            if _settled(a, change, q - now.q, tolerance):
+                v = 2 / h * (q - now.q) - now.v
+                return Instant(now.time + h, q, v, (v - now.v) / h, (v - now.v) / h, forces, nit)
+        raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
+
+    def error(self, before: Instant, after: Instant, h: float) -> float:
+        """h^2 |a1 - a0| / 12, the leading term of the mid-point rule."""
+        return float(h**2 / 12 * np.abs(after.a - before.a).max())
+
+
+def _widths(a: Assembly) -> Array:
+    return np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
+
+
+def _solved(
+    a: Assembly, K: sp.csr_matrix, rest: Array, G: sp.csr_matrix, gap: Array, near: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """Change of all coordinates and the forces of all hats."""
+    Z = a.free
+    change, pressing = contact_step(sp.csr_matrix(Z.T @ K @ Z), Z.T @ rest, sp.csr_matrix(G[near] @ Z), gap[near])
+    forces = np.zeros(len(gap))
+    forces[near] = pressing
+    return Z @ change, forces
+
+
+def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool:
+    """Whether the last change is small beside the motion of the step, or rounding.
+
+    Forces out of balance are the tangent times that change, so they are settled with it.
+    """
+    largest = float(np.abs(change).max(initial=0.0))
+    return largest <= max(tolerance * float(np.abs(moved).max(initial=0.0)), ROUNDING * a.size)
+
+
+def _working(G: sp.csr_matrix, pressing: NDArray[np.int64], closing: Array, moved: Array) -> sp.csr_matrix:
+    """Gradients of the pressing hats whose work is exactly force times change of gap (discrete gradient)."""
+    if not len(pressing):
+        return G
+    rows = G[pressing].tocoo()
+    step = moved[rows.col]
+    size = np.bincount(rows.row, step**2, minlength=len(pressing))
+    missing = closing[pressing] - G[pressing] @ moved
+    share = np.divide(missing, size, where=size > 0, out=np.zeros(len(pressing)))
+    data = rows.data + share[rows.row] * step
+    own = sp.csr_matrix((data, (pressing[rows.row], rows.col)), shape=G.shape)
+    return own

@@ -1,0 +1,284 @@
+"""Equilibrium at large deformation with contact: Newton's method, line search, load steps that shrink and grow.
+
+At every level of the load the energy U(q) - f . q is made stationary under g(q) >= 0. Each iteration solves the
+linearised contact problem of `newton.contact_step`; a line search on the exact penalty function
+
+    U(q) - f . q + m sum max(0, -g_k(q)),    m > max l_k
+
+(Nocedal & Wright 2006, section 18.4; m is no stiffness: the minimum does not depend on it) guards the way there. A
+level that cannot be reached is approached by smaller steps; what was reached last is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from fecontact.ancf.assembly import Assembly, Conditions
+from fecontact.ancf.laws import InvertedError
+from fecontact.ancf.newton import UnstableError, contact_step
+from fecontact.errors import InputError, SolverError
+
+Array = NDArray[np.float64]
+
+MOST_ITERATIONS = 30
+MOST_HALVINGS = 10
+#: Smallest step of the load, as a share of the whole, before the search is given up.
+SMALLEST_STEP = 1e-4
+#: Iterations up to which a load step counts as easy, and the next one is made larger.
+EASY = 8
+#: Hats that are farther away than this many of their own widths are left out of an iteration.
+REACH = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """What holds at one level of the load.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The same solids at every level; rigid counter-bodies may stand elsewhere.
+    forces : (n_dofs,) array or None
+        Dead loads.
+    motion : (n_dofs,) array or None
+        Prescribed change of the supported coordinates from the initial ones.
+    """
+
+    assembly: Assembly
+    forces: Array | None = None
+    motion: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """An equilibrium.
+
+    Attributes
+    ----------
+    level : float
+    q : (n_dofs,) array
+    forces : tuple of (n_hats,) arrays
+        Contact forces of each touch.
+    gaps : tuple of (n_hats,) arrays
+    reactions : (n_dofs,) array
+        Generalised forces of the supports.
+    energy : float
+        Strain energy.
+    nit : int
+        Newton iterations of this level.
+    residual : float
+        Force out of balance, relative to the largest force.
+    penetration : float
+        Deepest penetration of a hat, relative to the size of the bodies.
+    """
+
+    level: float
+    q: Array
+    forces: tuple[Array, ...]
+    gaps: tuple[Array, ...]
+    reactions: Array
+    energy: float
+    nit: int
+    residual: float
+    penetration: float
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Equilibria on the way to the full load.
+
+    Attributes
+    ----------
+    success : bool
+        Whether level 1 was reached.
+    message : str
+    states : tuple of State
+        The last one is the last that was reached.
+    cuts : int
+        Load steps that had to be made smaller.
+    """
+
+    success: bool
+    message: str
+    states: tuple[State, ...]
+    cuts: int
+
+    @property
+    def last(self) -> State:
+        """The last equilibrium."""
+        return self.states[-1]
+
+    def __str__(self) -> str:
+        lines = [
+            self.message,
+            f"{'level':>8} {'iterations':>10} {'strain energy':>14} {'residual':>9} {'penetration':>11}",
+        ]
+        lines += [
+            f"{s.level:>8.4f} {s.nit:>10} {s.energy:>14.6g} {s.residual:>9.1e} {s.penetration:>11.1e}"
+            for s in self.states
+        ]
+        return "\n".join(lines)
+
+
+def equilibrium(
+    stage: Callable[[float], Stage], *, steps: int = 10, tolerance: float = 1e-9, start: State | None = None
+) -> Path:
+    """Follow the equilibrium from the initial state to level 1.
+
+    Parameters
+    ----------
+    stage : callable
+        What holds at a level between 0 and 1.
+    steps : int
+        Load steps to begin with; their number adapts.
+    tolerance : float
+        Of the force out of balance (relative to the largest force) and of penetration (relative to the size).
+    start : State, optional
+        Go on from here, such as from the last state of an earlier path.
+
+    Returns
+    -------
+    Path
+        With ``success`` False, the reason and all states reached, if the full load could not be reached.
+
+    Raises
+    ------
+    InputError
+        If steps or tolerance make no sense, or the supports leave the solids free to move as a whole.
+    """
+    if steps < 1 or not 0 < tolerance < 1:
+        raise InputError(f"Expected at least one step and a tolerance between 0 and 1; found {steps}, {tolerance!r}.")
+    check_supports(stage(0.0).assembly)
+    level, step = (0.0, 1.0 / steps) if start is None else (start.level, 1.0 / steps)
+    q = stage(0.0).assembly.q0 if start is None else start.q
+    states: list[State] = [] if start is None else [start]
+    cuts, trouble = 0, ""
+    with tqdm(total=1.0, initial=level, desc="load", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
+        while level < 1 - 1e-12:
+            goal = min(1.0, level + step)
+            goal = 1.0 if goal > 1 - 1e-9 else goal
+            try:
+                state = _balanced(stage(goal), goal, q, tolerance)
+            except (UnstableError, InvertedError, SolverError) as error:
+                cuts, step, trouble = cuts + 1, step / 2, str(error)
+                if step < SMALLEST_STEP:
+                    message = (
+                        f"Stopped at level {level:.4g}: no equilibrium was found with steps down to {step:.1e}. "
+                        f"{trouble} The last good state is kept."
+                    )
+                    return Path(False, message, tuple(states), cuts)
+                continue
+            bar.update(goal - level)
+            states.append(state)
+            level, q = goal, state.q
+            if state.nit <= EASY:
+                step = min(2 * step, 1.0 / steps)
+    return Path(True, f"Full load reached in {len(states)} steps.", tuple(states), cuts)
+
+
+def check_supports(assembly: Assembly) -> None:
+    """Refuse supports that leave a solid free to move as a whole.
+
+    Raises
+    ------
+    InputError
+        Names the solid and how many rigid motions it keeps.
+    """
+    start = 0
+    for k, solid in enumerate(assembly.solids):
+        modes = solid.space.rigid_modes(solid.space.mesh.points.mean(axis=0))
+        modes = modes / np.linalg.norm(modes, axis=0)
+        block = assembly.free[start : start + len(modes)]
+        held = modes - block @ (block.T @ modes)
+        singular = np.linalg.svd(held, compute_uv=False)
+        loose = int((singular < 1e-8).sum())
+        if loose:
+            raise InputError(
+                f"Solid {k + 1} is free in {loose} rigid motions; statics needs supports against all six. Hold more of "
+                "its boundaries, or follow the motion in time (dynamics)."
+            )
+        start += len(modes)
+
+
+def _balanced(stage: Stage, level: float, q: Array, tolerance: float) -> State:
+    """Newton iterations at one level."""
+    a = stage.assembly
+    Z = a.free
+    load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
+    motion = np.zeros(a.n_dofs) if stage.motion is None else stage.motion
+    jump = motion - (q - a.q0)
+    jump = jump - Z @ (Z.T @ jump)
+    conditions, internal = a.conditions(q), a.forces(q)
+    forces = np.zeros(len(conditions.gap))
+    widths = np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
+    for nit in range(1, MOST_ITERATIONS + 1):
+        near = np.flatnonzero(conditions.gap < REACH * widths)
+        K = a.tangent(q)
+        bend = a.curvature(conditions, forces)
+        K = K if bend is None else sp.csr_matrix(K - bend)
+        r = load - internal - K @ jump
+        G = conditions.G[near]
+        change, pressing = contact_step(Z.T @ K @ Z, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump)
+        forces = np.zeros(len(conditions.gap))
+        forces[near] = pressing
+        direction = jump + Z @ change
+        q = _searched(a, q, direction, load, internal, conditions, forces, bool(jump.any()))
+        jump = motion - (q - a.q0)
+        jump = jump - Z @ (Z.T @ jump)
+        jump[np.abs(jump) < 1e-14 * a.size] = 0.0
+        conditions, internal = a.conditions(q), a.forces(q)
+        rest = load - internal + conditions.G.T @ forces
+        scale = max(np.abs(load).max(), np.abs(internal).max(), np.finfo(float).tiny)
+        residual = float(np.abs(Z.T @ rest).max(initial=0.0) / scale)
+        penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
+        open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
+        if residual <= tolerance and max(penetration, open_but_pressed) <= tolerance and not jump.any():
+            gaps = np.split(conditions.gap, np.cumsum([t.n_hats for t in a.touches])[:-1]) if a.touches else []
+            reactions = -(rest - Z @ (Z.T @ rest))
+            return State(
+                level, q, tuple(a.split(forces)), tuple(gaps), reactions, a.energy(q), nit, residual, penetration
+            )
+    raise UnstableError(f"Newton's iterations did not settle in {MOST_ITERATIONS} steps.")
+
+
+def _searched(
+    a: Assembly,
+    q: Array,
+    direction: Array,
+    load: Array,
+    internal: Array,
+    conditions: Conditions,
+    forces: Array,
+    prescribed: bool,
+) -> Array:
+    """The new coordinates: a share of the step that lowers the penalty function.
+
+    While prescribed motions are being made, energy may rise; then only inversion shortens the step.
+    """
+    weight = 2 * float(forces.max(initial=0.0))
+
+    def merit(x: Array, gap: Array) -> float:
+        return a.energy(x) - float(load @ x) + weight * float(np.maximum(-gap, 0.0).sum())
+
+    before = None if prescribed else merit(q, conditions.gap)
+    slope = float((internal - load) @ direction) - weight * float(np.maximum(-conditions.gap, 0.0).sum())
+    tiny = np.abs(direction).max(initial=0.0) < 1e-6 * a.size
+    share = 1.0
+    for _ in range(MOST_HALVINGS):
+        trial = q + share * direction
+        try:
+            if before is None:
+                a.energy(trial)
+                return trial
+            if tiny or merit(trial, a.conditions(trial).gap) <= before + 1e-4 * share * min(slope, 0.0):
+                return trial
+        except InvertedError:
+            pass
+        share /= 2
+    raise UnstableError("No share of Newton's step lowers the energy.")

@@ -1,0 +1,167 @@
+"""Contact conditions of moving faces: weighted gaps, their gradients and curvatures at the current coordinates.
+
+The gap that belongs to a hat is the mean of the gap over it, weighted by the hat in the initial geometry,
+
+    g_k = sum_i A_ki n_i . (x_i - y_i),    G_k = sum_i A_ki n_i . (N_i - M_i),
+
+with points i of the hats' rule, x_i = N_i q, their feet y_i on the other side and the unit normals n_i there. A force
+l_k on a hat is spread as pressure in its shape, and its generalised forces G^T l act on positions and gradients alike.
+A foot moves in the tangent plane, so that the gradient needs no derivative of n; the second derivative does (T. A.
+Laursen, Computational Contact and Impact Mechanics, 2002, chapter 5), and is kept for rigid counter-faces. Against
+moving ones it is left out, which costs iterations and not accuracy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.ancf.faces import Faces
+from fecontact.bodies.rigid import RigidBody
+from fecontact.errors import InputError
+from fecontact.interface.surface import Feet
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Step, relative to the size of the rigid shape, of the differences that give the turn of its normals.
+TURN_STEP = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Contact conditions at some coordinates.
+
+    Attributes
+    ----------
+    gap : (n_hats,) array
+        Mean gap of each hat; infinite where the hat faces nothing.
+    G : (n_hats, n_dofs) csr_matrix
+        Its gradient with respect to the coordinates of all bodies.
+    feet : Feet
+        Of the quadrature points, in world axes.
+    means : (n_hats, n_points) csr_matrix
+        A.
+    """
+
+    gap: Array
+    G: sp.csr_matrix
+    feet: Feet
+    means: sp.csr_matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """Faces that may touch a rigid body or faces of bricks.
+
+    Parameters
+    ----------
+    slave : Faces
+        Side that carries the hats.
+    slave_start : int
+        Its first coordinate among those of all bodies.
+    master : RigidBody or Faces
+    master_start : int
+        First coordinate of the master, if it has any.
+    n_dofs : int
+        Coordinates of all bodies.
+    """
+
+    slave: Faces
+    slave_start: int
+    master: RigidBody | Faces
+    master_start: int
+    n_dofs: int
+
+    @property
+    def n_hats(self) -> int:
+        """Number of contact conditions."""
+        return int(self.slave.quadrature[1].shape[0])
+
+    def _part(self, rows: sp.csr_matrix, normals: Array, start: int) -> sp.csr_matrix:
+        """N . N as rows (n_points, n_dofs) of the coordinates that begin at `start`."""
+        coo = rows.tocoo()
+        i = np.arange(3)
+        data = coo.data[:, None] * normals[coo.row]
+        column = start + 3 * coo.col[:, None] + i
+        row = np.broadcast_to(coo.row[:, None], data.shape)
+        return sp.csr_matrix((data.ravel(), (row.ravel(), column.ravel())), shape=(rows.shape[0], self.n_dofs))
+
+    def positions(self, q: Array) -> Array:
+        """World positions (n_points, 3) of the slave's quadrature points at coordinates q of all bodies."""
+        rows = self.slave.quadrature[0]
+        return np.asarray(rows @ q[self.slave_start : self.slave_start + 3 * rows.shape[1]].reshape(-1, 3))
+
+    def _master_q(self, q: Array) -> Array:
+        assert isinstance(self.master, Faces)
+        return q[self.master_start : self.master_start + self.master.space.n_dofs]
+
+    def feet(self, q: Array) -> Feet:
+        """Feet of the quadrature points on the master, in world axes."""
+        x = self.positions(q)
+        return self.master.project(self._master_q(q), x) if isinstance(self.master, Faces) else _on(self.master, x)
+
+    def at(self, q: Array) -> Touching:
+        """Gaps and gradients at coordinates q (n_dofs,) of all bodies."""
+        feet = self.feet(q)
+        rows, means, _ = self.slave.quadrature
+        hidden = feet.beyond
+        if hidden.any():
+            means = sp.csr_matrix(means @ sp.diags_array((~hidden).astype(float)))
+            share = np.asarray(means.sum(axis=1)).ravel()
+            means = sp.csr_matrix(sp.diags_array(np.divide(1.0, share, where=share > 0, out=share * 0)) @ means)
+        points = self._part(rows, feet.normals, self.slave_start)
+        if isinstance(self.master, Faces):
+            assert feet.facet is not None
+            assert feet.local is not None
+            opposite = self.master.rows(feet.facet, feet.local)
+            points = points - self._part(opposite, feet.normals, self.master_start)
+        gap = means @ np.where(hidden, 0.0, feet.gap)
+        gap[np.diff(means.indptr) == 0] = np.inf
+        if hidden.any():
+            gap[np.asarray(means.sum(axis=1)).ravel() == 0] = np.inf
+        return Touching(gap, sp.csr_matrix(means @ points), feet, means)
+
+    def curvature(self, touching: Touching, forces: Array) -> sp.csr_matrix | None:
+        """Second derivative (n_dofs, n_dofs) of forces . gap, where the master is rigid; None where it vanishes."""
+        pressing = touching.means.T @ forces
+        if isinstance(self.master, Faces) or not pressing.any():
+            return None
+        used = np.flatnonzero(pressing)
+        H = _turns(self.master, touching.feet.chosen(used)) * pressing[used, None, None]
+        if not H.any():
+            return None
+        N = self.slave.quadrature[0][used]
+        wide = sp.kron(N, sp.eye_array(3), format="csr")
+        local = wide.T @ sp.block_diag(list(H), format="csr") @ wide
+        before, after = self.slave_start, self.n_dofs - self.slave_start - local.shape[0]
+        return sp.csr_matrix(sp.block_diag([sp.csr_matrix((before,) * 2), local, sp.csr_matrix((after,) * 2)]))
+
+    @cached_property
+    def areas(self) -> Array:
+        """Areas (n_hats,) in the initial geometry: force over area is the pressure of a hat."""
+        return self.slave.quadrature[2]
+
+
+def _on(body: RigidBody, points: Array) -> Feet:
+    """Feet on a rigid body in world axes."""
+    feet = body.surface("surface").project(body.pose.to_body(points))
+    if not np.isfinite(feet.gap[~feet.beyond]).all():
+        raise InputError(f"The surface of {body.name!r} gives gaps that are not finite numbers; check its shape.")
+    turn = body.pose.rotation
+    return Feet(body.pose.to_world(feet.points), feet.normals @ turn.T, feet.gap, feet.beyond)
+
+
+def _turns(body: RigidBody, feet: Feet) -> Array:
+    """Derivative (n, 3, 3) of the normals by the position of the points, by central differences on the surface."""
+    step = TURN_STEP * body.size
+    x = feet.points + feet.gap[:, None] * feet.normals
+    H = np.zeros((len(x), 3, 3))
+    for k, unit in enumerate(np.eye(3)):
+        ahead, behind = _on(body, x + step * unit), _on(body, x - step * unit)
+        H[:, :, k] = (ahead.normals - behind.normals) / (2 * step)
+    return (H + H.swapaxes(1, 2)) / 2

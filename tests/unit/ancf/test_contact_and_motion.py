@@ -1,0 +1,245 @@
+"""Contact of bricks, equilibrium and motion: gradients by differences, balances, supports, restarts, bad input."""
+
+import meshio
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.ancf import (
+    AncfSolid,
+    AncfSpace,
+    Assembly,
+    EnergyMomentum,
+    GeneralisedAlpha,
+    NeoHookean,
+    Stage,
+    StVenantKirchhoff,
+    equilibrium,
+    move,
+    save_motion,
+    traction,
+)
+from fecontact.ancf.conserving import forces_between
+from fecontact.ancf.faces import Faces, hat_rule
+from fecontact.ancf.newton import UnstableError, contact_step
+
+SOFT = fc.Material(E=1.0, nu=0.3, density=1.0)
+FLOOR = fc.RigidBody(fc.Plane())
+
+
+def brick(divisions=(2, 2, 1), size=(1.0, 1.0, 0.5), at=(0.0, 0.0, 0.0), law=None, material=SOFT):
+    mesh = fc.shapes.block(size, divisions, element="hex8").translated(at)
+    return AncfSolid(AncfSpace(mesh), material, law or StVenantKirchhoff())
+
+
+def shaken(assembly, amount, seed=0):
+    return assembly.q0 + amount * np.random.default_rng(seed).standard_normal(assembly.n_dofs)
+
+
+def test_hats_are_positive_and_add_up_to_one():
+    points, weights, hats = hat_rule()
+    assert (hats >= -1e-15).all()
+    assert np.abs(hats.sum(axis=1) - 1).max() < 1e-14
+    assert abs(weights.sum() - 1) < 1e-14
+    # every bilinear function that is linear is held: the hats interpolate linear functions
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])
+    assert np.abs(hats @ corners - points).max() < 1e-14
+
+
+def test_areas_of_hats_cover_the_faces():
+    solid = brick()
+    faces = Faces(solid.space, solid.space.mesh.faces("bottom"))
+    assert abs(faces.quadrature[2].sum() - 1) < 1e-13
+    assert (faces.quadrature[2] > 0).all()
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        fc.RigidBody(fc.Sphere(3.0)).placed((0.5, 0.4, 0.52)),
+        fc.RigidBody(fc.surfaces.Cylinder(2.0)).placed((0.5, 0.4, 0.52)),
+    ],
+    ids=["sphere", "cylinder"],
+)
+def test_gap_gradient_and_curvature_by_differences(obstacle):
+    a = Assembly.of([brick()], None, [(0, "top", obstacle)])
+    q, h = shaken(a, 1e-2), 1e-5
+    d, forces = shaken(a, 1.0, 1) - a.q0, np.random.default_rng(2).random(a.touches[0].n_hats)
+    at, ahead, behind = (a.conditions(x) for x in (q, q + h * d, q - h * d))
+    # central differences err by h^2 = 1e-10 times third derivatives, and by rounding 1e-16 / h
+    assert np.abs((ahead.gap - behind.gap) / (2 * h) - at.G @ d).max() < 1e-8
+    bend = (ahead.G - behind.G).T @ forces / (2 * h)
+    assert np.abs(bend - a.curvature(at, forces) @ d).max() < 1e-6 * np.abs(bend).max()
+
+
+def test_gap_gradient_between_bricks_by_differences():
+    # the slave lies well inside the master, so that no point crosses the rim in a difference
+    a = Assembly.of([brick((2, 2, 1), (0.6, 0.6, 0.3), (0.2, 0.17, 0.52)), brick()], None, [(0, "bottom", (1, "top"))])
+    q, h = shaken(a, 2e-3), 1e-5
+    d = shaken(a, 1.0, 1) - a.q0
+    at, ahead, behind = (a.conditions(x) for x in (q, q + h * d, q - h * d))
+    assert np.abs((ahead.gap - behind.gap) / (2 * h) - at.G @ d).max() < 1e-6
+    # forces are equal and opposite, and collinear: no resultant force or moment on both bodies together
+    forces = np.random.default_rng(2).random(len(at.gap))
+    for direction in np.eye(3):
+        assert abs(a.translation(direction) @ (at.G.T @ forces)) < 1e-12
+        spin = np.cross(direction, np.eye(3)).T
+        turned = np.concatenate([(a.part(q, k).reshape(-1, 3) @ spin.T).ravel() for k in range(2)])
+        assert abs(turned @ (at.G.T @ forces)) < 1e-10
+
+
+@pytest.mark.parametrize("law", [StVenantKirchhoff(), NeoHookean()], ids=["svk", "neo"])
+def test_conserving_forces_do_the_work_of_the_energy_and_keep_momenta(law):
+    solid = brick(law=law)
+    rng = np.random.default_rng(0)
+    q0, q1 = (solid.space.q0 + 0.03 * rng.standard_normal(solid.space.n_dofs) for _ in range(2))
+    f = forces_between(solid, q0, q1)
+    work = solid.energy(q1) - solid.energy(q0)
+    assert abs(f @ (q1 - q0) - work) < 1e-12 * max(solid.energy(q0), solid.energy(q1))
+    for direction in np.eye(3):
+        assert abs(solid.space.affine(np.zeros((3, 3)), direction) @ f) < 1e-13
+        spin = np.cross(direction, np.eye(3)).T
+        assert abs(((q0 + q1).reshape(-1, 3) @ spin.T).ravel() @ f) < 1e-12
+    # between a state and itself they are the elastic forces
+    assert np.abs(forces_between(solid, q0, q0) - solid.forces(q0)).max() < 1e-12
+
+
+def test_newton_step_refuses_an_unstable_tangent():
+    import scipy.sparse as sp
+
+    with pytest.raises(UnstableError):
+        contact_step(sp.csr_matrix(np.diag([1.0, -1.0])), np.ones(2), sp.csr_matrix((0, 2)), np.zeros(0))
+
+
+@pytest.mark.parametrize("law", [StVenantKirchhoff(), NeoHookean()], ids=["svk", "neo"])
+def test_uniform_compression_against_a_plane_is_exact(law):
+    # patch test at large strain, nu = 0: a column shortened by a fifth has the same pressure on every hat
+    solid = brick(law=law, material=fc.Material(E=1.0, nu=0.0), at=(0.0, 0.0, 0.0))
+    a = Assembly.of([solid], [{"top": "xyz"}], [(0, "bottom", FLOOR)])
+    path = equilibrium(lambda s: Stage(a.with_rigid(FLOOR.placed((0, 0, 0.1 * s)))), steps=2)
+    stretch = 0.8
+    law_stress = law(np.diag([1.0, 1.0, stretch]), *(np.array(c) for c in (0.0, 0.5))).stress[2, 2]
+    pressure = path.last.forces[0] / a.touches[0].areas
+    assert path.success
+    assert np.abs(pressure / (-stretch * law_stress) - 1).max() < 1e-9  # ten times Newton's tolerance
+    # the supports carry what the floor pushes
+    lift = a.translation(np.array([0.0, 0.0, 1.0]))
+    assert abs(path.last.reactions @ lift + path.last.forces[0].sum()) < 1e-9
+    assert path.last.residual < 1e-9
+
+
+def test_brick_on_brick_with_other_meshes_passes_the_patch_test():
+    # meshes 2 x 2 on 3 x 3, nu = 0, uniform compression: hats and quadrature points straddle the master's faces
+    upper = brick((2, 2, 1), at=(0.0, 0.0, 0.5), material=fc.Material(E=1.0, nu=0.0))
+    lower = brick((3, 3, 1), material=fc.Material(E=1.0, nu=0.0))
+    a = Assembly.of([upper, lower], [{"top": "xyz"}, {"bottom": "xyz"}], [(0, "bottom", (1, "top"))])
+    drop = np.zeros(a.n_dofs)
+    top = upper.space.mesh.points[upper.space.nodes][:, 2] > 1 - 1e-9
+    drop.reshape(-1, 3)[upper.space.start[top], 2] = -0.02
+    path = equilibrium(lambda s: Stage(a, motion=s * drop), steps=1)
+    pressure = path.last.forces[0] / a.touches[0].areas
+    # shape functions have kinks across the master's sides, the rule on the slave does not see them: 1e-3
+    strain = -0.02 + 0.02**2 / 2
+    assert np.abs(pressure / np.mean(pressure) - 1).max() < 5e-2
+    assert abs(pressure.mean() / (-strain * 0.98) - 1) < 2e-2
+
+
+def test_statics_needs_supports_and_says_which_solid_lacks_them():
+    a = Assembly.of([brick()], [{"top": "z"}], [(0, "bottom", FLOOR)])
+    with pytest.raises(fc.InputError, match="Solid 1 is free in 3 rigid motions"):
+        equilibrium(lambda s: Stage(a))
+
+
+def test_a_load_that_cannot_be_reached_ends_with_the_last_good_state():
+    # St. Venant-Kirchhoff softens in compression until it is unstable: no equilibrium beyond
+    a = Assembly.of([brick(material=fc.Material(E=1.0, nu=0.0))], [{"bottom": "xyz", "x_min": "x", "y_min": "y"}])
+    load = traction(a.solids[0].space, "top", (0.0, 0.0, -1.0))
+    path = equilibrium(lambda s: Stage(a, forces=s * load), steps=4)
+    assert not path.success
+    assert "last good state is kept" in path.message
+    assert path.states[-1].residual < 1e-9
+    # uniform shortening carries -E s (s^2 - 1) / 2, at most 0.19245 E at s = 1/sqrt(3); other modes give way before
+    assert 0.15 < path.last.level < 0.19245
+
+
+def test_free_fall_is_exact_and_touches_nothing():
+    solid = brick(at=(0, 0, 5.0))
+    a = Assembly.of([solid], None, [(0, "bottom", FLOOR)])
+    for scheme in (GeneralisedAlpha(0.9), EnergyMomentum()):
+        motion = move(a, until=0.5, step=0.05, scheme=scheme, velocity=(1.0, 0, 0), gravity=(0, 0, -10.0))
+        fallen = a.q0 + a.translation(np.array([0.5, 0, -10 * 0.5**2 / 2]))
+        assert np.abs(motion.now.q - fallen).max() < 1e-10  # both are exact for constant acceleration
+        assert not motion.contact_force.any()
+        assert motion.drift < 1e-12
+
+
+def test_interrupted_motion_goes_on_where_it_stopped(tmp_path):
+    a = Assembly.of([brick(at=(0, 0, 0.01))], None, [(0, "bottom", FLOOR)])
+    chosen = {"step": 0.02, "scheme": EnergyMomentum(), "velocity": (0, 0, -0.2), "every": 3}
+    whole = move(a, until=0.24, **chosen)
+    part = move(a, until=0.12, path=tmp_path / "run.npz", **chosen)
+    rest = move(a, until=0.24, path=tmp_path / "run.npz", **chosen)
+    assert len(part.time) == 7
+    assert np.abs(rest.time - whole.time).max() < 1e-14
+    # the file holds the state to the last digit
+    assert np.abs(rest.now.q - whole.now.q).max() < 1e-13
+    assert np.abs(rest.energy - whole.energy).max() < 1e-13
+
+
+def test_series_for_paraview(tmp_path):
+    a = Assembly.of([brick()])
+    motion = move(a, until=0.2, step=0.1, velocity=(0, 0, 1.0), every=1)
+    file = save_motion(a, motion.frames, tmp_path / "fall.pvd", motion.frame_times)
+    parts = sorted(tmp_path.glob("*.vtu"))
+    assert len(parts) == 3
+    assert all(p.name in file.read_text() for p in parts)
+    last = meshio.read(parts[-1])
+    assert np.abs(last.point_data["displacement"] - [0, 0, 0.2]).max() < 1e-12
+    assert np.abs(last.point_data["von_mises"]).max() < 1e-12
+    with pytest.raises(fc.InputError, match=r"\.pvd"):
+        save_motion(a, motion.frames, tmp_path / "fall.vtu", motion.frame_times)
+
+
+def test_a_file_of_something_else_is_refused_and_kept(tmp_path):
+    a = Assembly.of([brick()])
+    file = tmp_path / "run.npz"
+    file.write_text("notes")
+    with pytest.raises(fc.InputError, match="not the record of a motion"):
+        move(a, until=1.0, step=0.1, path=file)
+    assert file.read_text() == "notes"
+
+
+def test_adaptive_steps_follow_the_accuracy():
+    a = Assembly.of([brick()], [{"bottom": "xyz"}])
+    start = a.translation(np.array([0.1, 0.0, 0.0]))
+    counts = [
+        len(move(a, until=1.0, step=0.2, velocity=start, accuracy=accuracy).time) for accuracy in (1e-3, 1e-4, 1e-5)
+    ]
+    assert counts[0] < counts[1] < counts[2]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "match"),
+    [
+        ({"step": 0.0}, "positive, finite times"),
+        ({"accuracy": -1.0}, "accuracy must be"),
+        ({"every": 0}, "every must be"),
+        ({"velocity": (1.0, np.nan, 0.0)}, "velocity must be"),
+        ({"forces": np.zeros(3)}, "forces must hold"),
+    ],
+)
+def test_bad_input_of_a_motion(wrong, match):
+    with pytest.raises(fc.InputError, match=match):
+        move(Assembly.of([brick()]), **{"until": 1.0, "step": 0.1, **wrong})
+
+
+def test_bad_contacts_are_refused():
+    solid = brick()
+    with pytest.raises(fc.InputError, match="there are 1"):
+        Assembly.of([solid], None, [(1, "bottom", FLOOR)])
+    with pytest.raises(fc.InputError, match="itself"):
+        Assembly.of([solid], None, [(0, "bottom", (0, "top"))])
+    with pytest.raises(fc.InputError, match="supports must be given"):
+        Assembly.of([solid], [{}, {}])
+    with pytest.raises(fc.InputError, match="rho"):
+        GeneralisedAlpha(1.5)
