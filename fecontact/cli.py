@@ -46,7 +46,7 @@ def _add_hertz(commands: argparse._SubParsersAction) -> None:
     hertz.add_argument("--case", default="equal", choices=("equal", "unequal", "light", "report"), help="test problem")
     hertz.add_argument("--element", default="hex20", choices=("hex8", "hex20", "hex27", "ancf"))
     hertz.add_argument("--pressure", default="midface", choices=("midface", "nodal"), help="contact faces of hex20")
-    hertz.add_argument("--model", default="two-bodies", choices=("two-bodies", "symmetric"))
+    hertz.add_argument("--model", default="two-bodies", choices=("two-bodies", "symmetric", "axisymmetric"))
     hertz.add_argument("--solver", default="auto", help="auto or a name out of fecontact.available_solvers()")
     hertz.add_argument("--backend", default="auto", choices=("auto", "pardiso", "superlu"), help="factorisation")
     hertz.add_argument("--level", default=2, type=int, help="fineness, 1 to 5")
@@ -74,7 +74,7 @@ def _hertz(options: argparse.Namespace) -> int:
         "edge_fit": not options.no_edge_fit,
     }
     if options.case == "report":
-        print(report_table(**{**chosen, "model": "two-bodies"}))
+        print(report_table(**{**chosen, "model": "axisymmetric" if options.model == "axisymmetric" else "two-bodies"}))
         return 0
     out = solve_spheres(options.case, **chosen)
     if options.json == "-":

@@ -202,13 +202,24 @@ class ContactFields:
 
     def _sampled_sides(self, values: Array, t: Array) -> tuple[Array, Array, Array]:
         """`sampled` of sides; an area is that of a strip or a ring."""
-        N, dN = line_shapes(t)
-        nodes = self.points[self.facets]
-        x = (N @ nodes).reshape(-1, 3)
-        length = np.linalg.norm(dN @ nodes, axis=2).ravel() / len(t)
+        x = self.line_points(t).reshape(-1, 3)
+        length = np.linalg.norm(line_shapes(t)[1] @ self.points[self.facets], axis=2).ravel() / len(t)
+        return x, self.interpolated(values, t[:, None]).ravel(), length * self._curve.extent(self.slave.pose.to_body(x))
+
+    @property
+    def _curve(self) -> CurveSurface:
         surface = self.slave.surface(self.surfaces[0])
         assert isinstance(surface, CurveSurface)
-        return x, self.interpolated(values, t[:, None]).ravel(), length * surface.extent(self.slave.pose.to_body(x))
+        return surface
+
+    @property
+    def is_ring(self) -> bool:
+        """Whether the contact is that of bodies of revolution."""
+        return self.is_curve and self._curve.along.revolved
+
+    def line_points(self, s: Array) -> Array:
+        """Places (n_facets, n_q, 3) of a section's sides at the same coordinates s (n_q,) in [0, 1]."""
+        return np.asarray(line_shapes(s)[0] @ self.points[self.facets])
 
     def interpolated(self, values: Array, local: Array) -> Array:
         """A nodal field (n_points,) inside all facets at the same coordinates: (n_facets, n_q).

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fecontact.errors import InputError
 from fecontact.io import check_writable
 from fecontact.mesh.facets import shapes_on_square
+from fecontact.plotcurve import draw_curve
 
 if TYPE_CHECKING:
     from fecontact.contactfields import ContactFields
@@ -137,6 +138,8 @@ def plot_contacts(
         Unknown field, style or contact, gaps by sensels, a pitch that is not positive.
     """
     _check_map(result, what, style, pitch, contacts)
+    if style == "sensels" and any(c.is_curve for c in result.contacts):
+        raise InputError("A contact of sections is a curve, on which no film of sensels fits; leave style='smooth'.")
     shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
     names = Units(length, force, units)
     columns = min(3, len(shown))
@@ -145,11 +148,14 @@ def plot_contacts(
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     top = max(c.max_pressure for c in shown) if same_colours else None
     for axes, contact in zip(grid, shown, strict=False):
-        if style == "sensels":
+        if contact.is_curve:
+            draw_curve(axes, contact, what, names, top)
+        elif style == "sensels":
             draw_sensels(axes, contact, pitch, names, top)
         else:
             draw_field(axes, contact, getattr(contact, what), what, names, top=top)
-        draw_regions(axes, contact, names)
+        if not contact.is_curve:
+            draw_regions(axes, contact, names)
         axes.set_title(_title(contact, names), fontsize="medium")
     for axes in grid[len(shown) :]:
         axes.set_axis_off()
@@ -301,7 +307,9 @@ def _window(contact: ContactFields, plane: Array, margin: float = 1.3) -> tuple[
 
 
 def _figure_size(contacts: Sequence[ContactFields], columns: int, rows: int) -> tuple[float, float]:
-    """Inches for maps of the contacts' proportions with a colour bar beside and a title over each."""
+    """Inches for maps of the contacts' proportions with a colour bar beside and a title over each, or for curves."""
+    if any(c.is_curve for c in contacts):
+        return 6.4 * columns, 4.6 * rows
     sides = [np.subtract(*reversed(_window(c, view_axes(c.normals, c.forces)))) for c in contacts]
     tallest = max(float(height / width) if width > 0 else 1.0 for width, height in sides)
     return 6.4 * columns, rows * (min(max(4.6 * tallest, 1.6), 6.5) + 1.2)
@@ -351,7 +359,7 @@ def _facet_sides(contact: ContactFields, xy: Array) -> Array:
 
 
 def plot_spheres(out: SpheresResult, path: str | Path | None = None) -> Figure:
-    """Pressure over the radius beside Hertz, and the pressure map of the quarter that was modelled."""
+    """Pressure over the radius beside Hertz, and the pressure map of the quarter modelled, or the gap of the section."""
     case, exact, contact = out.case, out.case.hertz, out.contact
     figure = Figure(figsize=(12.0, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))
@@ -374,12 +382,15 @@ def plot_spheres(out: SpheresResult, path: str | Path | None = None) -> Figure:
     left.set_ylim(bottom=0.0)
     left.legend()
     units = Units(case.length, case.unit_force, f"{case.unit_force}/{case.length}²")
-    draw_field(right, contact, contact.pressure, "pressure", units)
-    angle = np.linspace(0.0, np.pi / 2, 100)
-    right.plot(
-        exact.a * np.cos(angle), exact.a * np.sin(angle), "--", color="tab:cyan", linewidth=1.5, label="Hertz radius"
-    )
-    right.legend(loc="upper right")
+    if contact.is_curve:
+        draw_curve(right, contact, "gap", units)
+        right.axvline(exact.a, linestyle="--", color="tab:cyan", linewidth=1.5, label="Hertz radius")
+    else:
+        draw_field(right, contact, contact.pressure, "pressure", units)
+        angle = np.linspace(0.0, np.pi / 2, 100)
+        rim = exact.a * np.stack([np.cos(angle), np.sin(angle)])
+        right.plot(*rim, "--", color="tab:cyan", linewidth=1.5, label="Hertz radius")
+    right.legend(loc="upper left" if contact.is_curve else "upper right")
     right.set_title(
         f"{out.options['element']}, {out.options['pressure']} pressures, {out.result.n_dofs} dofs, "
         f"{out.seconds['total']:.1f} s"

@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.analytic import hertz
-from fecontact.bodies import AncfBody, ElasticBody, Plane, RigidBody, rotation_about
+from fecontact.bodies import AncfBody, AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
 from fecontact.contactfields import ContactFields
 from fecontact.errors import InputError
 from fecontact.material import Material
-from fecontact.mesh import shapes
+from fecontact.mesh import sections, shapes
 from fecontact.mesh.shapes import Level
 from fecontact.report import peak_memory
 from fecontact.result import ContactResult
@@ -33,7 +33,9 @@ Array = NDArray[np.float64]
 
 ELEMENTS = ("hex8", "hex20", "hex27", "ancf")
 PRESSURES = ("midface", "nodal")
-MODELS = ("two-bodies", "symmetric")
+MODELS = ("two-bodies", "symmetric", "axisymmetric")
+#: What the section of a hexahedron is cut into.
+SECTIONS = {"hex20": "quad8", "hex27": "quad9"}
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,8 @@ CASES = {
 
 #: The first pass: coarse, but its contact radius is right to some tenths of a percent.
 FIRST_PASS = Level(core=2, rings=3, edge=0.1, layer=0.3, growth=2.0)
+#: The second pass of the axisymmetric model.
+SECOND_PASS = shapes.LEVELS[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +141,8 @@ class SpheresResult:
 
     @property
     def total_force(self) -> float:
-        """Force on a whole sphere; a quarter was modelled."""
-        return 4 * float(self.contact.force[2])
+        """Force on a whole sphere; unless the model is axisymmetric, a quarter was modelled."""
+        return (1 if self.options["model"] == "axisymmetric" else 4) * float(self.contact.force[2])
 
     @cached_property
     def pressure_l2_error(self) -> float:
@@ -225,8 +229,9 @@ def solve_spheres(
         'ancf': bricks with gradient coordinates, on the geometry of 20-node ones.
     pressure : {'midface', 'nodal'}
         Contact faces with a ninth node, or the report's plain 20-node faces.
-    model : {'two-bodies', 'symmetric'}
-        'symmetric': equal spheres are one sphere on a rigid plane.
+    model : {'two-bodies', 'symmetric', 'axisymmetric'}
+        'symmetric': equal spheres are one sphere on a rigid plane; 'axisymmetric': the section of both, of
+        quadrilaterals that are the sections of the hexahedra (8 nodes for 20, 9 for 27).
     level : int or Level
         1 (coarse) to 5 (fine).
     solver, backend : str
@@ -258,8 +263,10 @@ def solve_spheres(
     seconds: dict[str, float] = {"first_pass": 0.0}
     if edge_fit:
         options = {"element": "hex20", "pressure": "midface", "model": model, "backend": backend}
-        first = _press(spheres, fitted, FIRST_PASS, "auto", **options)[0].contacts[0]
-        fitted = moment_radius(first, np.hypot(first.points[:, 0], first.points[:, 1]))
+        # a section is so cheap that a second pass, from where the first one ended, costs nothing
+        for cut in (FIRST_PASS, SECOND_PASS) if model == "axisymmetric" else (FIRST_PASS,):
+            first = _press(spheres, fitted, cut, "auto", **options)[0].contacts[0]
+            fitted = moment_radius(first, np.hypot(first.points[:, 0], first.points[:, 1]))
         seconds["first_pass"] = time.perf_counter() - began
     cut = shapes.as_level(level) if edge_fit else _unfitted(shapes.as_level(level))
     at = fitted if edge_fit else 2 * fitted
@@ -277,13 +284,20 @@ def solve_spheres(
     stages = {"mesh": meshing, **{k: v for k, v in result.seconds.items() if k != "total"}}
     seconds = {**stages, **seconds, "total": time.perf_counter() - began}
     chosen = {
-        "element": element,
-        "pressure": {"hex20": pressure, "ancf": "eight"}.get(element, "nodal"),
+        "element": SECTIONS[element] if model == "axisymmetric" else element,
+        "pressure": _pressures_of(element, pressure, model),
         "model": model,
         "level": level if isinstance(level, int) else asdict(level),
         "edge_fit": edge_fit,
     }
     return SpheresResult(spheres, chosen, result, upper, fitted if edge_fit else math.nan, seconds)
+
+
+def _pressures_of(element: str, pressure: str, model: str) -> str:
+    """What the pressures live on, for tables."""
+    if model == "axisymmetric":
+        return "sides"
+    return {"hex20": pressure, "ancf": "eight"}.get(element, "nodal")
 
 
 def _check(case: str | Spheres, element: str, pressure: str, model: str) -> Spheres:
@@ -300,6 +314,11 @@ def _check(case: str | Spheres, element: str, pressure: str, model: str) -> Sphe
     if model == "symmetric" and spheres.radii[0] != spheres.radii[1]:
         raise InputError(
             f"The symmetric model needs equal spheres; found radii {spheres.radii}. Use model='two-bodies'."
+        )
+    if model == "axisymmetric" and (element not in SECTIONS or pressure == "nodal"):
+        raise InputError(
+            f"The axisymmetric model takes the sections of hex20 or hex27, with positive weights on their sides; found "
+            f"element={element!r} and pressure={pressure!r}."
         )
     return spheres
 
@@ -323,6 +342,8 @@ def _press(
     coupling: str = "auto",
 ) -> tuple[ContactResult, ElasticBody, float]:
     """Mesh quarters of both spheres, set them on each other at the origin and press the upper one down."""
+    if model == "axisymmetric":
+        return _press_sections(spheres, ring, level, solver, SECTIONS[element], backend)
     began = time.perf_counter()
     # a half turn about the line x = y brings a quarter with its body above into the same quarter with its body below
     downwards = rotation_about((1.0, 1.0, 0.0), math.pi)
@@ -346,6 +367,25 @@ def _press(
     meshing = time.perf_counter() - began
     scene = Scene([upper, lower], [Contact(upper, lower, coupling=coupling)])
     return scene.solve(forces={upper: (0.0, 0.0, -spheres.force / 4)}, solver=solver), upper, meshing
+
+
+def _press_sections(
+    spheres: Spheres, ring: float, level: Level, solver: str, element: str, backend: str
+) -> tuple[ContactResult, ElasticBody, float]:
+    """The same of the spheres' sections, with the force on the whole of them."""
+    began = time.perf_counter()
+    downwards = rotation_about((1.0, 0.0, 0.0), math.pi)
+
+    def body(radius: float, name: str) -> AxisymmetricBody:
+        mesh = sections.half_disc(radius, contact_radius=ring, level=level, element=element)
+        return AxisymmetricBody(mesh, spheres.material, "cap", {"base": "xz"}, name=name, backend=backend)
+
+    upper = body(spheres.radii[1], "upper")
+    same = spheres.radii[0] == spheres.radii[1]
+    lower = (upper if same else body(spheres.radii[0], "lower")).placed(rotation=downwards, name="lower")
+    meshing = time.perf_counter() - began
+    scene = Scene([upper, lower], [Contact(upper, lower)])
+    return scene.solve(forces={upper: (0.0, 0.0, -spheres.force)}, solver=solver), upper, meshing
 
 
 def table(out: SpheresResult) -> str:
@@ -383,6 +423,9 @@ def _row(name: str, value: float, exact: float, error: float) -> str:
 def _saved(out: SpheresResult) -> str:
     """What was not modelled, and why it was not needed."""
     n, once = out.result.n_dofs, out.result.n_dofs_factorised
+    if out.options["model"] == "axisymmetric":
+        shared = f"; {once} factorised, as the lower is the upper in another pose" if once < n else ""
+        return f"modelled: the sections of both spheres, {n} dofs{shared}"
     if out.options["model"] == "symmetric":
         return f"modelled: a quarter of one sphere, {n} of {8 * n} dofs: three planes of symmetry"
     if once < n:

@@ -23,9 +23,11 @@ from fecontact.errors import InputError, MissingPackageError
 from fecontact.fem.stress import VOIGT
 from fecontact.io import body_fields, check_writable
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section import CELL_TYPES, SectionMesh, counter_clockwise
 from fecontact.render import Camera, Image, draw_facets, subdivided
 
 if TYPE_CHECKING:
+    from fecontact.bodies.elastic import ElasticBody
     from fecontact.result import ContactResult
 
 Array = NDArray[np.float64]
@@ -55,13 +57,13 @@ class Solid:
     Attributes
     ----------
     name : str
-    mesh : Mesh
+    mesh : Mesh or SectionMesh
         With its points in the world.
     fields : mapping of str to (n_points,) or (n_points, k) arrays
     """
 
     name: str
-    mesh: Mesh
+    mesh: Mesh | SectionMesh
     fields: Mapping[str, Array]
 
     def deformed(self, scale: float) -> Array:
@@ -106,7 +108,16 @@ def _scalar_names(fields: Mapping[str, Array]) -> list[str]:
 
 def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
     """The elastic bodies of a result, in the world."""
-    return tuple(Solid(b.name, b.mesh.mapped(b.pose.to_world), body_fields(result, b)) for b in result.elastic_bodies)
+    return tuple(Solid(b.name, _in_world(b), body_fields(result, b)) for b in result.elastic_bodies)
+
+
+def _in_world(body: ElasticBody) -> Mesh | SectionMesh:
+    """The mesh of a body as it stands; a section that is turned half round keeps running counter-clockwise."""
+    mesh = body.mesh
+    if isinstance(mesh, SectionMesh):
+        points = body.pose.to_world(mesh.points)
+        return SectionMesh(points, counter_clockwise(points, mesh.cells))
+    return mesh.mapped(body.pose.to_world)
 
 
 def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
@@ -130,6 +141,12 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
     fields = {name: np.asarray(values, dtype=float) for name, values in file.point_data.items()}
     out = []
     for block, number in zip(file.cells, numbers, strict=True):
+        if block.type in CELL_TYPES.values():
+            for k in np.unique(number).tolist():
+                used, cells = np.unique(block.data[number == k], return_inverse=True)
+                cells = counter_clockwise(file.points[used], cells.reshape(-1, block.data.shape[1]))
+                section = SectionMesh(file.points[used], cells)
+                out.append(Solid(str(k), section, {name: values[used] for name, values in fields.items()}))
         if block.type in BY_MESHIO:
             cells = BY_MESHIO[block.type].to_hexahedra(np.asarray(block.data))
             for k in np.unique(number).tolist():
@@ -153,6 +170,8 @@ def cut(solid: Solid, where: str) -> Solid | None:
     found = CUT.fullmatch(where)
     if found is None:
         raise InputError(f"A cut reads like 'x<0' or 'z>12.5', of what is to be kept; found {where!r}.")
+    if isinstance(solid.mesh, SectionMesh):
+        raise InputError("A section shows its inside already: there is nothing to cut open.")
     axis, sign, level = "xyz".index(found[1]), found[2], float(found[3])
     centre = solid.mesh.points[solid.mesh.cells[:, :8]].mean(axis=1)[:, axis]
     kept = centre < level if sign == "<" else centre > level
@@ -208,7 +227,7 @@ def view(
     scale : float
         By which displacements are exaggerated; 0 shows the bodies undeformed.
     direction : str or (azimuth, elevation) in degrees
-        Where the eye stands, see `render.VIEWS`.
+        Where the eye stands, see `render.VIEWS`; sections are seen along y unless given.
     only : sequence of str, optional
         Names of the bodies to show.
     where : str, optional
@@ -233,7 +252,8 @@ def view(
     shown = chosen(solids, only, where)
     points, facets, values = _skin(shown, field, scale)
     table, norm = _colours(field, values[np.unique(facets)], limits)
-    camera = Camera.looking(direction)
+    flat = direction == "iso" and all(isinstance(s.mesh, SectionMesh) for s in shown)
+    camera = Camera.looking("-y" if flat else direction)
     image = draw_facets(
         points, facets, values, lambda v: table(norm(v))[:, :3], camera, pixels or PIXELS, edges, closed=True
     )
@@ -275,16 +295,22 @@ def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDA
     points, facets, values = [], [], []
     start = 0
     for solid in solids:
-        mesh = replace(solid.mesh, midface=None)
-        faces = mesh.face_nodes(mesh.outer_faces)
         points.append(solid.deformed(scale))
         values.append(solid.scalar(field))
-        facets.append(start + _outwards(mesh.points, faces))
-        start += len(mesh.points)
+        facets.append(start + _faces(solid.mesh))
+        start += len(solid.mesh.points)
     widest = max(f.shape[1] for f in facets)
     if any(f.shape[1] != widest for f in facets):
         facets = [f[:, :4] for f in facets]
     return np.concatenate(points), np.concatenate(facets), np.concatenate(values)
+
+
+def _faces(mesh: Mesh | SectionMesh) -> NDArray[np.int64]:
+    """What is seen of a mesh: its outer faces, or the cells of a section."""
+    if isinstance(mesh, SectionMesh):
+        return mesh.cells
+    plain = replace(mesh, midface=None)
+    return _outwards(plain.points, plain.face_nodes(plain.outer_faces))
 
 
 def _outwards(points: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:

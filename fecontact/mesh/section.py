@@ -28,6 +28,8 @@ IntArray = NDArray[np.int64]
 CELL_TYPES = {8: "quad8", 9: "quad9"}
 #: Distance from the plane y = 0, relative to the size of the mesh, that is rounding.
 ON_PLANE = 1e-12
+#: Nodes of a cell that runs clockwise in counter-clockwise order; side k becomes side 3 - k.
+REVERSED = (0, 3, 2, 1, 7, 6, 5, 4, 8)
 #: Local nodes of the four sides: the corners where it begins and ends, and the middle.
 SIDES = np.concatenate([QUAD_EDGES, 4 + np.arange(4)[:, None]], axis=1)
 
@@ -283,6 +285,13 @@ def jacobian_2d(x: Array, dN: Array) -> tuple[Array, Array]:
         [np.stack([J[..., 1, 1], -J[..., 0, 1]], -1), np.stack([-J[..., 1, 0], J[..., 0, 0]], -1)], axis=-2
     )
     return adjugate / np.where(det == 0, np.inf, det)[..., None, None], det
+
+
+def counter_clockwise(points: Array, cells: IntArray) -> IntArray:
+    """Cells (n, 8 | 9) that all run the one way or all the other, turned so that they run counter-clockwise."""
+    a, b, c = (points[cells[0, k]] for k in (0, 1, 3))
+    clockwise = (b - a)[0] * (c - a)[-1] < (b - a)[-1] * (c - a)[0]
+    return cells[:, list(REVERSED[: cells.shape[1]])] if clockwise else cells
 
 
 def merge_sections(meshes: list[SectionMesh], tolerance: float) -> SectionMesh:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.errors import InputError
-from fecontact.mesh.section import SectionMesh, merge_sections
+from fecontact.mesh.section import SectionMesh, counter_clockwise, merge_sections
 from fecontact.mesh.shapes import Level, RingGrading, grading, sagitta
 from fecontact.mesh.shapes import _check_lengths as positive
 from fecontact.mesh.shapes import _coons as coons
@@ -62,16 +62,11 @@ def grid(
         if name is not None:
             sides = np.stack([along, np.full_like(along, side)], axis=1)
             boundaries[name] = np.concatenate([boundaries[name], sides]) if name in boundaries else sides
-    return _counter_clockwise(points, cells.reshape(n1 * n2, -1), boundaries)
-
-
-def _counter_clockwise(points: Array, cells: IntArray, boundaries: dict[str, IntArray]) -> SectionMesh:
-    """Section of cells that all run the one way or all the other."""
-    a, b, c = (points[cells[0, k]] for k in (0, 1, 3))
-    if (b - a)[0] * (c - a)[1] < (b - a)[1] * (c - a)[0]:
-        cells = cells[:, [0, 3, 2, 1, 7, 6, 5, 4, 8][: cells.shape[1]]]
+    cells = cells.reshape(n1 * n2, -1)
+    turned = counter_clockwise(points, cells)
+    if turned is not cells:
         boundaries = {name: np.stack([s[:, 0], 3 - s[:, 1]], axis=1) for name, s in boundaries.items()}
-    return SectionMesh(points, cells, boundaries)
+    return SectionMesh(points, turned, boundaries)
 
 
 def rectangle(

@@ -426,3 +426,43 @@ def test_shapes(element):
     assert named == len(disc.outer_sides)
     ring = fc.sections.annulus(1.0, 2.0, (4, 3), element=element)
     assert np.abs(np.linalg.norm(ring.points[ring.boundary_nodes("inner")], axis=1) - 1).max() < 1e-15
+
+
+# pictures and the command line
+
+
+def test_pictures(tmp_path):
+    result, upper = hertz_scene(fc.AxisymmetricBody)
+    contact = result.contacts[0]
+    figure = result.plot("pressure", tmp_path / "pressure.png", units="MPa", length="mm")
+    assert figure.axes[0].get_xlabel() == "radius [mm]"
+    shown = figure.axes[0].lines[1].get_xydata()
+    assert np.abs(shown - np.stack([contact.points[:, 0], contact.pressure], axis=1)).max() == 0
+    assert result.plot("gap").axes[0].get_ylabel() == "gap"
+    assert result.plot("von_mises", tmp_path / "bodies.png", scale=10).axes
+    with pytest.raises(fc.InputError, match="no film of sensels"):
+        result.plot("pressure", style="sensels")
+    with pytest.raises(fc.InputError, match="nothing to cut open"):
+        result.plot("von_mises", where="x>0")
+    from fecontact.view import solids_of_file, view
+
+    solids = solids_of_file(result.save(tmp_path / "pressed.vtu"))
+    assert [len(s.mesh.points) for s in solids] == 2 * [len(upper.mesh.points)]
+    assert view(solids, "contact_pressure").axes
+
+
+def test_two_spheres_from_the_command_line(tmp_path, capsys):
+    import json
+
+    from fecontact.cli import main
+
+    picture = str(tmp_path / "spheres.png")
+    assert main(["hertz", "--model", "axisymmetric", "--level", "1", "--json", "-", "--plot", picture]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["element"] == "quad8"
+    assert abs(figures["total_force"] - 726.4) < 1e-6
+    # the mesh is the coarsest; its contact radius is found by two passes, not given
+    assert figures["pressure_l2_error"] < 0.035
+    assert abs(figures["errors"]["contact_radius"]) < 2e-3
+    assert main(["hertz", "--model", "axisymmetric", "--element", "hex8"]) == 2
+    assert "hex27" in capsys.readouterr().err
