@@ -359,7 +359,7 @@ def _facet_sides(contact: ContactFields, xy: Array) -> Array:
 
 
 def plot_spheres(out: SpheresResult, path: str | Path | None = None) -> Figure:
-    """Pressure over the radius beside Hertz, and the pressure map of the quarter modelled, or the gap of the section."""
+    """Pressure over the radius beside Hertz, and the pressure map of the quarter or the gap of the section."""
     case, exact, contact = out.case, out.case.hertz, out.contact
     figure = Figure(figsize=(12.0, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))
