@@ -1,0 +1,54 @@
+"""A body from a STEP file, cut into hexahedra and into tetrahedra: force, area and peak pressure (printed)."""
+
+import functools
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+
+STEEL = fc.Material(E=210e3, nu=0.3)
+RADIUS, APPROACH = 40.0, 0.03
+
+
+@pytest.fixture(scope="module")
+def step(tmp_path_factory):
+    """A pin of radius 4 with a spherical end and a bore of radius 1.2 across it."""
+    gmsh = pytest.importorskip("gmsh")
+    path = tmp_path_factory.mktemp("step") / "pin.step"
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    pin = gmsh.model.occ.addCylinder(0, 0, -1.0, 0, 0, 7.0, 4.0)
+    ball = gmsh.model.occ.addSphere(0, 0, RADIUS, RADIUS)
+    solid, _ = gmsh.model.occ.intersect([(3, pin)], [(3, ball)])
+    bore = gmsh.model.occ.addCylinder(-5, 0, 4.0, 10, 0, 0, 1.2)
+    gmsh.model.occ.cut(solid, [(3, bore)])
+    gmsh.model.occ.synchronize()
+    gmsh.write(str(path))
+    gmsh.finalize()
+    return path
+
+
+@pytest.fixture(scope="module")
+def pressed(step):
+    """Figures of the pin pressed on a rigid plane by a cut; each cut is solved once."""
+
+    @functools.cache
+    def solved(element, near_size):
+        mesh = fc.mesh_solid(step, size=2.5, element=element, near=(0, 0, 0), near_size=near_size, growth=0.45)
+        mesh = mesh.with_boundary("end", lambda x: np.abs(np.linalg.norm(x - [0, 0, RADIUS], axis=1) - RADIUS) < 5e-3)
+        mesh = mesh.with_boundary("shank", fc.pick.plane((0, 0, 6.0), (0, 0, 1)))
+        pin, plane = fc.ElasticBody(mesh, STEEL, "end", {"shank": "xyz"}, name="pin"), fc.RigidBody(fc.Plane())
+        result = fc.Scene([pin, plane], [fc.Contact(pin, plane)]).solve(motions={pin: {"z": -APPROACH}})
+        contact = result.contacts[0]
+        assert abs(result.residuals().equilibrium) < 1e-9
+        # peak from the mean over the inner quarter of the area: p0 sqrt(1 - r^2/a^2) has 0.9282 of p0 there
+        r = np.hypot(*contact.points[:, :2].T)
+        inner = r <= 0.5 * np.sqrt(contact.area / np.pi)
+        peak = contact.forces[inner].sum() / contact.weights[inner].sum()
+        return {"force": contact.total_force, "area": contact.area, "peak pressure": float(peak)}, result.n_dofs
+
+    return solved
+
+
+CUTS = {"hex20": (0.5, 0.3), "tet10": (0.25, 0.15)}
