@@ -35,7 +35,7 @@ def pressed(step):
 
     @functools.cache
     def solved(element, near_size):
-        mesh = fc.mesh_solid(step, size=2.5, element=element, near=(0, 0, 0), near_size=near_size, growth=0.45)
+        mesh = fc.mesh_solid(step, size=2.0, element=element, near=(0, 0, 0), near_size=near_size, growth=0.25)
         mesh = mesh.with_boundary("end", lambda x: np.abs(np.linalg.norm(x - [0, 0, RADIUS], axis=1) - RADIUS) < 5e-3)
         mesh = mesh.with_boundary("shank", fc.pick.plane((0, 0, 6.0), (0, 0, 1)))
         pin, plane = fc.ElasticBody(mesh, STEEL, "end", {"shank": "xyz"}, name="pin"), fc.RigidBody(fc.Plane())
@@ -51,4 +51,23 @@ def pressed(step):
     return solved
 
 
-CUTS = {"hex20": (0.5, 0.3), "tet10": (0.25, 0.15)}
+#: Edge lengths near the contact, coarse and fine, where the contact's radius is 1.06: 4 and 7, 7 and 11 elements.
+CUTS = {"hex20": (0.3, 0.15), "tet10": (0.15, 0.1)}
+#: The force converges with the square of the edge length; the area is a sum over nodes, with steps of one ring of them.
+WITHIN = {"force": 0.01, "area": 0.05, "peak pressure": 0.03}
+
+
+def test_hexahedra_and_tetrahedra_of_a_step_file_agree(pressed, row):
+    tets, n_tets = pressed("tet10", CUTS["tet10"][1])
+    hexes, n_hexes = pressed("hex20", CUTS["hex20"][1])
+    for name, within in WITHIN.items():
+        case = f"pin from STEP, hex20 against tet10 ({n_tets} dofs)"
+        row(case, name, tets[name], hexes[name], within=within, dofs=n_hexes)
+
+
+@pytest.mark.parametrize("element", CUTS)
+def test_cuts_of_a_step_file_agree_with_their_refinement(element, pressed, row):
+    (coarse, n), (fine, _) = (pressed(element, size) for size in CUTS[element])
+    for name, within in WITHIN.items():
+        # twice what the fine meshes are held to
+        row(f"pin from STEP, {element} coarse against fine", name, fine[name], coarse[name], within=2 * within, dofs=n)
