@@ -53,7 +53,7 @@ def pressed(step):
 
 #: Edge lengths near the contact, coarse and fine, where the contact's radius is 1.06: 4 and 7, 7 and 11 elements.
 CUTS = {"hex20": (0.3, 0.15), "tet10": (0.15, 0.1)}
-#: The force converges with the square of the edge length; the area is a sum over nodes, with steps of one ring of them.
+#: The area is a sum over nodes, so it goes in steps of a ring of them; the peak is a mean over the inner quarter.
 WITHIN = {"force": 0.01, "area": 0.05, "peak pressure": 0.03}
 
 
