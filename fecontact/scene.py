@@ -26,7 +26,7 @@ from fecontact.interface.candidates import approach_for_load, choose, grow
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.mortar import hats_exist, pair_mortar
 from fecontact.interface.pairing import Pairing, nested, pair
-from fecontact.interface.surface import FacetSurface
+from fecontact.interface.surface import FacetSurface, Surface
 from fecontact.loading import Loading, make_loading
 from fecontact.reduction import Interface, Rows, assemble, check_balance
 from fecontact.result import ContactResult, make_result
@@ -42,6 +42,9 @@ IntArray = NDArray[np.int64]
 MOST_ROUNDS = 12
 #: Ratio of face sizes from which one side counts as the coarser.
 COARSER = 1.1
+#: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure rings
+#: by some percent when a face holds a few of them only (see docs/half-space.md).
+FINEST_CELLS = 0.25
 #: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
 OUTSIDE_TOLERANCE = 1e-9
 
@@ -285,6 +288,9 @@ def _interface(contact: Contact) -> Interface:
     if not isinstance(slave.surface(names[0]), FacetSurface):
         slave, master, names = master, slave, names[::-1]
         note = f"{slave.name!r} has the nodes and was made the slave"
+    elif contact.coupling == "mortar" and _spreads_on_cells(slave.surface(names[0]), master.surface(names[1])):
+        slave, master, names = master, slave, names[::-1]
+        note = f"the forces of {slave.name!r} are spread over the half-space's cells, mortar"
     surface, other = slave.surface(names[0]), master.surface(names[1])
     if isinstance(surface, CurveSurface) and not isinstance(other, FacetSurface):
         points = slave.pose.to_world(surface.points[surface.nodes])
@@ -319,6 +325,12 @@ def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Int
         # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave
         swapped = swappable and hats_exist(m) and (ratio > COARSER or not hats_exist(s))
         return _recoupled(interface, swapped, "mortar", _why_mortar(s, ring))
+    if grid and contact.coupling == "auto" and (swappable or not isinstance(s, GridSurface)):
+        cells, faces = (ours.mean(), theirs.mean()) if isinstance(s, GridSurface) else (theirs.mean(), ours.mean())
+        body = m if isinstance(s, GridSurface) else s
+        if hats_exist(body) and FINEST_CELLS * faces < cells <= faces:
+            note = "cells a little finer than the faces, whose forces are spread over them: mortar"
+            return _recoupled(interface, isinstance(s, GridSurface), "mortar", note)
     # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
     note = "a half-space's cells take the forces of the other's nodes"
     if not grid:
@@ -342,6 +354,12 @@ def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str) ->
     elif coupling == interface.pairing.coupling:
         return replace(interface, note=note)
     return Interface(slave, master, names, _paired(slave, master, names, coupling), note)
+
+
+def _spreads_on_cells(slave: Surface, master: Surface) -> bool:
+    """Whether a half-space is the slave of a surface whose forces can be spread over its cells."""
+    grid, facets = isinstance(slave, GridSurface), isinstance(master, FacetSurface)
+    return grid and facets and not isinstance(master, GridSurface)
 
 
 def _matrix_free(interface: Interface) -> bool:

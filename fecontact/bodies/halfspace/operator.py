@@ -20,6 +20,9 @@ from fecontact.solvers.outcome import Outcome
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+MOST_CELLS = 3000
+"""Cells under a scene's rows up to which the compliance among them is written down."""
+
 MOST_SHARES = 20
 """Times that cells under several bodies are shared out anew."""
 
@@ -34,8 +37,16 @@ def whole_grid(body: SurfaceCompliance, workers: int | None = None) -> Convoluti
 
 
 def dense(body: SurfaceCompliance, rows: sp.csr_matrix) -> Array:
-    """Displacements along rows (n, n_cells) by unit forces along them, (n, n)."""
+    """Displacements along rows (n, n_cells) by unit forces along them, (n, n).
+
+    Few cells: by the table of their offsets. Many: each row's force is spread over its cells and transformed.
+    """
     used = np.unique(rows.indices)
+    if len(used) > MOST_CELLS:
+        operator, shape = whole_grid(body), body.grid.shape
+        columns = [rows @ operator.apply(row.toarray().reshape(shape)).ravel() for row in rows]
+        S = np.stack(columns, axis=1) / body.grid.area
+        return np.asarray((S + S.T) / 2)
     ny = body.grid.shape[1]
     ix, iy = used // ny, used % ny
     if body.periodic:
