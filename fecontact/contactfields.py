@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
 from fecontact.interface.curve import CurveSurface
-from fecontact.interface.mortar import hat_shapes
+from fecontact.interface.hats import hat_shapes, hats_on_square
 from fecontact.interface.surface import FacetSurface
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.mesh.section import line_shapes
@@ -48,9 +48,12 @@ class ContactFields:
         After deformation.
     candidates : (n_candidates,) int array
         Points that took part in the solution.
+    nodes : (m, 3) array
+        All nodes of the facets that face the master, be it with a part.
+    at_nodes : (m, n) csr_matrix
+        Values at the nodes by those of the points; the rows of nodes that face nothing are empty.
     facets : (n_facets, 3 | 4 | 8 | 9) int array
-        Surface facets (a section's sides) in terms of the points; those of which a node is no contact point are left
-        out.
+        Facets that face the master, if only with a part, in terms of the nodes (3: sides of a section).
     sharing : (n, n_surface_facets) csr_matrix
         Which point is on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
@@ -72,6 +75,8 @@ class ContactFields:
     forces: Array
     gap: Array
     candidates: IntArray
+    nodes: Array
+    at_nodes: sp.csr_matrix
     facets: IntArray
     sharing: sp.csr_matrix
     reference_point: Array
@@ -190,7 +195,7 @@ class ContactFields:
             return self._sampled_sides(values, t)
         local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
         N, dN = shapes_on_square(self.facets, local)
-        nodes = self.points[self.facets]
+        nodes = self.nodes[self.facets]
         tangents = np.einsum("fqaj,fai->fqij", dN, nodes, optimize=True)
         areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
         return (N @ nodes).reshape(-1, 3), self.interpolated(values, local).ravel(), areas.ravel()
@@ -203,7 +208,7 @@ class ContactFields:
     def _sampled_sides(self, values: Array, t: Array) -> tuple[Array, Array, Array]:
         """`sampled` of sides; an area is that of a strip or a ring."""
         x = self.line_points(t).reshape(-1, 3)
-        length = np.linalg.norm(line_shapes(t)[1] @ self.points[self.facets], axis=2).ravel() / len(t)
+        length = np.linalg.norm(line_shapes(t)[1] @ self.nodes[self.facets], axis=2).ravel() / len(t)
         return x, self.interpolated(values, t[:, None]).ravel(), length * self._curve.extent(self.slave.pose.to_body(x))
 
     @property
@@ -219,20 +224,25 @@ class ContactFields:
 
     def line_points(self, s: Array) -> Array:
         """Places (n_facets, n_q, 3) of a section's sides at the same coordinates s (n_q,) in [0, 1]."""
-        return np.asarray(line_shapes(s)[0] @ self.points[self.facets])
+        return np.asarray(line_shapes(s)[0] @ self.nodes[self.facets])
 
-    def interpolated(self, values: Array, local: Array) -> Array:
+    def interpolated(self, values: Array, local: Array, beyond: float = 0.0) -> Array:
         """A nodal field (n_points,) inside all facets at the same coordinates: (n_facets, n_q).
 
         The coordinates are those of the square, (n_q, 2), or of a section's side, (n_q, 1).
 
-        By the facets' shape functions, or by hats if these carry the pressure (mortar coupling).
+        By the facets' shape functions, or by hats if these carry the pressure (mortar coupling). Nodes that face
+        nothing, of faces that hang over the master's rim, have the value `beyond`.
         """
+        nodal = self.at_nodes @ values
+        nodal[np.diff(self.at_nodes.indptr) == 0] = beyond
         if self.coupling == "mortar":
-            return values[self.facets] @ hat_shapes(self.facets.shape[1], local).T
+            if self.is_curve:
+                return nodal[self.facets] @ hat_shapes(3, np.zeros(len(local), bool), local).T
+            return np.einsum("fqa,fa->fq", hats_on_square(self.facets, local), nodal[self.facets])
         if self.is_curve:
-            return values[self.facets] @ line_shapes(local[:, 0])[0].T
-        return np.einsum("fqa,fa->fq", shapes_on_square(self.facets, local)[0], values[self.facets])
+            return nodal[self.facets] @ line_shapes(local[:, 0])[0].T
+        return np.einsum("fqa,fa->fq", shapes_on_square(self.facets, local)[0], nodal[self.facets])
 
 
 def _sharing(facets: IntArray, n_points: int) -> sp.csr_matrix:
@@ -249,6 +259,7 @@ def contact_fields(interface: Interface, candidates: IntArray, forces: Array, ga
     number = np.full(len(surface.points), -1, dtype=np.int64)
     number[pairing.nodes] = np.arange(len(pairing.nodes))
     facets = number[surface.facets]
+    shown, local = np.unique(surface.facets[pairing.covered], return_inverse=True)
     samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
     vectors = pairing.slave_normals @ slave.pose.rotation.T
     if isinstance(surface, CurveSurface):
@@ -267,7 +278,9 @@ def contact_fields(interface: Interface, candidates: IntArray, forces: Array, ga
         forces=forces,
         gap=gap,
         candidates=candidates,
-        facets=facets[(facets >= 0).all(axis=1)],
+        nodes=slave.pose.to_world(surface.points[shown]),
+        at_nodes=pairing.at_nodes[shown],
+        facets=local.reshape(-1, facets.shape[1]),
         sharing=_sharing(facets, len(pairing.nodes)),
         reference_point=reference,
         coupling=pairing.coupling,

@@ -200,7 +200,7 @@ def nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
     pressure = np.zeros(len(body.mesh.points))
     for interface, contact in zip(result.interfaces, result.contacts, strict=True):
         if interface.slave is body:
-            pressure[interface.pairing.nodes] += contact.pressure
+            pressure += interface.pairing.at_nodes @ contact.pressure
         elif interface.master is body and contact.active.any():
             nodes, values = _opposite_pressure(interface, contact)
             pressure[nodes] += values
@@ -214,8 +214,7 @@ def _opposite_pressure(interface: Interface, contact: ContactFields) -> tuple[ND
     assert isinstance(slave, FacetSurface)
     assert isinstance(master, FacetSurface)
     p = interface.pairing
-    nodal = np.zeros(len(slave.points))
-    nodal[p.nodes] = contact.pressure
+    nodal = p.at_nodes @ contact.pressure
     feet = slave.project((master.points[master.nodes] - p.translation) @ p.rotation)
     assert feet.weights is not None
     # a node that stands further off than any point in contact does is on another part of the surface

@@ -214,12 +214,14 @@ def draw_field(
     """Draw a nodal field of a contact with smooth shading, the facets' edges and the scale, which ends at `top`."""
     names = units or Units()
     plane = view_axes(contact.normals, contact.forces)
-    triangles, xy, shades = _shaded(contact, contact.points @ plane.T, values)
+    triangles, xy, shades = _shaded(
+        contact, contact.nodes @ plane.T, values, 0.0 if what == "pressure" else values.max(initial=0.0)
+    )
     limits = {"vmin": 0.0, "vmax": top or values.max(initial=0.0) or 1.0} if what == "pressure" else {}
     drawn = axes.tripcolor(
         Triangulation(xy[:, 0], xy[:, 1], triangles), shades, shading="gouraud", cmap=COLOURS[what], **limits
     )
-    for side in _facet_sides(contact, contact.points @ plane.T):
+    for side in _facet_sides(contact, contact.nodes @ plane.T):
         axes.plot(*side.T, color="0.4", linewidth=0.3, alpha=0.6)
     label = names.after("contact pressure", "stress") if what == "pressure" else names.after("gap", "length")
     axes.figure.colorbar(drawn, ax=axes, label=label)
@@ -249,7 +251,7 @@ def draw_sensels(
 
 def _felt(contact: ContactFields, plane: Array, side: float) -> tuple[Array, Array]:
     """Lower corner (2,) of a field of sensels and the pressures (n, m) on them; their force is that of the contact."""
-    sizes = np.ptp((contact.points @ plane.T)[contact.facets], axis=1)
+    sizes = np.ptp((contact.nodes @ plane.T)[contact.facets], axis=1)
     points, pressure, area = contact.sampled(contact.pressure, max(FINENESS, int(np.ceil(2 * sizes.max() / side))))
     xy = points @ plane.T / side
     low = np.floor(xy.min(axis=0)) - 1
@@ -270,7 +272,7 @@ def draw_regions(axes: Any, contact: ContactFields, units: Units | None = None) 
     if not contact.active.any():
         return
     plane = view_axes(contact.normals, contact.forces)
-    triangles, xy, shades = _shaded(contact, contact.points @ plane.T, contact.pressure)
+    triangles, xy, shades = _shaded(contact, contact.nodes @ plane.T, contact.pressure)
     grid = Triangulation(xy[:, 0], xy[:, 1], triangles)
     axes.tricontour(grid, shades, levels=[OUTLINE * contact.max_pressure], colors="tab:blue", linewidths=1.2)
     for k, region in enumerate(contact.regions, start=1):
@@ -296,8 +298,9 @@ def _window(contact: ContactFields, plane: Array, margin: float = 1.3) -> tuple[
     """Lower and upper corner (2,) of what is worth showing: the facets in contact and a margin, or all of them."""
     flat = contact.points @ plane.T
     low, high = flat.min(axis=0), flat.max(axis=0)
-    touched = contact.facets[contact.active[contact.facets].any(axis=1)]
-    here = flat[touched].reshape(-1, 2) if len(touched) else flat[contact.active]
+    loaded = contact.at_nodes @ contact.forces > 0
+    touched = contact.facets[loaded[contact.facets].any(axis=1)]
+    here = (contact.nodes @ plane.T)[touched].reshape(-1, 2) if len(touched) else flat[contact.active]
     if len(here) < 2:
         return low, high
     middle = (here.max(axis=0) + here.min(axis=0)) / 2
@@ -335,13 +338,13 @@ def _axis_name(direction: Array) -> str:
     return "xyz"[k] if abs(direction[k]) > 0.999 else "({:.2f}, {:.2f}, {:.2f})".format(*direction)
 
 
-def _shaded(contact: ContactFields, xy: Array, values: Array) -> tuple[Array, Array, Array]:
+def _shaded(contact: ContactFields, xy: Array, values: Array, beyond: float = 0.0) -> tuple[Array, Array, Array]:
     """Facets divided into small triangles with interpolated values."""
     t = np.linspace(0.0, 1.0, FINENESS + 1)
     local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
     N, _ = shapes_on_square(contact.facets, local)
     points = (N @ xy[contact.facets]).reshape(-1, 2)
-    shades = contact.interpolated(values, local).ravel()
+    shades = contact.interpolated(values, local, beyond).ravel()
     index = np.arange(len(local)).reshape(FINENESS + 1, FINENESS + 1)
     a, b, c, d = (index[i : i + FINENESS, j : j + FINENESS].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     cell = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])

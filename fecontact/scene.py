@@ -24,7 +24,8 @@ from fecontact.fem.support import is_plane
 from fecontact.finite import solve_finite
 from fecontact.interface.candidates import approach_for_load, choose, grow
 from fecontact.interface.curve import CurveSurface
-from fecontact.interface.mortar import hats_exist, pair_mortar
+from fecontact.interface.hats import hats_exist
+from fecontact.interface.mortar import pair_mortar
 from fecontact.interface.pairing import Pairing, nested, pair
 from fecontact.interface.surface import FacetSurface, Surface
 from fecontact.loading import Loading, make_loading

@@ -219,16 +219,15 @@ class ElasticBody:
         """Compliance and response along rows.
 
         The stiffness is condensed onto the nodes that the rows touch, all three components, so that later pairings and
-        poses of the same candidates are small products: S = Y^T Y with Y = L^-1 C^T, L L^T = K_hat.
+        poses of the same candidates are small products: S = C K_hat^-1 C^T.
         """
         condensation = self._model.condensed(self._model.touched(rows), watch)
         with watch("condense"):
             C = _local(self._model.rows_to_nodal(rows), condensation)
-            Y = scipy.linalg.solve_triangular(condensation.cholesky, C.T.toarray(), lower=True, check_finite=False)
             response = np.zeros(rows.shape[0])
             if loads is not None and loads.any():
                 response = C @ condensation.solve(condensation.factor.reduce(self._solved(loads)[:, None]))[:, 0]
-            return Reduced(Y.T @ Y, response)
+            return Reduced(condensation.along(C), response)
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows and external loads."""

@@ -223,6 +223,8 @@ class _Pardiso:
         return np.ascontiguousarray(x.T)
 
     def _forward(self, f: Array) -> Array:
+        if not np.delete(f, self._c, axis=0).any():
+            return f  # elimination of the inner unknowns has nothing to carry over
         b = np.ascontiguousarray(f.T, dtype=float)
         self._call(331, b, x := np.zeros_like(b), b.shape[0])
         return x.T

@@ -57,6 +57,27 @@ class Condensation:
     factor: Condensed
     cholesky: Array
 
+    @cached_property
+    def compliance(self) -> Array:
+        """Inverse (n_c, n_c) of the condensed stiffness, worth its price where many poses use one condensation."""
+        inverse, info = scipy.linalg.lapack.dpotri(self.cholesky, lower=1)
+        if info != 0:
+            raise FecontactError(SINGULAR)
+        return np.asarray(np.tril(inverse) + np.tril(inverse, -1).T)
+
+    def along(self, C: sp.csr_matrix) -> Array:
+        """Compliance C K_hat^-1 C^T (n, n) along rows C (n, n_c).
+
+        By the inverse where it has been taken, else by Y^T Y with Y = L^-1 C^T, L L^T = K_hat.
+        """
+        if "compliance" not in self.__dict__:
+            Y = scipy.linalg.solve_triangular(self.cholesky, C.T.toarray(), lower=True, check_finite=False)
+            return np.asarray(Y.T @ Y)
+        used = np.unique(C.indices)
+        own = C[:, used]
+        S = own @ (own @ self.compliance[np.ix_(used, used)]).T
+        return np.asarray(S + S.T) / 2
+
     def solve(self, f: Array) -> Array:
         """Retained displacements (n_c, k) under condensed loads (n_c, k)."""
         return scipy.linalg.cho_solve((self.cholesky, True), f, check_finite=False)
@@ -111,11 +132,6 @@ class Model:
     def functions(self) -> IntArray:
         """Scalar functions (n_cells, n) that live on each cell: here its nodes."""
         return self.mesh.cells
-
-    @property
-    def n_retained(self) -> int:
-        """Degrees of freedom that the present condensation keeps; 0 before there is one."""
-        return 0 if self._condensation is None else len(self._condensation.dofs)
 
     def _check_connected(self) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""

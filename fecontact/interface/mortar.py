@@ -6,10 +6,11 @@ integrated over the pieces in which one slave face meets one master face:
 
     weighted gap   w_k = int phi_k n . (x_slave - x_foot) dA >= 0,      force on the bodies  +-int phi_k n N dA p_k
 
-A nine-node face is four bilinear sub-faces with nine hats; they sum to one, so uniform pressure is exact on both sides
-(Puso & Laursen 2004; Popp et al. 2012 for hats on sub-faces). Pieces are cut in the coordinates of the slave face: the
-master face's outline is carried there and clipped to the rectangle of a sub-face (Sutherland & Hodgman 1974), so the
-pieces tile what both surfaces cover, no more.
+The hats of a nine-node face are bilinear on its quarters, those of a triangle linear
+(`fecontact.interface.hats`); they sum to one, so uniform pressure is exact on both sides (Puso & Laursen 2004; Popp et
+al. 2012 for hats on sub-faces). Pieces are cut in the coordinates of the slave face: the master face's outline is
+carried there and clipped to the convex outline of a sub-face (Sutherland & Hodgman 1974), so the pieces tile what both
+surfaces cover, no more.
 """
 
 from __future__ import annotations
@@ -20,20 +21,18 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
 
 from fecontact.errors import InputError
 from fecontact.interface.curve import CurveSurface, curve_samples
+from fecontact.interface.hats import fan_samples, hat_shapes, hats_exist, own_samples, sub_faces
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
-from fecontact.mesh.reference import QUAD_CORNERS, quad_nodes
+from fecontact.mesh.facets import facet_centres, facet_nodes
+from fecontact.mesh.reference import TRIANGLE_NODES
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Hats times biquadratic functions on parallelograms: polynomials of degree six on the triangles of a piece.
-ORDER = 6
 #: How far beyond its sides a facet is continued to find the coordinates of a nearby point.
 SLACK = 0.5
 #: Share of a hat's own area below which it does not stand alone: its pressure joins that of the nearest fuller hat.
@@ -42,41 +41,13 @@ SLIVER = 0.2
 SIDEWAYS = 1e-10
 
 
-def hat_shapes(n_nodes: int, local: Array) -> Array:
-    """Non-negative hats (n_q, n_nodes) of a facet, linear in each direction.
-
-    On a quadrilateral of 4 nodes, on the quarters of one of 8 or 9, on the halves of a section's side (3). With eight
-    nodes the pressure in the middle is the mean of those of the mid-side nodes; every linear pressure is still held.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> hat_shapes(9, np.array([[0.25, 0.5]]))[0].round(12).tolist()
-    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.5]
-    """
-    if n_nodes == 3:
-        return np.maximum(1.0 - 2 * np.abs(local[:, :1] - np.array([0.0, 1.0, 0.5])), 0.0)
-    width = 1.0 if n_nodes == 4 else 0.5
-    nodes = quad_nodes(9 if n_nodes == 8 else n_nodes)
-    distance = np.abs(local[:, None, :] - nodes[None, :, :]) / width
-    hats = np.maximum(1.0 - distance, 0.0).prod(axis=2)
-    if n_nodes == 8:
-        hats[:, 4:8] += hats[:, 8:] / 4
-    return hats[:, :n_nodes]
-
-
-def hats_exist(surface: FacetSurface) -> bool:
-    """Whether a surface can be the slave of a mortar coupling: four- or nine-node facets, `eight_hats`, and curves."""
-    return (surface.facets.shape[1] != 8 or surface.eight_hats) and not surface.triangle.any()
-
-
 def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translation: Array) -> Pairing:
     """Couple two surfaces by weighted gaps.
 
     Parameters
     ----------
     slave : FacetSurface
-        Four- or nine-node facets.
+        Any facets but plain eight-node quadrilaterals.
     master : Surface
     rotation, translation
         Pose of the slave's axes seen from the master's.
@@ -87,10 +58,9 @@ def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translati
         If the slave has eight-node facets (no hat function for the missing centre).
     """
     if not hats_exist(slave):
-        kind = "triangles" if slave.triangle.any() else "plain eight-node faces"
         raise InputError(
-            f"Mortar coupling needs a slave with four- or nine-node quadrilateral faces; {slave.name!r} has {kind}. "
-            "Make the other body the slave, use pressure='midface', or coupling='nodal'."
+            f"Mortar coupling needs a slave whose quadrilateral faces have four or nine nodes; {slave.name!r} has "
+            "plain eight-node faces. Make the other body the slave, use pressure='midface', or coupling='nodal'."
         )
     turned = slave.points @ rotation.T + translation
     moved = FacetSurface(turned, slave.facets, slave.name, slave.eight_hats)
@@ -133,10 +103,11 @@ def _paired(
     pointer = np.arange(0, n * k + 1, k)
     shape = (n, len(slave.points))
     hats = sp.csr_matrix(
-        ((hat_shapes(k, local) * area[:, None]).ravel(), columns.ravel(), pointer), shape=shape
+        ((hat_shapes(k, slave.triangle[facet], local) * area[:, None]).ravel(), columns.ravel(), pointer), shape=shape
     ).T.tocsr()
     weights = np.asarray(hats.sum(axis=1)).ravel()
-    nodes, gather = _fuller(slave, weights)
+    whole = hat_areas(slave)
+    nodes, gather = _fuller(slave, weights, whole)
     hats = (gather @ hats).tocsr()
     hats.eliminate_zeros()
     weights[nodes] = np.asarray(hats.sum(axis=1)).ravel()
@@ -148,22 +119,40 @@ def _paired(
         slave_weights=sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=shape),
         slave_normals=feet.normals @ rotation,
         feet=feet,
-        n_beyond=len(slave.nodes) - int((weights > 0).sum()),
+        n_beyond=int((whole > 0).sum() - (weights > 0).sum()),
         rotation=rotation,
         translation=translation,
+        covered=np.unique(facet),
         coupling="mortar",
         slave_facet=facet,
         slave_local=local,
+        spread=(_hats_at_nodes(slave, whole) @ gather.T).tocsr(),
     )
 
 
-def _fuller(slave: FacetSurface, weights: Array) -> tuple[IntArray, sp.csr_matrix]:
+def _hats_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
+    """All hats (n_nodes, n_nodes) at all nodes: one at its own, and what the corners' make of a triangle's others."""
+    k, n = slave.facets.shape[1], len(slave.points)
+    own = np.flatnonzero(whole > 0)
+    rows, columns, values = [own], [own], [np.ones(len(own))]
+    if slave.triangle.any() and k > 4:
+        hats = hat_shapes(k, np.ones(k, bool), facet_nodes(k, True))[:, :3]
+        facets = slave.facets[slave.triangle]
+        node, first = np.unique(facets, return_index=True)
+        first, node = first[whole[node] == 0], node[whole[node] == 0]
+        facet, place = np.divmod(first, k)
+        rows.append(np.repeat(node, 3))
+        columns.append(facets[facet, :3].ravel())
+        values.append(hats[place].ravel())
+    return sp.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
+
+
+def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray, sp.csr_matrix]:
     """Nodes whose hats keep a pressure of their own, and the matrix (n, n_nodes) that joins the others to them.
 
     At the rim of an overlap some hats keep a sliver of their area; a pressure of their own there would be huge and mean
     nothing. Joined to the nearest fuller hat the pressures still sum to one and stay non-negative.
     """
-    whole = hat_areas(slave)
     used = np.flatnonzero(weights > 0)
     full = weights[used] >= SLIVER * whole[used]
     if not full.any():
@@ -177,13 +166,19 @@ def _fuller(slave: FacetSurface, weights: Array) -> tuple[IntArray, sp.csr_matri
     return nodes, sp.csr_matrix((np.ones(len(members)), (owner, members)), shape=(len(nodes), len(weights)))
 
 
+def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
+    """Quadrature over whole facets: facet, coordinates and weights."""
+    return curve_samples(slave, None) if isinstance(slave, CurveSurface) else own_samples(slave.facets)
+
+
 def hat_areas(slave: FacetSurface) -> Array:
     """Integrals (n_nodes,) of all hats over the whole slave surface."""
     facet, local, weight = _own_samples(slave)
     x, tangents, _ = slave.evaluate(facet, local)
     area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
+    shares = hat_shapes(slave.facets.shape[1], slave.triangle[facet], local) * area[:, None]
     total = np.zeros(len(slave.points))
-    np.add.at(total, slave.facets[facet], hat_shapes(slave.facets.shape[1], local) * area[:, None])
+    np.add.at(total, slave.facets[facet], shares)
     return total
 
 
@@ -211,47 +206,46 @@ def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
     return Feet(x, normals, gap, beyond, weights, facet, local, master.name)
 
 
-def _sub_faces(n_nodes: int) -> Array:
-    """Lower corners (n_sub, 2) of the sub-faces of a facet on which its hats are bilinear."""
-    return np.zeros((1, 2)) if n_nodes == 4 else 0.5 * QUAD_CORNERS
-
-
-def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
-    """Gauss points on all sub-faces, for masters without facets: facet, coordinates and weights."""
-    n_facets, n_nodes = slave.facets.shape
-    if isinstance(slave, CurveSurface):
-        return curve_samples(slave, None)
-    t, w = np.polynomial.legendre.leggauss(4)
-    grid = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2) / 2 + 0.5
-    width = 1.0 if n_nodes == 4 else 0.5
-    local = (_sub_faces(n_nodes)[:, None, :] + width * grid).reshape(-1, 2)
-    weight = np.tile(np.outer(w, w).ravel() / 4 * width**2, len(_sub_faces(n_nodes)))
-    facet = np.repeat(np.arange(n_facets), len(local))
-    return facet, np.tile(local, (n_facets, 1)), np.tile(weight, n_facets)
-
-
 def _overlap_samples(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, Array, Array, IntArray]:
     """Quadrature over the pieces of overlap: slave facet, its coordinates, weights in them, master facet."""
     f, m = _neighbours(slave, master)
     outline = _outlines(slave, master, f, m)
-    subs = _sub_faces(slave.facets.shape[1])
-    width = 1.0 if len(subs) == 1 else 0.5
-    pair = np.repeat(np.arange(len(f)), len(subs))
-    low = np.tile(subs, (len(f), 1))
-    polygon, count = clip(outline[pair], low, low + width)
-    pieces = np.flatnonzero(count >= 3)
-    local, weight, piece = _triangle_samples(polygon[pieces], count[pieces])
-    pair = pair[pieces][piece]
-    return f[pair], local, weight, m[pair]
+    parts = []
+    for kind in (False, True):
+        members = np.flatnonzero(slave.triangle[f] == kind)
+        windows = sub_faces(slave.facets.shape[1], kind) if len(members) else np.zeros((0, 3, 2))
+        pair = np.repeat(members, len(windows))
+        polygon, count = clip(outline[pair], np.tile(windows, (len(members), 1, 1)))
+        pieces = np.flatnonzero(count >= 3)
+        local, weight, piece = fan_samples(polygon[pieces], count[pieces])
+        pair = pair[pieces][piece]
+        parts.append((f[pair], local, weight, m[pair]))
+    facet, local, weight, on_master = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return facet, local, weight, on_master
+
+
+#: Where facets are sampled to find which lie below each other, on quadrilaterals and on triangles.
+_PROBES = {
+    False: np.stack(np.meshgrid(*[np.array([0.02, 0.5, 0.98])] * 2, indexing="ij"), -1).reshape(-1, 2),
+    True: 0.96 * TRIANGLE_NODES + 0.04 / 3,
+}
+
+
+def _probes(surface: FacetSurface) -> tuple[IntArray, Array]:
+    """Sample points spread over all facets: their facets (n,) and places (n, 3)."""
+    facets, places = [], []
+    for kind, local in _PROBES.items():
+        members = np.flatnonzero(surface.triangle == kind)
+        facets.append(np.repeat(members, len(local)))
+        places.append(surface.evaluate(facets[-1], np.tile(local, (len(members), 1)))[0])
+    return np.concatenate(facets), np.concatenate(places)
 
 
 def _neighbours(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, IntArray]:
     """Pairs of facets that may overlap: found by projecting samples of each side on the other, and their neighbours."""
-    grid = np.stack(np.meshgrid(*[np.array([0.02, 0.5, 0.98])] * 2, indexing="ij"), -1).reshape(-1, 2)
     found = []
     for one, other, swapped in ((slave, master, False), (master, slave, True)):
-        facet = np.repeat(np.arange(len(one.facets)), len(grid))
-        x, _, _ = one.evaluate(facet, np.tile(grid, (len(one.facets), 1)))
+        facet, x = _probes(one)
         hit = other.project(x).facet
         assert hit is not None
         pairs = np.unique(np.stack([facet, hit], 1), axis=0)
@@ -268,6 +262,8 @@ def _neighbours(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, In
 def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray) -> Array:
     """Outlines (n_pairs, 4 | 8, 2) of master facets in the coordinates of slave facets, counter-clockwise or not.
 
+    A triangle's outline repeats its last corner, where its sides of no length lie.
+
     Every vertex has one image in a slave facet's coordinates, so neighbouring master facets keep their common sides
     and tile the slave facet. Beyond the continued facet the image is that of the tangent plane, which is where
     straight-sided facets have it anyway.
@@ -278,23 +274,24 @@ def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArra
         ring = np.stack([corners, master.facets[m][:, 4:8]], axis=2).reshape(len(m), 8)
     vertices = master.points[ring].reshape(-1, 3)
     facet = np.repeat(f, ring.shape[1])
-    centre, tangents, _ = slave.evaluate(facet, np.full((len(facet), 2), 0.5))
+    middle = facet_centres(slave.triangle[facet])
+    centre, tangents, _ = slave.evaluate(facet, middle)
     inverse = np.linalg.pinv(tangents)
-    plane = 0.5 + np.einsum("nij,nj->ni", inverse, vertices - centre)
+    plane = middle + np.einsum("nij,nj->ni", inverse, vertices - centre)
     inside = ((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1)
     curved = slave.nearest_on(facet[inside], vertices[inside], 2 * SLACK)
     plane[inside] = curved
     return plane.reshape(len(m), -1, 2)
 
 
-def clip(polygons: Array, low: Array, high: Array) -> tuple[Array, IntArray]:
-    """Clip polygons to axis-parallel rectangles, all at once (Sutherland & Hodgman 1974).
+def clip(polygons: Array, windows: Array) -> tuple[Array, IntArray]:
+    """Clip polygons to convex windows, all at once (Sutherland & Hodgman 1974).
 
     Parameters
     ----------
     polygons : (n, m, 2) array
-    low, high : (n, 2) arrays
-        Corners of the rectangles.
+    windows : (n, k, 2) array
+        Convex outlines, counter-clockwise.
 
     Returns
     -------
@@ -306,49 +303,34 @@ def clip(polygons: Array, low: Array, high: Array) -> tuple[Array, IntArray]:
     --------
     >>> import numpy as np
     >>> square = np.array([[[0.5, 0.5], [2.0, 0.5], [2.0, 2.0], [0.5, 2.0]]])
-    >>> clipped, count = clip(square, np.zeros((1, 2)), np.ones((1, 2)))
+    >>> clipped, count = clip(square, np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]]))
     >>> sorted(map(tuple, clipped[0, : count[0]].tolist()))
     [(0.5, 0.5), (0.5, 1.0), (1.0, 0.5), (1.0, 1.0)]
     """
     count = np.full(len(polygons), polygons.shape[1])
-    for axis in range(2):
-        for bound, sign in ((low[:, axis], 1.0), (high[:, axis], -1.0)):
-            polygons, count = _clip_side(polygons, count, axis, bound, sign)
+    for side in range(windows.shape[1]):
+        start = windows[:, side]
+        along = windows[:, (side + 1) % windows.shape[1]] - start
+        polygons, count = _clip_side(polygons, count, start, along)
     return polygons, count
 
 
-def _clip_side(polygons: Array, count: IntArray, axis: int, bound: Array, sign: float) -> tuple[Array, IntArray]:
-    """Keep the part with ``sign * (coordinate - bound) >= 0``."""
+def _clip_side(polygons: Array, count: IntArray, start: Array, along: Array) -> tuple[Array, IntArray]:
+    """Keep what lies to the left of lines through `start` (n, 2) along `along` (n, 2)."""
     n, m, _ = polygons.shape
     column = np.arange(m)[None, :]
     valid = column < count[:, None]
     following = np.where(column + 1 < count[:, None], column + 1, 0)
     after = np.take_along_axis(polygons, following[:, :, None].repeat(2, axis=2), axis=1)
-    height = sign * (polygons[:, :, axis] - bound[:, None])
-    height_after = sign * (after[:, :, axis] - bound[:, None])
+    offset = polygons - start[:, None]
+    height = along[:, None, 0] * offset[..., 1] - along[:, None, 1] * offset[..., 0]
+    height_after = np.take_along_axis(height, following, axis=1)
     crossing = valid & ((height >= 0) != (height_after >= 0))
     share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crossing)
     cut = polygons + share[:, :, None] * (after - polygons)
-    cut[:, :, axis] = np.where(crossing, bound[:, None], cut[:, :, axis])
     points = np.stack([polygons, cut], axis=2).reshape(n, 2 * m, 2)
     kept = np.stack([valid & (height >= 0), crossing], axis=2).reshape(n, 2 * m)
     order = np.argsort(~kept, axis=1, kind="stable")
     count = kept.sum(axis=1)
     order = order[:, : max(int(count.max(initial=0)), 1)]
     return np.take_along_axis(points, order[:, :, None].repeat(2, axis=2), axis=1), count
-
-
-def _triangle_samples(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
-    """Quadrature over polygons cut into fans of triangles; signed, so that dents cancel."""
-    X, W = get_quadrature(RefTri, ORDER)
-    a = polygon[:, :1]
-    b, c = polygon[:, 1:-1], polygon[:, 2:]
-    double = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
-    double = np.where(np.arange(double.shape[1])[None, :] + 2 < count[:, None], double, 0.0)
-    double *= np.where(double.sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    piece, fan = np.nonzero(double)
-    corner, d = a[piece, 0], double[piece, fan]
-    edges = np.stack([b[piece, fan] - corner, c[piece, fan] - corner], axis=1)
-    local = corner[:, None, :] + np.einsum("jq,njk->nqk", X, edges)
-    weight = d[:, None] * W[None, :]
-    return local.reshape(-1, 2), weight.ravel(), np.repeat(piece, len(W))

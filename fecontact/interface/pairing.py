@@ -57,10 +57,14 @@ class Pairing:
         Slave nodes left out because they lie beyond the master's rim.
     rotation, translation : (3, 3) and (3,) arrays
         Pose of the slave's axes seen from the master's.
+    covered : (k,) int array
+        Slave facets that face the master, if only with a part.
     coupling : str
         'nodal' or 'mortar'.
     slave_facet, slave_local : (n_samples,) and (n_samples, 2) arrays, optional
         Facets of the slave and coordinates of the samples; None where the samples are nodes.
+    spread : (n_nodes, n) csr_matrix, optional
+        Pressure at all of the slave's nodes by that of the contact points; without it a point is a node.
     """
 
     nodes: IntArray
@@ -73,9 +77,19 @@ class Pairing:
     n_beyond: int
     rotation: Array
     translation: Array
+    covered: IntArray
     coupling: str = "nodal"
     slave_facet: IntArray | None = None
     slave_local: Array | None = None
+    spread: sp.csr_matrix | None = None
+
+    @cached_property
+    def at_nodes(self) -> sp.csr_matrix:
+        """Values (n_nodes, n) at all of the slave's nodes by those of the contact points; rows without are empty."""
+        if self.spread is not None:
+            return self.spread
+        n = len(self.nodes)
+        return sp.csr_matrix((np.ones(n), (self.nodes, np.arange(n))), shape=(self.slave_weights.shape[1], n))
 
     @cached_property
     def gap(self) -> Array:
@@ -151,7 +165,20 @@ def nodal_pairing(
         n_beyond=len(nodes) - n,
         rotation=rotation,
         translation=translation,
+        covered=_covered(slave, nodes[kept]),
     )
+
+
+def _covered(slave: FacetSurface, nodes: IntArray) -> IntArray:
+    """Facets of which the centre node, three corners of four, or all corners face the master."""
+    paired = np.zeros(len(slave.points), bool)
+    paired[nodes] = True
+    on = paired[slave.facets]
+    corners = on[:, : min(4, on.shape[1])]
+    inside = corners.sum(axis=1) >= np.where(slave.triangle, 4, 3)
+    if on.shape[1] == 9:
+        inside |= on[:, 8]
+    return np.flatnonzero(inside)
 
 
 def contact_weights(surface: FacetSurface) -> Array:

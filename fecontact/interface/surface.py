@@ -95,7 +95,7 @@ class FacetSurface:
     name : str
     eight_hats : bool
         Whether eight-node facets can carry pressure shapes, because displacements on them have functions of their own;
-        see `mortar.hat_shapes`.
+        see `interface.hats`.
     """
 
     points: Array

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.io import nodal_pressure
+from fecontact.mesh.kinds import KINDS
+from fecontact.mesh.mesh import Mesh
 
 # sums of the same numbers in another order; the condensed problems have condition numbers below 1e4
 ROUNDING = 1e-10
@@ -186,3 +189,48 @@ def test_stress_of_one_material_stops_at_its_edge():
         assert np.abs(stress[inside, 0] - across).max() <= 1e-9
     with pytest.raises(fc.InputError, match=r"no element set 'middle'\. Its sets are: 'low', 'high'"):
         result.stress(body, "middle")
+
+
+def hanging_over(coupling, shift):
+    """A block of 2 x 2 faces of which the outer column hangs over the rim of a block with other faces."""
+    low = fc.shapes.block((1.0, 1.0, 1.0), (3, 2, 2))
+    high = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).translated((shift, 0.0, 1.0))
+    soft = fc.Material(E=1.0, nu=0.3)
+    lower = fc.ElasticBody(low, soft, "top", {"bottom": "xyz"}, name="lower")
+    upper = fc.ElasticBody(high, soft, "bottom", {"top": "xyz"}, name="upper")
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, coupling=coupling, swap="never")])
+    return scene.solve(motions={upper: {"z": -0.01}})
+
+
+@pytest.mark.parametrize(("coupling", "shift"), [("mortar", 0.25), ("nodal", 0.2)])
+def test_faces_that_hang_over_the_rim_are_shown(coupling, shift):
+    # the outer two faces end at x = 1 + shift, the master at x = 1: their last nodes face nothing
+    contact = hanging_over(coupling, shift).contacts[0]
+    assert len(contact.facets) == 4
+    assert abs(contact.nodes[:, 0].max() - 1 - shift) < 1e-12
+    points, pressure, areas = contact.sampled(contact.pressure, 8)
+    assert pressure[(points[:, 0] > 0.9) & (points[:, 0] < 1.0)].min() > 0
+    assert np.abs(pressure[points[:, 0] > 0.95 + shift]).max() < 0.3 * contact.max_pressure  # falls to zero at the end
+    # up to the rim the field's force is that of the contact: by mortar, nodal forces err by the order of the face size
+    within = points[:, 0] < 1.0
+    assert abs(pressure[within] @ areas[within] - contact.total_force) < 0.15 * contact.total_force
+
+
+def test_fields_inside_triangles_are_linear_between_their_corners():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    six = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
+    cells = np.concatenate([KINDS["tet4"].to_hexahedra(mesh.cells[:, p]) for p in six])
+    mesh = Mesh(mesh.points, cells).upgraded(20)
+    for name, height in (("bottom", 0.0), ("top", 1.0)):
+        mesh = mesh.with_boundary(name, fc.pick.plane((0, 0, height), (0, 0, 1)))
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), "bottom", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    scene = fc.Scene([body, floor], [fc.Contact(body, floor, coupling="mortar")])
+    result = scene.solve(motions={body: {"z": -0.01}})
+    contact = result.contacts[0]
+    assert len(contact.points) == 4
+    assert len(contact.nodes) == 4 + 5 + 2  # corners, mid-side nodes, centroids
+    _, pressure, areas = contact.sampled(contact.pressure, 6)
+    assert abs(pressure @ areas / contact.total_force - 1) < 1e-3  # a midpoint rule on 6 x 6 cells
+    nodal = nodal_pressure(result, body)
+    assert abs(nodal[contact.slave.mesh.boundary_nodes("bottom")].min()) > 0.1 * contact.max_pressure

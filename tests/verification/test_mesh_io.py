@@ -70,6 +70,52 @@ def test_uniform_pressure_through_two_bodies(upper, lower, row):
     assert row(f"7b {upper} on {lower}", "largest stress error", 0.0, worst) < EXACT
 
 
+MIXED = [
+    ("tet10", (2, 2, 2), "tet10", (3, 3, 2)),
+    ("tet10", (2, 2, 2), "wedge15 lying", (3, 2, 2)),
+    ("wedge15", (3, 3, 2), "wedge15 lying", (1, 2, 1)),
+    ("hex20 + wedge15", (2, 2, 2), "tet10", (3, 3, 2)),
+    ("tet10", (1, 1, 1), "tet10", (5, 5, 1)),
+]
+
+
+@pytest.mark.parametrize(("upper", "above", "lower", "below"), MIXED)
+@pytest.mark.parametrize("swapped", [False, True])
+def test_uniform_pressure_through_faces_that_do_not_match(upper, above, lower, below, swapped, row):
+    # triangles on triangles and on quadrilaterals, coupled by mortar, either side as slave
+    top = fc.ElasticBody(block(upper, above).translated((0, 0, 1)), ELASTIC, contact="bottom", name="top")
+    base = fc.ElasticBody(block(lower, below), ELASTIC, contact="top", supports={"bottom": "z"}, name="base")
+    pair = (base, top) if swapped else (top, base)
+    scene = fc.Scene([top, base], [fc.Contact(*pair, coupling="mortar")])
+    result = scene.solve(pressures={(top, "top"): 1.0})
+    assert result.contacts[0].coupling == "mortar"
+    assert result.contacts[0].active.all()
+    worst = max(np.abs(result.stress(b) - [0, 0, -1, 0, 0, 0]).max() for b in (top, base))
+    slave = "lower" if swapped else "upper"
+    assert row(f"7b {upper} on {lower}, mortar, {slave} slave", "largest stress error", 0.0, worst) < EXACT
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_bodies_with_plain_triangles_pass_too(swapped, row):
+    # six-node triangles and linear tetrahedra with three
+    worst = 0.0
+    for columns, pressure in ((20, "nodal"), (8, "midface")):
+        bodies = []
+        for n, name, shift, supports in ((2, "bottom", 1.0, {}), (3, "top", 0.0, {"bottom": "z"})):
+            base = fc.shapes.block((1.0, 1.0, 1.0), (n, n, 2), element="hex8")
+            cells = np.concatenate([KINDS["tet4"].to_hexahedra(base.cells[:, piece]) for piece in SIX])
+            mesh = Mesh(base.points, cells) if columns == 8 else Mesh(base.points, cells).upgraded(20)
+            for side, height in (("bottom", 0.0), ("top", 1.0)):
+                mesh = mesh.with_boundary(side, fc.pick.plane((0, 0, height), (0, 0, 1)))
+            mesh = mesh.translated((0, 0, shift))
+            bodies.append(fc.ElasticBody(mesh, ELASTIC, name, supports, pressure=pressure, name=f"{name} {n}"))
+        pair = bodies[::-1] if swapped else bodies
+        result = fc.Scene(bodies, [fc.Contact(*pair)]).solve(pressures={(bodies[0], "top"): 1.0})
+        assert result.contacts[0].coupling == "mortar"
+        worst = max(worst, *(np.abs(result.stress(b) - [0, 0, -1, 0, 0, 0]).max() for b in bodies))
+    assert row(f"7b plain triangles, {'lower' if swapped else 'upper'} slave", "stress error", 0.0, worst) < EXACT
+
+
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory):
     """File of the quarter of a half ball of radius 10 mm, its pole at the origin."""

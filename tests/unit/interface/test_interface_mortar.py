@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.interface.mortar import clip, hat_shapes, pair_mortar
+from fecontact.interface.hats import hat_shapes, own_samples, sub_faces
+from fecontact.interface.mortar import clip, hat_areas, pair_mortar
 from fecontact.interface.surface import FacetSurface
+from fecontact.mesh.reference import TRIANGLE_NODES, quad_nodes
 
 SOLID = fc.Material(1.0, 0.3)
 
@@ -20,12 +22,36 @@ def bottom(n, size=(1.0, 1.0), shift=(0.0, 0.0, 1.0)):
     return mesh, FacetSurface(mesh.points, mesh.face_nodes(mesh.faces("bottom")))
 
 
-@pytest.mark.parametrize("n_nodes", [4, 9])
-def test_hats_are_a_non_negative_partition_of_unity(n_nodes):
+KINDS = [(4, False), (8, False), (9, False), (4, True), (8, True), (9, True)]
+
+
+@pytest.mark.parametrize(("n_columns", "triangle"), KINDS)
+def test_hats_are_a_non_negative_partition_of_unity(n_columns, triangle):
     X = np.random.default_rng(0).random((200, 2))
-    hats = hat_shapes(n_nodes, X)
+    X = np.where(triangle & (X.sum(axis=1, keepdims=True) > 1), 1 - X, X)
+    hats = hat_shapes(n_columns, np.full(200, triangle), X)
     assert hats.min() >= 0
     assert np.abs(hats.sum(axis=1) - 1).max() < 1e-15
+
+
+@pytest.mark.parametrize(("n_columns", "triangle"), KINDS)
+def test_hats_are_one_at_their_nodes_and_sub_faces_tile_the_facet(n_columns, triangle):
+    X = TRIANGLE_NODES[:3] if triangle else quad_nodes(n_columns)
+    hats = hat_shapes(n_columns, np.full(len(X), triangle), X)
+    assert np.abs(hats.max(axis=1) - 1).max() < 1e-15
+    assert len(np.unique(hats.argmax(axis=1))) == len(X)
+    x, y = np.moveaxis(sub_faces(n_columns, triangle), 2, 0)
+    areas = (x * np.roll(y, -1, 1) - y * np.roll(x, -1, 1)).sum(axis=1) / 2
+    assert areas.min() > 0
+    assert abs(areas.sum() - (0.5 if triangle else 1.0)) < 1e-15
+
+
+def test_hat_areas_of_a_seven_node_triangle():
+    # linear hats: a third of the area 1/2 at each corner, nothing at the other nodes
+    row = np.array([[0, 1, 2, 2, 3, 4, 2, 5, 6]])
+    points = np.concatenate([TRIANGLE_NODES, np.zeros((7, 1))], axis=1)
+    assert np.abs(hat_areas(FacetSurface(points, row)) - np.array([1, 1, 1, 0, 0, 0, 0]) / 6).max() < 1e-15
+    assert abs(own_samples(row)[2].sum() - 0.5) < 1e-15
 
 
 def test_clipping_random_triangles_keeps_their_area_over_four_quarters():
@@ -34,7 +60,8 @@ def test_clipping_random_triangles_keeps_their_area_over_four_quarters():
     total = np.zeros(500)
     for low in ((-1, -1), (0, -1), (-1, 0), (0, 0)):
         corner = np.tile(np.array(low, float), (500, 1))
-        polygons, count = clip(triangles, corner, corner + 1)
+        square = corner[:, None] + np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+        polygons, count = clip(triangles, square)
         x, y = np.moveaxis(polygons, 2, 0)
         after = np.where(np.arange(x.shape[1]) + 1 < count[:, None], np.arange(x.shape[1]) + 1, 0)
         cross = x * np.take_along_axis(y, after, 1) - y * np.take_along_axis(x, after, 1)
@@ -159,6 +186,4 @@ def test_slivers_at_the_rim_join_fuller_hats_and_keep_the_area():
     pairing = pair_mortar(slave, master, np.eye(3), np.zeros(3))
     assert abs(pairing.weights.sum() - 0.255) < 1e-14
     assert np.abs(pairing.average.sum(axis=1) - 1).max() < 1e-13
-    from fecontact.interface.mortar import hat_areas
-
     assert (pairing.weights / hat_areas(slave)[pairing.nodes]).min() >= 0.2
