@@ -34,6 +34,12 @@ manual: $(READY)  ## docs/verification.md from a run of the verification
 bench: $(READY)  ## benchmarks; ratios in one run, never part of a test
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-autosave -o python_files='bench_*.py'
 
+# other programs: PEERS="--peers examples/peers --peer-python PYTHON", a Python that has them
+PEERS ?= --peers examples/peers
+
+compare: $(READY)  ## speed against error; finished runs are kept in out/compare, so it may be interrupted
+	$(BIN)/fecontact compare hertz --enough 100 --out out/compare --page docs/compare.md --plot docs/images/compare.png $(PEERS)
+
 $(READY): pyproject.toml constraints/pinned.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade pip

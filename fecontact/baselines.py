@@ -101,15 +101,16 @@ class Approximation:
         return float(np.maximum(-self.gap, 0.0).max())
 
 
-def penalty(problem: ComplementarityProblem, stiffness: float, *, max_iterations: int = 100) -> Approximation:
+def penalty(problem: ComplementarityProblem, stiffness: ArrayLike, *, max_iterations: int = 100) -> Approximation:
     """Solve by the penalty method: springs where the bodies penetrate, Newton's method for who does.
 
     Parameters
     ----------
     problem : ComplementarityProblem
         With S as an array, for example ``result.reduction.problem``.
-    stiffness : float
-        Of each spring, force per length.
+    stiffness : float or (n,) array
+        Of each spring, force per length. A foundation of even stiffness has springs in proportion to the areas of the
+        points, ``contact.weights[contact.candidates]``.
     max_iterations : int
         Largest number of linear solves. The first one is made with the points nearest to touch.
 
@@ -133,8 +134,8 @@ def penalty(problem: ComplementarityProblem, stiffness: float, *, max_iterations
     >>> [round(float(penalty(problem, k).forces[0]), 6) for k in (1.0, 1e2, 1e4)]
     [0.5, 0.990099, 0.9999]
     """
-    S = _checked(problem, stiffness=stiffness)
-    compliance = np.full(problem.n, 1 / stiffness)
+    S, (k,) = _checked(problem, stiffness=stiffness)
+    compliance = 1 / k
     touching = _first_guess(problem)
     forces = np.zeros(problem.n)
     history: list[Increment] = []
@@ -154,7 +155,7 @@ def penalty(problem: ComplementarityProblem, stiffness: float, *, max_iterations
 
 
 def gap_elements(
-    problem: ComplementarityProblem, soft: float, hard: float, increments: int, *, cycles: int = 1
+    problem: ComplementarityProblem, soft: ArrayLike, hard: ArrayLike, increments: int, *, cycles: int = 1
 ) -> Approximation:
     """Solve with gap elements of a bilinear law, the load in increments.
 
@@ -163,7 +164,7 @@ def gap_elements(
     problem : ComplementarityProblem
         With S as an array. Without equilibrium rows the approach is incremented instead of a load: the bodies begin
         where they just touch.
-    soft, hard : float
+    soft, hard : float or (n,) array
         Stiffness of an element before and after its gap is closed, force per length. The report gives moduli; over the
         length of the element, its gap, they are stiffnesses.
     increments : int
@@ -196,9 +197,9 @@ def gap_elements(
     >>> [gap_elements(problem, 1e-6, 1e6, m).forces.round(3).tolist() for m in (1, 4, 400)]
     [[3.0, 0.0], [2.25, 0.75], [2.002, 0.998]]
     """
-    S = _checked(problem, soft=soft, hard=hard)
-    if not soft < hard:
-        raise InputError(f"A gap element is soft before it closes; found soft = {soft:g}, hard = {hard:g}.")
+    S, (k_soft, k_hard) = _checked(problem, soft=soft, hard=hard)
+    if not (k_soft < k_hard).all():
+        raise InputError(f"A gap element is soft before it closes; found soft = {soft!r}, hard = {hard!r}.")
     for name, number in (("increments", increments), ("cycles", cycles)):
         if not (isinstance(number, int) and number > 0):
             raise InputError(f"{name} must be a positive integer; found {number!r}.")
@@ -209,7 +210,7 @@ def gap_elements(
     everywhere = np.arange(problem.n)
     history: list[Increment] = []
     for k in range(increments):
-        stiffness = np.where(gap > 0, soft, hard)
+        stiffness = np.where(gap > 0, k_soft, k_hard)
         change = np.inf
         step = np.zeros(problem.n)
         solves = 0
@@ -218,7 +219,7 @@ def gap_elements(
             # l + step = l + k (gap before - gap after), and gap after - before = S step + closing + B^T motion
             step, motion = _solve(S, 1 / stiffness, problem.B, everywhere, -closing, load)
             moved = S @ step + closing + problem.B.T @ motion
-            stiffness = _average(gap, gap + moved, soft, hard)
+            stiffness = _average(gap, gap + moved, k_soft, k_hard)
             change = _change(step, before)
             solves += 1
         forces, q, gap = forces + step, q + motion, gap + moved
@@ -273,11 +274,17 @@ def _array(problem: ComplementarityProblem) -> Array:
     return problem.S
 
 
-def _checked(problem: ComplementarityProblem, **stiffnesses: float) -> Array:
-    for name, value in stiffnesses.items():
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} must be a positive stiffness, force per length; found {value!r}.")
-    return _array(problem)
+def _checked(problem: ComplementarityProblem, **stiffnesses: ArrayLike) -> tuple[Array, list[Array]]:
+    """The compliance, and the stiffnesses (n,) of the springs."""
+    springs = []
+    for name, given in stiffnesses.items():
+        k = np.asarray(given, dtype=float)
+        if k.shape not in ((), (problem.n,)):
+            raise InputError(f"{name} must be one number or one per point, {problem.n}; found shape {k.shape}.")
+        if not (np.isfinite(k).all() and (k > 0).all()):
+            raise InputError(f"{name} must be a positive stiffness, force per length; found {given!r}.")
+        springs.append(np.broadcast_to(k, (problem.n,)))
+    return _array(problem), springs
 
 
 def _first_guess(problem: ComplementarityProblem) -> NDArray[np.bool_]:
@@ -296,7 +303,7 @@ def _solve(
     scale = np.abs(rows).max(axis=1, initial=0.0)
     seen = scale > 0
     if F[~seen].any():
-        raise SolverError("The springs that push leave a motion open that the load drives; use fewer increments' load.")
+        raise SolverError("The springs that push leave a motion open that the load drives; use a softer penalty.")
     H = S[np.ix_(points, points)] + np.diag(compliance[points])
     rows = rows[seen] / scale[seen, None]
     solved = np.linalg.solve(H, np.column_stack([right[points], rows.T]))
@@ -309,7 +316,7 @@ def _solve(
     return forces, q
 
 
-def _average(before: Array, after: Array, soft: float, hard: float) -> Array:
+def _average(before: Array, after: Array, soft: Array, hard: Array) -> Array:
     """Average stiffness (n,) of the bilinear law between two gaps: what the force changes by over what the gap does."""
     open_part = np.maximum(before, 0.0) - np.maximum(after, 0.0)
     closed_part = np.minimum(before, 0.0) - np.minimum(after, 0.0)

@@ -40,6 +40,10 @@ class Rows(Protocol):
     def own_compliance(self) -> Array:
         """Gap (n,) by a unit force on its own row, without the bodies."""
 
+    @property
+    def says_of_balance(self) -> str:
+        """What is to be said where loads cannot be balanced; may be empty."""
+
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening (n, n_dofs) by the displacements of a body; None if it has no part in this."""
 
@@ -76,6 +80,11 @@ class Interface:
     def own_compliance(self) -> Array:
         """Zero (n_pairs,): the interface itself does not give."""
         return np.zeros(len(self.gap))
+
+    @property
+    def says_of_balance(self) -> str:
+        """Nothing: contacts are spoken of anyway."""
+        return ""
 
     @property
     def slave_nodes(self) -> Array:
@@ -172,7 +181,9 @@ def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
     raise SupportError(
         "No contact forces can balance the load; it drives a motion that nothing resists - "
         + "; ".join(texts)
-        + ". Support the body in that motion, prescribe it with motions=, or change the load."
+        + ". "
+        + "".join(i.says_of_balance for i in interfaces if i.says_of_balance)
+        + "Support the body in that motion, prescribe it with motions=, or change the load."
     )
 
 

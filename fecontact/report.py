@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import resource
-import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fecontact.savings import savings
+from fecontact.stopwatch import peak_memory as peak_memory
 
 if TYPE_CHECKING:
     from fecontact.result import ContactResult
@@ -48,14 +49,11 @@ def report(result: ContactResult) -> str:
     lines += [f"Warning:   {text}" for text in result.warnings]
     stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
     lines.append(f"Seconds:   {stages}")
+    needed = "  ".join(f"{k} {v:.0f}" for k, v in result.memory.items())
+    lines.append(f"Peak MB:   {needed} (of the process, by the end of each stage)")
+    lines += [f"{'Saved:' if k == 0 else '':<11}{text}" for k, text in enumerate(savings(result))]
     return "\n".join(lines)
 
 
 def _numbers(v: Array) -> str:
     return " ".join(f"{x:>13.6g}" for x in v)
-
-
-def peak_memory() -> float:
-    """Largest resident memory of this process so far, in MB."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / 1024 if sys.platform != "darwin" else peak / 1024**2

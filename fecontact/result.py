@@ -20,6 +20,7 @@ from fecontact.loading import Loading, mass_weighted
 from fecontact.reduction import Interface, Reduction, Rows, State
 from fecontact.report import peak_memory, report
 from fecontact.resultants import Region, hold_of_body, hold_of_boundary
+from fecontact.savings import savings
 from fecontact.solvers import Residuals, Solution
 from fecontact.springs import SpringRows, SpringState, spring_states
 from fecontact.stopwatch import Stopwatch
@@ -56,6 +57,8 @@ class ContactResult:
         Of the condensed problem.
     seconds : dict
         Wall time by stage, and 'total'.
+    memory : dict
+        Largest resident memory of the process in MB, 'before' and by the end of each stage (`Stopwatch.memory`).
     rounds : int
         How often candidates were chosen.
     originals : sequence of Body
@@ -67,6 +70,7 @@ class ContactResult:
     springs: tuple[SpringState, ...]
     solution: Solution
     seconds: dict[str, float]
+    memory: dict[str, float]
     rounds: int
     loading: Loading = field(repr=False)
     reduction: Reduction = field(repr=False)
@@ -329,7 +333,9 @@ class ContactResult:
                 "equilibrium": r.equilibrium,
             },
             "seconds": dict(self.seconds),
+            "memory_mb": dict(self.memory),
             "peak_rss_mb": peak_memory(),
+            "saved": savings(self),
         }
 
     def __str__(self) -> str:
@@ -365,4 +371,5 @@ def make_result(
             contacts.append(contact_fields(interface, candidates, forces, gap))
     seconds = dict(watch.seconds)
     seconds["total"] = sum(seconds.values())
-    return ContactResult(scene, tuple(contacts), springs, solution, seconds, rounds, loading, reduction, state)
+    memory = {"before": watch.before, **watch.memory}
+    return ContactResult(scene, tuple(contacts), springs, solution, seconds, memory, rounds, loading, reduction, state)

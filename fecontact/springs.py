@@ -136,6 +136,12 @@ class SpringRows:
         """Inverse stiffnesses (n,)."""
         return 1 / np.array([s.stiffness for s in self.springs])[self.number]
 
+    @property
+    def says_of_balance(self) -> str:
+        """That ligaments only pull; nothing if there is none."""
+        names = ", ".join(repr(s.name) for s in self.springs if s.kind == "tension")
+        return f"Of the springs {names} only pull, and this motion tightens none of them. " if names else ""
+
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Shortening of the springs by the displacements of a body, (n, n_dofs); None if none is tied to it."""
         per_spring = sp.lil_matrix((len(self.springs), body.n_dofs))

@@ -1,7 +1,9 @@
-"""Time by stage: how long meshing, assembly, factorisation and the rest have taken."""
+"""Time and memory by stage: what meshing, assembly, factorisation and the rest have taken."""
 
 from __future__ import annotations
 
+import resource
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,17 +12,28 @@ from contextlib import contextmanager
 class Stopwatch:
     """Adds up wall seconds by stage; a stage may be entered many times, stages are not nested.
 
+    Attributes
+    ----------
+    seconds : dict
+        By stage.
+    memory : dict
+        Largest resident memory of the process, in MB, up to the last end of each stage. It never falls, so the stage in
+        which it rises is the one that needed it; what was needed before the first stage is in `before`.
+    before : float
+
     Examples
     --------
     >>> watch = Stopwatch()
     >>> with watch("assemble"):
     ...     pass
-    >>> list(watch.seconds)
-    ['assemble']
+    >>> list(watch.seconds), list(watch.memory)
+    (['assemble'], ['assemble'])
     """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
+        self.memory: dict[str, float] = {}
+        self.before = peak_memory()
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
@@ -30,3 +43,10 @@ class Stopwatch:
             yield
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
+            self.memory[stage] = peak_memory()
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far, in MB, as the operating system counts it (getrusage)."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 1024 if sys.platform != "darwin" else peak / 1024**2

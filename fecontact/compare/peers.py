@@ -71,7 +71,7 @@ def find_peers(folder: str | Path, python: str) -> tuple[list[Peer], list[str]]:
     if not folder.is_dir():
         raise InputError(f"There is no folder {folder} with adapters of other programs.")
     peers, absent = [], []
-    for script in sorted(folder.glob("*.py")):
+    for script in sorted(p for p in folder.glob("*.py") if not p.stem.startswith("_")):
         answer = ask([python, str(script), "--about"], environment(1), PATIENCE)
         if isinstance(answer, str):
             absent.append(f"{script.stem}: {answer}")

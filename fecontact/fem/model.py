@@ -133,6 +133,11 @@ class Model:
         """Scalar functions (n_cells, n) that live on each cell: here its nodes."""
         return self.mesh.cells
 
+    @property
+    def n_retained(self) -> int:
+        """Degrees of freedom that the present condensation keeps; 0 before there is one."""
+        return 0 if self._condensation is None else len(self._condensation.dofs)
+
     def _check_connected(self) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""
         cells = self.functions

@@ -99,6 +99,7 @@ def test_condition_grows_with_the_penalty():
     [
         (lambda p: penalty(p, 0.0), "positive stiffness"),
         (lambda p: penalty(p, np.inf), "positive stiffness"),
+        (lambda p: penalty(p, np.ones(3)), "one per point"),
         (lambda p: gap_elements(p, 2.0, 1.0, 3), "soft before it closes"),
         (lambda p: gap_elements(p, 1.0, 2.0, 0), "positive integer"),
         (lambda p: gap_elements(p, 1.0, 2.0, 1, cycles=0), "positive integer"),

@@ -161,6 +161,26 @@ def test_loads_that_no_contact_can_balance(force, moment, words):
     assert "prescribe it with motions=" in str(caught.value)
 
 
+def test_a_body_that_falls_free_is_named_with_its_motion():
+    heavy = fc.Material(E=10.0, nu=0.0, density=1.0)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    body, plane = fc.ElasticBody(mesh, heavy, "top", name="body"), floor()
+    ceiling = plane.placed((0, 0, 1.0), fc.rotation_about((1, 0, 0), np.pi))
+    with pytest.raises(SupportError, match="body: translation along z"):
+        pressed(body, ceiling, gravity=(0, 0, -9.81))
+
+
+@pytest.mark.parametrize("support", ["n", (1.0, 0.0, 1.0)])
+def test_a_body_on_an_oblique_slide_is_named_with_its_motion(support):
+    # the left face is cut under 45 degrees and held along its normal: gravity drives the block down the slide
+    heavy = fc.Material(E=10.0, nu=0.0, density=1.0)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).mapped(lambda x: x + np.outer(1 - x[:, 2], (1.0, 0, 0)))
+    body = fc.ElasticBody(mesh, heavy, "top", {"x_min": support, "y_min": "y"}, name="body")
+    ceiling = floor().placed((0, 0, 1.0), fc.rotation_about((1, 0, 0), np.pi))
+    with pytest.raises(SupportError, match=r"body: translation along \(0.707, 0, -0.707\)"):
+        pressed(body, ceiling, gravity=(0, 0, -9.81))
+
+
 def test_a_load_just_inside_the_support_polygon_is_carried_by_the_edge():
     body, plane = cube(supports={}), floor()
     result = pressed(body, plane, forces={body: (0, 0, -10.0)}, moments={body: (0, 10.0 * 0.4999, 0)})

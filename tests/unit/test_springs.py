@@ -53,8 +53,23 @@ def test_all_ligaments_slack_under_a_pull_is_refused_in_words():
     block, floor = ball_on_floor()
     above = fc.Spring(10.0, (block, (0.5, 0.5, 1.0)), (None, (0.5, 0.5, 4.0)))
     scene = fc.Scene([block, floor], [fc.Contact(block, floor)], springs=[above])
-    with pytest.raises(fc.SupportError, match="block: translation along z"):
+    with pytest.raises(fc.SupportError, match=r"block: translation along z. Of the springs 'spring' only pull"):
         scene.solve(forces={block: (0, 0, 5.0)})
+
+
+def test_a_motion_that_slackens_all_ligaments_says_so():
+    # two ligaments to the ground at the side: a push towards them is carried by neither them nor the smooth floor
+    block, floor = ball_on_floor()
+    sides = [
+        fc.Spring(10.0, (block, (1.0, y, 1.0)), (None, (4.0, y, 1.0)), slack_length=3.0, name=name)
+        for y, name in ((0.0, "front"), (1.0, "back"))
+    ]
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor)], springs=sides)
+    with pytest.raises(fc.SupportError, match=r"block: translation along x.*'front', 'back' only pull"):
+        scene.solve(forces={block: (5.0, 0, -10.0)}, free={block: "x z"})
+    # away from them they carry it, half each
+    result = scene.solve(forces={block: (-5.0, 0, -10.0)}, free={block: "x z"})
+    assert max(abs(s.tension - 2.5) for s in result.springs) < 1e-9
 
 
 def test_spring_between_two_bodies_is_an_internal_force():
