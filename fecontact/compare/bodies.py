@@ -11,10 +11,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.bodies import ElasticBody, ElasticLayer, Plane, RigidBody, rotation_about
+from fecontact.bodies import AncfBody, ElasticBody, ElasticLayer, Plane, PlaneBody, RigidBody, rotation_about
 from fecontact.compare.problems import Problem
 from fecontact.contactfields import ContactFields
-from fecontact.mesh import shapes
+from fecontact.mesh import sections, shapes
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.shapes import Level
 from fecontact.result import ContactResult
@@ -93,7 +93,7 @@ def indented(
     make = block_of(problem)
 
     def press(axes: tuple[float, float], fineness: int | Level, kind: str, faces: str, by: str) -> ContactResult:
-        mesh = make(axes, fineness, kind)
+        mesh = make(axes, fineness, "hex20" if kind == "ancf" else kind)
         supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
         if problem.name == "line":
             supports |= {"base": "z", "sym_far": "y"}
@@ -102,9 +102,12 @@ def indented(
             contact = "tip"
             rim = 1.0001 * axes[0]  # a ring of the mesh lies on the punch's edge
             mesh = mesh.with_boundary("tip", lambda x: (x[:, 2] < 1e-9) & (np.hypot(x[:, 0], x[:, 1]) < rim))
-        body = ElasticBody(
-            mesh, problem.data["material"], contact, supports, pressure=faces, name="body", backend=backend
-        )
+        material = problem.data["material"]
+        body: ElasticBody
+        if kind == "ancf":
+            body = AncfBody(mesh, material, contact, supports, name="body", backend=backend)
+        else:
+            body = ElasticBody(mesh, material, contact, supports, pressure=faces, name="body", backend=backend)
         share = problem.force / 4
         if problem.name == "line":
             share = problem.force / 2 * axes[0]
@@ -144,3 +147,19 @@ def foundation(problem: Problem, level: int | Level) -> tuple[ContactResult, Rig
     ball = _indenter(problem)
     scene = Scene([sheet, ball], [Contact(sheet, ball)])
     return scene.solve(forces={ball: (0.0, 0.0, problem.force / 4)}), ball
+
+
+def section_of_cylinder(problem: Problem, level: int | Level, solver: str, backend: str) -> ContactResult:
+    """Half of an elastic cylinder on a rigid plane, in plane strain: the same relative radius and modulus."""
+
+    def press(a: float, fineness: int | Level, by: str) -> ContactResult:
+        mesh = sections.half_disc(problem.data["radii"][0], contact_radius=a, level=fineness)
+        supports = {"base": "xz", "sym_x": "x"}
+        half = PlaneBody(mesh, problem.data["material"], "cap", supports, name="cylinder", backend=backend)
+        plane = RigidBody(Plane(), name="plane")
+        return Scene([half, plane], [Contact(half, plane)]).solve(
+            forces={half: (0.0, 0.0, -problem.force / 2)}, solver=by
+        )
+
+    first = press(start(problem)[0], FIRST_PASS, "auto")
+    return press(semi_axes(problem, first.contacts[0])[0], level, solver)

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from fecontact.bodies import ElasticBody, HalfSpace, Plane, RigidBody
 from fecontact.bodies.halfspace import Layer
-from fecontact.compare.bodies import foundation, indented, start
+from fecontact.bodies.section import SectionBody
+from fecontact.compare.bodies import foundation, indented, section_of_cylinder, start
 from fecontact.compare.problems import Problem
 from fecontact.errors import InputError
 from fecontact.material import Material
@@ -70,7 +71,8 @@ class Method:
     ----------
     name, label : str
     kind : str
-        'solid': bodies of any shape; 'half-space': flat and unbounded ones; 'foundation': springs.
+        'solid': bodies of any shape; 'section': of revolution or in the plane; 'half-space': flat and unbounded ones;
+        'foundation': springs.
     problems : tuple of str
     settings : tuple
         From coarse to fine; whatever `run` understands and JSON can hold.
@@ -116,6 +118,11 @@ def _worst(residuals: Residuals) -> float:
     return float(max(abs(v) for v in vars(residuals).values()))
 
 
+def _dofs(result: ContactResult) -> int:
+    """Of the elastic bodies; those of a section across its plane do not count."""
+    return sum(b.n_unknowns if isinstance(b, SectionBody) else b.n_dofs for b in result.elastic_bodies)
+
+
 def _of_spheres(out: SpheresResult) -> Measured:
     e = out.errors
     errors = {
@@ -124,7 +131,7 @@ def _of_spheres(out: SpheresResult) -> Measured:
         "edge_radius": e["contact_radius"],
         "approach": e["approach"],
     }
-    return Measured(out.result.n_dofs, out.result.n_candidates, _worst(out.result.residuals()), errors)
+    return Measured(_dofs(out.result), out.result.n_candidates, _worst(out.result.residuals()), errors)
 
 
 def _of_solid(problem: Problem, result: ContactResult, approach: float | None) -> Measured:
@@ -134,7 +141,7 @@ def _of_solid(problem: Problem, result: ContactResult, approach: float | None) -
     errors["centre_pressure"] = problem.centre_error(contact.points[:, :2], contact.pressure)
     if approach is not None and problem.approach is not None:
         errors["approach"] = approach / problem.approach - 1
-    dofs = result.n_dofs or len(contact.points)  # springs: one per point
+    dofs = _dofs(result) or len(contact.points)  # springs: one per point
     return Measured(dofs, result.n_candidates, _worst(result.residuals()), errors)
 
 
@@ -190,6 +197,36 @@ def _hex27(problem: Problem, setting: Any, options: Options) -> Measured:
 @method("symmetric", "one sphere on its mirror plane, hex20", problems=("hertz",), settings=_LEVELS, takes=_SOLVING)
 def _symmetric(problem: Problem, setting: Any, options: Options) -> Measured:
     return _solid(problem, setting, options, "hex20", "midface", "symmetric")
+
+
+@method("ancf", "8-node bricks with gradients (ANCF)", problems=ROUND + RIGID, settings=_LEVELS[:3], takes=_SOLVING)
+def _ancf(problem: Problem, setting: Any, options: Options) -> Measured:
+    return _solid(problem, setting, options, "ancf", "midface", "two-bodies")
+
+
+@method(
+    "axisymmetric",
+    "section, axisymmetric quadrilaterals",
+    kind="section",
+    problems=ROUND,
+    settings=_LEVELS,
+    takes=_SOLVING,
+)
+def _axisymmetric(problem: Problem, setting: Any, options: Options) -> Measured:
+    return _solid(problem, setting, options, "hex20", "midface", "axisymmetric")
+
+
+@method(
+    "plane",
+    "section, plane-strain quadrilaterals",
+    kind="section",
+    problems=("line",),
+    settings=_LEVELS,
+    takes=_SOLVING,
+)
+def _plane(problem: Problem, setting: Any, options: Options) -> Measured:
+    solver, backend = options.get("solver", "auto"), options.get("backend", "auto")
+    return _of_solid(problem, section_of_cylinder(problem, setting, solver, backend), None)
 
 
 #: Element edge in and near the contact, over the radius by dimensional analysis.

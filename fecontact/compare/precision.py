@@ -54,7 +54,7 @@ def cheapest(rows: Iterable[Row], target: float) -> Row | None:
 
 
 def sentence(rows: Sequence[Row]) -> str:
-    """Which method is the cheapest for each error: of all of ours, and of those for bodies of any shape."""
+    """Which method is the cheapest for each error: of all of ours, and of those for bodies of any shape in space."""
     ours = [row for row in rows if not row["peer"]]
     parts = []
     for target in TARGETS:

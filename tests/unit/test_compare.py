@@ -69,7 +69,10 @@ def test_exact_pressure_has_no_error(name):
         ("unequal", "half-space", 0.02),
         ("ellipse", "hex20", 0.035),
         ("ellipse", "boussinesq", 0.1),
+        ("hertz", "axisymmetric", 0.035),
         ("line", "hex20", 0.035),
+        ("line", "plane", 0.035),
+        ("line", "ancf", 0.05),
         ("layer", "hex20", 0.035),
         ("layer", "half-space", 0.035),
         ("layer", "winkler", 0.1),
@@ -87,7 +90,7 @@ def test_methods_solve_their_problems(name, spec, most):
 
 def test_registry_is_complete():
     assert {"hex8", "hex20", "hex20-plain", "hex27", "tet10", "symmetric"} <= set(METHODS)
-    assert {"half-space", "boussinesq", "winkler"} <= set(METHODS)
+    assert {"half-space", "boussinesq", "winkler", "ancf", "axisymmetric", "plane"} <= set(METHODS)
     for name, method in METHODS.items():
         assert method.name == name
         assert set(method.problems) <= set(PROBLEMS)
