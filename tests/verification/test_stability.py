@@ -11,6 +11,7 @@ import pytest
 import fecontact as fc
 from fecontact.errors import SupportError
 from fecontact.mesh.mesh import Mesh
+from fecontact.solvers import solve
 
 LEVEL = fc.shapes.Level(core=2, rings=2, edge=0.15, layer=0.3, growth=2.2)
 RADIUS, FORCE = 25.0, 726.4
@@ -111,9 +112,7 @@ def test_two_bodies_moved_and_turned_together(two, row):
     assert row("14 two bodies, moved by 1e4 diameters, turned", "largest change of force / sum", 0.0, change) < SAME
 
 
-def test_numbering(reference, row):
-    forces, _ = reference
-    mesh = quarter()
+def renumbered(mesh):
     rng = np.random.default_rng(1)
     new, order = rng.permutation(len(mesh.points)), rng.permutation(len(mesh.cells))
     points = np.empty_like(mesh.points)
@@ -122,9 +121,26 @@ def test_numbering(reference, row):
     boundaries = {
         k: np.column_stack([where[f[:, 0]], f[:, 1]])[rng.permutation(len(f))] for k, f in mesh.boundaries.items()
     }
-    _, result = on_plane(dome(Mesh(points, new[mesh.cells][order], boundaries)))
+    return Mesh(points, new[mesh.cells][order], boundaries)
+
+
+def test_numbering(reference, row):
+    forces, _ = reference
+    _, result = on_plane(dome(renumbered(quarter())))
     change = np.abs(by_position(result.contacts[0]) - forces).max() / forces.sum()
     assert row("14 nodes and elements renumbered", "largest change of force / sum", 0.0, change) < SAME
+
+
+def test_coordinates_far_from_the_origin(reference, row):
+    """Coordinates themselves far away, not a pose: their digits are lost before anything can be computed."""
+    forces, approach = reference
+    offset = 1e4 * 2 * RADIUS * np.array([0.6, -0.64, 0.48])
+    body = dome(quarter().translated(offset))
+    plane = fc.RigidBody(fc.Plane()).placed(offset)
+    result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(forces={body: (0, 0, -FORCE / 4)})
+    change = np.abs(by_position(result.contacts[0], pose=(offset, np.eye(3))) - forces).max() / forces.sum()
+    lost = 10 * np.finfo(float).eps * np.abs(offset).max() / approach
+    row("14 coordinates 1e4 diameters away", "largest change of force / sum", 0.0, change, within=lost)
 
 
 def test_swapped_sides(two, row):
@@ -315,3 +331,53 @@ def test_a_pole_of_collapsed_elements(row):
     radius = np.sqrt(2.5 * (contact.forces @ r2) / contact.forces.sum())
     # a block of 12 a and plain nodal forces: the radius is right to a few percent
     assert row("18 collapsed elements at the pole", "contact radius", HERTZ.a, radius) < 0.05
+
+
+# 14 to 19 in one table: condition, residual, spread
+
+THIN = replace(LEVEL, layer=0.01, growth=3.5)
+HARD_SCENES = {
+    "reference": {},
+    "nu = 0": {"nu": 0.0},
+    "nu = 0.49": {"nu": 0.49},
+    "nu = 0.4999": {"nu": 0.4999},
+    "a/R = 1e-4": {"ratio": 1e-4},
+    "thin layer of elements at the surface": {"level": THIN},
+    "moduli 1e6 apart": {"contrast": 1e6},
+    "27-node elements": {"element": "hex27"},
+    "8-node elements": {"element": "hex8"},
+}
+
+
+def hard_scene(nu=0.3, ratio=None, level=LEVEL, contrast=None, element="hex20", length=1.0, modulus=1.0, shuffle=False):
+    """Problem, forces in order of position over their sum, and residual of a scene in some units and numbering."""
+    a = HERTZ.a if ratio is None else ratio * RADIUS
+    mesh = quarter(contact_radius=a, level=level, element=element)
+    mesh = (renumbered(mesh) if shuffle else mesh).scaled(length)
+    material = fc.Material(STEEL.E * modulus, nu)
+    body = dome(mesh, material)
+    force = FORCE * (a / HERTZ.a) ** 3 * modulus * length**2
+    if contrast is None:
+        _, result = on_plane(body, force)
+    else:
+        result = on_each_other(body, flipped(dome(mesh, replace(material, E=material.E * contrast))), force)
+    contact = result.contacts[0]
+    order = np.lexsort((contact.points[:, :2] / (length * a)).round(6).T)
+    return result.reduction.problem, contact.forces[order] / contact.forces.sum(), result.residuals().worst
+
+
+@pytest.mark.parametrize("name", HARD_SCENES)
+def test_condition_residual_and_spread(name, row):
+    """Condition of the scaled compliance on the points in touch; change of a force by units and by numbering."""
+    hard = HARD_SCENES[name]
+    problem, forces, residual = hard_scene(**hard)
+    touching = np.flatnonzero(solve(problem).forces)
+    condition = np.linalg.cond(problem.scaled().matrix[np.ix_(touching, touching)])
+    case = f"14, 17 to 19 {name}"
+    row(case, "condition of the compliance in touch", 1.0, condition)
+    # the certificate of the solver is 1e-10; the scene's own equilibrium counts here too
+    row(case, "largest residual", 0.0, residual, within=1e-9)
+    _, other, _ = hard_scene(**hard, length=1e-3, modulus=1e9)
+    row(case, "change of force / sum by units", 0.0, np.abs(other - forces).max(), within=SAME)
+    _, other, _ = hard_scene(**hard, shuffle=True)
+    row(case, "change of force / sum by numbering", 0.0, np.abs(other - forces).max(), within=SAME)
