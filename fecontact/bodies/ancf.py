@@ -42,7 +42,7 @@ class AncfBody(ElasticBody):
     backend : {'auto', 'pardiso', 'superlu'}
     integration : {'auto', 'full', 'selective'}
         Four Gauss points per direction; with 'selective' two for the part with lambda. 'auto' takes the latter for
-        Poisson's ratios above 0.4.
+        Poisson's ratios above 0.49, as that rule costs accuracy in contact pressures (docs/ancf.md).
 
     Examples
     --------
