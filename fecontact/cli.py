@@ -31,6 +31,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_hertz(commands)
     _add_halfspace(commands)
     _add_solve(commands)
+    _add_explain(commands)
     _add_view(commands)
     _add_compare(commands)
     return parser
@@ -227,6 +228,37 @@ def _sweep(scene: SceneFile, to: str | None) -> int:
             print(f"wrote {save_json(to, {'cases': rows})}")
     for output in scene.outputs:
         print(f"wrote {output.path}", file=sys.stderr if to == "-" else sys.stdout)
+    return 0
+
+
+def _add_explain(commands: argparse._SubParsersAction) -> None:
+    explain = commands.add_parser(
+        "explain",
+        help="what a scene in a TOML file would take, before it is solved",
+        description="Say which bodies, unknowns and candidates a scene has, which methods are chosen and why, and "
+        "estimate memory and time. Nothing of the scene is assembled or solved.",
+    )
+    explain.add_argument("scene", metavar="SCENE.toml")
+    explain.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the text")
+    explain.set_defaults(run=_explain)
+
+
+def _explain(options: argparse.Namespace) -> int:
+    from fecontact.explain import explain
+    from fecontact.io import check_writable, save_json
+    from fecontact.scenefile import read_scene
+
+    if options.json not in (None, "-"):
+        check_writable(options.json)
+    scene = read_scene(options.scene)
+    told = explain(scene.scene, scene.loads, scene.options.get("solver", "auto"))
+    if options.json == "-":
+        json.dump(told.as_dict(), sys.stdout, indent=2)
+        print()
+        return 0
+    print(f"{scene.title}\n{told}" if scene.title else told)
+    if options.json:
+        print(f"wrote {save_json(options.json, told.as_dict())}")
     return 0
 
 
