@@ -11,11 +11,12 @@ import numpy as np
 import scipy.optimize
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator
+from scipy.sparse.linalg import LinearOperator, aslinearoperator
 
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import RigidBody
 from fecontact.errors import SupportError
+from fecontact.fem.condensation import Compliance
 from fecontact.frames import Frame
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.pairing import Pairing
@@ -314,6 +315,7 @@ def assemble(
     chosen: Sequence[IntArray],
     loading: Loading,
     watch: Stopwatch,
+    dense: bool = False,
 ) -> Reduction:
     """Condense every body onto the chosen pairs and add up.
 
@@ -321,6 +323,8 @@ def assemble(
     ----------
     chosen : sequence of int arrays
         Candidate pairs of each interface.
+    dense : bool
+        Whether the compliance of elastic bodies is wanted as an array, for a solver that cannot do without.
     """
     ends = np.cumsum([0] + [len(c) for c in chosen])
     n = int(ends[-1])
@@ -334,9 +338,11 @@ def assemble(
         reduced = body.reduce(part.rows, part.loads, watch)
         compliance, response = reduced.compliance, reduced.response
         with watch("condense"):
+            if dense and isinstance(compliance, Compliance):
+                compliance = compliance.dense()
             motion_rows = _opening_by_motions(part.rows, frame.modes(part.released))
             if part.hold is not None:
-                assert isinstance(compliance, np.ndarray)
+                assert compliance is not None
                 compliance, response = _held_by_mean(part, part.hold, compliance, response)
             if compliance is not None:
                 shares.append((part.index, compliance))
@@ -413,14 +419,22 @@ def _part(
     return Part(body, frame, sp.vstack(rows, format="csr"), np.concatenate(index), loads, released, hold)
 
 
-def _held_by_mean(part: Part, hold: MeanHold, compliance: Array, response: Array) -> tuple[Array, Array]:
+def _held_by_mean(
+    part: Part, hold: MeanHold, compliance: Array | LinearOperator, response: Array
+) -> tuple[Array | LinearOperator, Array]:
     """Compliance of the rows C (I - R m) and their response to loads that the held mean balances."""
     rows = part.rows
     none = np.zeros(rows.shape[0])
     X = np.stack([part.body.displacement(rows, none, m) for m in hold.mean], axis=1)
     CR, CX, mX = rows @ hold.modes, rows @ X, hold.mean @ X
-    compliance = compliance - CR @ CX.T - CX @ CR.T + CR @ mX @ CR.T
     if part.loads is not None:
         u = part.body.displacement(rows, none, hold.balanced(part.loads))
         response = rows @ u - CR @ (hold.mean @ u)
+    # the change is of low rank: L M L^T
+    L = np.concatenate([CR, CX], axis=1)
+    zero, one = np.zeros_like(mX), np.eye(len(mX))
+    M = np.block([[(mX + mX.T) / 2, -one], [-one, zero]])
+    if isinstance(compliance, LinearOperator):
+        return compliance + aslinearoperator(L) @ aslinearoperator(M @ L.T), response
+    compliance = compliance + L @ M @ L.T
     return (compliance + compliance.T) / 2, response

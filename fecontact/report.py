@@ -25,6 +25,7 @@ def report(result: ContactResult) -> str:
         f"  {result.n_candidates} candidates, {result.n_active} in contact, {result.nit} iterations, "
         f"{result.rounds} round(s)"
     )
+    lines += [f"  compliance of {name} by {how}" for name, how in result.condensation.items()]
     for c in result.contacts:
         lines += [
             f"{c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]} ({c.note})",

@@ -127,6 +127,16 @@ class ContactResult:
         """Points that carry force."""
         return int((self.solution.forces > 0).sum())
 
+    @property
+    def condensation(self) -> dict[str, str]:
+        """How the compliance of each elastic body was formed, and why, by name; models in several poses once."""
+        models = {id(b.model): b for b in reversed(self.elastic_bodies)}
+        return {
+            b.name: f"{b.model.condensation.route}: {b.model.condensation.why}"
+            for b in reversed(models.values())
+            if b.model is not None and b.model.condensation is not None
+        }
+
     def _number(self, body: Body) -> int:
         for bodies in (self.scene.bodies, self.originals):
             for k, b in enumerate(bodies):
@@ -304,6 +314,7 @@ class ContactResult:
             "n_dofs": self.n_dofs,
             "n_candidates": self.n_candidates,
             "n_active": self.n_active,
+            "condensation": self.condensation,
             "contacts": [
                 {
                     "slave": c.slave.name,

@@ -48,6 +48,8 @@ COARSER = 1.1
 FINEST_CELLS = 0.25
 #: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
 OUTSIDE_TOLERANCE = 1e-9
+#: Names of solvers that need products with the compliance only.
+MATRIX_FREE = ("auto", "projected-cg")
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,10 +229,11 @@ class Scene:
             interfaces, opening, chosen = self.prepared(loading)
             check_balance(interfaces, loading)
         start: NDArray[np.bool_] | None = None
+        dense = solver not in MATRIX_FREE
         rounds = 0
         while True:
             rounds += 1
-            reduction = assemble(self.bodies, interfaces, chosen, loading, watch)
+            reduction = assemble(self.bodies, interfaces, chosen, loading, watch, dense)
             with watch("solve"):
                 solution = solve(reduction.problem, solver, start=start, tolerance=tolerance, **options)
             with watch("certify"):

@@ -14,6 +14,7 @@ from fecontact import surfaces
 from fecontact.bodies import ElasticBody, ElasticLayer, HalfSpace, Layer, Plane, Pose, RigidBody, Sphere, rotation_about
 from fecontact.bodies.layer import LAWS
 from fecontact.errors import InputError
+from fecontact.fem.condensation import ROUTES
 from fecontact.fem.support import Support, checked_support
 from fecontact.material import Material
 from fecontact.mesh.mesh import Mesh
@@ -86,6 +87,7 @@ def _elastic(
         "pressure": table.text("pressure", ("midface", "nodal")),
         "backend": table.text("backend", ("auto", "pardiso", "superlu")),
         "integration": table.text("integration", ("auto", "full", "selective")),
+        "condensation": table.text("condensation", ROUTES),
     }
     if mesh is not None:
         for boundary in contact:

@@ -67,7 +67,6 @@ class AncfModel(Model):
         held = hold(self.space, supports)
         plain = (held.basis - sp.eye_array(self.n_dofs)).nnz == 0
         self._holds = Holds(held.held, None if plain else held.basis)
-        self._condensation = None
         self._check_connected()
 
     @property

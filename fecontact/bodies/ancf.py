@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fecontact.ancf.model import AncfModel, twenty_nodes
 from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
 from fecontact.errors import InputError, MeshError
+from fecontact.fem.condensation import checked_route
 from fecontact.interface.pairing import along
 from fecontact.interface.surface import FacetSurface, Feet
 
@@ -43,6 +44,8 @@ class AncfBody(ElasticBody):
     integration : {'auto', 'full', 'selective'}
         Four Gauss points per direction; with 'selective' two for the part with lambda. 'auto' takes the latter for
         Poisson's ratios above 0.49, as that rule costs accuracy in contact pressures (docs/ancf.md).
+    condensation : {'auto', 'schur', 'columns', 'operator'}
+        As for `ElasticBody`.
 
     Examples
     --------
@@ -77,6 +80,7 @@ class AncfBody(ElasticBody):
             mesh = twenty_nodes(self.mesh)
             object.__setattr__(self, "mesh", mesh)
             model = AncfModel(mesh, self.material, self.supports, self.backend, self.integration)
+            model.way = checked_route(self.condensation)
             object.__setattr__(self, "model", model)
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.errors import InputError
-from fecontact.fem.model import Condensation, Model
+from fecontact.fem.condensation import checked_route
+from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support
 from fecontact.interface.pairing import along
@@ -53,6 +54,10 @@ class ElasticBody:
         Factorisation back-end.
     integration : {'auto', 'full', 'selective'}
         Selective reduced integration against locking; 'auto' chooses it for Poisson's ratios above 0.48.
+    condensation : {'auto', 'schur', 'columns', 'operator'}
+        How the compliance of the candidates is formed: from the Schur complement, by columns, or not at all but as an
+        operator, each product one solution with the factor. 'auto' goes by the number of candidates and the memory
+        that is free, see `fem.condensation`.
 
     Raises
     ------
@@ -76,6 +81,7 @@ class ElasticBody:
     name: str = "body"
     backend: str = "auto"
     integration: str = "auto"
+    condensation: str = "auto"
     pose: Pose = field(default_factory=Pose)
     model: Model | None = field(default=None, repr=False)
 
@@ -86,6 +92,7 @@ class ElasticBody:
             raise InputError(
                 f"Unknown integration {self.integration!r}; expected one of {', '.join(map(repr, INTEGRATIONS))}."
             )
+        checked_route(self.condensation)
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
         if self.model is None:
@@ -95,7 +102,8 @@ class ElasticBody:
             if names and self.pressure == "midface" and mesh.cell_type == "hex20":
                 mesh = mesh.with_midface_nodes(names)
             object.__setattr__(self, "mesh", mesh)
-            object.__setattr__(self, "model", Model(mesh, self.material, self.supports, self.backend, self.integration))
+            options = (self.backend, self.integration, self.condensation)
+            object.__setattr__(self, "model", Model(mesh, self.material, self.supports, *options))
 
     @property
     def _model(self) -> Model:
@@ -216,28 +224,23 @@ class ElasticBody:
         return sp.csr_matrix(row)
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
-        """Compliance and response along rows.
-
-        The stiffness is condensed onto the nodes that the rows touch, all three components, so that later pairings and
-        poses of the same candidates are small products: S = C K_hat^-1 C^T.
-        """
-        condensation = self._model.condensed(self._model.touched(rows), watch)
+        """Compliance and response along rows, the compliance in one of the ways of `fem.condensation`."""
+        model = self._model
+        condensation = model.condensed(model.touched(rows), watch)
         with watch("condense"):
-            C = _local(self._model.rows_to_nodal(rows), condensation)
+            C = model.solved_rows(rows)
             response = np.zeros(rows.shape[0])
             if loads is not None and loads.any():
-                response = C @ condensation.solve(condensation.factor.reduce(self._solved(loads)[:, None]))[:, 0]
-            return Reduced(condensation.along(C), response)
+                response = condensation.response(C, self._solved(loads))
+            return Reduced(condensation.compliance(C), response)
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows and external loads."""
         model = self._model
         f = np.asarray(rows.T @ forces) if loads is None else rows.T @ forces + loads
         condensation = model.condensed(model.touched(rows), Stopwatch())
-        f_solved = self._solved(f)[:, None]
-        u_c = condensation.solve(condensation.factor.reduce(f_solved))
         u = np.zeros(model.n_dofs)
-        u[model.solved_dofs] = condensation.factor.expand(u_c, f_solved)[:, 0]
+        u[model.solved_dofs] = condensation.solve(self._solved(f))
         return model.from_nodal(u)
 
     def _solved(self, f: Array) -> Array:
@@ -248,12 +251,3 @@ class ElasticBody:
         m = self.mesh
         mid = "" if m.midface is None else f" + {(m.midface >= 0).sum()} mid-face nodes"
         return f"{self.name}: {len(m.cells)} {m.cell_type} cells{mid}, {self.n_dofs} dofs"
-
-
-def _local(rows: sp.csr_matrix, condensation: Condensation) -> sp.csr_matrix:
-    """Rows over the retained degrees of freedom; held ones drop out."""
-    coo = rows.tocoo()
-    position = condensation.position[coo.col]
-    kept = position >= 0
-    shape = (rows.shape[0], len(condensation.dofs))
-    return sp.csr_matrix((coo.data[kept], (coo.row[kept], position[kept])), shape=shape)

@@ -42,6 +42,7 @@ class SectionBody(ElasticBody):
     name: str = "body"
     backend: str = "auto"
     integration: str = "auto"
+    condensation: str = field(default="auto", init=False, repr=False)
     pose: Pose = field(default_factory=Pose)
     model: Model | None = field(default=None, repr=False)
 

@@ -7,17 +7,17 @@ cost one factorisation.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.errors import FecontactError, InputError, MeshError
-from fecontact.fem.factor import SINGULAR, Condensed, condense
+from fecontact.errors import InputError, MeshError
+from fecontact.fem.condensation import Condensation, Plain, Schur, choose_route, memory_budget
+from fecontact.fem.factor import condense, factorise
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.rigid import rigid_modes, unresisted
 from fecontact.fem.stiffness import assemble_stiffness
@@ -37,52 +37,6 @@ IntArray = NDArray[np.int64]
 NEARLY_INCOMPRESSIBLE = 0.48
 
 
-@dataclass(frozen=True, eq=False)
-class Condensation:
-    """A model condensed onto some nodes.
-
-    Attributes
-    ----------
-    dofs : (n_c,) array
-        Retained degrees of freedom of the model, in nodal axes.
-    position : (n_dofs,) array
-        Where a degree of freedom stands among the retained; -1 for inner and held ones.
-    factor : Condensed
-    cholesky : (n_c, n_c) array
-        Lower Cholesky factor of the condensed stiffness.
-    """
-
-    dofs: IntArray
-    position: IntArray
-    factor: Condensed
-    cholesky: Array
-
-    @cached_property
-    def compliance(self) -> Array:
-        """Inverse (n_c, n_c) of the condensed stiffness, worth its price where many poses use one condensation."""
-        inverse, info = scipy.linalg.lapack.dpotri(self.cholesky, lower=1)
-        if info != 0:
-            raise FecontactError(SINGULAR)
-        return np.asarray(np.tril(inverse) + np.tril(inverse, -1).T)
-
-    def along(self, C: sp.csr_matrix) -> Array:
-        """Compliance C K_hat^-1 C^T (n, n) along rows C (n, n_c).
-
-        By the inverse where it has been taken, else by Y^T Y with Y = L^-1 C^T, L L^T = K_hat.
-        """
-        if "compliance" not in self.__dict__:
-            Y = scipy.linalg.solve_triangular(self.cholesky, C.T.toarray(), lower=True, check_finite=False)
-            return np.asarray(Y.T @ Y)
-        used = np.unique(C.indices)
-        own = C[:, used]
-        S = own @ (own @ self.compliance[np.ix_(used, used)]).T
-        return np.asarray(S + S.T) / 2
-
-    def solve(self, f: Array) -> Array:
-        """Retained displacements (n_c, k) under condensed loads (n_c, k)."""
-        return scipy.linalg.cho_solve((self.cholesky, True), f, check_finite=False)
-
-
 class Model:
     """Mesh, materials and supports, with what is computed from them on first use.
 
@@ -96,9 +50,13 @@ class Model:
     integration : {'auto', 'full', 'selective'}
         'selective' takes the volumetric part at reduced points; 'auto' does so if a Poisson's ratio exceeds
         `NEARLY_INCOMPRESSIBLE`.
+    condensation : {'auto', 'schur', 'columns', 'operator'}
+        Way to the compliance, see `fem.condensation`.
     """
 
     dofs_per_node = 3
+    way = "auto"
+    condensation: Condensation | None = None
 
     def __init__(
         self,
@@ -107,15 +65,15 @@ class Model:
         supports: Mapping[str, Support],
         backend: str = "auto",
         integration: str = "auto",
+        condensation: str = "auto",
     ) -> None:
         self._holds = holds(mesh, supports)
         self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
         check_mesh(mesh)
-        self.mesh, self.supports, self.backend = mesh, dict(supports), backend
+        self.mesh, self.supports, self.backend, self.way = mesh, dict(supports), backend, condensation
         self.selective = integration == "selective" or (
             integration == "auto" and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
         )
-        self._condensation: Condensation | None = None
         self._check_connected()
 
     @property
@@ -136,7 +94,7 @@ class Model:
     @property
     def n_retained(self) -> int:
         """Degrees of freedom that the present condensation keeps; 0 before there is one."""
-        return 0 if self._condensation is None else len(self._condensation.dofs)
+        return 0 if self.condensation is None else self.condensation.n_retained
 
     def _check_connected(self) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""
@@ -280,30 +238,44 @@ class Model:
         """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all."""
         mask = np.zeros(self.n_dofs, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
-        mask[self.held] = mask[self.grounded] = False
-        if not mask.any():  # a body out of contact; a factorisation keeps at least one degree of freedom
-            mask[self.solved_dofs[0]] = True
-        if self._condensation is not None:
-            if (self._condensation.position[mask] >= 0).all():
-                return self._condensation
-            # candidates that were worth keeping before are likely to come back in a sweep
-            mask[self._condensation.dofs] = True
+        dofs = np.flatnonzero(mask[self.solved_dofs])
+        if len(dofs) == 0:  # a body out of contact; a factorisation keeps at least one degree of freedom
+            dofs = np.zeros(1, dtype=np.int64)
+        last = self.condensation
+        route, why = (self.way, "as asked") if self.way != "auto" else choose_route(len(dofs), memory_budget())
+        if last is not None and last.covers(dofs):
+            if isinstance(last, Plain) and route not in ("schur", last.route):
+                self.condensation = replace(last, route=route, why=why)
+            return self.condensation or last
         with watch("assemble"):
-            solved = self.solved_dofs
-            K = _turned(self.stiffness, self._holds)
-            K = K if len(solved) == self.n_dofs else _restricted(K, solved)
-        dofs = np.flatnonzero(mask)
+            K = self._solved_stiffness()
+        if route != "schur":
+            with watch("factorise"):
+                self.condensation = Plain(factorise(K, self.backend), route, why)
+            return self.condensation
+        if isinstance(last, Schur):
+            # candidates that were worth keeping before are likely to come back in a sweep
+            dofs = np.union1d(dofs, np.flatnonzero(last.position >= 0))
         with watch("factorise"):
-            factor = condense(K, np.searchsorted(solved, dofs), self.backend)
+            factor = condense(K, dofs, self.backend)
         with watch("condense"):
-            position = np.full(self.n_dofs, -1, dtype=np.int64)
-            position[dofs] = np.arange(len(dofs))
-            try:
-                cholesky = scipy.linalg.cholesky(factor.stiffness, lower=True, check_finite=False)
-            except np.linalg.LinAlgError as error:
-                raise FecontactError(SINGULAR) from error
-            self._condensation = Condensation(dofs, position, factor, cholesky)
-        return self._condensation
+            self.condensation = Schur.of(factor, len(self.solved_dofs), dofs, why)
+        return self.condensation
+
+    def _solved_stiffness(self) -> sp.csr_matrix:
+        """Upper triangle of the stiffness over the solved degrees of freedom, in nodal axes."""
+        K = _turned(self.stiffness, self._holds)
+        return K if len(self.solved_dofs) == self.n_dofs else _restricted(K, self.solved_dofs)
+
+    def solved_rows(self, rows: sp.csr_matrix) -> sp.csr_matrix:
+        """Rows (n, n_dofs) over the solved degrees of freedom and in nodal axes; held ones drop out."""
+        coo = self.rows_to_nodal(rows).tocoo()
+        number = np.full(self.n_dofs, -1, dtype=np.int64)
+        number[self.solved_dofs] = np.arange(len(self.solved_dofs))
+        column = number[coo.col]
+        kept = column >= 0
+        shape = (rows.shape[0], len(self.solved_dofs))
+        return sp.csr_matrix((coo.data[kept], (coo.row[kept], column[kept])), shape=shape)
 
 
 def _turned(K: sp.csr_matrix, given: Holds) -> sp.csr_matrix:

@@ -65,7 +65,6 @@ class SectionModel(Model):
             integration == "auto" and not plane_stress and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
         )
         self._holds = Holds(self._held(), None)
-        self._condensation = None
         self._check_connected()
 
     @cached_property

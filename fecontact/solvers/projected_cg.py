@@ -92,6 +92,9 @@ def projected_cg(
         touching = at.x > 0
         p = _multiplier(problem, at.x, gradient, touching)
         gap = gradient + problem.B.T @ p
+        # the gap is small beside the gradient: what rounding left along the rows would add up in the forces
+        rest = _multiplier(problem, at.x, gap, touching)
+        p, gap = p + rest, gap + problem.B.T @ rest
         scale = max(float(np.abs(at.Sx).max()), SMALLEST / CLOSED)
         entering = ~touching & (gap < -CLOSED * scale)
         left = np.where(touching, np.abs(gap), np.maximum(-gap, 0.0))
@@ -160,7 +163,8 @@ def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np
         step = np.linalg.lstsq(rows @ rows.T + damping * size * np.eye(len(F)), slope, rcond=None)[0]
         trial = np.maximum(y + B.T @ (t - step), 0.0)
         trial_value = 0.5 * (trial @ trial) - F @ (t - step)
-        if trial_value <= value:
+        # near the end the value changes less than its rounding
+        if trial_value <= value + SMALLEST * abs(value):
             t, x, value, damping = t - step, trial, trial_value, max(damping / 10, DAMPING)
         else:
             damping *= 10

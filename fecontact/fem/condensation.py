@@ -1,0 +1,273 @@
+"""Three ways from a stiffness K to the compliance S = C K^-1 C^T of a contact's rows C.
+
+==========  =========================================================================================================
+schur       K condensed onto the m nodes that rows touch, K_hat = L L^T, S = Y^T Y with Y = L^-1 C_c^T: factorising
+            gives K_hat, later rows on the same nodes are small products; dense matrices of (3 m)^2
+columns     plain factor and blocks of right-hand sides; the dense S of n^2 only
+operator    plain factor; S x = C K^-1 (C^T x) by one forward and one backward step; nothing dense
+==========  =========================================================================================================
+
+A plain factor serves any candidates, so that `columns` and `operator` factorise once however often these change.
+Which is the quickest is measured in `docs/scale.md`; `choose_route` goes by it and by the memory that is free.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator
+
+from fecontact.errors import FecontactError, InputError
+from fecontact.fem.factor import Condensed, Factor
+from fecontact.fem.pardiso import SINGULAR
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+ROUTES = ("auto", "schur", "columns", "operator")
+
+#: Share of the memory that is free which dense matrices of a body may take.
+MEMORY_SHARE = 0.5
+#: Candidate nodes from which products with the factor are quicker than its Schur complement (docs/scale.md).
+MANY_NODES = 1200
+#: Right-hand sides solved at once.
+BLOCK = 64
+
+
+class Condensation(Protocol):
+    """A stiffness K (n, n) over the solved degrees of freedom, ready to be asked for its compliance."""
+
+    @property
+    def route(self) -> str:
+        """Which of the three ways."""
+
+    @property
+    def why(self) -> str:
+        """Why this one, in words."""
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation."""
+
+    @property
+    def n_retained(self) -> int:
+        """Degrees of freedom that stand in a dense matrix."""
+
+    def covers(self, dofs: IntArray) -> bool:
+        """Whether rows on these degrees of freedom can be condensed without another factorisation."""
+
+    def compliance(self, C: sp.csr_matrix) -> Array | LinearOperator:
+        """S (n_rows, n_rows) of rows C (n_rows, n)."""
+
+    def response(self, C: sp.csr_matrix, f: Array) -> Array:
+        """C K^-1 f (n_rows,) of loads f (n,)."""
+
+    def solve(self, f: Array) -> Array:
+        """K^-1 f (n,)."""
+
+
+class Compliance(LinearOperator):
+    """C K^-1 C^T by products; `dense` forms the array.
+
+    Parameters
+    ----------
+    factor : Factor
+        Of K (n, n).
+    C : (n_rows, n) csr_matrix
+    """
+
+    def __init__(self, factor: Factor, C: sp.csr_matrix) -> None:
+        super().__init__(np.dtype(float), (C.shape[0], C.shape[0]))
+        self.factor, self.C = factor, C
+
+    def _matvec(self, x: Array) -> Array:
+        return np.asarray(self.C @ self.factor.solve((self.C.T @ np.ravel(x))[None])[0])
+
+    def _adjoint(self) -> Compliance:
+        return self
+
+    def dense(self) -> Array:
+        """The array, by blocks of right-hand sides."""
+        n = self.shape[0]
+        S = np.empty((n, n))
+        for start in range(0, n, BLOCK):
+            part = slice(start, start + BLOCK)
+            S[:, part] = self.C @ self.factor.solve(self.C[part].toarray()).T
+        # rounding makes it unsymmetric by the condition of K; in strips, so that it needs no second copy
+        for start in range(0, n, 512):
+            strip = slice(start, start + 512)
+            mean = (S[strip, : start + 512] + S[: start + 512, strip].T) / 2
+            S[strip, : start + 512] = mean
+            S[: start + 512, strip] = mean.T
+        return S
+
+
+@dataclass(frozen=True, eq=False)
+class Schur:
+    """Condensed onto some degrees of freedom.
+
+    Attributes
+    ----------
+    position : (n,) array
+        Where a degree of freedom stands among the retained; -1 for inner ones.
+    factor : Condensed
+    cholesky : (n_c, n_c) array
+        Lower Cholesky factor of the condensed stiffness; what is above the diagonal means nothing.
+    why : str
+    """
+
+    position: IntArray
+    factor: Condensed
+    cholesky: Array
+    why: str
+    route: str = "schur"
+
+    @classmethod
+    def of(cls, factor: Condensed, n: int, dofs: IntArray, why: str) -> Schur:
+        """Of a condensed stiffness on `dofs`, whose array is used up."""
+        position = np.full(n, -1, dtype=np.int64)
+        position[dofs] = np.arange(len(dofs))
+        # the transpose is the same matrix in the order LAPACK wants: factorised in place, no copy
+        cholesky, info = scipy.linalg.lapack.dpotrf(factor.stiffness.T, lower=1, clean=0, overwrite_a=1)
+        if info != 0:
+            raise FecontactError(SINGULAR)
+        return cls(position, factor, cholesky, why)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation."""
+        return self.factor.memory
+
+    def covers(self, dofs: IntArray) -> bool:
+        """Whether all of them are retained."""
+        return bool((self.position[dofs] >= 0).all())
+
+    def _local(self, C: sp.csr_matrix) -> sp.csr_matrix:
+        """Rows over the retained degrees of freedom."""
+        shape = (C.shape[0], len(self.cholesky))
+        return sp.csr_matrix((C.data, self.position[C.indices], C.indptr), shape=shape)
+
+    @property
+    def n_retained(self) -> int:
+        """Degrees of freedom that are retained."""
+        return len(self.cholesky)
+
+    def compliance(self, C: sp.csr_matrix) -> Array:
+        """S = Y^T Y."""
+        right = self._local(C).T.toarray(order="F")
+        Y = scipy.linalg.solve_triangular(self.cholesky, right, lower=True, overwrite_b=True, check_finite=False)
+        return np.asarray(Y.T @ Y)
+
+    def response(self, C: sp.csr_matrix, f: Array) -> Array:
+        """C K^-1 f."""
+        return np.asarray(self._local(C) @ self._retained(f)[:, 0])
+
+    def _retained(self, f: Array) -> Array:
+        return scipy.linalg.cho_solve((self.cholesky, True), self.factor.reduce(f[:, None]), check_finite=False)
+
+    def solve(self, f: Array) -> Array:
+        """K^-1 f."""
+        return self.factor.expand(self._retained(f), f[:, None])[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """A factor of the whole stiffness, which serves any rows; the compliance is dense by `columns` or an operator."""
+
+    factor: Factor
+    route: str
+    why: str
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation."""
+        return self.factor.memory
+
+    @property
+    def n_retained(self) -> int:
+        """None."""
+        return 0
+
+    def covers(self, dofs: IntArray) -> bool:
+        """Always."""
+        return True
+
+    def compliance(self, C: sp.csr_matrix) -> Array | LinearOperator:
+        """S as an array or an operator."""
+        S = Compliance(self.factor, C)
+        return S.dense() if self.route == "columns" else S
+
+    def response(self, C: sp.csr_matrix, f: Array) -> Array:
+        """C K^-1 f."""
+        return np.asarray(C @ self.solve(f))
+
+    def solve(self, f: Array) -> Array:
+        """K^-1 f."""
+        return self.factor.solve(f[None])[0]
+
+
+def checked_route(route: str) -> str:
+    """The way as it is.
+
+    Raises
+    ------
+    InputError
+        If there is no such way.
+    """
+    if route not in ROUTES:
+        raise InputError(f"Unknown condensation {route!r}; expected one of {', '.join(map(repr, ROUTES))}.")
+    return route
+
+
+def choose_route(n_retained: int, budget: float) -> tuple[str, str]:
+    """Way of condensation for candidates with so many degrees of freedom, and why.
+
+    Parameters
+    ----------
+    n_retained : int
+        Degrees of freedom of the candidate nodes, about three times the number of candidates.
+    budget : float
+        Bytes that dense matrices may take.
+
+    Examples
+    --------
+    >>> choose_route(900, 4e9)[0], choose_route(15000, 64e9)[0], choose_route(900, 1e6)[0]
+    ('schur', 'operator', 'operator')
+    """
+    nodes = n_retained // 3
+    # K_hat twice (PARDISO has one of its own), Y, S and what a solver makes of it
+    needed = 8.0 * (2 * n_retained**2 + n_retained * nodes + 4 * nodes**2)
+    if needed > budget:
+        return "operator", f"a dense matrix for {nodes} nodes takes {needed / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
+    if nodes >= MANY_NODES:
+        return "operator", f"{nodes} candidate nodes, from {MANY_NODES} on products with the factor are quicker"
+    return "schur", f"{nodes} candidate nodes, fewer than {MANY_NODES}"
+
+
+def memory_budget() -> float:
+    """Bytes that dense matrices may take: `MEMORY_SHARE` of what is free on this machine and in its container."""
+    free = _physical_memory()
+    try:
+        text = Path("/proc/meminfo").read_text()
+        free = 1024.0 * int(text.split("MemAvailable:")[1].split()[0])
+        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
+        if limit != "max":
+            free = min(free, float(limit) - float(Path("/sys/fs/cgroup/memory.current").read_text()))
+    except (OSError, IndexError, ValueError):
+        pass  # not Linux, or no container: what was found so far
+    return MEMORY_SHARE * max(free, 0.0)
+
+
+def _physical_memory() -> float:
+    """Bytes of memory of this machine; 8 GB where it does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return 8e9

@@ -1,0 +1,156 @@
+"""MKL PARDISO for symmetric positive definite matrices: plain factor, and factor with a Schur complement.
+
+pypardiso's own solver knows unsymmetric matrices only, so the library that it finds is called here with the symmetric
+type, a triangle of the matrix, and the phases that condensation needs.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.errors import FecontactError
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+SINGULAR = (
+    "The stiffness is singular: some part of the body hangs on nothing. Check that the mesh is connected and that no "
+    "node is left unused."
+)
+
+#: Symmetric positive definite, half of the matrix given.
+_MTYPE = 2
+
+
+@cache
+def _mkl() -> Any:
+    """MKL's runtime library."""
+    if "PYPARDISO_MKL_RT" not in os.environ:
+        # where pip and conda put it; pypardiso walks through the whole environment, which takes most of a second
+        for folder in (Path(sys.prefix) / "lib", Path(sys.prefix) / "Library" / "bin"):
+            for path in [*folder.glob("libmkl_rt.so*"), *folder.glob("libmkl_rt*.dylib"), *folder.glob("mkl_rt*.dll")]:
+                return ctypes.CDLL(str(path))
+    from pypardiso import PyPardisoSolver
+
+    # a handle of our own: pypardiso ties the argument types of its handle to its own calls
+    return ctypes.CDLL(PyPardisoSolver().libmkl._name)
+
+
+class _Handle:
+    """PARDISO's memory for one matrix, released with the object."""
+
+    def __init__(self, K: sp.csr_matrix, settings: dict[int, int], perm: NDArray[np.int32]) -> None:
+        K.sort_indices()
+        self.n = K.shape[0]
+        self._pt = np.zeros(64, dtype=np.int64)
+        self._iparm = np.zeros(64, dtype=np.int32)
+        for position, value in {0: 1, 1: 2, 9: 8, 34: 1, **settings}.items():
+            self._iparm[position] = value
+        self._a = np.ascontiguousarray(K.data)
+        self._ia = K.indptr.astype(np.int32, copy=False)
+        self._ja = K.indices.astype(np.int32, copy=False)
+        self._perm = perm
+
+    @property
+    def memory(self) -> int:
+        """Bytes that PARDISO took at most: the larger of the analysis' peak and the factor with its permanent data."""
+        peak, permanent, factor = (int(k) for k in self._iparm[14:17])
+        return 1024 * max(peak, permanent + factor)
+
+    def call(self, phase: int, b: Array, x: Array, n_rhs: int = 1) -> None:
+        """One call, right-hand sides in the rows of b (n_rhs, n)."""
+
+        def pointer(array: NDArray[Any]) -> Any:
+            return array.ctypes.data_as(ctypes.c_void_p)
+
+        def integer(value: int) -> Any:
+            return ctypes.byref(ctypes.c_int32(value))
+
+        error = ctypes.c_int32(0)
+        _mkl().pardiso(
+            pointer(self._pt), integer(1), integer(1), integer(_MTYPE), integer(phase), integer(self.n),
+            pointer(self._a), pointer(self._ia), pointer(self._ja), pointer(self._perm), integer(n_rhs),
+            pointer(self._iparm), integer(0), pointer(b), pointer(x), ctypes.byref(error),
+        )  # fmt: skip
+        if error.value == -2:
+            raise FecontactError(
+                f"PARDISO ran out of memory for {self.n} degrees of freedom; use backend='amg', a coarser mesh away "
+                "from the contact, or model less of the scene."
+            )
+        if error.value != 0:
+            raise FecontactError(f"PARDISO failed in phase {phase} with error {error.value}. {SINGULAR}")
+
+    def __del__(self) -> None:
+        if not sys.is_finalizing() and getattr(self, "_pt", None) is not None and self._pt.any():
+            self.call(-1, np.zeros(self.n), np.zeros(self.n))
+            self._pt[:] = 0
+
+
+class PardisoFactor:
+    """Cholesky factor of a whole stiffness."""
+
+    def __init__(self, K: sp.csr_matrix) -> None:
+        self._handle = _Handle(K, {}, np.zeros(K.shape[0], dtype=np.int32))
+        self._handle.call(12, np.zeros(K.shape[0]), np.zeros(K.shape[0]))
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation."""
+        return self._handle.memory
+
+    def solve(self, b: Array) -> Array:
+        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
+        b = np.ascontiguousarray(b, dtype=float)
+        self._handle.call(33, b, x := np.empty_like(b), len(b))
+        return x
+
+
+class PardisoSchur:
+    """Cholesky factorisation with a Schur complement (iparm[35] = 2: return it and keep the factor)."""
+
+    def __init__(self, K: sp.csr_matrix, retained: IntArray) -> None:
+        marks = np.zeros(K.shape[0], dtype=np.int32)
+        marks[retained] = 1
+        self._c = retained
+        self._handle = _Handle(K, {35: 2}, marks)
+        schur = np.zeros((len(retained), len(retained)))
+        self._handle.call(12, np.zeros(K.shape[0]), schur)
+        if (np.diff(retained) > 0).all():
+            self.stiffness = schur
+        else:
+            # PARDISO returns K_hat with rows in increasing order of their degree of freedom
+            rank = np.empty(len(retained), dtype=np.int64)
+            rank[np.argsort(retained)] = np.arange(len(retained))
+            self.stiffness = np.ascontiguousarray(schur[np.ix_(rank, rank)])
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation."""
+        return self._handle.memory
+
+    def reduce(self, f: Array) -> Array:
+        """Condensed loads (n_c, k) of loads f (n, k)."""
+        return self._forward(f)[self._c]
+
+    def expand(self, u_c: Array, f: Array) -> Array:
+        """All displacements (n, k) from the retained ones and the loads."""
+        y = np.ascontiguousarray(self._forward(f).T)
+        y[:, self._c] = u_c.T
+        self._handle.call(333, y, x := np.zeros_like(y), len(y))
+        return np.ascontiguousarray(x.T)
+
+    def _forward(self, f: Array) -> Array:
+        if not np.delete(f, self._c, axis=0).any():
+            return f  # elimination of the inner unknowns has nothing to carry over
+        b = np.ascontiguousarray(f.T, dtype=float)
+        self._handle.call(331, b, x := np.zeros_like(b), b.shape[0])
+        return x.T

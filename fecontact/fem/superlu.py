@@ -1,0 +1,106 @@
+"""SciPy's SuperLU, with METIS's nested dissection when pymetis is installed: where PARDISO is not to be had."""
+
+from __future__ import annotations
+
+import importlib.util
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from fecontact.errors import FecontactError
+from fecontact.fem.pardiso import SINGULAR
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class SuperLUFactor:
+    """Factor of a whole stiffness, given as a full symmetric matrix (an empty one is allowed)."""
+
+    def __init__(self, K: sp.csc_matrix) -> None:
+        self._order, self._lu = _superlu(K)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the two factors, values and indices."""
+        return 0 if self._lu is None else 12 * int(self._lu.L.nnz + self._lu.U.nnz)
+
+    def solve(self, b: Array) -> Array:
+        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
+        return self.solve_columns(b.T).T
+
+    def solve_columns(self, b: Array) -> Array:
+        """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
+        if self._lu is None:
+            return b
+        x = np.empty_like(b)
+        x[self._order] = self._lu.solve(np.ascontiguousarray(b[self._order]))
+        return x
+
+
+class SuperLUSchur:
+    """Schur complement by blocks of right-hand sides."""
+
+    #: Right-hand sides solved at once; bounds the dense block at about n * 64 doubles.
+    block = 64
+
+    def __init__(self, K: sp.csr_matrix, retained: IntArray) -> None:
+        n = K.shape[0]
+        inner = np.ones(n, bool)
+        inner[retained] = False
+        self._c, self._i = retained, np.flatnonzero(inner)
+        full = symmetric(K)
+        columns = full[:, retained]
+        self._ic = columns[self._i].tocsc()
+        k_cc = columns[retained].toarray()
+        self._factor = SuperLUFactor(full[:, self._i].tocsr()[self._i].tocsc())
+        for start in range(0, len(retained), self.block):
+            part = slice(start, start + self.block)
+            k_cc[:, part] -= self._ic.T @ self._factor.solve_columns(self._ic[:, part].toarray())
+        self.stiffness = (k_cc + k_cc.T) / 2
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation."""
+        return self._factor.memory
+
+    def reduce(self, f: Array) -> Array:
+        """Condensed loads (n_c, k) of loads f (n, k)."""
+        return f[self._c] - self._ic.T @ self._factor.solve_columns(f[self._i])
+
+    def expand(self, u_c: Array, f: Array) -> Array:
+        """All displacements (n, k) from the retained ones and the loads."""
+        u = np.empty_like(f)
+        u[self._c] = u_c
+        u[self._i] = self._factor.solve_columns(f[self._i] - self._ic @ u_c)
+        return u
+
+
+def symmetric(K: sp.csr_matrix) -> sp.csc_matrix:
+    """The whole of a symmetric matrix given by its upper triangle."""
+    return (K + sp.triu(K, 1).T).tocsc()
+
+
+def _superlu(K: sp.csc_matrix) -> tuple[IntArray, Any]:
+    """Fill-reducing order and SuperLU factor of a symmetric matrix (None where it is empty)."""
+    if K.shape[0] == 0:
+        return np.zeros(0, dtype=np.int64), None
+    order = np.arange(K.shape[0])
+    permc = "MMD_AT_PLUS_A"
+    if importlib.util.find_spec("pymetis") is not None and K.shape[0] > 1000:
+        import pymetis
+
+        graph = K - sp.diags(K.diagonal())
+        graph.eliminate_zeros()
+        graph = graph.tocsr()
+        order = np.asarray(pymetis.nested_dissection(pymetis.CSRAdjacency(graph.indptr, graph.indices))[0])
+        K = K[order][:, order].tocsc()
+        permc = "NATURAL"
+    try:
+        lu = spla.splu(K, permc_spec=permc, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise FecontactError(SINGULAR) from error
+    return order, lu

@@ -1,0 +1,128 @@
+"""Ways to the compliance: Schur complement, columns and operator give one answer, and the choice between them."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import fecontact as fc
+from fecontact.bodies import rotation_about
+from fecontact.errors import InputError
+from fecontact.fem import condensation, model
+from fecontact.fem.condensation import choose_route, memory_budget
+from fecontact.fem.factor import available_backends, factorise
+from fecontact.stopwatch import Stopwatch
+
+# projected conjugate gradients stop at 1e-12 of the deflection; the forces have that times the condition of S, 1e2
+SAME = 1e-9
+ROUTES = ("schur", "columns", "operator")
+
+
+def ball_on_block(route, backend="auto", **supports):
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (5, 4, 3))
+    material = fc.Material(E=1.0, nu=0.3)
+    held = supports or {"bottom": "xyz"}
+    body = fc.ElasticBody(mesh, material, "top", held, name="block", backend=backend, condensation=route)
+    ball = fc.RigidBody(fc.Sphere(3.0), name="ball").placed(translation=(0.1, 0.05, 4.0))
+    return body, ball, fc.Scene([body, ball], [fc.Contact(body, ball)])
+
+
+def same(a, b):
+    return np.abs(a - b).max() <= SAME * np.abs(b).max()
+
+
+@pytest.mark.parametrize("backend", available_backends())
+@pytest.mark.parametrize("route", ["columns", "operator"])
+def test_routes_give_the_same_answer(route, backend):
+    results = []
+    for way in ("schur", route):
+        body, ball, scene = ball_on_block(way, backend)
+        loads = {ball: (0.0, 0.0, -0.02), (body, "x_max"): (0.01, 0.0, 0.005)}
+        results.append((scene.solve(forces=loads), body))
+    (first, a), (second, b) = results
+    assert second.condensation == {"block": f"{route}: as asked"}
+    assert f"compliance of block by {route}" in str(second)
+    assert first.n_active == second.n_active
+    assert same(second.contacts[0].forces, first.contacts[0].forces)
+    assert same(second.displacement(b), first.displacement(a))
+
+
+@pytest.mark.parametrize("route", ["columns", "operator"])
+def test_floating_body_between_two_routes(route):
+    """A body on rollers under a dense one, its mean position held in the plane: operators and arrays are added."""
+    forces = []
+    for way in ("schur", route):
+        mesh = fc.shapes.block((1.0, 1.0, 0.6), (4, 4, 2))
+        material = fc.Material(E=1.0, nu=0.3)
+        base = fc.ElasticBody(mesh, material, "top", {"bottom": "xyz"}, name="base", condensation="schur")
+        lid = fc.ElasticBody(mesh, material, ("bottom", "top"), name="lid", condensation=way)
+        lid = lid.placed(translation=(0.0, 0.0, 0.6))
+        scene = fc.Scene([base, lid], [fc.Contact(lid, base, surfaces=("bottom", "top"))])
+        loads = {(lid, "top"): (0.0, 0.0, -0.01)}
+        forces.append(scene.solve(forces=loads, motions={lid: {"x": 0.0, "y": 0.0, "rz": 0.0}}).contacts[0].forces)
+    assert same(forces[1], forces[0])
+
+
+def test_dense_solvers_get_an_array():
+    _, ball, scene = ball_on_block("operator")
+    expected = scene.solve(forces={ball: (0.0, 0.0, -0.02)})
+    found = scene.solve(forces={ball: (0.0, 0.0, -0.02)}, solver="lemke")
+    assert expected.solution.solver == "projected-cg"
+    assert found.solution.solver == "lemke"
+    assert same(found.contacts[0].forces, expected.contacts[0].forces)
+
+
+def test_two_poses_of_one_model_share_the_factor(monkeypatch):
+    calls = []
+    monkeypatch.setattr(model, "factorise", lambda K, backend: calls.append(K.shape) or factorise(K, backend))
+    forces = []
+    for route in ROUTES:
+        mesh = fc.shapes.quarter_sphere(1.0, contact_radius=0.1, level=1, element="hex8")
+        supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+        upper = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "cap", supports, name="upper", condensation=route)
+        turn = rotation_about((1.0, 1.0, 0.0), np.pi)
+        lower = upper.placed(rotation=turn, name="lower")
+        scene = fc.Scene([upper, lower], [fc.Contact(upper, lower)])
+        out = scene.solve(motions={upper: {"z": -0.01}})
+        forces.append(out.contacts[0].forces)
+        assert list(out.condensation) == ["upper"]
+    assert len(calls) == 2  # columns and operator, one each
+    assert same(forces[1], forces[0])
+    assert same(forces[2], forces[0])
+
+
+def test_a_plain_factor_serves_any_candidates():
+    body, *_ = ball_on_block("columns")
+    top, side = (body.mesh.boundary_nodes(n) for n in ("top", "x_max"))
+    first = body.model.condensed(top, Stopwatch())
+    assert body.model.condensed(side, Stopwatch()) is first
+
+
+def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
+    assert choose_route(300, 1e9)[0] == "schur"
+    assert choose_route(3 * condensation.MANY_NODES, 1e12)[0] == "operator"
+    assert choose_route(300, 1e5) == ("operator", "a dense matrix for 100 nodes takes 0.002 GB of 0.0001 GB")
+    assert memory_budget() > 0
+    monkeypatch.setattr(model, "memory_budget", lambda: 1e4)
+    _, ball, scene = ball_on_block("auto")
+    result = scene.solve(forces={ball: (0.0, 0.0, -0.02)})
+    assert result.condensation["block"].startswith("operator: a dense matrix for")
+    monkeypatch.setattr(model, "memory_budget", lambda: 1e9)
+    _, ball, scene = ball_on_block("auto")
+    assert scene.solve(forces={ball: (0.0, 0.0, -0.02)}).condensation["block"].startswith("schur")
+
+
+@pytest.mark.parametrize("backend", available_backends())
+def test_factor_solves(backend):
+    rng = np.random.default_rng(3)
+    A = rng.normal(size=(30, 30))
+    K = A @ A.T + 30 * np.eye(30)
+    b = rng.normal(size=(4, 30))
+    factor = factorise(sp.csr_matrix(np.triu(K)), backend)
+    # condition below 1e2
+    assert np.abs(factor.solve(b) - np.linalg.solve(K, b.T).T).max() < 1e-13
+    assert factor.memory > 0
+
+
+def test_unknown_route():
+    with pytest.raises(InputError, match=r"'schur', 'columns', 'operator'"):
+        ball_on_block("banded")
