@@ -25,6 +25,7 @@ from fecontact.ancf.laws import Law, Response, StVenantKirchhoff
 from fecontact.ancf.space import BATCH, AncfSpace, Batch
 from fecontact.errors import InputError
 from fecontact.fem.model import materials_of_cells
+from fecontact.fem.stiffness import element_stiffness
 from fecontact.material import Material
 
 Array = NDArray[np.float64]
@@ -179,8 +180,15 @@ class AncfSolid:
 
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
-        """Linear stiffness (n_dofs, n_dofs): the tangent of the initial shape, the same for every law."""
-        return self.tangent(self.space.q0)
+        """Linear stiffness (n_dofs, n_dofs) of the initial shape, by Hooke's law, to which every law tends."""
+        pointer, columns, sums = self._pattern
+        data = np.zeros((len(columns), 9))
+        for batches, lame, shear in self.rules():
+            for batch, how in zip(batches, sums, strict=True):
+                constants = lame * self.lame[batch.cells], shear * self.shear[batch.cells]
+                blocks = element_stiffness(batch, *constants).reshape(-1, 9)
+                data[how.place] += np.add.reduceat(blocks[how.order], how.first, axis=0)
+        return self._assembled(pointer, columns, data.reshape(-1, 3, 3))
 
     @cached_property
     def scalar_mass(self) -> sp.csr_matrix:

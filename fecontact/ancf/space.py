@@ -45,7 +45,7 @@ class Batch:
     ----------
     cells : (n_cells,) array
     functions : (n_cells, 32) array
-        Their numbers in the space before releases are joined, see `AncfSpace.functions`.
+        The functions' numbers in the space before releases are joined, see `AncfSpace.functions`.
     S : (n_cells, n_q, 32) array
     gradients : (n_cells, n_q, 32, 3) array
         With respect to material coordinates.

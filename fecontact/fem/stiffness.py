@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -94,7 +95,19 @@ def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:
         yield group.cells, N @ x, determinant_3x3(jacobians(x, dN)) * W
 
 
-def gradient_products(batch: Batch) -> Array:
+class Gradients(Protocol):
+    """What a stiffness takes of the functions of some cells; a `Batch`, or one of other elements."""
+
+    @property
+    def gradients(self) -> Array:
+        """Gradients (n_cells, n_q, n_functions, 3) with respect to physical coordinates."""
+
+    @property
+    def dV(self) -> Array:
+        """Volumes (n_cells, n_q) of the quadrature points."""
+
+
+def gradient_products(batch: Gradients) -> Array:
     """Integrals T_aibj of dN_a/dx_i dN_b/dx_j: (n_cells, n_functions a, n_functions b, 3 i, 3 j)."""
     n_cells, n_q, n_functions, _ = batch.gradients.shape
     G = batch.gradients.reshape(n_cells, n_q, 3 * n_functions)
@@ -102,7 +115,7 @@ def gradient_products(batch: Batch) -> Array:
     return T.reshape(n_cells, n_functions, 3, n_functions, 3).transpose(0, 1, 3, 2, 4)
 
 
-def element_stiffness(batch: Batch, lame: Array, shear: Array, volumetric: Batch | None = None) -> Array:
+def element_stiffness(batch: Gradients, lame: Array, shear: Array, volumetric: Gradients | None = None) -> Array:
     """Stiffness matrices of isotropic cells.
 
     With T_aibj = int dN_a/dx_i dN_b/dx_j, one matrix product per element, the stiffness is
@@ -110,7 +123,7 @@ def element_stiffness(batch: Batch, lame: Array, shear: Array, volumetric: Batch
 
     Parameters
     ----------
-    batch : Batch
+    batch : Batch, or other gradients
     lame, shear : (n_cells,) arrays
         Lame constants lambda and mu of the cells.
     volumetric : Batch, optional

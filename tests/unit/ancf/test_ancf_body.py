@@ -183,3 +183,60 @@ def test_refused():
 def test_selective_integration_is_chosen_by_poissons_ratio():
     assert not AncfModel(block().mesh, fc.Material(1.0, 0.3), {}).selective
     assert AncfModel(block().mesh, fc.Material(1.0, 0.495), {}).selective
+
+
+def domed(length=1.0, modulus=1.0, shuffled=False):
+    """Block whose lower face bulges, on a plane; pressures in a fixed order, over the modulus."""
+    mesh = fc.shapes.block((length, length, 0.5 * length), (4, 4, 2), element="hex8")
+    middle = np.array([0.5, 0.45]) * length
+
+    def bulge(x):
+        lift = 0.3 * ((x[:, :2] - middle) ** 2).sum(axis=1) / length * (1 - x[:, 2] / (0.5 * length))
+        return x + lift[:, None] * np.array([0.0, 0.0, 1.0])
+
+    mesh = mesh.mapped(bulge)
+    if shuffled:
+        rng = np.random.default_rng(0)
+        number, order = rng.permutation(len(mesh.points)), rng.permutation(len(mesh.cells))
+        points = np.empty_like(mesh.points)
+        points[number] = mesh.points
+        place = np.argsort(order)
+        sides = {k: np.stack([place[f[:, 0]], f[:, 1]], axis=1) for k, f in mesh.boundaries.items()}
+        mesh = fc.Mesh(points, number[mesh.cells[order]], sides)
+    return fc.AncfBody(mesh, fc.Material(modulus, 0.3, density=1.0), "bottom", {"top": "xyz"})
+
+
+def pressed(body, length=1.0, modulus=1.0):
+    floor = fc.RigidBody(fc.Plane())
+    load = (0.0, 0.0, -0.02 * modulus * length**2)
+    contact = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(forces={body: load}).contacts[0]
+    return contact.pressure[np.lexsort(np.round(contact.points / length, 6).T)] / modulus
+
+
+def test_units_and_numbers_do_not_matter():
+    """Other units of length and force, another numbering: the same pressures to rounding."""
+    reference = pressed(domed())
+    assert 0 < (reference > 0).sum() < len(reference)
+    for options in ({"length": 1e-3}, {"length": 1e3}, {"modulus": 1e-9}, {"length": 1e-3, "modulus": 2e11}):
+        assert np.abs(pressed(domed(**options), **options) - reference).max() < 1e-11 * reference.max()
+    assert np.abs(pressed(domed(shuffled=True)) - reference).max() < 1e-11 * reference.max()
+
+
+def test_finite_motion_and_sweeps():
+    body = domed()
+    floor = fc.RigidBody(fc.Plane())
+    scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+    finite = scene.solve(motions={body: {"z": -0.01}}, finite_motion=True)
+    small = scene.solve(motions={body: {"z": -0.01}})
+    assert finite.contacts[0].total_force == pytest.approx(small.contacts[0].total_force, rel=1e-6)
+    rows = scene.sweep([{"name": str(z), "motions": {body: {"z": z}}} for z in (-0.005, -0.01)])
+    assert len(rows) == 2
+
+
+def test_hertz_from_the_command_line(capsys):
+    from fecontact.cli import main
+
+    assert main(["hertz", "--element", "ancf", "--model", "symmetric", "--level", "1", "--json", "-"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["pressure_l2_error"] < 0.032  # measured 0.0293
+    assert abs(figures["errors"]["contact_radius"]) < 0.003

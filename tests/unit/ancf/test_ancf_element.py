@@ -176,6 +176,15 @@ def test_forces_and_tangent_are_derivatives(law, volumetric):
     assert np.abs(by_forces - K @ v).max() / np.abs(K @ v).max() < 1e-8
 
 
+@pytest.mark.parametrize("law", LAWS, ids=["svk", "neo-hookean"])
+@pytest.mark.parametrize("volumetric", [None, 2])
+def test_linear_stiffness_is_the_first_tangent(law, volumetric):
+    space = AncfSpace(distorted(curved=True))
+    solid = AncfSolid(space, fc.Material(1.0, 0.3), law, volumetric=volumetric)
+    K = solid.tangent(space.q0)
+    assert abs(K - solid.stiffness).max() < 1e-13 * abs(K).max()
+
+
 def test_neighbours_conform():
     """Values on shared faces are the same from both cells, on a distorted mesh and for any coordinates."""
     for mesh in (distorted(), distorted(curved=True)):
