@@ -343,7 +343,7 @@ def _press(
 ) -> tuple[ContactResult, ElasticBody, float]:
     """Mesh quarters of both spheres, set them on each other at the origin and press the upper one down."""
     if model == "axisymmetric":
-        return _press_sections(spheres, ring, level, solver, SECTIONS[element], backend)
+        return _press_sections(spheres, ring, level, solver, SECTIONS[element], backend, coupling)
     began = time.perf_counter()
     # a half turn about the line x = y brings a quarter with its body above into the same quarter with its body below
     downwards = rotation_about((1.0, 1.0, 0.0), math.pi)
@@ -370,7 +370,7 @@ def _press(
 
 
 def _press_sections(
-    spheres: Spheres, ring: float, level: Level, solver: str, element: str, backend: str
+    spheres: Spheres, ring: float, level: Level, solver: str, element: str, backend: str, coupling: str
 ) -> tuple[ContactResult, ElasticBody, float]:
     """The same of the spheres' sections, with the force on the whole of them."""
     began = time.perf_counter()
@@ -384,7 +384,7 @@ def _press_sections(
     same = spheres.radii[0] == spheres.radii[1]
     lower = (upper if same else body(spheres.radii[0], "lower")).placed(rotation=downwards, name="lower")
     meshing = time.perf_counter() - began
-    scene = Scene([upper, lower], [Contact(upper, lower)])
+    scene = Scene([upper, lower], [Contact(upper, lower, coupling=coupling)])
     return scene.solve(forces={upper: (0.0, 0.0, -spheres.force)}, solver=solver), upper, meshing
 
 
