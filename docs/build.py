@@ -93,8 +93,10 @@ def machine() -> str:
 
 
 def main() -> None:
+    import half_space_page
     import plain_faces
 
+    half_space_page.main()
     out = solve_spheres("equal")
     out.plot(HERE / "images" / "hertz.png")
     plain_faces.main(out=HERE / "images")

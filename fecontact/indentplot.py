@@ -39,7 +39,7 @@ def plot_indentation(found: Indentation, path: str | Path | None = None, units: 
         For labels.
     """
     names, contact = units or Units(), found.contact
-    figure = Figure(figsize=(11.0, 8.6), layout="constrained")
+    figure = Figure(figsize=(11.6, 8.6), layout="compressed")
     (first, second), (third, fourth) = figure.subplots(2, 2)
     gap = np.where(np.isfinite(contact.gap), contact.gap, np.nan)
     # far from the contact the gap of a round shape would hide all near it

@@ -126,3 +126,11 @@ def test_cartilage(tmp_path):
     assert abs(solid / half - 1) < 0.05
     assert springs / half > 1.5
     assert (tmp_path / "cartilage.csv").read_text().count("\n") == 3
+
+
+def test_report_half_space(tmp_path):
+    errors = load("report_half_space").main(cells=(0.015,), out=tmp_path)
+    by_rule = {rule: e["pressure, L2"] for (_, rule), e in errors.items()}
+    # the report's rule overrates neighbours; ten cells per radius
+    assert by_rule["Love"] < by_rule["3.5255 times"] < by_rule["twice the nearest (report)"] < 0.15
+    assert (tmp_path / "report_half_space.png").stat().st_size > 10_000

@@ -1,0 +1,118 @@
+"""The generated tables of docs/half-space.md: python docs/half_space_page.py [--times]; docs/build.py makes them too.
+
+Each table stands between two comments in the page and is measured anew.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+import fecontact as fc
+from fecontact.indent import Ground, Indentation, Load, indent
+from fecontact.indenters import Wave
+from fecontact.surfaces import Cone, FlatPunch, Paraboloid
+
+HERE = Path(__file__).parent
+PAGE = HERE / "half-space.md"
+sys.path[:0] = [str(HERE.parent / "examples"), str(HERE.parent / "tests" / "benchmarks")]
+
+UNIT = Ground(fc.Material(E=1.0, nu=0.0))
+PERIODIC = Ground(fc.Material(E=1.0, nu=0.0), periodic=True)
+CELLS = (64, 128, 256)
+HEIGHT = 0.01  # of the sinusoid of wavelength 1
+
+Job = Callable[[int], Indentation]
+
+
+def _free(shape: object, force: float, point: tuple[float, float] | None = None) -> Job:
+    size = (3.0, 3.0) if isinstance(shape, FlatPunch) else None
+    return lambda n: indent(shape, UNIT, Load(force=force, point=point), cells=(n, n), size=size)
+
+
+def _wave(share: float) -> Job:
+    load = Load(force=share * math.pi * HEIGHT)
+    return lambda n: indent(Wave(HEIGHT, 1.0), PERIODIC, load, cells=(n, n), size=(1.0, 1.0))
+
+
+CASES: dict[str, Job] = {
+    "ball": _free(Paraboloid(1.0), 4 / 3),
+    "ellipse 10:1": _free(Paraboloid(36.536, 1.0), 0.05),
+    "cone": _free(Cone(math.atan(0.1)), 0.157),
+    "flat punch": _free(FlatPunch(radius=1.0), 2.0),
+    "tilted punch, e = 0.2 a": _free(FlatPunch(radius=1.0), 2.0, (0.2, 0.0)),
+    **{f"sinusoid, {share:g} p*": _wave(share) for share in (0.1, 0.3, 0.6, 0.9, 0.95, 1.5)},
+}
+
+
+def errors() -> str:
+    """Errors of each case over the number of cells, and their orders."""
+    head = "| case | " + " | ".join(f"pressure L2, {n}" for n in CELLS) + " | order | "
+    head += f"approach, {CELLS[-1]} | area by cells, {CELLS[-1]} | edge fitted, {CELLS[-1]} |"
+    lines = [head, "|---" * (head.count("|") - 1) + "|"]
+    for name, job in CASES.items():
+        found = [job(n) for n in CELLS]
+        l2 = [abs(f.errors["pressure, L2"]) for f in found]
+        exact = l2[-1] < 1e-6  # of the tolerance, not of the cells
+        order = "exact" if exact else f"{np.log(l2[0] / l2[-1]) / np.log(CELLS[-1] / CELLS[0]):.1f}"
+        last = found[-1].errors
+        approach = f"{last['approach']:+.0e}" if "approach" in last else ""
+        fitted = f"{last['area, edge fitted']:+.1e}" if "area, edge fitted" in last else "known"
+        lines.append(
+            f"| {name} | {' | '.join(f'{e:.1e}' for e in l2)} | {order} | {approach} | {last['contact area']:+.1e} "
+            f"| {fitted} |"
+        )
+    return "\n".join(lines)
+
+
+def report() -> str:
+    """The report's figures 2 and 3."""
+    import report_half_space
+
+    found = report_half_space.main(out=HERE / "images")
+    lines = ["| cells, self term | pressure L2 | centre | area | approach |", "|---|---|---|---|---|"]
+    for (cell, rule), e in found.items():
+        lines.append(f"| {10 * cell:g} mm, {rule} | {' | '.join(f'{100 * v:+.2f} %' for v in e.values())} |")
+    return "\n".join(lines)
+
+
+def times(cells: Sequence[int] = (64, 128, 256, 512), peers: bool = True) -> str:
+    """The benchmark's table, beside tamaas where it is installed."""
+    import bench_halfspace
+
+    return "```text\n" + "\n".join(bench_halfspace.table(cells, peers)) + "\n```"
+
+
+def pictures() -> None:
+    """Pictures of a ball on a layer, and of a rough surface's curves."""
+    layer = fc.Layer(fc.Material(E=5.0, nu=0.45), 2.0)
+    ball = indent(fc.Sphere(20.0), Ground(None, (layer,)), Load(force=100.0), cells=(128, 128), name="ball on a layer")
+    ball.plot(HERE / "images" / "half_space_layer.png", "mm", "N", "MPa")
+
+
+def replaced(page: str, name: str, table: str) -> str:
+    """The page with a table between its two comments."""
+    marks = f"<!-- {name} -->", f"<!-- /{name} -->"
+    pattern = re.compile(re.escape(marks[0]) + ".*?" + re.escape(marks[1]), re.DOTALL)
+    return pattern.sub(lambda _: f"{marks[0]}\n{table}\n{marks[1]}", page)
+
+
+def main(with_times: bool = False) -> None:
+    """Make the tables and pictures of the page anew; times only where asked, for they want a quiet machine."""
+    pictures()
+    tables = {"errors": errors(), "report": report()}
+    if with_times:
+        tables["times"] = times()
+    page = PAGE.read_text(encoding="utf-8")
+    for name, table in tables.items():
+        page = replaced(page, name, table)
+    PAGE.write_text(page, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main("--times" in sys.argv[1:])
