@@ -18,7 +18,9 @@ from fecontact.fem.condensation import ROUTES
 from fecontact.fem.support import Support, checked_support
 from fecontact.material import Material
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section import SectionMesh
 from fecontact.scenemeshes import Arguments, check_name, existing, made, mesh_of, number, numbers, shape_of
+from fecontact.scenesections import section_body
 from fecontact.surfaces.rough import TRENDS
 from fecontact.tomltable import Table, did_you_mean, listed
 
@@ -40,7 +42,7 @@ RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
     "torus": (surfaces.Torus, {"ring!": number, "tube!": number}),
 }
 
-TYPES = ("elastic", "rigid", "half-space", "layer")
+TYPES = ("elastic", "rigid", "half-space", "layer", "plane", "axisymmetric")
 
 
 def read_materials(table: Table) -> dict[str, Material | None]:
@@ -64,6 +66,8 @@ def read_bodies(table: Table, materials: Mapping[str, Material | None], folder: 
         body: AnyBody | None
         if kind == "elastic":
             body = _elastic(name, entry, materials, folder, out)
+        elif kind in ("plane", "axisymmetric"):
+            body = section_body(name, kind, entry, partial(_material_of, entry, materials))
         elif kind == "rigid":
             body = _rigid(name, entry, folder)
         elif kind == "half-space":
@@ -105,7 +109,7 @@ def _elastic(
 
 
 def _material_of(
-    table: Table, materials: Mapping[str, Material | None], mesh: Mesh | None
+    table: Table, materials: Mapping[str, Material | None], mesh: Mesh | SectionMesh | None
 ) -> Material | dict[str, Material] | None:
     """One material by its name, or a table of them by element set; None if any could not be made."""
     given = table.raw("material", required=True)

@@ -49,13 +49,14 @@ def divisions(table: Table, key: str, required: bool) -> Any:
     value = table.raw(key, required)
     if value is None:
         return None
-    if not isinstance(value, list) or len(value) != 3 or not all(map(_is_division, value)):
+    if not isinstance(value, list) or len(value) != 3 or not all(map(is_division, value)):
         table.fault(key, f"must be three counts or lists of increasing positions; found {value!r}.")
         return None
     return tuple(value)
 
 
-def _is_division(value: Any) -> bool:
+def is_division(value: Any) -> bool:
+    """Whether a value is a count or a list of numbers."""
     if isinstance(value, list):
         return all(isinstance(v, int | float) and not isinstance(v, bool) for v in value)
     return isinstance(value, int) and not isinstance(value, bool) and value > 0
