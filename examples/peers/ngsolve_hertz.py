@@ -24,7 +24,7 @@ from netgen import occ
 SIZES = (0.4, 0.28, 0.2, 0.14, 0.1)
 #: Augmentation over E / element size, and updates of the multipliers: of those tried, the quickest that left the error
 #: to the elements.
-FACTOR, UPDATES = 10.0, 2
+FACTOR, UPDATES = 5.0, 3
 
 
 def meshed(size: float, order: int) -> ng.Mesh:
