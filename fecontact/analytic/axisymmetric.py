@@ -169,7 +169,7 @@ class AxisymmetricContact:
 
         References
         ----------
-        Sneddon 1965, eq. (3.9).
+        Sneddon 1965.
 
         Examples
         --------
@@ -236,7 +236,7 @@ class AxisymmetricContact:
 
         References
         ----------
-        Sneddon 1965, eq. (3.6), the inner integral taken in closed form.
+        Sneddon 1965, the inner integral taken in closed form.
 
         Examples
         --------
@@ -318,7 +318,7 @@ def indent(
 
     References
     ----------
-    Galin 1953; Sneddon 1965, eqs. (3.4), (3.8).
+    Galin 1953; Sneddon 1965.
 
     Examples
     --------

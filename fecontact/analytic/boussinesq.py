@@ -38,7 +38,7 @@ def surface_displacement(distance: ArrayLike, *, force: float, modulus: float) -
 
     References
     ----------
-    J. Boussinesq, 1885; K. L. Johnson, Contact Mechanics, 1985, eq. (3.22).
+    J. Boussinesq, 1885; K. L. Johnson, Contact Mechanics, 1985, chapter 3.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def compliance(points: ArrayLike, material: Material) -> NDArray[np.float64]:
 
     References
     ----------
-    A. E. H. Love, Mathematical Theory of Elasticity, 4th ed. 1927, arts. 135, 166; Johnson 1985, eqs. (3.18), (3.75).
+    A. E. H. Love, Mathematical Theory of Elasticity, 4th ed. 1927, arts. 135, 166; Johnson 1985, chapter 3.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def displacement(points: ArrayLike, *, force: ArrayLike, material: Material) -> 
 
     References
     ----------
-    Johnson 1985, eqs. (3.18), (3.75).
+    Johnson 1985, chapter 3.
 
     Examples
     --------
@@ -158,7 +158,7 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> NDArra
 
     References
     ----------
-    Johnson 1985, eqs. (3.19), (3.76).
+    Johnson 1985, chapter 3.
 
     Examples
     --------

@@ -76,7 +76,7 @@ class ThickCylinder:
 
         References
         ----------
-        Timoshenko & Goodier 1970, eq. (45).
+        Timoshenko & Goodier 1970, hollow cylinder under uniform pressures.
 
         Examples
         --------
@@ -107,7 +107,7 @@ class ThickCylinder:
 
         References
         ----------
-        Timoshenko & Goodier 1970, eq. (45).
+        Timoshenko & Goodier 1970, hollow cylinder under uniform pressures.
 
         Examples
         --------

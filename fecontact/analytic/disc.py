@@ -39,7 +39,7 @@ def hertz_pressure(r: ArrayLike, *, a: float, p0: float) -> NDArray[np.float64]:
 
     References
     ----------
-    K. L. Johnson, Contact Mechanics, 1985, eq. (3.39).
+    K. L. Johnson, Contact Mechanics, 1985, chapter 3.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def hertz_displacement(r: ArrayLike, *, a: float, p0: float, modulus: float) -> 
 
     References
     ----------
-    Johnson 1985, eqs. (3.41a), (3.42a).
+    Johnson 1985, chapter 3.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def hertz_stress(r: ArrayLike, z: ArrayLike, *, a: float, p0: float, nu: float) 
 
     References
     ----------
-    M. T. Huber, Ann. Physik 14 (1904) 153; on the axis Johnson 1985, eq. (3.45).
+    M. T. Huber, Ann. Physik 14 (1904) 153; on the axis Johnson 1985, chapter 3.
 
     Examples
     --------
@@ -191,7 +191,7 @@ def uniform_displacement(r: ArrayLike, *, a: float, pressure: float, modulus: fl
 
     References
     ----------
-    Johnson 1985, eqs. (3.29).
+    Johnson 1985, chapter 3.
 
     Examples
     --------
@@ -232,7 +232,7 @@ def uniform_stress_on_axis(z: ArrayLike, *, a: float, pressure: float, nu: float
 
     References
     ----------
-    Johnson 1985, eqs. (3.33); S. P. Timoshenko & J. N. Goodier, Theory of Elasticity, 3rd ed. 1970, art. 139.
+    Johnson 1985, chapter 3; S. P. Timoshenko & J. N. Goodier, Theory of Elasticity, 3rd ed. 1970, art. 139.
 
     Examples
     --------

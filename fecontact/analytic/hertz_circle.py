@@ -95,7 +95,7 @@ class CircularContact:
 
         References
         ----------
-        Johnson 1985, eq. (3.39).
+        Johnson 1985, chapter 3.
 
         Examples
         --------
@@ -125,7 +125,7 @@ class CircularContact:
 
         References
         ----------
-        Johnson 1985, eqs. (3.41a), (3.42a).
+        Johnson 1985, chapter 3.
 
         Examples
         --------
@@ -155,7 +155,7 @@ class CircularContact:
 
         References
         ----------
-        Johnson 1985, eq. (3.42a) with (4.17).
+        Johnson 1985, chapters 3 and 4.
 
         Examples
         --------
@@ -222,7 +222,7 @@ class CircularContact:
 
         References
         ----------
-        Johnson 1985, eq. (3.45).
+        Johnson 1985, chapter 3.
 
         Examples
         --------
@@ -253,7 +253,7 @@ class CircularContact:
 
         References
         ----------
-        Johnson 1985, section 4.2, eq. (4.26) ff.
+        Johnson 1985, section 4.2.
 
         Examples
         --------
@@ -326,7 +326,7 @@ def spheres(
 
     References
     ----------
-    Johnson 1985, eqs. (4.22)-(4.24).
+    Johnson 1985, chapter 4.
 
     Examples
     --------

@@ -106,7 +106,7 @@ class EllipticalContact:
 
         References
         ----------
-        Johnson 1985, eq. (3.58).
+        Johnson 1985, chapter 3.
 
         Examples
         --------
@@ -143,7 +143,7 @@ class EllipticalContact:
 
         References
         ----------
-        Johnson 1985, eqs. (3.60)-(3.61); B. C. Carlson, Numer. Math. 33 (1979) 1.
+        Johnson 1985, chapter 3; B. C. Carlson, Numer. Math. 33 (1979) 1.
 
         Examples
         --------
@@ -189,7 +189,7 @@ class EllipticalContact:
 
         References
         ----------
-        H. R. Thomas & V. A. Hoersch, Univ. Illinois Eng. Exp. Stn. Bull. 212, 1930; Johnson 1985, eqs. (3.68)-(3.69).
+        H. R. Thomas & V. A. Hoersch, Univ. Illinois Eng. Exp. Stn. Bull. 212, 1930; Johnson 1985, chapter 3.
 
         Examples
         --------
@@ -313,7 +313,7 @@ def ellipse(
 
     References
     ----------
-    Johnson 1985, eqs. (4.25)-(4.28); B. C. Carlson, Numer. Math. 33 (1979) 1.
+    Johnson 1985, chapter 4; B. C. Carlson, Numer. Math. 33 (1979) 1.
 
     Examples
     --------

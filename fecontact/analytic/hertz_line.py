@@ -88,7 +88,7 @@ class LineContact:
 
         References
         ----------
-        Johnson 1985, eq. (4.44).
+        Johnson 1985, chapter 4.
 
         Examples
         --------
@@ -119,7 +119,7 @@ class LineContact:
 
         References
         ----------
-        Johnson 1985, section 2.7 and eq. (4.43), integrated outside the contact.
+        Johnson 1985, section 2.7, integrated outside the contact.
 
         Examples
         --------
@@ -191,7 +191,7 @@ class LineContact:
 
         References
         ----------
-        E. McEwen, Phil. Mag. 40 (1949) 454; Johnson 1985, eq. (4.49).
+        E. McEwen, Phil. Mag. 40 (1949) 454; Johnson 1985, chapter 4.
 
         Examples
         --------
@@ -239,7 +239,7 @@ class LineContact:
 
         References
         ----------
-        Johnson 1985, eq. (4.46).
+        Johnson 1985, chapter 4.
 
         Examples
         --------
@@ -260,7 +260,7 @@ class LineContact:
 
         References
         ----------
-        Johnson 1985, eq. (4.47).
+        Johnson 1985, chapter 4.
 
         Examples
         --------
@@ -315,7 +315,7 @@ def line(
 
     References
     ----------
-    Johnson 1985, eqs. (4.43)-(4.45).
+    Johnson 1985, chapter 4.
 
     Examples
     --------

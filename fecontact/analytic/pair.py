@@ -25,7 +25,7 @@ def contact_modulus(first: Material, second: Material | None = None) -> float:
 
     References
     ----------
-    K. L. Johnson, Contact Mechanics, 1985, eq. (4.20).
+    K. L. Johnson, Contact Mechanics, 1985, chapter 4.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def relative_radius(radii: tuple[float, float]) -> float:
 
     References
     ----------
-    K. L. Johnson, Contact Mechanics, 1985, eq. (4.7).
+    K. L. Johnson, Contact Mechanics, 1985, chapter 4.
 
     Examples
     --------

@@ -51,7 +51,7 @@ def surface_displacement(
 
     References
     ----------
-    A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics, 1985, eq. (3.25).
+    A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics, 1985, chapter 3.
 
     Examples
     --------

@@ -98,7 +98,7 @@ class SinusoidContact:
 
         References
         ----------
-        Westergaard 1939; Johnson 1985, eqs. (13.4)-(13.7).
+        Westergaard 1939; Johnson 1985, chapter 13.
 
         Examples
         --------
@@ -209,7 +209,7 @@ def westergaard(*, amplitude: float, wavelength: float, modulus: float, mean_pre
 
     References
     ----------
-    Westergaard 1939; Johnson 1985, eqs. (13.6)-(13.8).
+    Westergaard 1939; Johnson 1985, chapter 13.
 
     Examples
     --------

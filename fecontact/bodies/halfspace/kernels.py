@@ -54,7 +54,7 @@ def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
 
     References
     ----------
-    A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics, 1985, eq. (3.25).
+    A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics, 1985, chapter 3.
 
     Examples
     --------
@@ -167,7 +167,7 @@ def points(shape: tuple[int, int], cell: tuple[float, float], self_ratio: float 
 
     References
     ----------
-    J. Boussinesq, 1885; Johnson 1985, eq. (3.22a); Elangovan 1978.
+    J. Boussinesq, 1885; Johnson 1985, chapter 3; Elangovan 1978.
 
     Examples
     --------
