@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from fecontact.analytic import _checks
-from fecontact.analytic.layer_kernel import Base
+from fecontact.analytic.layer_kernel import Base, compliance
 from fecontact.material import Material
 
 
