@@ -4,9 +4,15 @@ Two condyles of different radii (segments of tori) stand on two plateaus with a 
 are extruded from the bone surfaces and tied to the bones, which are the frames of the bodies. The tibia is held; the
 femur is flexed step by step, pressed down by 1150 N, and free to slide and to tilt (varus/valgus).
 
-Run: python examples/knee.py
+Menisci can be added: two rings of wedge section, open towards the middle and held at their horns on the tibia, shaped
+to the gap beside the contact. They are isotropic and linear, so their share of the load shows the principle, no more;
+the pressures on their thin inner edges depend on the mesh.
+
+Run: python examples/knee.py            (both condyles on the plateaus)
+     python examples/knee.py menisci    (each angle without and with menisci)
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +20,16 @@ import numpy as np
 import fecontact as fc
 from fecontact.mesh.extrude import extrude
 from fecontact.mesh.mesh import Mesh, merge
+from fecontact.mesh.shapes import lattice
 from fecontact.mesh.surfaces import SurfaceMesh
 
 CARTILAGE = fc.Material(E=10.0, nu=0.45)  # MPa; mm and N throughout
+MENISCUS = fc.Material(E=80.0, nu=0.3)  # isotropic; a real one is stiffer around and softer across
+RING = (9.5, 13.0)  # inner and outer radius of the menisci
+OPENING = 50.0  # half of the angle that the C leaves open, degrees
+#: How much higher than the gap in the loaded knee the wedge is between its horns, as the unloaded gap that it fits is
+#: higher by the approach of the bones; and its least thickness.
+REACH, THINNEST = 0.4, 0.3
 LOAD = 1150.0
 SPACING = 23.0  # half the distance of the condyles
 SAGITTAL = {"medial": 32.0, "lateral": 29.0}  # radii of the femoral cartilage's surface
@@ -94,36 +107,105 @@ def flexed(below: fc.ElasticBody, above: fc.ElasticBody, degrees: float) -> fc.C
     return scene.solve(forces={bone: (0, 0, -LOAD)}, free={bone: "x y ry"}, finite_motion=True)
 
 
-def main(n: int = 5, angles: tuple[float, ...] = (0.0, 30.0, 60.0, 90.0), out: str | Path = "out") -> list[dict]:
+def meniscus(side: str, result: fc.ContactResult, n: int) -> fc.ElasticBody:
+    """A C-shaped ring of wedge section in the gap that a knee without menisci leaves; its horns are on the tibia."""
+    femoral, tibial = result.scene.bodies[1], result.scene.bodies[0]
+    middle = np.array([-SPACING if side == "medial" else SPACING, 0.0])
+    radii = np.linspace(RING[0], RING[1], 3)
+    # the opening of the C faces the middle of the knee
+    towards = 0.0 if side == "medial" else np.pi
+    angles = towards + np.radians(np.linspace(OPENING, 360.0 - OPENING, 4 * n + 1))
+
+    def plan(index: np.ndarray) -> np.ndarray:
+        r = np.interp(index[:, 0], range(3), radii)
+        angle = np.interp(index[:, 1], range(4 * n + 1), angles)
+        return middle + r[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+    def shape(index: np.ndarray) -> np.ndarray:
+        xy = plan(index)
+        low = height_of(tibial, xy, 1.0)
+        reach = REACH * np.sin(np.pi * index[:, 1] / (4 * n))
+        high = np.maximum(height_of(femoral, xy, -1.0) + reach, low + THINNEST)
+        return np.column_stack([xy, low + index[:, 2] / 2 * (high - low)])
+
+    mesh = lattice((2, 4 * n, 2), (None, None, "front", "back", "lower", "upper")).mapped(shape)
+    horns = {"front": "xyz", "back": "xyz"}
+    return fc.ElasticBody(mesh, MENISCUS, contact=("lower", "upper"), supports=horns, name=f"{side} meniscus")
+
+
+def height_of(body: fc.ElasticBody, xy: np.ndarray, sign: float) -> np.ndarray:
+    """Height (n,) of a body's cartilage over points of the plane: of what looks up (sign 1) or down (-1)."""
+    surface, pose = body.surface("top"), body.pose
+    z = np.full(len(xy), -1.0 * sign)
+    # a few steps down the gap, which is a distance along the surface's own normal
+    for _ in range(30):
+        feet = surface.project((np.column_stack([xy, z]) - pose.translation) @ pose.rotation)
+        z -= sign * feet.gap * np.abs((feet.normals @ pose.rotation.T)[:, 2])
+    return z
+
+
+def with_menisci(bare: fc.ContactResult, n: int) -> fc.ContactResult:
+    """The same knee with menisci, from where it stands without."""
+    below, bone = bare.scene.bodies
+    rings = [meniscus(side, bare, n) for side in SAGITTAL]
+    contacts = [fc.Contact(bone, below)]
+    for ring in rings:
+        # the ring is covered as a whole, so it stays the slave
+        contacts += [fc.Contact(ring, below, ("lower", "top"), swap="never")]
+        contacts += [fc.Contact(ring, bone, ("upper", "top"), swap="never")]
+    # ligaments as long as they were: the springs of the bare knee, now from the pose it has found
+    springs = [
+        fc.Spring(
+            s.spring.stiffness, (bone, s.spring.start[1]), s.spring.end, s.spring.slack_length, name=s.spring.name
+        )
+        for s in bare.springs
+    ]
+    scene = fc.Scene([below, bone, *rings], contacts, springs=springs)
+    return scene.solve(forces={bone: (0, 0, -LOAD)}, free={bone: "x y ry"}, finite_motion=True)
+
+
+def figures(result: fc.ContactResult, angle: float) -> dict:
+    """What the table shows: forces of the femur on the plateaus and on the menisci, pressures, pulls."""
+    contact = result.contacts[0]
+    inner, outer = contact.split_by_plane((0.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    return {
+        "flexion": angle,
+        "medial": abs(float(inner.force[2])),
+        "lateral": abs(float(outer.force[2])),
+        "menisci": sum(abs(float(c.force[2])) for c in result.contacts[1:] if "upper" in c.surfaces),
+        "area": contact.area,
+        "peak": contact.max_pressure,
+        "tensions": {s.spring.name: s.tension for s in result.springs},
+        "equilibrium": result.residuals().equilibrium,
+    }
+
+
+def main(
+    n: int = 5,
+    angles: tuple[float, ...] = (0.0, 30.0, 60.0, 90.0),
+    menisci: bool = False,
+    out: str | Path = "out",
+) -> list[dict]:
     below, above = tibia(n), femur(n)
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     print(below.describe(), above.describe(), sep="\n")
-    print(f"{'flexion':>8}{'medial N':>10}{'lateral N':>11}{'area mm2':>10}{'peak MPa':>10}  ligament tensions N")
+    head = f"{'flexion':>8}{'medial N':>10}{'lateral N':>11}{'menisci N':>11}{'area mm2':>10}{'peak MPa':>10}"
+    print(f"{head}  ligament tensions N")
     rows = []
     for angle in angles:
-        result = flexed(below, above, angle)
-        contact = result.contacts[0]
-        inner, outer = contact.split_by_plane((0.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
-        tensions = {s.spring.name: s.tension for s in result.springs}
-        rows.append(
-            {
-                "flexion": angle,
-                "medial": abs(float(inner.force[2])),
-                "lateral": abs(float(outer.force[2])),
-                "area": contact.area,
-                "peak": contact.max_pressure,
-                "tensions": tensions,
-                "equilibrium": result.residuals().equilibrium,
-            }
-        )
-        row = rows[-1]
-        pulls = "  ".join(f"{name} {pull:.0f}" for name, pull in tensions.items())
-        carried = f"{row['medial']:>10.1f}{row['lateral']:>11.1f}{row['area']:>10.1f}{row['peak']:>10.2f}"
-        print(f"{angle:>8.0f}{carried}  {pulls}")
-        result.plot("pressure", folder / f"knee_{angle:.0f}.png", units="MPa")
+        results = [flexed(below, above, angle)]
+        if menisci:
+            results.append(with_menisci(results[0], n))
+        for kind, result in zip(("", "_menisci"), results, strict=False):
+            row = figures(result, angle)
+            rows.append(row)
+            pulls = "  ".join(f"{name} {pull:.0f}" for name, pull in row["tensions"].items())
+            carried = f"{row['medial']:>10.1f}{row['lateral']:>11.1f}{row['menisci']:>11.1f}"
+            print(f"{angle:>8.0f}{carried}{row['area']:>10.1f}{row['peak']:>10.2f}  {pulls}")
+            result.plot("pressure", folder / f"knee_{angle:.0f}{kind}.png", units="MPa")
     return rows
 
 
 if __name__ == "__main__":
-    main()
+    main(menisci="menisci" in sys.argv[1:])

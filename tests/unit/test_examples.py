@@ -45,6 +45,19 @@ def test_knee(tmp_path):
     assert abs(row["equilibrium"]) < 1e-10
 
 
+def test_knee_with_menisci(tmp_path):
+    bare, ringed = load("knee").main(n=3, angles=(0.0,), menisci=True, out=tmp_path)
+    assert bare["menisci"] == 0
+    # the menisci take load off the cartilage; together they carry what the bones press and the ligaments pull
+    assert 150 < ringed["menisci"] < ringed["medial"] + ringed["lateral"]
+    assert ringed["medial"] + ringed["lateral"] < 0.9 * (bare["medial"] + bare["lateral"])
+    carried = [row["medial"] + row["lateral"] + row["menisci"] - 1150 for row in (bare, ringed)]
+    for excess, row in zip(carried, (bare, ringed), strict=True):
+        assert -1 < excess < sum(row["tensions"].values()) + 1
+        assert abs(row["equilibrium"]) < 1e-10
+    assert (tmp_path / "knee_0_menisci.png").stat().st_size > 2000
+
+
 def test_scene_file(tmp_path):
     result = load("scene_file").main(out=tmp_path)
     assert abs(result.contacts[0].force[2] + 60.0) < 1e-8  # equilibrium of the loaded ball

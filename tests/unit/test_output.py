@@ -47,6 +47,20 @@ def test_picture_of_pressure_and_gap(pressed, tmp_path):
         assert (tmp_path / f"{what}.png").stat().st_size > 5000
 
 
+def test_a_contact_whose_facets_all_hang_over_is_drawn(tmp_path):
+    # each face of the slave hangs over the punch
+    plate = fc.ElasticBody(
+        fc.shapes.block((3.0, 3.0, 1.0), (2, 2, 1)), fc.Material(E=50.0, nu=0.3), "top", {"bottom": "xyz"}, name="plate"
+    )
+    mesh = fc.shapes.block((1.8, 1.8, 1.0), (3, 3, 1)).translated((0.6, 0.6, 1.0))
+    punch = fc.ElasticBody(mesh, fc.Material(E=50.0, nu=0.3), "bottom", {"top": "xyz"}, name="punch")
+    scene = fc.Scene([plate, punch], [fc.Contact(plate, punch, swap="never")])
+    result = scene.solve(motions={punch: {"z": -0.02}})
+    assert result.contacts[0].total_force > 0
+    result.plot("pressure", tmp_path / "p.png")
+    assert (tmp_path / "p.png").stat().st_size > 2000
+
+
 def test_unknown_field_and_file_type_are_refused(pressed, tmp_path):
     with pytest.raises(fc.InputError, match="expected one of 'pressure', 'gap'"):
         pressed[1].plot("colour")
