@@ -337,7 +337,10 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:
         "time and size. Finished runs are kept: an interrupted command goes on where it stopped.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
-    compare.add_argument("problem", help="hertz, unequal, ellipse, line, layer or punch")
+    compare.add_argument(
+        "problem",
+        help="hertz, unequal, ellipse, line, layer or punch; or SCENE.toml, whose finest run is the reference",
+    )
     compare.add_argument(
         "--methods",
         nargs="+",
@@ -360,9 +363,16 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:
 def _compare(options: argparse.Namespace) -> int:
     from dataclasses import replace
 
-    from fecontact.compare.command import Files, run
+    from fecontact.compare.command import Files, run, run_scene
     from fecontact.compare.run import Plan
 
+    given = {"page": options.page, "picture": options.plot}
+    given = {k: Path(v) for k, v in given.items() if v is not None}
+    if options.problem.endswith(".toml"):
+        files = Files() if options.out is None else Files.of_folder(options.out, Path(options.problem).stem)
+        refinements = 3 if options.refinements is None else options.refinements
+        print(run_scene(options.problem, refinements, replace(files, **given)))
+        return 0
     plan = Plan(
         options.problem,
         tuple(options.methods),
@@ -372,8 +382,7 @@ def _compare(options: argparse.Namespace) -> int:
         options.enough,
     )
     files = Files() if options.out is None else Files.of_folder(options.out, options.problem)
-    given = {"page": options.page, "picture": options.plot}
-    files = replace(files, **{k: Path(v) for k, v in given.items() if v is not None})
+    files = replace(files, **given)
     command = f"fecontact compare {options.problem}"
     print(run(plan, files, adapters=options.peers, python=options.peer_python, command=command))
     return 0

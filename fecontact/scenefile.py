@@ -115,7 +115,9 @@ class SceneFile:
         return "\n".join(lines)
 
 
-def read_scene(path: str | Path, out: str | Path | None = None) -> SceneFile:
+def read_scene(
+    path: str | Path, out: str | Path | None = None, change: Callable[[Mapping[str, Any]], object] | None = None
+) -> SceneFile:
     """Read a scene file and check all of it, up to the boundaries of meshes and whether outputs can be written.
 
     Parameters
@@ -124,6 +126,8 @@ def read_scene(path: str | Path, out: str | Path | None = None) -> SceneFile:
         TOML file; relative paths in it are relative to its folder.
     out : str or Path, optional
         Folder to which relative paths of outputs are relative instead.
+    change : callable, optional
+        Called with what is in the file before it is checked, to change it in place.
 
     Raises
     ------
@@ -159,6 +163,8 @@ def read_scene(path: str | Path, out: str | Path | None = None) -> SceneFile:
     0.1
     """
     root = read_toml(path)
+    if change is not None:
+        change(root.values)
     folder = root.faults.path.parent
     title = root.text("title") or ""
     units = _units(root.table("units"))

@@ -14,6 +14,7 @@ from fecontact.compare.picture import draw
 from fecontact.compare.precision import against_peers, sentence
 from fecontact.compare.problems import problem
 from fecontact.compare.run import Plan, compare
+from fecontact.compare.scenes import compare_scene
 from fecontact.errors import InputError
 from fecontact.io import check_writable, save_json, write_atomically
 
@@ -95,6 +96,23 @@ def run(
         *(f"wrote {path}" for path in written),
     ]
     return "\n".join(part for part in parts if part)
+
+
+def run_scene(path: str | Path, refinements: int, files: Files) -> str:
+    """Compare a user's scene with itself, refined; the text for the screen."""
+    files.check()
+    rows = compare_scene(path, refinements, files.rows)
+    title = f"{rows[0]['method']}: the finest run is the reference"
+    if files.json is not None:
+        save_json(files.json, {"problem": rows[0]["problem"], "title": title, "rows": rows})
+    if files.csv is not None:
+        page.save_csv(rows, files.csv)
+    if files.picture is not None:
+        draw(rows[:-1], title, files.picture, note=page.conditions(rows))
+    if files.page is not None:
+        write_atomically(files.page, f"# {title}\n\n{page.markdown(rows)}\n")
+    written = [f"wrote {p}" for p in vars(files).values() if p is not None]
+    return "\n".join([title, page.table(rows), page.conditions(rows), *written])
 
 
 def _write(

@@ -20,14 +20,23 @@ ERRORS = {
     "centre_pressure": "centre",
     "edge_radius": "edge",
     "approach": "approach",
+    "max_pressure": "largest",
+    "area": "area",
 }
+
+
+def _shown(rows: Sequence[Row]) -> dict[str, str]:
+    """Errors that some row has, with their names."""
+    known = {key for row in rows for key, value in (row.get("errors") or {}).items() if value is not None}
+    return {key: name for key, name in ERRORS.items() if key in known}
 
 
 def table(rows: Sequence[Row]) -> str:
     """Aligned columns, one row per run, the order of each method's error in dofs and in seconds at its last."""
+    shown = _shown(rows)
     width = max((len(row["method"]) for row in rows), default=6)
     head = f"{'method':{width}} {'setting':>8}{'dofs':>9}{'points':>7}"
-    head += "".join(f"{name:>13}" for name in ERRORS.values())
+    head += "".join(f"{name:>13}" for name in shown.values())
     head += f"{'CPU s':>9}{'MB':>7}  order in dofs, seconds"
     lines = [head, "-" * len(head)]
     lasts = {id(found[-1]): found for found in curves(rows).values()}
@@ -37,7 +46,7 @@ def table(rows: Sequence[Row]) -> str:
             lines.append(f"{start}  no figures: {row['failed']}")
             continue
         line = start + f"{row['dofs']:>9}{_count(row['candidates']):>7}"
-        line += "".join(f"{_percent(row['errors'].get(key), key):>13}" for key in ERRORS)
+        line += "".join(f"{_percent(row['errors'].get(key), key):>13}" for key in shown)
         line += f"{row['seconds']:>9.3f}{row['peak_mb']:>7.0f}"
         if id(row) in lasts:
             rates = (order(lasts[id(row)], against) for against in ("dofs", "seconds"))
@@ -48,14 +57,15 @@ def table(rows: Sequence[Row]) -> str:
 
 def markdown(rows: Sequence[Row]) -> str:
     """The same for a page."""
-    lines = ["| method | setting | dofs | points | " + " | ".join(ERRORS.values()) + " | CPU s | wall s | MB |"]
+    shown = _shown(rows)
+    lines = ["| method | setting | dofs | points | " + " | ".join(shown.values()) + " | CPU s | wall s | MB |"]
     lines.append("|---" * (lines[0].count("|") - 1) + "|")
     for row in rows:
         start = f"| {row['method']} | {row['setting']} | "
         if row["failed"]:
             lines.append(start + f"no figures: {row['failed']} |" + " |" * (lines[0].count("|") - 4))
             continue
-        errors = " | ".join(_percent(row["errors"].get(key), key) for key in ERRORS)
+        errors = " | ".join(_percent(row["errors"].get(key), key) for key in shown)
         wall = "" if row["wall"] is None else f"{row['wall']:.3g}"
         lines.append(
             start + f"{row['dofs']} | {_count(row['candidates'])} | {errors} | {row['seconds']:.3g} | {wall} "

@@ -223,3 +223,53 @@ def test_a_file_of_something_else_is_not_touched(tmp_path):
     with pytest.raises(fc.InputError, match="not a row of a comparison"):
         compare(QUICK, path)
     assert path.read_text() == "not rows\n{}\n"
+
+
+SCENE = """
+title = "Block on a ball"
+[materials.soft]
+E = 1.0
+nu = 0.3
+[bodies.block]
+shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}
+material = "soft"
+contact = "top"
+supports = {bottom = "xyz"}
+pose = {translation = [-0.5, -0.5, -1.0]}
+[bodies.ball]
+type = "rigid"
+shape = {kind = "sphere", radius = 2.0}
+[[contacts]]
+slave = "block"
+master = "ball"
+[loads]
+motions.ball = {z = -0.03}
+"""
+
+
+def test_a_scene_is_compared_with_its_finest_run(tmp_path, capsys):
+    path, out = tmp_path / "scene.toml", tmp_path / "out"
+    path.write_text(SCENE)
+    command = ["compare", str(path), "--refinements", "3", "--out", str(out)]
+    assert main(command) == 0
+    rows = json.loads((out / "compare_scene.json").read_text())["rows"]
+    assert [r["dofs"] for r in rows] == sorted(r["dofs"] for r in rows)
+    first, second, finest = (r["errors"] for r in rows)
+    assert abs(second["pressure_l2"]) < abs(first["pressure_l2"]) < 0.5
+    assert finest == {}
+    kept = (out / "compare_scene.jsonl").read_text()
+    assert main(command) == 0
+    assert (out / "compare_scene.jsonl").read_text() == kept
+    assert "largest" in capsys.readouterr().out
+
+
+def test_a_scene_that_cannot_be_refined_is_named(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    assert main(["compare", str(path), "--refinements", "1"]) == 2
+    assert "at least 2 refinements" in capsys.readouterr().err
+    ball = 'shape = {kind = "half_sphere", radius = 1.0, level = 4}'
+    text = SCENE.replace('shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}', ball)
+    path.write_text(text.replace('"top"', '"cap"').replace("bottom", "base"))
+    assert main(["compare", str(path), "--refinements", "3"]) == 2
+    assert "5 is the finest" in capsys.readouterr().err
