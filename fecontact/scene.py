@@ -22,7 +22,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.errors import InputError, SolverError
 from fecontact.fem.support import is_plane
 from fecontact.finite import solve_finite
-from fecontact.interface.candidates import approach_for_load, choose, grow
+from fecontact.interface.candidates import approach_for_load, choose, grow, widen
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.hats import hats_exist
 from fecontact.interface.mortar import pair_mortar
@@ -32,7 +32,7 @@ from fecontact.loading import Loading, make_loading
 from fecontact.reduction import Interface, Rows, assemble, check_balance
 from fecontact.result import ContactResult, make_result
 from fecontact.setting import check_rigid_surface, setting_of
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import ComplementarityProblem, InfeasibleLoadError, solve
 from fecontact.springs import Spring, spring_rows
 from fecontact.stopwatch import Stopwatch
 
@@ -234,8 +234,16 @@ class Scene:
         while True:
             rounds += 1
             reduction = assemble(self.bodies, interfaces, chosen, loading, watch, dense)
-            with watch("solve"):
-                solution = solve(reduction.problem, solver, start=start, tolerance=tolerance, **options)
+            try:
+                with watch("solve"):
+                    solution = solve(reduction.problem, solver, start=start, tolerance=tolerance, **options)
+            except InfeasibleLoadError:
+                # all pairs together balance the load, the candidates alone do not: there are too few of them
+                wider = [widen(c, o) for c, o in zip(chosen, opening, strict=True)]
+                if rounds == MOST_ROUNDS or all(len(w) == len(c) for w, c in zip(wider, chosen, strict=True)):
+                    raise
+                chosen, start = wider, None
+                continue
             with watch("certify"):
                 state = reduction.state(solution)
                 penetrating = [_outside(c, w, state.scale) for c, w in zip(chosen, state.gaps, strict=True)]
@@ -251,11 +259,13 @@ class Scene:
                 )
         return make_result(self, interfaces, chosen, loading, reduction, solution, state, watch, rounds)
 
-    def sweep(self, cases: Sequence[Mapping[str, Any]], path: str | Path | None = None) -> list[dict[str, Any]]:
+    def sweep(
+        self, cases: Sequence[Mapping[str, Any]], path: str | Path | None = None, processes: int = 1
+    ) -> list[dict[str, Any]]:
         """Solve many load cases and poses with one condensation; see `fecontact.sweep.run_sweep`."""
         from fecontact.sweep import run_sweep
 
-        return run_sweep(self, cases, path)
+        return run_sweep(self, cases, path, processes)
 
     def prepared(self, loading: Loading) -> tuple[list[Rows], list[Array], list[IntArray]]:
         """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each."""

@@ -14,7 +14,7 @@ Which is the quickest is measured in `docs/scale.md`; `choose_route` goes by it 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
@@ -128,6 +128,16 @@ class Schur:
     cholesky: Array
     why: str
     route: str = "schur"
+    _inverse: list[Array] = field(default_factory=list, init=False, repr=False)
+
+    def invert(self) -> None:
+        """Take the inverse of the condensed stiffness, which is worth its price where many poses use it."""
+        if self._inverse:
+            return
+        inverse, info = scipy.linalg.lapack.dpotri(self.cholesky, lower=1)
+        if info != 0:
+            raise FecontactError(SINGULAR)
+        self._inverse.append(np.tril(inverse) + np.tril(inverse, -1).T)
 
     @classmethod
     def of(cls, factor: Condensed, n: int, dofs: IntArray, why: str) -> Schur:
@@ -160,7 +170,13 @@ class Schur:
         return len(self.cholesky)
 
     def compliance(self, C: sp.csr_matrix) -> Array:
-        """S = Y^T Y."""
+        """S = Y^T Y with Y = L^-1 C^T, or C K_hat^-1 C^T where the inverse has been taken."""
+        if self._inverse:
+            own = self._local(C)
+            used = np.unique(own.indices)
+            own = own[:, used]
+            S = own @ (own @ self._inverse[0][np.ix_(used, used)]).T
+            return np.asarray(S + S.T) / 2
         right = self._local(C).T.toarray(order="F")
         Y = scipy.linalg.solve_triangular(self.cholesky, right, lower=True, overwrite_b=True, check_finite=False)
         return np.asarray(Y.T @ Y)

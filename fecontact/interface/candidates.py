@@ -70,3 +70,16 @@ def grow(chosen: NDArray[np.int64], gap: Array, penetrating: NDArray[np.bool_]) 
     limit = gap[penetrating].max() - gap.min()
     reach = gap - gap.min() <= 1.5 * limit
     return np.union1d(chosen, np.flatnonzero(reach | penetrating))
+
+
+def widen(chosen: NDArray[np.int64], gap: Array) -> NDArray[np.int64]:
+    """Take in pairs up to twice the gap above the smallest, and at least as many again.
+
+    Examples
+    --------
+    >>> widen(np.array([0, 1]), np.array([0.0, 0.1, 0.15, 0.3, 0.4])).tolist()
+    [0, 1, 2, 3]
+    """
+    above = gap - gap.min()
+    reach = max(2 * float(above[chosen].max()), float(np.sort(above)[min(2 * len(chosen), len(gap)) - 1]))
+    return np.union1d(chosen, np.flatnonzero(above <= reach))

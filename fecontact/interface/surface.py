@@ -173,9 +173,9 @@ class FacetSurface:
         """Feet of points (n, 3): the nearest over the facets round each point's `n_near` nearest nodes."""
         _, near = self._tree.query(points, k=min(n_near, len(self.nodes)))
         around = self._facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
-        point, facet = np.unique(
-            np.stack([np.repeat(np.arange(len(points)), around.shape[1]), around.ravel()], 1), axis=0
-        ).T
+        # one number for each pair of point and facet: its distinct values are found faster than those of pairs
+        key = np.unique((np.arange(len(points))[:, None] * len(self.facets) + around).ravel())
+        point, facet = np.divmod(key, len(self.facets))
         local, distance2 = self._newton(points[point], facet)
         # the nearest facet of each point; among equals the first, so that shared edges are decided once
         order = np.lexsort((facet, _rounded(distance2, self.mean_facet_size[facet]), point))

@@ -508,3 +508,17 @@ def test_rounding_in_normals_does_not_balance_a_tangential_load(angle):
     up = cube(STEEL, "bottom", {}, divisions=(3, 3, 1)).placed((0, 0, 1)).placed(rotation=Q, name="up")
     with pytest.raises(SupportError, match=r"up: translation"):
         pressed(up, low, forces={up: Q @ [1.0, 0, -100.0]})
+
+
+def test_load_that_the_first_candidates_cannot_balance_takes_in_more():
+    # a block a little tilted, whose lower end alone gives the candidates: they do not hold a load on its middle
+    mesh = fc.shapes.block((4.0, 1.0, 1.0), (8, 2, 2))
+    body = fc.ElasticBody(
+        mesh.mapped(lambda x: x + [0, 0, 1] * (0.01 * (4 - x[:, :1]))), CORK, "bottom", {"top": "xyz"}
+    )
+    plane = fc.RigidBody(fc.Plane())
+    scene = fc.Scene([body, plane], [fc.Contact(body, plane)])
+    result = scene.solve(forces={body: (0, 0, -1e-6)}, free={body: "ry"})
+    assert abs(result.contacts[0].total_force / 1e-6 - 1) < 1e-9
+    assert abs(result.residuals().equilibrium) < 1e-9
+    assert result.rounds > 1

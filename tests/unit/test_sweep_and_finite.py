@@ -85,6 +85,56 @@ def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
     assert abs(rows[1]["contacts"][0]["force"][2] + 2.0) < 1e-9 or abs(rows[1]["contacts"][0]["force"][2] - 2.0) < 1e-9
 
 
+def plain(row):
+    """A row without times and memory."""
+    return {k: v for k, v in row.items() if k != "seconds" and "_mb" not in k and "memory" not in k}
+
+
+def test_processes_give_the_same_rows_and_go_on_where_they_stopped(tmp_path):
+    lower, ball = (
+        pad(),
+        fc.ElasticBody(
+            fc.shapes.half_sphere(5.0, contact_radius=0.5, level=1), SOLID, "cap", {"base": "xyz"}, name="ball"
+        ),
+    )
+    scene = fc.Scene([lower, ball], [fc.Contact(ball, lower)])
+    cases = [
+        {"name": f"{k}", "motions": {ball: {"z": -0.02}}, "poses": {ball: fc.Pose(translation=(0.2 * k, 0.1, 0.0))}}
+        for k in range(4)
+    ]
+    one = scene.sweep(cases)
+    path = tmp_path / "sweep.jsonl"
+    scene.sweep(cases[:1], path)
+    many = scene.sweep(cases, path, processes=2)
+    assert sorted(json.loads(line)["name"] for line in path.read_text().splitlines()) == ["0", "1", "2", "3"]
+    for a, b in zip(one, many, strict=True):
+        for x, y in zip(numbers(plain(a)), numbers(plain(b)), strict=True):
+            assert abs(x - y) <= 1e-12 * max(1.0, abs(x))
+    alone = moved_alone(scene, cases[2])
+    assert abs(one[2]["contacts"][0]["max_pressure"] / alone - 1) < 1e-9
+    for wrong in (0, 1.5, True):
+        with pytest.raises(fc.InputError, match="processes"):
+            scene.sweep(cases, processes=wrong)
+
+
+def numbers(value):
+    """All numbers in a row, in order."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return [n for v in value for n in numbers(v)]
+    return [value] if isinstance(value, (int, float)) else []
+
+
+def moved_alone(scene, case):
+    """Largest pressure of one case of a sweep, solved by itself on fresh bodies."""
+    lower, ball = scene.bodies
+    fresh = [fc.ElasticBody(b.mesh, SOLID, b.contact, b.model.supports, name=b.name) for b in (lower, ball)]
+    fresh[1] = fresh[1].placed(case["poses"][ball].translation)
+    result = fc.Scene(fresh, [fc.Contact(fresh[1], fresh[0])]).solve(motions={fresh[1]: {"z": -0.02}})
+    return result.contacts[0].max_pressure
+
+
 def test_sweep_refuses_equal_names_and_foreign_files(tmp_path):
     plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball")
     scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
