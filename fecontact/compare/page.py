@@ -136,7 +136,7 @@ def conditions(rows: Sequence[Row]) -> str:
     where = "; ".join(dict.fromkeys(row["machine"] for row in rows))
     threads = ", ".join(dict.fromkeys(str(row["threads"]) for row in rows))
     repeats = {row["repeats"] for row in rows if not row["failed"] and not row["peer"]}
-    times = "" if not repeats else f", medians of {min(repeats)} to {max(repeats)} runs"
+    times = "" if not repeats else f", medians of up to {max(repeats)} runs"
     return f"Processor seconds on {where}; threads: {threads}{times}."
 
 
@@ -159,4 +159,4 @@ def _count(value: int | None) -> str:
 def _percent(value: float | None, key: str) -> str:
     if value is None:
         return ""
-    return f"{100 * value:.3g} %" if key == "pressure_l2" else f"{100 * value:+.2g} %"
+    return f"{100 * value:.3g} %" if key == "pressure_l2" else f"{100 * value:+.{1 if abs(value) >= 0.1 else 3}f} %"

@@ -60,7 +60,7 @@ def sentence(rows: Sequence[Row]) -> str:
     for target in TARGETS:
         best = cheapest(ours, target)
         solid = cheapest([row for row in ours if row["kind"] == "solid"], target)
-        text = f"for {_percent(target)}, "
+        text = f"For {_percent(target)}, "
         if best is None:
             least = min((row for row in ours if not row["failed"]), key=error_of, default=None)
             text += "none" + ("" if least is None else f" (the least is {_run(least)})")
@@ -70,7 +70,7 @@ def sentence(rows: Sequence[Row]) -> str:
                 reached = "none reaches it" if solid is None else _run(solid)
                 text += f"; of bodies of any shape, {reached}"
         parts.append(text)
-    return "The cheapest by pressure error: " + ". ".join(parts) + "."
+    return "The cheapest by pressure error. " + ". ".join(parts) + "."
 
 
 def against_peers(rows: Sequence[Row], target: float = PEER_TARGET) -> str:
