@@ -20,7 +20,7 @@ from fecontact.indenters import Exact, closed_form
 from fecontact.io import write_atomically
 from fecontact.material import Material
 from fecontact.report import peak_memory
-from fecontact.surfaces import FlatPunch
+from fecontact.surfaces import Cylinder, FlatPunch
 
 Array = NDArray[np.float64]
 
@@ -298,6 +298,11 @@ def _grid(
             raise InputError("A periodic half-space needs a size: that of its period.")
         _check_repeats(shape)
         return ground.on(size, cells)
+    if isinstance(shape, Cylinder) and math.isinf(shape.length):
+        raise InputError(
+            "An endless cylinder on a free half-space would touch it to the border of any grid: give it a length, or "
+            "make the half-space periodic."
+        )
     # the grid of a trial half-space does not matter to the closed form
     trial = closed_form(shape, ground.softest.on((1.0, 1.0), (2, 2)), load.force, load.approach)
     if size is None and trial is None:
@@ -357,7 +362,7 @@ def _check_outline(shape: Any, contact: HalfSpaceContact) -> None:
     none = ~np.isfinite(contact.gap)
     active = contact.active
     beside = [active[1:] & none[:-1], active[:-1] & none[1:]]
-    if type(shape).__name__ != "Cylinder":  # a cylinder's ends may well be in contact
+    if not isinstance(shape, Cylinder):  # a cylinder's ends may well be in contact
         beside += [active[:, 1:] & none[:, :-1], active[:, :-1] & none[:, 1:]]
     if any(b.any() for b in beside):
         raise InputError(

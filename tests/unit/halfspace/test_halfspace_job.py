@@ -124,6 +124,7 @@ SPHERE, WAVE = ["sphere", "--radius", "10"], ["wave", "--amplitude", "0.1"]
         ([*WAVE, "--E", "1", "--force", "1", "--size", "1"], "give --periodic"),
         (["torus", "--ring=5", "--tube=1", "--E=1", "--force=1e6"], "beyond what the geometry allows"),
         (["flat", "--radius", "1", "--E", "1", "--force", "1", "--load-point", "2", "0", "--size", "3"], "tip over"),
+        (["cylinder", "--radius=1", "--E=1", "--force=1", "--size=9"], "give it a length"),
         (["heights", "--file", "no.npy", "--E", "1", "--force", "1"], "no file"),
         ([*BALL, "--force", "1", "--plot", "/no/such/x.png"], "does not exist"),
     ],
