@@ -145,5 +145,6 @@ def test_report_half_space(tmp_path):
     errors = load("report_half_space").main(cells=(0.015,), out=tmp_path)
     by_rule = {rule: e["pressure, L2"] for (_, rule), e in errors.items()}
     # the report's rule overrates neighbours; ten cells per radius
-    assert by_rule["Love"] < by_rule["3.5255 times"] < by_rule["twice the nearest (report)"] < 0.15
+    report = by_rule.pop("twice the nearest (report)")
+    assert 2 * max(by_rule.values()) < report < 0.15
     assert (tmp_path / "report_half_space.png").stat().st_size > 10_000
