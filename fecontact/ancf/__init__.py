@@ -14,7 +14,7 @@ node: ``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows d
 `traction, dead_pressure`      constant forces Q (n_dofs,) on boundaries
 `pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
 `StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0 in the latter
-`sides_by_label, released_at`  where neighbours do not share all gradients
+`sides_by_label, released_at`  where neighbours do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
 
 Equilibrium is forces(q) = Q; motion is mass q'' + forces(q) = Q. With contact and large deformation:
@@ -56,7 +56,7 @@ from fecontact.ancf.loads import (
     weight,
 )
 from fecontact.ancf.output import save_motion
-from fecontact.ancf.release import released_at, sides_by_label
+from fecontact.ancf.release import reentrant_points, released_at, sides_by_label
 from fecontact.ancf.schemes import EnergyMomentum, GeneralisedAlpha
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
@@ -90,6 +90,7 @@ __all__ = [
     "point_force",
     "pressure_forces",
     "pressure_tangent",
+    "reentrant_points",
     "released_at",
     "save_motion",
     "shapes",

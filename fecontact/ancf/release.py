@@ -59,6 +59,30 @@ def released_at(mesh: Mesh, points: IntArray, sides: IntArray | None = None) -> 
     return out
 
 
+def reentrant_points(mesh: Mesh, degrees: float = 30.0) -> IntArray:
+    """Points on edges of the surface where the outside forms a corner sharper than `degrees`: stress is singular there.
+
+    Examples
+    --------
+    >>> from fecontact import shapes
+    >>> reentrant_points(shapes.block((1.0, 1.0, 1.0), (2, 2, 2))).size  # a block has none
+    0
+    """
+    faces = mesh.outer_faces
+    corners = np.take_along_axis(mesh.cells[faces[:, 0]], FACES[faces[:, 1], :4], axis=1)
+    x = mesh.points[corners]
+    normal = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    middle = x.mean(axis=1)
+    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    order = np.lexsort(ends.T)
+    twin = np.flatnonzero((ends[order[1:]] == ends[order[:-1]]).all(axis=1))
+    a, b = order[twin] // 4, order[twin + 1] // 4
+    inwards = np.einsum("ni,ni->n", middle[b] - middle[a], normal[a]) > 0
+    sharp = np.einsum("ni,ni->n", normal[a], normal[b]) < np.cos(np.radians(degrees))
+    return np.unique(ends[order[twin[inwards & sharp]]])
+
+
 def number(corners: IntArray, sides: IntArray | None, jacobians: Array) -> Numbering:
     """Number the functions of all cells.
 

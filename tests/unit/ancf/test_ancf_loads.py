@@ -15,6 +15,7 @@ from fecontact.ancf import (
     point_force,
     pressure_forces,
     pressure_tangent,
+    reentrant_points,
     released_at,
     sides_by_label,
     traction,
@@ -194,6 +195,19 @@ def test_released_space_moves_rigidly():
     values = np.linalg.eigvalsh(K)
     assert (values < 1e-12 * values[-1]).sum() == 6
     assert np.abs(K @ space.rigid_modes()).max() < 1e-12
+
+
+def test_reentrant_points():
+    """The inner edge of an angle is found and no outer one; a flat step of a few degrees is not sharp."""
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (2, 2, 1), element="hex8")
+    centres = mesh.points[mesh.cells].mean(axis=1)
+    kept = np.flatnonzero(~((centres[:, 0] > 1) & (centres[:, 1] > 1)))
+    angle = fc.Mesh(mesh.points, mesh.cells, mesh.boundaries, {"angle": kept}).part("angle")
+    found = angle.points[reentrant_points(angle)]
+    assert sorted(found.tolist()) == [[1.0, 1.0, 0.0], [1.0, 1.0, 1.0]]
+    dent = mesh.mapped(lambda x: x - 0.2 * np.outer((np.abs(x[:, 0] - 1) < 1e-9) & (x[:, 2] > 0.9), [0, 0, 1]))
+    assert reentrant_points(dent).size == 0
+    assert reentrant_points(dent, degrees=10.0).size == 3
 
 
 def test_every_cell_its_own_side():
