@@ -89,7 +89,7 @@ def _elastic(
     supports = _supports(table.table("supports"))
     options: dict[str, Any] = {
         "pressure": table.text("pressure", ("midface", "nodal")),
-        "backend": table.text("backend", ("auto", "pardiso", "superlu")),
+        "backend": table.text("backend", ("auto", "pardiso", "superlu", "amg")),
         "integration": table.text("integration", ("auto", "full", "selective")),
         "condensation": table.text("condensation", ROUTES),
     }

@@ -50,8 +50,9 @@ class ElasticBody:
         With 20-node hexahedra: 'midface' gives every contact face a ninth node, so that nodal forces are pressures;
         'nodal' is the plain element of the report, whose corner nodes cannot take load (kept for comparison).
     name : str, optional
-    backend : {'auto', 'pardiso', 'superlu'}
-        Factorisation back-end.
+    backend : {'auto', 'pardiso', 'superlu', 'amg'}
+        Factorisation back-end; 'amg' is none but algebraic multigrid (needs pyamg), for bodies whose factor does not
+        fit into memory, see docs/scale.md.
     integration : {'auto', 'full', 'selective'}
         Selective reduced integration against locking; 'auto' chooses it for Poisson's ratios above 0.48.
     condensation : {'auto', 'schur', 'columns', 'operator'}

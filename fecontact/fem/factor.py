@@ -66,7 +66,8 @@ def available_backends() -> tuple[str, ...]:
 def _chosen(backend: str, K: sp.csr_matrix) -> str:
     if backend not in ("auto", *DIRECT):
         raise SolverNotFoundError(
-            f"Unknown factorisation back-end {backend!r}; available here: auto, {', '.join(available_backends())}."
+            f"Unknown factorisation back-end {backend!r}; available here: auto, "
+            f"{', '.join(available_backends())}; and amg for elastic bodies."
         )
     if backend == "auto":
         # PARDISO's nested dissection does not stand a matrix without any coupling: it may crash

@@ -19,6 +19,7 @@ from fecontact.errors import InputError, MeshError
 from fecontact.fem.condensation import Condensation, Plain, Schur, choose_route, memory_budget
 from fecontact.fem.factor import condense, factorise
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
+from fecontact.fem.multigrid import AmgFactor, Multigrid
 from fecontact.fem.rigid import rigid_modes, unresisted
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
@@ -46,7 +47,7 @@ class Model:
     materials : Material or mapping of element set to Material
     supports : mapping of boundary name to components or directions, see `fem.support.holds`
     backend : str
-        Factorisation back-end, see `fem.factor.condense`.
+        Factorisation back-end, see `fem.factor.condense`; or 'amg', see `fem.multigrid`.
     integration : {'auto', 'full', 'selective'}
         'selective' takes the volumetric part at reduced points; 'auto' does so if a Poisson's ratio exceeds
         `NEARLY_INCOMPRESSIBLE`.
@@ -242,6 +243,8 @@ class Model:
         if len(dofs) == 0:  # a body out of contact; a factorisation keeps at least one degree of freedom
             dofs = np.zeros(1, dtype=np.int64)
         last = self.condensation
+        if self.backend == "amg":
+            return self._multigrid(watch)
         route, why = (self.way, "as asked") if self.way != "auto" else choose_route(len(dofs), memory_budget())
         if last is not None and last.covers(dofs):
             if isinstance(last, Plain) and route not in ("schur", last.route):
@@ -260,6 +263,21 @@ class Model:
             factor = condense(K, dofs, self.backend)
         with watch("condense"):
             self.condensation = Schur.of(factor, len(self.solved_dofs), dofs, why)
+        return self.condensation
+
+    def _multigrid(self, watch: Stopwatch) -> Condensation:
+        """Algebraic multigrid instead of a factor; made once."""
+        if self.condensation is None:
+            if self.n_dofs != 3 * len(self.mesh.points):
+                raise InputError("The back-end 'amg' is for nodal displacements; use 'auto' here.")
+            if self.way not in ("auto", "operator"):
+                raise InputError(f"The back-end 'amg' has products only: condensation={self.way!r} needs a factor.")
+            with watch("assemble"):
+                K = self._solved_stiffness()
+                del self.stiffness
+            with watch("factorise"):
+                positions = np.repeat(self.mesh.points, 3, axis=0)[self.solved_dofs]
+                self.condensation = Multigrid(AmgFactor(K, self.nodal_modes[self.solved_dofs]), positions)
         return self.condensation
 
     def _solved_stiffness(self) -> sp.csr_matrix:

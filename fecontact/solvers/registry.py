@@ -178,7 +178,8 @@ def attempt(
         return replace(simple, seconds=time.perf_counter() - began)
     failures: list[Solution] = []
     if solver == "auto" and isinstance(problem.S, SolvingOperator):
-        solution = _judged_outcome(problem, problem.S.solve_contact(problem, tolerance), tolerance)
+        outcome = problem.S.solve_contact(problem, tolerance)
+        solution = _judged_outcome(problem, outcome, tolerance, problem.S.solver)
         if solution.success:
             return replace(solution, seconds=time.perf_counter() - began)
         failures.append(solution)
@@ -200,11 +201,15 @@ def attempt(
 class SolvingOperator(Protocol):
     """A compliance that knows a solver of its own."""
 
+    @property
+    def solver(self) -> str:
+        """The name of that solver."""
+
     def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
         """Forces and motions of the problem as it stands, not of its scaled form."""
 
 
-def _judged_outcome(problem: ComplementarityProblem, outcome: Outcome, tolerance: float) -> Solution:
+def _judged_outcome(problem: ComplementarityProblem, outcome: Outcome, tolerance: float, name: str) -> Solution:
     """An outcome in the problem's own units, certified by the problem."""
     residuals = problem.residuals(outcome.x, outcome.p)
     status, message = outcome.status, outcome.message
@@ -218,7 +223,7 @@ def _judged_outcome(problem: ComplementarityProblem, outcome: Outcome, tolerance
         status=status,
         message=message,
         nit=outcome.nit,
-        solver="nested-grid",
+        solver=name,
         residuals=residuals,
         seconds=0.0,
         history=tuple(outcome.history),

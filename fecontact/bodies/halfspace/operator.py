@@ -88,6 +88,8 @@ class GridCompliance(LinearOperator):
         total = np.bincount(cells, weights=forces, minlength=grid.n_cells).reshape(grid.shape)
         return np.asarray(self.convolution.apply(total / grid.area)).ravel()
 
+    solver = "nested-grid"
+
     def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
         """Solve a problem of which this is the compliance, in its own units.
 

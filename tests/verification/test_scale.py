@@ -1,0 +1,79 @@
+"""Multigrid in place of a factorisation: the same answers, and steps that grow slowly."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.errors import InputError
+
+pytest.importorskip("pyamg", reason="multigrid needs pyamg: pip install 'fecontact[amg]'")
+
+#: Both are certified to 1e-10; forces have that times the condition of the compliance, some tens.
+SAME = 1e-9
+
+
+def pressed(backend, divisions=(6, 5, 4), element="hex20", supports=None, **loads):
+    mesh = fc.shapes.block((2.0, 1.7, 1.0), divisions, element=element)
+    held = {"bottom": "xyz"} if supports is None else supports
+    body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "top", held, name="block", backend=backend)
+    ball = fc.RigidBody(fc.Sphere(3.0), name="ball").placed(translation=(0.1, 0.05, 4.0))
+    scene = fc.Scene([body, ball], [fc.Contact(body, ball)])
+    return body, scene.solve(**(loads or {"forces": {ball: (0.0, 0.0, -0.02)}}))
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex20"])
+def test_multigrid_gives_the_answer_of_the_factor(element, row):
+    (a, direct), (b, found) = pressed("auto", element=element), pressed("amg", element=element)
+    assert found.solution.solver == "multigrid"
+    assert found.condensation["block"].startswith("operator: multigrid")
+    forces = [r.contacts[0].forces for r in (direct, found)]
+    error = np.abs(forces[1] - forces[0]).max() / forces[0].max()
+    row(f"ball on a block, {element}, multigrid", "largest force against the factor's", 0.0, error, SAME, b.n_dofs)
+    assert error < SAME
+    u, v = direct.displacement(a), found.displacement(b)
+    assert np.abs(u - v).max() < SAME * np.abs(u).max()
+
+
+def test_motion_prescribed_and_loads_inside():
+    results = []
+    for backend in ("auto", "amg"):
+        mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3))
+        body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3, 1.0), "bottom", {"top": "xyz"}, backend=backend)
+        floor = fc.RigidBody(fc.Plane())
+        scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+        results.append(scene.solve(motions={body: {"z": -0.01}}, gravity=(0.0, 0.0, -0.02)).contacts[0].forces)
+    assert np.abs(results[1] - results[0]).max() < SAME * results[0].max()
+
+
+def test_a_floating_body_is_grounded_as_with_a_factor():
+    results = []
+    for backend in ("auto", "amg"):
+        mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3))
+        body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3, 1.0), "bottom", backend=backend)
+        floor = fc.RigidBody(fc.Plane())
+        scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+        motions = {body: {"x": 0.0, "y": 0.0, "rz": 0.0}}
+        results.append(scene.solve(motions=motions, gravity=(0.0, 0.0, -0.02)).contacts[0].forces)
+    assert np.abs(results[1] - results[0]).max() < SAME * results[0].max()
+
+
+def test_steps_grow_less_than_without_multigrid(row):
+    # conjugate gradients by themselves take twice the steps where the elements are half as wide
+    steps = []
+    for divisions in ((6, 6, 4), (12, 12, 8)):
+        body, _ = pressed("amg", divisions, "hex8")
+        factor = body.model.condensation.factor
+        before = factor.steps
+        factor.solve_one(np.random.default_rng(5).standard_normal(len(body.model.solved_dofs)))
+        steps.append(factor.steps - before)
+    ratio = steps[1] / steps[0]
+    row("random load, multigrid", "steps with elements half as wide over steps", 1.0, ratio)
+    assert ratio < 2.0
+
+
+def test_multigrid_has_no_schur_complement():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "bottom", {"top": "xyz"}, backend="amg", condensation="schur")
+    floor = fc.RigidBody(fc.Plane())
+    with pytest.raises(InputError, match="products only"):
+        fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
