@@ -209,7 +209,7 @@ class Equations:
                 break
             aim = float(np.clip(0.1 * rtol / error, FLOOR, 1e-2))
             start = (
-                start + spla.minres(A_op, rest, rtol=aim, maxiter=MOST_STEPS, M=M_op, callback=self.factor._count)[0]
+                start + spla.minres(A_op, rest, rtol=aim, maxiter=MOST_STEPS, M=M_op, callback=self.factor.count)[0]
             )
         full = np.zeros(len(forces))
         full[A] = -start[n : n + a]
