@@ -208,9 +208,7 @@ class Equations:
             if error <= rtol:
                 break
             aim = float(np.clip(0.1 * rtol / error, FLOOR, 1e-2))
-            start = (
-                start + spla.minres(A_op, rest, rtol=aim, maxiter=MOST_STEPS, M=M_op, callback=self.factor.count)[0]
-            )
+            start = start + spla.minres(A_op, rest, rtol=aim, maxiter=MOST_STEPS, M=M_op, callback=self.factor.count)[0]
         full = np.zeros(len(forces))
         full[A] = -start[n : n + a]
         return start[:n], full, start[n + a :]
