@@ -13,23 +13,17 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.bodies import ElasticBody
-from fecontact.errors import FecontactError, InputError
+from fecontact.errors import FecontactError
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.io import check_writable, save_json, write_atomically
 from fecontact.loading import make_loading
 from fecontact.result import ContactResult
 from fecontact.scene import Contact, Scene
 from fecontact.scenebodies import AnyBody, pose_of, read_bodies, read_materials
-from fecontact.scenecases import CASE_FILES, save_cases
+from fecontact.scenecases import save_cases
+from fecontact.sceneoutputs import Output, read_outputs, unknown_body, write_output
 from fecontact.solvers import available_solvers
 from fecontact.springs import Spring
 from fecontact.tomltable import Table, did_you_mean, listed, read_toml
-
-PICTURES = (".png", ".svg", ".pdf")
-#: Fields that [outputs] can draw on the bodies; those of the contacts are 'pressure' and 'gap'.
-BODY_PICTURES = ("von_mises", "contact_pressure", "displacement")
-CONTACT_PICTURES = ("pressure", "gap")
-FILES = {"vtu": (".vtu",), "json": (".json",), "csv": (".csv",), "table": (".txt", ".md", ".log")}
 
 
 @dataclass(frozen=True)
@@ -39,15 +33,6 @@ class UnitNames:
     length: str = ""
     force: str = ""
     stress: str = ""
-
-
-@dataclass(frozen=True)
-class Output:
-    """A file to be written: what, where, and options of a picture."""
-
-    kind: str
-    path: Path
-    options: Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +78,7 @@ class SceneFile:
 
     def write(self, result: ContactResult) -> list[Path]:
         """Write all outputs; gives back their paths."""
-        return [_write(output, result, self) for output in self.outputs]
+        return [write_output(output, result, self) for output in self.outputs]
 
     def summary(self, result: ContactResult) -> dict[str, Any]:
         """Numbers for scripts: those of the result, with title and units."""
@@ -177,7 +162,7 @@ def read_scene(
     options = _solve_options(root.table("solve"))
     tables = root.tables("cases")
     cases = [_case(table, k, bodies, loads) for k, table in enumerate(tables)]
-    outputs = _outputs(root.table("outputs"), folder if out is None else Path(out), bodies, bool(cases))
+    outputs = read_outputs(root.table("outputs"), folder if out is None else Path(out), bodies, bool(cases))
     root.finish()
     made = {name: body for name, body in bodies.items() if body is not None}
     if len(made) == len(bodies) and not root.faults.touched(("loads",)):
@@ -202,12 +187,8 @@ def _body(table: Table, key: str, bodies: Mapping[str, AnyBody | None], required
     name = table.text(key, required=required)
     if name is None or name in bodies:
         return name
-    table.fault(key, _unknown_body(name, bodies))
+    table.fault(key, unknown_body(name, bodies))
     return None
-
-
-def _unknown_body(name: str, bodies: Mapping[str, Any]) -> str:
-    return f"unknown body {name!r}{did_you_mean(name, bodies)}; the bodies are: {listed(bodies)}."
 
 
 def _attempt(table: Table, make: Callable[[], Any]) -> Any:
@@ -269,7 +250,7 @@ def _case(table: Table, number: int, bodies: Mapping[str, AnyBody | None], loads
     for key, entry in entries.subtables():
         pose = pose_of(entry)
         if key not in bodies:
-            entries.fault(key, _unknown_body(key, bodies))
+            entries.fault(key, unknown_body(key, bodies))
         elif pose is not None and (body := bodies[key]) is not None:
             poses[body] = pose
     own = _loads(table, bodies)
@@ -332,7 +313,7 @@ def _by_body(
                 name, _, part = name.rpartition(".")
             value = read(entry, at)
             if name not in bodies:
-                entry.fault(at, _unknown_body(name, bodies))
+                entry.fault(at, unknown_body(name, bodies))
             elif boundary == "must" and part is None:
                 entry.fault(at, f'needs a boundary: "{name}.boundary" = ...')
             elif value is not None and _has_boundary(entry, at, bodies[name], part):
@@ -373,104 +354,6 @@ def _solve_options(table: Table) -> dict[str, Any]:
     if found["tolerance"] is not None and not 0 < found["tolerance"] < 1:
         table.fault("tolerance", f"must lie between 0 and 1; found {found['tolerance']!r}.")
     return {k: v for k, v in found.items() if v is not None}
-
-
-def _outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: bool) -> tuple[Output, ...]:
-    """The files asked for, each checked to be writable; of a sweep, a table of its cases only."""
-    out: list[Output] = []
-    taken: dict[Path, str] = {}
-    if sweep and (others := sorted(set(table.values) - {"cases"})):
-        table.fault(others[0], "belongs to a single case; a sweep has cases (.csv, .jsonl) as its output.")
-    if not sweep and "cases" in table:
-        table.fault("cases", "needs the cases of a sweep, [[cases]].")
-    for kind in ("cases",) if sweep else (*FILES, *CONTACT_PICTURES, *BODY_PICTURES):
-        if kind not in table:
-            table.raw(kind)
-            continue
-        nested = kind not in (*FILES, "cases") and isinstance(table.values[kind], dict)
-        entry, key = (table.table(kind), "file") if nested else (table, kind)
-        file = entry.text(key, required=True)
-        options = _picture_options(entry, kind, bodies) if nested else {}
-        if file is None:
-            continue
-        path = folder / file
-        suffixes = CASE_FILES if sweep else FILES.get(kind, PICTURES)
-        if path.suffix.lower() not in suffixes:
-            entry.fault(key, f"must end in {' or '.join(suffixes)}; found {file!r}.")
-        elif path in taken:
-            entry.fault(key, f"names the same file as {taken[path]}.")
-        else:
-            _attempt_at(entry, key, path)
-            taken[path] = kind
-            out.append(Output(kind, path, options))
-    for kind in table.values if sweep or "cases" in table else ():
-        table.raw(kind)
-    table.finish()
-    return tuple(out)
-
-
-def _attempt_at(table: Table, key: str, path: Path) -> None:
-    try:
-        check_writable(path)
-    except InputError as error:
-        table.fault(key, str(error))
-
-
-def _picture_options(table: Table, kind: str, bodies: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a picture: of `plot.plot_contacts` or of `view.view`."""
-    found: dict[str, Any]
-    if kind in CONTACT_PICTURES:
-        found = {"style": table.text("style", ("smooth", "sensels")), "pitch": table.number("pitch")}
-    else:
-        limits = table.numbers("limits", 2)
-        found = {
-            "scale": table.number("scale"),
-            "direction": _direction(table),
-            "only": table.texts("bodies"),
-            "where": _cut(table),
-            "limits": limits,
-            "edges": table.flag("edges"),
-        }
-        for name in found["only"] or ():
-            if name not in bodies:
-                table.fault("bodies", _unknown_body(name, bodies))
-    table.finish()
-    return {k: v for k, v in found.items() if v is not None}
-
-
-def _direction(table: Table) -> Any:
-    from fecontact.render import VIEWS
-
-    if isinstance(table.values.get("view"), list):
-        return table.numbers("view", 2)
-    return table.text("view", tuple(VIEWS))
-
-
-def _cut(table: Table) -> str | None:
-    from fecontact.view import CUT
-
-    where = table.text("cut")
-    if where is not None and not CUT.fullmatch(where):
-        table.fault("cut", f"reads like 'x<0' or 'z>12.5'; found {where!r}.")
-    return where
-
-
-def _write(output: Output, result: ContactResult, file: SceneFile) -> Path:
-    """Write one output."""
-    units = file.units
-    if output.kind == "json":
-        return save_json(output.path, file.summary(result))
-    if output.kind == "table":
-        return write_atomically(output.path, f"{result}\n")
-    if output.kind in FILES:
-        return result.save(output.path)
-    if output.kind in CONTACT_PICTURES:
-        unit = units.stress if output.kind == "pressure" else ""
-        named = {"units": unit, "length": units.length, "force": units.force}
-    else:
-        named = {"units": units.length if output.kind == "displacement" else units.stress, "length": units.length}
-    result.plot(output.kind, output.path, **named, **output.options)
-    return output.path
 
 
 def _targets(value: Any) -> str:
