@@ -14,13 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.errors import InputError
+from fecontact.mesh.grading import Level, RingGrading, grading
+from fecontact.mesh.lattice import check_lengths, division, interpolated
+from fecontact.mesh.patches import coons, line, sagitta
 from fecontact.mesh.section import SectionMesh, counter_clockwise, merge_sections
-from fecontact.mesh.shapes import Level, RingGrading, grading, sagitta
-from fecontact.mesh.shapes import _check_lengths as positive
-from fecontact.mesh.shapes import _coons as coons
-from fecontact.mesh.shapes import _interpolate as interpolated
-from fecontact.mesh.shapes import _line as line
-from fecontact.mesh.shapes import _positions as division
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -100,7 +97,7 @@ def rectangle(
     """
     if len(size) != 2 or len(divisions) != 2:
         raise InputError(f"A rectangle takes two sizes and two divisions; found {size!r} and {divisions!r}.")
-    positive(**{f"size[{i}]": s for i, s in enumerate(size)})
+    check_lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
     x, z = (division(s, d, "divisions") for s, d in zip(size, divisions, strict=True))
     left, right, bottom, top = names
 
@@ -150,7 +147,7 @@ def annulus(
 
 
 def _check_radii(inner: float, outer: float) -> None:
-    positive(inner=inner, outer=outer)
+    check_lengths(inner=inner, outer=outer)
     if outer <= inner:
         raise InputError(f"The outer radius must exceed the inner one; found inner = {inner}, outer = {outer}.")
 
@@ -188,7 +185,7 @@ def cap(
     SectionMesh
         Boundaries `cap`, `base` (z = depth), `side` (x = extent) and `sym_x` (the axis x = 0).
     """
-    positive(extent=extent, depth=depth)
+    check_lengths(extent=extent, depth=depth)
     if not radius > extent:
         raise InputError(f"The end's radius must exceed the extent {extent:g} (or be infinite); found {radius!r}.")
     graded = grading(contact_radius, extent, depth, level)
@@ -235,7 +232,7 @@ def half_disc(
     >>> sorted(half_disc(250.0, contact_radius=1.8, level=1).boundaries)
     ['base', 'cap', 'flank', 'sym_x']
     """
-    positive(radius=radius)
+    check_lengths(radius=radius)
     extent, depth = radius * math.sqrt(0.5), 0.55 * radius
     graded = grading(radius / 100 if contact_radius is None else contact_radius, extent, depth, level)
     across, layers = _across(graded) / extent, graded.depths / depth

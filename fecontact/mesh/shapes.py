@@ -11,94 +11,31 @@ r^2 / (R + sqrt(R^2 - r^2)) keeps all its digits.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.errors import InputError
 from fecontact.mesh.divide import divided as divided
 from fecontact.mesh.extrude import extrude as extrude
+from fecontact.mesh.grading import LEVELS as LEVELS
+from fecontact.mesh.grading import Level as Level
+from fecontact.mesh.grading import RingGrading as RingGrading
+from fecontact.mesh.grading import as_level as as_level
+from fecontact.mesh.grading import geometric as geometric
+from fecontact.mesh.grading import grading as grading
+from fecontact.mesh.lattice import check_lengths, division, interpolated
+from fecontact.mesh.lattice import lattice as lattice
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.mesh import merge as merge
+from fecontact.mesh.patches import Curve, coons, line
+from fecontact.mesh.patches import sagitta as sagitta
+from fecontact.mesh.rings import SECTORS as SECTORS
+from fecontact.mesh.rings import disc, repeated, revolved, right_handed
 
 Array = NDArray[np.float64]
-
-_NODES = {"hex8": 8, "hex20": 20, "hex27": 27}
-SECTORS = {"quarter": 1, "half": 2, "full": 4}
-
-
-def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str = "hex20") -> Mesh:
-    """Mesh of an index box [0, n1] x [0, n2] x [0, n3], to be mapped to its true shape.
-
-    Parameters
-    ----------
-    divisions : three ints
-    names : six names or None
-        Boundaries at i = 0, i = n1, j = 0, j = n2, k = 0, k = n3.
-    element : {'hex8', 'hex20', 'hex27'}
-    """
-    if element not in _NODES:
-        raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, _NODES))}.")
-    n = np.asarray(divisions)
-    if n.shape != (3,) or (n < 1).any():
-        raise InputError(f"Divisions must be three positive integers; found {tuple(divisions)}.")
-    index = np.arange(np.prod(n + 1)).reshape(n + 1)
-    points = np.stack(np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    cells = np.stack([index[tuple(slice(c, c + k) for c, k in zip(cor, n, strict=True))].ravel() for cor in corners], 1)
-    number = np.arange(len(cells)).reshape(n)
-    boundaries: dict[str, NDArray[np.int64]] = {}
-    for face, name in enumerate(names):
-        if name is not None:
-            layer = np.take(number, -1 if face % 2 else 0, axis=face // 2).ravel()
-            faces = np.stack([layer, np.full_like(layer, face)], axis=1)
-            boundaries[name] = np.concatenate([boundaries[name], faces]) if name in boundaries else faces
-    mesh = Mesh(points, cells, boundaries)
-    return mesh if element == "hex8" else mesh.upgraded(_NODES[element])
-
-
-def _positions(size: float, division: int | ArrayLike, what: str) -> Array:
-    """Positions 0 ... size: an equal division, or the given increasing positions."""
-    if isinstance(division, int | np.integer):
-        return np.linspace(0.0, size, int(division) + 1)
-    positions = np.asarray(division, dtype=float)
-    if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
-        raise InputError(f"The {what} must be a count or increasing positions; found {division!r}.")
-    if positions[0] != 0 or abs(positions[-1] - size) > 1e-9 * size:
-        raise InputError(
-            f"The positions of the {what} must run from 0 to {size:g}; found {positions[0]:g} to {positions[-1]:g}."
-        )
-    return positions
-
-
-def _check_lengths(**lengths: float) -> None:
-    for name, value in lengths.items():
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} must be a positive, finite length; found {value!r}.")
-
-
-def _interpolate(index: Array, positions: Array) -> Array:
-    return np.interp(index, np.arange(len(positions)), positions)
-
-
-def geometric(first: float, growth: float, total: float) -> Array:
-    """Positions 0 ... total of intervals that begin at `first` and grow by `growth`; the last one takes up the rest.
-
-    Nothing is stretched to fit, so two bodies of different size graded from the same point match near it.
-
-    Examples
-    --------
-    >>> geometric(1.0, 2.0, 7.5).tolist()
-    [0.0, 1.0, 3.0, 7.5]
-    """
-    positions, step = [0.0], first
-    while positions[-1] + 1.5 * step < total:
-        positions.append(positions[-1] + step)
-        step *= growth
-    return np.array([*positions, total])
 
 
 def block(
@@ -127,10 +64,10 @@ def block(
     """
     if len(size) != 3 or len(divisions) != 3:
         raise InputError(f"A block takes three sizes and three divisions; found {size!r} and {divisions!r}.")
-    _check_lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
-    positions = [_positions(s, d, "divisions") for s, d in zip(size, divisions, strict=True)]
+    check_lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
+    positions = [division(s, d, "divisions") for s, d in zip(size, divisions, strict=True)]
     mesh = lattice([len(p) - 1 for p in positions], ("x_min", "x_max", "y_min", "y_max", "bottom", "top"), element)
-    return mesh.mapped(lambda i: np.stack([_interpolate(i[:, k], positions[k]) for k in range(3)], axis=1))
+    return mesh.mapped(lambda i: np.stack([interpolated(i[:, k], positions[k]) for k in range(3)], axis=1))
 
 
 def thick_ring(
@@ -158,250 +95,19 @@ def thick_ring(
     Mesh
         Boundaries `inner, outer, bottom, top` and the symmetry planes `sym_x` (x = 0) and `sym_y` (y = 0).
     """
-    _check_lengths(inner=inner, outer=outer, height=height)
+    check_lengths(inner=inner, outer=outer, height=height)
     if outer <= inner:
         raise InputError(f"The outer radius must exceed the inner one; found inner = {inner}, outer = {outer}.")
-    across = inner + _positions(outer - inner, divisions[1], "radial division")
-    along = _positions(height, divisions[2], "axial division")
+    across = inner + division(outer - inner, divisions[1], "radial division")
+    along = division(height, divisions[2], "axial division")
     n = (len(across) - 1, divisions[0], len(along) - 1)
     base = lattice(n, ("inner", "outer", "sym_y", "sym_x", "bottom", "top"), element)
 
     def shape(index: Array) -> Array:
-        r, angle = _interpolate(index[:, 0], across), index[:, 1] * (np.pi / 2 / divisions[0])
-        return np.stack([r * np.cos(angle), r * np.sin(angle), _interpolate(index[:, 2], along)], axis=1)
+        r, angle = interpolated(index[:, 0], across), index[:, 1] * (np.pi / 2 / divisions[0])
+        return np.stack([r * np.cos(angle), r * np.sin(angle), interpolated(index[:, 2], along)], axis=1)
 
-    return _sector(base.mapped(shape), sector, 1e-9 * outer)
-
-
-@dataclass(frozen=True)
-class RingGrading:
-    """Radii of the rings and depths of the layers of a ring mesh.
-
-    Attributes
-    ----------
-    core : int
-        Elements along a side of the square core (per quarter); every ring has twice as many.
-    core_radius : float
-        Half-diagonal of the core; the first ring lies between it and ``radii[0]``.
-    radii : (n_rings,) array
-        Outer radius of each ring, increasing, within the contact block.
-    depths : (n_layers + 1,) array
-        From 0 to the depth of the contact block.
-    """
-
-    core: int
-    core_radius: float
-    radii: Array
-    depths: Array
-
-
-@dataclass(frozen=True)
-class Level:
-    """How finely a contact is cut.
-
-    Attributes
-    ----------
-    core : int
-        Elements along a side of the square core (per quarter).
-    rings : int
-        Rings inside the contact radius.
-    edge : float
-        Width of the last of these, over the contact radius.
-    layer : float
-        Thickness of the first layer, over the contact radius.
-    growth : float
-        Ratio of neighbouring widths away from the contact.
-    """
-
-    core: int
-    rings: int
-    edge: float
-    layer: float
-    growth: float = 1.8
-
-    def __post_init__(self) -> None:
-        if self.core < 1 or self.rings < 1 or not 0 < self.edge < 1 or not self.layer > 0 or not self.growth >= 1:
-            raise InputError(f"A Level needs core, rings >= 1, 0 < edge < 1, layer > 0 and growth >= 1; found {self}.")
-
-
-#: Chosen by measurement on Hertz contact: pressure error 3.5, 1, 0.5, 0.4 and 0.4 percent (docs/accuracy).
-LEVELS = {
-    1: Level(core=2, rings=3, edge=0.08, layer=0.20),
-    2: Level(core=3, rings=5, edge=0.04, layer=0.14),
-    3: Level(core=4, rings=6, edge=0.025, layer=0.10),
-    4: Level(core=5, rings=7, edge=0.018, layer=0.08),
-    5: Level(core=6, rings=8, edge=0.012, layer=0.07),
-}
-
-
-def as_level(level: int | Level) -> Level:
-    """Look up a level by number, or take it as it is.
-
-    Raises
-    ------
-    InputError
-        If the number is not 1 ... 5.
-    """
-    if isinstance(level, Level):
-        return level
-    if level not in LEVELS:
-        raise InputError(f"The level must be 1 (coarse) to 5 (fine) or a Level; found {level!r}.")
-    return LEVELS[level]
-
-
-def grading(contact_radius: float, extent: float, depth: float, level: int | Level = 2) -> RingGrading:
-    """Ring mesh fitted to a contact radius.
-
-    Inside the contact radius the rings narrow towards it in geometric progression; outside they widen from there by
-    ``growth``, as the layers do downwards.
-
-    Parameters
-    ----------
-    contact_radius, extent, depth : float
-        Expected contact radius and size of the contact block.
-    level : int or Level
-        1 (coarse) to 5 (fine), or one's own.
-
-    Raises
-    ------
-    InputError
-        If the contact does not fit in the block.
-    """
-    _check_lengths(contact_radius=contact_radius, extent=extent, depth=depth)
-    if contact_radius >= extent:
-        raise InputError(
-            f"The contact radius {contact_radius:g} does not fit in the contact block of radius {extent:g}; "
-            "give a smaller contact radius or a larger body."
-        )
-    cut = as_level(level)
-    inside = contact_radius * _towards_edge(cut.core, cut.rings, cut.edge)
-    outside = contact_radius + geometric(cut.edge * contact_radius, cut.growth, extent - contact_radius)[1:]
-    depths = geometric(cut.layer * contact_radius, cut.growth, depth)
-    return RingGrading(cut.core, float(inside[0]), np.concatenate([inside[1:], outside]), depths)
-
-
-def _towards_edge(core: int, rings: int, edge: float) -> Array:
-    """Radii from the core's to 1: widths in geometric progression that end with `edge`, the core's cells the next."""
-
-    def radius_of_core(ratio: float) -> float:
-        return 1.0 - edge * (ratio ** np.arange(rings)).sum()
-
-    ratio = scipy.optimize.brentq(lambda q: radius_of_core(q) - core * edge * q**rings, 1e-3, 1e3)
-    widths = edge * ratio ** np.arange(rings)[::-1]
-    return np.concatenate([radius_of_core(ratio) + np.concatenate([[0.0], np.cumsum(widths)[:-1]]), [1.0]])
-
-
-def _disc(n_layers: int, ring: RingGrading, names: Mapping[str, str | None], element: str) -> tuple[Mesh, Mesh]:
-    """Quarter disc times layers in plan coordinates (x, y, layer index): the core and the rings."""
-    m, radii = ring.core, ring.radii
-    top, bottom, side = names["top"], names["bottom"], names["side"]
-    core = lattice((m, m, n_layers), ("sym_x", None, "sym_y", None, top, bottom), element)
-    rings = lattice((2 * m, len(radii), n_layers), ("sym_y", "sym_x", None, side, top, bottom), element)
-    # the corner of the square core lies on its circle, so that all angles round it are obtuse
-    c, d = ring.core_radius, ring.core_radius * np.sqrt(0.5)
-
-    def boundary(j: Array) -> Array:
-        """Outer side of the core for ring index j in [0, 2m]: (c, 0) to (d, d) to (0, c)."""
-        v = np.minimum(j, 2 * m - j) / m
-        x, y = c + (d - c) * v, d * v
-        return np.where((j <= m)[:, None], np.stack([x, y], 1), np.stack([y, x], 1))
-
-    def core_plan(index: Array) -> Array:
-        u, v = index[:, 0] / m, index[:, 1] / m
-        x = c * u + (d - c) * u * v
-        y = c * v + (d - c) * u * v
-        return np.stack([x, y, index[:, 2]], 1)
-
-    def ring_plan(index: Array) -> Array:
-        j, k = index[:, 0], index[:, 1]
-        angle = np.pi / 2 * j / (2 * m)
-        direction = np.stack([np.cos(angle), np.sin(angle)], 1)
-        direction[angle == np.pi / 2] = (0.0, 1.0)
-        r = np.interp(k, np.arange(1, len(radii) + 1), radii)
-        inner = np.minimum(k, 1.0)[:, None]
-        xy = np.where(inner < 1, (1 - inner) * boundary(j) + inner * radii[0] * direction, r[:, None] * direction)
-        return np.stack([xy[:, 0], xy[:, 1], index[:, 2]], 1)
-
-    # the ring lattice runs (around, outwards, down): left-handed against (x, y, down), which `_orient` mends
-    return core.mapped(core_plan), rings.mapped(ring_plan)
-
-
-Curve = Callable[[Array], Array]
-
-
-def _coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Callable[[Array, Array], Array]:
-    """Transfinite interpolation of curves [0, 1] -> (rho, z); top and bottom run along s, left and right along t."""
-    zero, one = np.zeros(1), np.ones(1)
-    c00, c10, c01, c11 = top(zero), top(one), bottom(zero), bottom(one)
-
-    def patch(s: Array, t: Array) -> Array:
-        a, b = s[:, None], t[:, None]
-        corners = (1 - a) * (1 - b) * c00 + a * (1 - b) * c10 + (1 - a) * b * c01 + a * b * c11
-        blended = ((1 - b) * top(s) + b * bottom(s)) + ((1 - a) * left(t) + a * right(t)) - corners
-        return np.where(b == 0, top(s), blended)  # a sagitta far below the rim's keeps its digits
-
-    return patch
-
-
-def _line(start: ArrayLike, end: ArrayLike) -> Curve:
-    p, q = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    return lambda x: (1 - x)[:, None] * p + x[:, None] * q
-
-
-def sagitta(r: Array, radius: float) -> Array:
-    """Depth of a sphere's surface below its pole's tangent plane, r^2/(R + sqrt(R^2 - r^2)), without cancellation."""
-    return r**2 / (radius + np.sqrt(np.maximum((radius - r) * (radius + r), 0.0)))
-
-
-def _revolved(mesh: Mesh, patch: Callable[[Array, Array], Array], s_of: Curve, t_of: Curve) -> Mesh:
-    """Plan coordinates (x, y, layer index) to space by a meridian map (s, t) -> (rho, z)."""
-
-    def shape(plan: Array) -> Array:
-        r = np.hypot(plan[:, 0], plan[:, 1])
-        meridian = patch(s_of(r), t_of(plan[:, 2]))
-        stretch = np.divide(meridian[:, 0], r, out=np.zeros_like(r), where=r > 0)
-        return np.stack([stretch * plan[:, 0], stretch * plan[:, 1], meridian[:, 1]], 1)
-
-    return mesh.mapped(shape)
-
-
-def _orient(mesh: Mesh) -> Mesh:
-    """Make all cells right-handed by mirroring those that are not (corner test; shapes have no folded cells)."""
-    x = mesh.points[mesh.cells[:, :8]]
-    det = np.einsum(
-        "ni,ni->n", np.cross(x[:, [1]] - x[:, [0]], x[:, [3]] - x[:, [0]])[:, 0], x[:, 4:].mean(1) - x[:, :4].mean(1)
-    )
-    left = det < 0
-    if not left.any():
-        return mesh
-    swap_nodes = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19, 20, 21, 22, 23, 25, 24, 26]
-    n = mesh.cells.shape[1]
-    cells = mesh.cells.copy()
-    cells[left] = cells[left][:, swap_nodes[:n]]
-    swap_faces = np.array([0, 1, 2, 3, 5, 4])
-    boundaries = {
-        k: np.stack([f[:, 0], np.where(left[f[:, 0]], swap_faces[f[:, 1]], f[:, 1])], 1)
-        for k, f in mesh.boundaries.items()
-    }
-    return replace(mesh, cells=cells, boundaries=boundaries)
-
-
-def _sector(quarter: Mesh, sector: str, tolerance: float) -> Mesh:
-    """Turn a quarter model (x, y >= 0) into a half (y >= 0) or the full body by turning and joining it."""
-    if sector not in SECTORS:
-        raise InputError(f"Unknown sector {sector!r}; expected one of {', '.join(map(repr, SECTORS))}.")
-    quarter = _orient(quarter)
-    if sector == "quarter":
-        return quarter
-    turns = []
-    for k in range(SECTORS[sector]):
-        cos, sin = [(1, 0), (0, 1), (-1, 0), (0, -1)][k]
-        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        turned = replace(quarter, points=quarter.points @ turn.T)
-        # a quarter turn brings the plane y = 0 to x = 0 and back; only y = 0 is left as a boundary of the half
-        names = {"sym_x": "sym_y", "sym_y": "sym_x"} if k % 2 else {}
-        turns.append(replace(turned, boundaries={names.get(n, n): f for n, f in turned.boundaries.items()}))
-    return merge(turns, tolerance)
+    return repeated(base.mapped(shape), sector, 1e-9 * outer)
 
 
 def cap(
@@ -434,7 +140,7 @@ def cap(
     Mesh
         Pole at the origin, body in z >= 0; boundaries `cap, base, side` and the planes `sym_x`, `sym_y`.
     """
-    _check_lengths(extent=extent, depth=depth)
+    check_lengths(extent=extent, depth=depth)
     if not radius > 0 or extent > radius:
         raise InputError(f"The radius must be positive and not below the extent; found {radius!r} and {extent!r}.")
     top_depth = 0.0 if math.isinf(radius) else float(sagitta(np.array(extent), radius))
@@ -446,16 +152,16 @@ def cap(
         r = s * extent
         return np.stack([r, np.zeros_like(r) if math.isinf(radius) else sagitta(r, radius)], 1)
 
-    patch = _coons(
-        top, _line((0, depth), (extent, depth)), _line((0, 0), (0, depth)), _line((extent, top_depth), (extent, depth))
+    patch = coons(
+        top, line((0, depth), (extent, depth)), line((0, 0), (0, depth)), line((extent, top_depth), (extent, depth))
     )
     names = {"top": "cap", "bottom": "base", "side": "side"}
     parts = [
-        _revolved(part, patch, lambda r: r / extent, lambda i: _interpolate(i, ring.depths) / depth)
-        for part in _disc(len(ring.depths) - 1, ring, names, element)
+        revolved(part, patch, lambda r: r / extent, lambda i: interpolated(i, ring.depths) / depth)
+        for part in disc(len(ring.depths) - 1, ring, names, element)
     ]
     tolerance = 1e-9 * extent
-    return _sector(_orient(merge([_orient(p) for p in parts], tolerance)), sector, tolerance)
+    return repeated(right_handed(merge([right_handed(p) for p in parts], tolerance)), sector, tolerance)
 
 
 def cylinder(radius: float, height: float, **options: object) -> Mesh:
@@ -501,7 +207,7 @@ def half_sphere(
     >>> half_sphere(250.0, contact_radius=1.8, level=1, sector="quarter").cell_type
     'hex20'
     """
-    _check_lengths(radius=radius)
+    check_lengths(radius=radius)
     extent, depth = radius * math.sqrt(0.5), 0.55 * radius
     ring = grading(radius / 100 if contact_radius is None else contact_radius, extent, depth, level)
     n_layers, n_outer = len(ring.depths) - 1, 2
@@ -516,23 +222,23 @@ def half_sphere(
         angle = np.pi / 4 * (1 + s)
         return radius * np.stack([np.sin(angle), 2 * np.sin(angle / 2) ** 2], 1)
 
-    contact = _coons(top, _line(on_axis, inner), _line((0, 0), on_axis), _line(rim, inner))
-    around = _coons(flank, _line(inner, below), _line(rim, inner), _line(equator, below))
-    under = _coons(_line(on_axis, inner), _line(centre, below), _line(on_axis, centre), _line(inner, below))
+    contact = coons(top, line(on_axis, inner), line((0, 0), on_axis), line(rim, inner))
+    around = coons(flank, line(inner, below), line(rim, inner), line(equator, below))
+    under = coons(line(on_axis, inner), line(centre, below), line(on_axis, centre), line(inner, below))
 
     def layer(i: Array) -> Array:
-        return _interpolate(i, ring.depths) / depth
+        return interpolated(i, ring.depths) / depth
 
     def outer(i: Array) -> Array:
         return i / n_outer
 
-    disc = _disc(n_layers, ring, {"top": "cap", "bottom": None, "side": None}, element)
-    low = _disc(n_outer, ring, {"top": None, "bottom": "base", "side": None}, element)
-    parts = [_revolved(p, contact, lambda r: r / extent, layer) for p in disc]
-    parts += [_revolved(p, under, lambda r: r / extent, outer) for p in low]
+    upper = disc(n_layers, ring, {"top": "cap", "bottom": None, "side": None}, element)
+    lower = disc(n_outer, ring, {"top": None, "bottom": "base", "side": None}, element)
+    parts = [revolved(p, contact, lambda r: r / extent, layer) for p in upper]
+    parts += [revolved(p, under, lambda r: r / extent, outer) for p in lower]
     parts.append(_collar(ring, n_layers, n_outer, around, layer, element))
     tolerance = 1e-9 * radius
-    return _sector(merge([_orient(p) for p in parts], tolerance), sector, tolerance)
+    return repeated(merge([right_handed(p) for p in parts], tolerance), sector, tolerance)
 
 
 def _collar(
@@ -568,6 +274,6 @@ def sphere(radius: float, **options: object) -> Mesh:
     Boundaries `cap` (round the pole at the origin), `far_cap` (round the opposite pole) and `flank`.
     """
     upper = half_sphere(radius, **options)  # type: ignore[arg-type]
-    lower = _orient(upper.mapped(lambda x: np.stack([x[:, 0], x[:, 1], 2 * radius - x[:, 2]], 1)))
+    lower = right_handed(upper.mapped(lambda x: np.stack([x[:, 0], x[:, 1], 2 * radius - x[:, 2]], 1)))
     renamed = {("far_cap" if n == "cap" else n): f for n, f in lower.boundaries.items()}
     return merge([upper, replace(lower, boundaries=renamed)], 1e-9 * radius)

@@ -1,0 +1,149 @@
+"""How finely a contact is cut: widths that narrow towards the edge of the contact and grow away from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import NDArray
+
+from fecontact.errors import InputError
+from fecontact.mesh.lattice import check_lengths
+
+Array = NDArray[np.float64]
+
+
+def geometric(first: float, growth: float, total: float) -> Array:
+    """Positions 0 ... total of intervals that begin at `first` and grow by `growth`; the last one takes up the rest.
+
+    Nothing is stretched to fit, so two bodies of different size graded from the same point match near it.
+
+    Examples
+    --------
+    >>> geometric(1.0, 2.0, 7.5).tolist()
+    [0.0, 1.0, 3.0, 7.5]
+    """
+    positions, step = [0.0], first
+    while positions[-1] + 1.5 * step < total:
+        positions.append(positions[-1] + step)
+        step *= growth
+    return np.array([*positions, total])
+
+
+@dataclass(frozen=True)
+class RingGrading:
+    """Radii of the rings and depths of the layers of a ring mesh.
+
+    Attributes
+    ----------
+    core : int
+        Elements along a side of the square core (per quarter); every ring has twice as many.
+    core_radius : float
+        Half-diagonal of the core; the first ring lies between it and ``radii[0]``.
+    radii : (n_rings,) array
+        Outer radius of each ring, increasing, within the contact block.
+    depths : (n_layers + 1,) array
+        From 0 to the depth of the contact block.
+    """
+
+    core: int
+    core_radius: float
+    radii: Array
+    depths: Array
+
+
+@dataclass(frozen=True)
+class Level:
+    """How finely a contact is cut.
+
+    Attributes
+    ----------
+    core : int
+        Elements along a side of the square core (per quarter).
+    rings : int
+        Rings inside the contact radius.
+    edge : float
+        Width of the last of these, over the contact radius.
+    layer : float
+        Thickness of the first layer, over the contact radius.
+    growth : float
+        Ratio of neighbouring widths away from the contact.
+    """
+
+    core: int
+    rings: int
+    edge: float
+    layer: float
+    growth: float = 1.8
+
+    def __post_init__(self) -> None:
+        if self.core < 1 or self.rings < 1 or not 0 < self.edge < 1 or not self.layer > 0 or not self.growth >= 1:
+            raise InputError(f"A Level needs core, rings >= 1, 0 < edge < 1, layer > 0 and growth >= 1; found {self}.")
+
+
+#: Chosen by measurement on Hertz contact: pressure error 3.5, 1, 0.5, 0.4 and 0.4 percent (docs/accuracy).
+LEVELS = {
+    1: Level(core=2, rings=3, edge=0.08, layer=0.20),
+    2: Level(core=3, rings=5, edge=0.04, layer=0.14),
+    3: Level(core=4, rings=6, edge=0.025, layer=0.10),
+    4: Level(core=5, rings=7, edge=0.018, layer=0.08),
+    5: Level(core=6, rings=8, edge=0.012, layer=0.07),
+}
+
+
+def as_level(level: int | Level) -> Level:
+    """Look up a level by number, or take it as it is.
+
+    Raises
+    ------
+    InputError
+        If the number is not 1 ... 5.
+    """
+    if isinstance(level, Level):
+        return level
+    if level not in LEVELS:
+        raise InputError(f"The level must be 1 (coarse) to 5 (fine) or a Level; found {level!r}.")
+    return LEVELS[level]
+
+
+def grading(contact_radius: float, extent: float, depth: float, level: int | Level = 2) -> RingGrading:
+    """Ring mesh fitted to a contact radius.
+
+    Inside the contact radius the rings narrow towards it in geometric progression; outside they widen from there by
+    ``growth``, as the layers do downwards.
+
+    Parameters
+    ----------
+    contact_radius, extent, depth : float
+        Expected contact radius and size of the contact block.
+    level : int or Level
+        1 (coarse) to 5 (fine), or one's own.
+
+    Raises
+    ------
+    InputError
+        If the contact does not fit in the block.
+    """
+    check_lengths(contact_radius=contact_radius, extent=extent, depth=depth)
+    if contact_radius >= extent:
+        raise InputError(
+            f"The contact radius {contact_radius:g} does not fit in the contact block of radius {extent:g}; "
+            "give a smaller contact radius or a larger body."
+        )
+    cut = as_level(level)
+    inside = contact_radius * _towards_edge(cut.core, cut.rings, cut.edge)
+    outside = contact_radius + geometric(cut.edge * contact_radius, cut.growth, extent - contact_radius)[1:]
+    depths = geometric(cut.layer * contact_radius, cut.growth, depth)
+    return RingGrading(cut.core, float(inside[0]), np.concatenate([inside[1:], outside]), depths)
+
+
+def _towards_edge(core: int, rings: int, edge: float) -> Array:
+    """Radii from the core's to 1: widths in geometric progression that end with `edge`, the core's cells the next."""
+
+    def radius_of_core(ratio: float) -> float:
+        return 1.0 - edge * (ratio ** np.arange(rings)).sum()
+
+    ratio = scipy.optimize.brentq(lambda q: radius_of_core(q) - core * edge * q**rings, 1e-3, 1e3)
+    widths = edge * ratio ** np.arange(rings)[::-1]
+    return np.concatenate([radius_of_core(ratio) + np.concatenate([[0.0], np.cumsum(widths)[:-1]]), [1.0]])

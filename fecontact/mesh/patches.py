@@ -1,0 +1,36 @@
+"""Patches of a meridian plane: four curves and what lies between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Curve = Callable[[Array], Array]
+
+
+def coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Callable[[Array, Array], Array]:
+    """Transfinite interpolation of curves [0, 1] -> (rho, z); top and bottom run along s, left and right along t."""
+    zero, one = np.zeros(1), np.ones(1)
+    c00, c10, c01, c11 = top(zero), top(one), bottom(zero), bottom(one)
+
+    def patch(s: Array, t: Array) -> Array:
+        a, b = s[:, None], t[:, None]
+        corners = (1 - a) * (1 - b) * c00 + a * (1 - b) * c10 + (1 - a) * b * c01 + a * b * c11
+        blended = ((1 - b) * top(s) + b * bottom(s)) + ((1 - a) * left(t) + a * right(t)) - corners
+        return np.where(b == 0, top(s), blended)  # a sagitta far below the rim's keeps its digits
+
+    return patch
+
+
+def line(start: ArrayLike, end: ArrayLike) -> Curve:
+    """Straight line (rho, z) from `start` to `end` over [0, 1]."""
+    p, q = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    return lambda x: (1 - x)[:, None] * p + x[:, None] * q
+
+
+def sagitta(r: Array, radius: float) -> Array:
+    """Depth of a sphere's surface below its pole's tangent plane, r^2/(R + sqrt(R^2 - r^2)), without cancellation."""
+    return r**2 / (radius + np.sqrt(np.maximum((radius - r) * (radius + r), 0.0)))
