@@ -326,35 +326,67 @@ def assemble(
     dense : bool
         Whether the compliance of elastic bodies is wanted as an array, for a solver that cannot do without.
     """
-    ends = np.cumsum([0] + [len(c) for c in chosen])
-    n = int(ends[-1])
     _condense_shared(bodies, interfaces, chosen, watch)
-    own = np.concatenate([i.own_compliance[c] for i, c in zip(interfaces, chosen, strict=True)])
+    bare = uncondensed(bodies, interfaces, chosen, loading)
     shares: list[tuple[IntArray, Array | LinearOperator]] = []
-    g = np.concatenate([i.gap[c] for i, c in zip(interfaces, chosen, strict=True)])
-    parts, B, F = [], [], []
-    for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
-        part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
-        reduced = body.reduce(part.rows, part.loads, watch)
+    g = bare.g
+    for part in bare.parts:
+        reduced = part.body.reduce(part.rows, part.loads, watch)
         compliance, response = reduced.compliance, reduced.response
         with watch("condense"):
             if dense and isinstance(compliance, Compliance):
                 compliance = compliance.dense()
-            motion_rows = _opening_by_motions(part.rows, frame.modes(part.released))
             if part.hold is not None:
                 assert compliance is not None
                 compliance, response = _held_by_mean(part, part.hold, compliance, response)
             if compliance is not None:
                 shares.append((part.index, compliance))
-            g[part.index] += response + part.rows @ frame.modes(frame.moved[:, None])[:, 0]
-            columns = np.zeros((part.released.shape[1], n))
-            columns[:, part.index] = motion_rows.T
-            B.append(columns)
-            F.append(-part.released.T @ loading.resultant(k))
-            parts.append(part)
+            g[part.index] += response
     with watch("condense"):
-        problem = ComplementarityProblem(_total(own, shares), g, np.concatenate(B), np.concatenate(F))
-    return Reduction(problem, tuple(parts), tuple(interfaces))
+        problem = ComplementarityProblem(_total(bare.own, shares), g, bare.B, bare.F)
+    return Reduction(problem, tuple(bare.parts), tuple(interfaces))
+
+
+@dataclass(frozen=True, eq=False)
+class Uncondensed:
+    """The problem before anything is solved with a stiffness.
+
+    Attributes
+    ----------
+    parts : list of Part
+    own : (n,) array
+        Compliance of the conditions themselves.
+    g : (n,) array
+        Gaps after the prescribed motions, without the elastic response to loads.
+    B : (m, n) array
+    F : (m,) array
+    """
+
+    parts: list[Part]
+    own: Array
+    g: Array
+    B: Array
+    F: Array
+
+
+def uncondensed(
+    bodies: Sequence[Body], interfaces: Sequence[Rows], chosen: Sequence[IntArray], loading: Loading
+) -> Uncondensed:
+    """Rows, gaps and equilibrium of the chosen pairs."""
+    ends = np.cumsum([0] + [len(c) for c in chosen])
+    n = int(ends[-1])
+    own = np.concatenate([i.own_compliance[c] for i, c in zip(interfaces, chosen, strict=True)])
+    g = np.concatenate([i.gap[c] for i, c in zip(interfaces, chosen, strict=True)])
+    parts, B, F = [], [], []
+    for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
+        part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
+        columns = np.zeros((part.released.shape[1], n))
+        columns[:, part.index] = _opening_by_motions(part.rows, frame.modes(part.released)).T
+        g[part.index] += part.rows @ frame.modes(frame.moved[:, None])[:, 0]
+        B.append(columns)
+        F.append(-part.released.T @ loading.resultant(k))
+        parts.append(part)
+    return Uncondensed(parts, own, g, np.concatenate(B), np.concatenate(F))
 
 
 def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]) -> Array | LinearOperator:

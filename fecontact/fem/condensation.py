@@ -35,8 +35,9 @@ ROUTES = ("auto", "schur", "columns", "operator")
 
 #: Share of the memory that is free which dense matrices of a body may take.
 MEMORY_SHARE = 0.5
-#: Candidate nodes from which products with the factor are quicker than its Schur complement (docs/scale.md).
-MANY_NODES = 1200
+#: Candidate nodes from which products with the factor are quicker than its Schur complement, over the root of the
+#: degrees of freedom: 1100 nodes at 3e4, 2500 at 1.3e5 (docs/scale.md).
+MANY_NODES = 6.5
 #: Right-hand sides solved at once.
 BLOCK = 64
 
@@ -242,11 +243,13 @@ def checked_route(route: str) -> str:
     return route
 
 
-def choose_route(n_retained: int, budget: float) -> tuple[str, str]:
-    """Way of condensation for candidates with so many degrees of freedom, and why.
+def choose_route(n_dofs: int, n_retained: int, budget: float) -> tuple[str, str]:
+    """Way of condensation, and why.
 
     Parameters
     ----------
+    n_dofs : int
+        Degrees of freedom that are solved for.
     n_retained : int
         Degrees of freedom of the candidate nodes, about three times the number of candidates.
     budget : float
@@ -254,17 +257,17 @@ def choose_route(n_retained: int, budget: float) -> tuple[str, str]:
 
     Examples
     --------
-    >>> choose_route(900, 4e9)[0], choose_route(15000, 64e9)[0], choose_route(900, 1e6)[0]
+    >>> choose_route(40000, 900, 4e9)[0], choose_route(100000, 15000, 64e9)[0], choose_route(40000, 900, 1e6)[0]
     ('schur', 'operator', 'operator')
     """
-    nodes = n_retained // 3
+    nodes, many = n_retained // 3, int(MANY_NODES * n_dofs**0.5)
     # K_hat twice (PARDISO has one of its own), Y, S and what a solver makes of it
     needed = 8.0 * (2 * n_retained**2 + n_retained * nodes + 4 * nodes**2)
     if needed > budget:
         return "operator", f"a dense matrix for {nodes} nodes takes {needed / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
-    if nodes >= MANY_NODES:
-        return "operator", f"{nodes} candidate nodes, from {MANY_NODES} on products with the factor are quicker"
-    return "schur", f"{nodes} candidate nodes, fewer than {MANY_NODES}"
+    if nodes >= many:
+        return "operator", f"{nodes} candidate nodes, from {many} on products with the factor are quicker"
+    return "schur", f"{nodes} candidate nodes, fewer than {many}"
 
 
 def memory_budget() -> float:

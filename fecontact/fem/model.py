@@ -245,13 +245,15 @@ class Model:
         last = self.condensation
         if self.backend == "amg":
             return self._multigrid(watch)
-        route, why = (self.way, "as asked") if self.way != "auto" else choose_route(len(dofs), memory_budget())
+        route, why = self.way, "as asked"
+        if route == "auto":
+            route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget())
         if last is not None and last.covers(dofs):
             if isinstance(last, Plain) and route not in ("schur", last.route):
                 self.condensation = replace(last, route=route, why=why)
             return self.condensation or last
         with watch("assemble"):
-            K = self._solved_stiffness()
+            K = self.solved_stiffness()
         if route != "schur":
             with watch("factorise"):
                 self.condensation = Plain(factorise(K, self.backend), route, why)
@@ -273,14 +275,14 @@ class Model:
             if self.way not in ("auto", "operator"):
                 raise InputError(f"The back-end 'amg' has products only: condensation={self.way!r} needs a factor.")
             with watch("assemble"):
-                K = self._solved_stiffness()
+                K = self.solved_stiffness()
                 del self.stiffness
             with watch("factorise"):
                 positions = np.repeat(self.mesh.points, 3, axis=0)[self.solved_dofs]
                 self.condensation = Multigrid(AmgFactor(K, self.nodal_modes[self.solved_dofs]), positions)
         return self.condensation
 
-    def _solved_stiffness(self) -> sp.csr_matrix:
+    def solved_stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness over the solved degrees of freedom, in nodal axes."""
         K = _turned(self.stiffness, self._holds)
         return K if len(self.solved_dofs) == self.n_dofs else _restricted(K, self.solved_dofs)

@@ -98,9 +98,9 @@ def test_a_plain_factor_serves_any_candidates():
 
 
 def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
-    assert choose_route(300, 1e9)[0] == "schur"
-    assert choose_route(3 * condensation.MANY_NODES, 1e12)[0] == "operator"
-    assert choose_route(300, 1e5) == ("operator", "a dense matrix for 100 nodes takes 0.002 GB of 0.0001 GB")
+    assert choose_route(10000, 300, 1e9)[0] == "schur"
+    assert choose_route(10000, 3 * int(100 * condensation.MANY_NODES), 1e12)[0] == "operator"
+    assert choose_route(10000, 300, 1e5) == ("operator", "a dense matrix for 100 nodes takes 0.002 GB of 0.0001 GB")
     assert memory_budget() > 0
     monkeypatch.setattr(model, "memory_budget", lambda: 1e4)
     _, ball, scene = ball_on_block("auto")
