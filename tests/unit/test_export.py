@@ -43,7 +43,7 @@ def compliance(file, key):
 
 def test_the_file_holds_the_whole_problem(tmp_path):
     """Solved from its arrays alone, by dense algebra."""
-    base, plate, ball, scene = ball_between_blocks()
+    _, plate, ball, scene = ball_between_blocks()
     loads = {ball: (0.0, 0.0, -0.02), (plate, "x_max"): (0.002, 0.0, 0.001)}
     file = np.load(export_problem(scene, tmp_path / "p.npz", loads))
     S, g = np.diag(file["own_compliance"]), file["gap"].copy()
@@ -86,7 +86,7 @@ def test_petsc_on_two_processes_gives_the_same_answer(tmp_path):
     environment = petsc_environment()
     if environment is None:
         pytest.skip("the system's Python has no petsc4py, or there is no mpiexec: apt-get install python3-petsc4py")
-    base, plate, ball, scene = ball_between_blocks()
+    _, plate, ball, scene = ball_between_blocks()
     loads = {ball: (0.0, 0.0, -0.02), (plate, "x_max"): (0.002, 0.0, 0.001)}
     problem = export_problem(scene, tmp_path / "problem.npz", loads)
     answer = tmp_path / "forces.npz"
