@@ -4,7 +4,9 @@
 
 K is condensed onto the coordinates that the conditions touch, and l follows from a complementarity problem with
 S = G K^-1 G^T (sequential quadratic programming; Nocedal & Wright, Numerical Optimization, 2006, chapter 18). K has to
-be positive definite: along a stable path it is.
+be positive definite. Where a body is stable only because contact holds it, K is not, and for the conditions that press
+a multiple of G^T G is added to it. With G d = -g that only shifts l, so that the answer is the same (augmented
+Lagrangian, section 17.3 there).
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ class UnstableError(FecontactError):
     """The tangent is not positive definite: the state is not a stable one, or the step was too long."""
 
 
-def contact_step(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tuple[Array, Array]:
+def contact_step(
+    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, pressing: NDArray[np.bool_] | None = None
+) -> tuple[Array, Array]:
     """Change of the coordinates and contact forces.
 
     Parameters
@@ -36,6 +40,8 @@ def contact_step(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tu
         Forces that are out of balance, without those of contact.
     G : (m, n) csr_matrix
     gap : (m,) array
+    pressing : (m,) bool array, optional
+        Conditions that are known to press.
 
     Returns
     -------
@@ -45,7 +51,7 @@ def contact_step(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tu
     Raises
     ------
     UnstableError
-        If K is not positive definite.
+        If K is not positive definite, not even with the pressing conditions held.
     SolverError
         If the contact problem has no certified answer.
 
@@ -57,6 +63,25 @@ def contact_step(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tu
     >>> change.round(12).tolist(), forces.round(12).tolist()
     ([0.5, -0.5], [6.0])
     """
+    try:
+        return _solved(K, r, G, gap)
+    except UnstableError:
+        if pressing is None or not pressing.any():
+            raise
+    held = pressing.copy()
+    while held.any():
+        rows = sp.csr_matrix(G[held])
+        weight = K.diagonal().max() / rows.power(2).sum(axis=1).max()
+        change, forces = _solved(sp.csr_matrix(K + weight * (rows.T @ rows)), r, G, gap)
+        opening = held & (forces == 0)
+        if not opening.any():
+            forces[held] -= weight * (rows @ change)
+            return change, np.maximum(forces, 0.0)
+        held &= ~opening  # a condition that opens must not be held back
+    raise UnstableError("The tangent stiffness is not positive definite, and nothing that presses makes it so.")
+
+
+def _solved(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tuple[Array, Array]:
     touched = np.unique(G.indices) if G.nnz else np.zeros(1, dtype=np.int64)
     try:
         condensed = condense(sp.csr_matrix(sp.triu(K)), touched.astype(np.int64))

@@ -157,6 +157,7 @@ def equilibrium(
     check_supports(stage(0.0).assembly)
     level, step = (0.0, 1.0 / steps) if start is None else (start.level, 1.0 / steps)
     q = stage(0.0).assembly.q0 if start is None else start.q
+    forces = None if start is None else np.concatenate(start.forces)
     states: list[State] = [] if start is None else [start]
     cuts, trouble = 0, ""
     with tqdm(total=1.0, initial=level, desc="load", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
@@ -164,7 +165,7 @@ def equilibrium(
             goal = min(1.0, level + step)
             goal = 1.0 if goal > 1 - 1e-9 else goal
             try:
-                state = _balanced(stage(goal), goal, q, tolerance)
+                state = _balanced(stage(goal), goal, q, forces, tolerance)
             except (UnstableError, InvertedError, SolverError) as error:
                 cuts, step, trouble = cuts + 1, step / 2, str(error)
                 if step < SMALLEST_STEP:
@@ -176,7 +177,7 @@ def equilibrium(
                 continue
             bar.update(goal - level)
             states.append(state)
-            level, q = goal, state.q
+            level, q, forces = goal, state.q, np.concatenate(state.forces) if state.forces else None
             if state.nit <= EASY:
                 step = min(2 * step, 1.0 / steps)
     return Path(True, f"Full load reached in {len(states)} steps.", tuple(states), cuts)
@@ -206,8 +207,8 @@ def check_supports(assembly: Assembly) -> None:
         start += len(modes)
 
 
-def _balanced(stage: Stage, level: float, q: Array, tolerance: float) -> State:
-    """Newton iterations at one level."""
+def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, tolerance: float) -> State:
+    """Newton iterations at one level, from coordinates and contact forces of the level before."""
     a = stage.assembly
     Z = a.free
     load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
@@ -215,7 +216,7 @@ def _balanced(stage: Stage, level: float, q: Array, tolerance: float) -> State:
     jump = motion - (q - a.q0)
     jump = jump - Z @ (Z.T @ jump)
     conditions, internal = a.conditions(q), a.forces(q)
-    forces = np.zeros(len(conditions.gap))
+    forces = np.zeros(len(conditions.gap)) if guess is None else guess
     widths = np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
     for nit in range(1, MOST_ITERATIONS + 1):
         near = np.flatnonzero(conditions.gap < REACH * widths)
@@ -224,7 +225,9 @@ def _balanced(stage: Stage, level: float, q: Array, tolerance: float) -> State:
         K = K if bend is None else sp.csr_matrix(K - bend)
         r = load - internal - K @ jump
         G = conditions.G[near]
-        change, pressing = contact_step(Z.T @ K @ Z, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump)
+        change, pressing = contact_step(
+            Z.T @ K @ Z, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0
+        )
         forces = np.zeros(len(conditions.gap))
         forces[near] = pressing
         direction = jump + Z @ change
