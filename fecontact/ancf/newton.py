@@ -83,6 +83,8 @@ def contact_step(
 
 def _solved(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tuple[Array, Array]:
     touched = np.unique(G.indices) if G.nnz else np.zeros(1, dtype=np.int64)
+    if not (K.diagonal() > 0).all():
+        raise UnstableError("The tangent stiffness has a diagonal entry that is not positive.")
     try:
         condensed = condense(sp.csr_matrix(sp.triu(K)), touched.astype(np.int64))
         factor = scipy.linalg.cho_factor(condensed.stiffness, lower=True)

@@ -58,6 +58,10 @@ class Factor(Protocol):
         """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
 
 
+#: Below this size, and without any coupling, PARDISO's nested dissection may crash; such matrices go to SuperLU.
+SMALLEST = 64
+
+
 def available_backends() -> tuple[str, ...]:
     """Direct back-ends that can be used here, the fastest first."""
     return DIRECT if importlib.util.find_spec("pypardiso") is not None else ("superlu",)
@@ -70,14 +74,13 @@ def _chosen(backend: str, K: sp.csr_matrix) -> str:
             f"{', '.join(available_backends())}; and amg for elastic bodies."
         )
     if backend == "auto":
-        # PARDISO's nested dissection does not stand a matrix without any coupling: it may crash
-        return available_backends()[0] if K.nnz > K.shape[0] else "superlu"
+        backend = available_backends()[0]
     if backend not in available_backends():
         raise MissingPackageError(
             "The back-end 'pardiso' needs the package pypardiso (x86-64 only): pip install pypardiso; "
             "or use backend='superlu'."
         )
-    return backend
+    return "superlu" if K.shape[0] < SMALLEST or K.nnz <= K.shape[0] else backend
 
 
 def condense(K: sp.csr_matrix, retained: IntArray, backend: str = "auto") -> Condensed:
