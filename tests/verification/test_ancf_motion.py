@@ -63,7 +63,7 @@ def test_bar_bent_into_a_full_circle(n, most, row):
 
 
 def pressed(n, depth, radius, law=None, points=4):
-    """Force on a rigid ball pressed into a block of 2 x 2 x 1 held below, of which a quarter is modelled; last state."""
+    """Force on a rigid ball pressed into a block of 2 x 2 x 1 held below (a quarter modelled), and the last state."""
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (n, n, n), element="hex8").translated((0.0, 0.0, -1.0))
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), law or NeoHookean(), points)
     ball = fc.RigidBody(fc.Sphere(radius))
