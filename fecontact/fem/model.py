@@ -254,6 +254,8 @@ class Model:
             return self.condensation or last
         with watch("assemble"):
             K = self.solved_stiffness()
+            # the factor works on the copy; whoever wants the whole again has it assembled again
+            vars(self).pop("stiffness", None)
         if route != "schur":
             with watch("factorise"):
                 self.condensation = Plain(factorise(K, self.backend), route, why)
@@ -276,7 +278,7 @@ class Model:
                 raise InputError(f"The back-end 'amg' has products only: condensation={self.way!r} needs a factor.")
             with watch("assemble"):
                 K = self.solved_stiffness()
-                del self.stiffness
+                vars(self).pop("stiffness", None)
             with watch("factorise"):
                 positions = np.repeat(self.mesh.points, 3, axis=0)[self.solved_dofs]
                 self.condensation = Multigrid(AmgFactor(K, self.nodal_modes[self.solved_dofs]), positions)
