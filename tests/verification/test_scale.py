@@ -77,3 +77,18 @@ def test_multigrid_has_no_schur_complement():
     floor = fc.RigidBody(fc.Plane())
     with pytest.raises(InputError, match="products only"):
         fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+
+
+def test_two_elastic_bodies_by_products():
+    """Without a solver of its own for the sum, projected conjugate gradients take over."""
+    forces = []
+    for backend in ("auto", "amg"):
+        mesh, material = fc.shapes.block((1.0, 1.0, 0.6), (3, 3, 2)), fc.Material(1.0, 0.3)
+        lower = fc.ElasticBody(mesh, material, "top", {"bottom": "xyz"}, name="lower", backend=backend)
+        upper = fc.ElasticBody(mesh, material, "bottom", {"top": "xyz"}, name="upper", backend=backend)
+        upper = upper.placed(translation=(0.0, 0.0, 0.6))
+        scene = fc.Scene([lower, upper], [fc.Contact(upper, lower)])
+        result = scene.solve(motions={upper: {"z": -0.01, "rx": 0.005}})
+        forces.append(result.contacts[0].forces)
+    assert result.solution.solver == "projected-cg"
+    assert np.abs(forces[1] - forces[0]).max() < SAME * forces[0].max()
