@@ -186,4 +186,7 @@ def _scatter(keys: IntArray, blocks: Array, n: int) -> sp.csr_matrix:
     rows, columns = np.divmod(sorted_keys[first], n)
     pointer = np.searchsorted(rows, np.arange(n + 1))
     K = sp.bsr_matrix((summed, columns, pointer), shape=(3 * n, 3 * n)).tocsr()
-    return sp.triu(K, format="csr")
+    # only the diagonal blocks have something below the diagonal; scipy's triu would sort everything anew
+    upper = K.indices >= np.repeat(np.arange(3 * n, dtype=K.indices.dtype), np.diff(K.indptr))
+    pointer = np.concatenate([[0], np.cumsum(upper)])[K.indptr].astype(K.indptr.dtype)
+    return sp.csr_matrix((K.data[upper], K.indices[upper], pointer), shape=K.shape)
