@@ -60,7 +60,8 @@ def _add_hertz(commands: argparse._SubParsersAction) -> None:
 
 def _hertz(options: argparse.Namespace) -> int:
     from fecontact.io import check_writable, save_json
-    from fecontact.spheres import report_table, solve_spheres
+    from fecontact.spheres import solve_spheres
+    from fecontact.spherestable import report_table
 
     for path in (options.plot, options.vtu, options.json if options.json != "-" else None):
         if path is not None:
