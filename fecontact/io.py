@@ -18,6 +18,10 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.errors import InputError
 from fecontact.fem.stress import von_mises
 from fecontact.interface.surface import FacetSurface
+from fecontact.mesh.formats.generic import teach_meshio
+from fecontact.mesh.formats.native import native_cells
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section import SectionMesh
 
 if TYPE_CHECKING:
     from fecontact.contactfields import ContactFields
@@ -25,15 +29,7 @@ if TYPE_CHECKING:
     from fecontact.result import ContactResult
 
 Array = NDArray[np.float64]
-
-#: meshio's names of our cells; our node order is VTK's, so nothing is permuted.
-VTK_NAMES = {
-    "hex8": "hexahedron",
-    "hex20": "hexahedron20",
-    "hex27": "hexahedron27",
-    "quad8": "quad8",
-    "quad9": "quad9",
-}
+IntArray = NDArray[np.int64]
 
 
 def check_writable(path: str | Path) -> Path:
@@ -116,11 +112,14 @@ def save_csv(result: ContactResult, path: str | Path) -> Path:
 def save_vtu(result: ContactResult, path: str | Path) -> Path:
     """All elastic bodies with displacement, stress, equivalent stress and contact pressure as point data.
 
-    Stresses are in each body's own axes. Mid-face nodes have no place in the file's elements and are left out.
+    Stresses are in each body's own axes. Wedges, pyramids and tetrahedra are written as such. Mid-face nodes have no
+    place in the file's elements and are left out.
     """
     path = check_writable(path)
-    points, number = [], []
-    cells: dict[str, list[NDArray[np.int64]]] = {}
+    teach_meshio()
+    points: list[Array] = []
+    cells: dict[str, list[IntArray]] = {}
+    owner: dict[str, list[IntArray]] = {}
     data: dict[str, list[Array]] = {}
     start = 0
     for k, body in enumerate(result.elastic_bodies):
@@ -129,22 +128,28 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
         index = np.full(len(mesh.points), -1, dtype=np.int64)
         index[used] = start + np.arange(len(used))
         points.append(body.pose.to_world(mesh.points[used]))
-        cells.setdefault(mesh.cell_type, []).append(index[mesh.cells])
-        number.append((mesh.cell_type, np.full(len(mesh.cells), k)))
+        for name, block in _blocks(mesh):
+            cells.setdefault(name, []).append(index[block])
+            owner.setdefault(name, []).append(np.full(len(block), k))
         for name, values in body_fields(result, body).items():
             data.setdefault(name, []).append(values[used])
         start += len(used)
     if not points:
         raise InputError("The scene has no elastic body, so there is nothing to write to a VTU file.")
-    blocks = [(VTK_NAMES[n], np.concatenate(c)) for n, c in cells.items()]
-    bodies = [np.concatenate([values for m, values in number if m == n]) for n in cells]
     meshio.Mesh(
         np.concatenate(points),
-        blocks,
+        [(name, np.concatenate(c)) for name, c in cells.items()],
         point_data={k: np.concatenate(v) for k, v in data.items()},
-        cell_data={"body": bodies},
+        cell_data={"body": [np.concatenate(owner[name]) for name in cells]},
     ).write(path, file_format="vtu")
     return path
+
+
+def _blocks(mesh: Mesh | SectionMesh) -> list[tuple[str, IntArray]]:
+    """Cells by their names in meshio, in VTK's node order."""
+    if isinstance(mesh, SectionMesh):
+        return [(mesh.cell_type, mesh.cells)]
+    return [(name, cells) for name, cells, _ in native_cells(mesh)]
 
 
 def save_series(results: Sequence[ContactResult], path: str | Path, times: Sequence[float] | None = None) -> Path:
@@ -207,7 +212,7 @@ def nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
     return pressure
 
 
-def _opposite_pressure(interface: Interface, contact: ContactFields) -> tuple[NDArray[np.int64], Array]:
+def _opposite_pressure(interface: Interface, contact: ContactFields) -> tuple[IntArray, Array]:
     """Nodes of the master's surface and the slave's pressure opposite them."""
     slave = interface.slave.surface(interface.surfaces[0])
     master = interface.master.surface(interface.surfaces[1])

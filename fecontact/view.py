@@ -139,18 +139,21 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
     file = load(path, meshio.read)
     numbers = file.cell_data.get("body", [np.zeros(len(block.data), dtype=np.int64) for block in file.cells])
     fields = {name: np.asarray(values, dtype=float) for name, values in file.point_data.items()}
-    out = []
+    out: list[Solid] = []
+    # cells of one width are one mesh, whatever their kinds, so that no face between them counts as an outer one
+    parts: dict[tuple[int, int], list[NDArray[np.int64]]] = {}
     for block, number in zip(file.cells, numbers, strict=True):
-        if block.type in CELL_TYPES.values():
-            for k in np.unique(number).tolist():
-                used, cells = np.unique(block.data[number == k], return_inverse=True)
+        for k in np.unique(number).tolist():
+            cells = np.asarray(block.data)[number == k]
+            if block.type in CELL_TYPES.values():
+                used, cells = np.unique(cells, return_inverse=True)
                 cells = counter_clockwise(file.points[used], cells.reshape(-1, block.data.shape[1]))
                 section = SectionMesh(file.points[used], cells)
                 out.append(Solid(str(k), section, {name: values[used] for name, values in fields.items()}))
-        if block.type in BY_MESHIO:
-            cells = BY_MESHIO[block.type].to_hexahedra(np.asarray(block.data))
-            for k in np.unique(number).tolist():
-                out.append(Solid(str(k), Mesh(file.points, cells[number == k]), fields))
+            elif block.type in BY_MESHIO:
+                cells = BY_MESHIO[block.type].to_hexahedra(cells)
+                parts.setdefault((k, cells.shape[1]), []).append(cells)
+    out += [Solid(str(k), Mesh(file.points, np.concatenate(cells)), fields) for (k, _), cells in parts.items()]
     if not out:
         found = ", ".join(sorted({block.type for block in file.cells})) or "nothing"
         raise InputError(f"Cannot show {path}: it holds no solid cells (found {found}).")

@@ -6,7 +6,8 @@ import pytest
 
 import fecontact as fc
 from fecontact.mesh.formats.generic import teach_meshio
-from fecontact.mesh.kinds import KINDS, kind_of
+from fecontact.mesh.formats.native import native_cells
+from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
 
 # a cube into six tetrahedra round its diagonal, or two wedges
@@ -44,14 +45,9 @@ def _block(kind, divisions=(2, 2, 2), amount=0.03):
     return mesh.mapped(bend)
 
 
-def _native(mesh):
-    """Cells as meshio has them: (type, connectivity) of each kind."""
-    return [(kind_of(g.pattern).meshio, g.nodes) for g in mesh.cell_groups]
-
-
 def _write(mesh, path):
     teach_meshio()
-    out = meshio.Mesh(mesh.points, _native(mesh))
+    out = meshio.Mesh(mesh.points, [(name, cells) for name, cells, _ in native_cells(mesh)])
     if path.suffix == ".msh":
         meshio.gmsh.write(path, out, fmt_version="2.2")
     else:
