@@ -42,6 +42,11 @@ def stresses(mesh, u, material=STEEL):
     [(4, 1, 0.025), (10, 1, 5e-3), (10, 2, 1e-3), (20, 3, 3e-4)],
 )
 def test_simply_supported_beam(n, deep, most, linear_solve, row):
+    """A simply supported beam under uniform load.
+
+    Source: Timoshenko and Goodier, Theory of Elasticity, section 22: exact deflection of the axis, shear included. One
+    quadratic element through the depth holds the mean shear but not its parabola: a sixth of the shear part.
+    """
     length, height, width, q = 100.0, 10.0, 2.0, 1.0
     mesh = fc.shapes.block((length, width, height), (n, 1, deep))
     f = surface_traction(mesh, mesh.faces("top"), lambda x, m: np.broadcast_to([0, 0, -q / width], x.shape))
@@ -64,7 +69,7 @@ def test_simply_supported_beam(n, deep, most, linear_solve, row):
     inertia, half, c = width * height**3 / 12, length / 2, height / 2
     bending = 5 * q * half**4 / (24 * STEEL.E * inertia)
     theory = bending * (1 + 12 / 5 * c**2 / half**2 * (4 / 5 + STEEL.nu / 2))
-    assert row(f"8 beam, {n} x {deep} elements", "deflection (elasticity)", theory, -u[centre[0], 2]) < most
+    row(f"8 beam, {n} x {deep} elements", "deflection (elasticity)", theory, -u[centre[0], 2], most)
     row(f"8 beam, {n} x {deep} elements", "deflection (Bernoulli)", bending, -u[centre[0], 2])
 
 
@@ -85,6 +90,10 @@ def test_simply_supported_beam(n, deep, most, linear_solve, row):
     ],
 )
 def test_thick_cylinder(around, radii, displacement, hoop, linear_solve, row):
+    """A thick cylinder under internal pressure, plane strain, coarse meshes.
+
+    Source: Lame. Coarse on purpose, as in the report: tolerances are half as much again as what was measured.
+    """
     a, b, p = 1.0, 2.0, 1.0
     mesh = fc.shapes.thick_ring(a, b, 0.5, (around, radii, 1))
     f = surface_traction(mesh, mesh.faces("inner"), lambda x, m: -p * m)
@@ -95,11 +104,11 @@ def test_thick_cylinder(around, radii, displacement, hoop, linear_solve, row):
     inner = mesh.boundary_nodes("inner")
     found = np.linalg.norm(u[inner, :2], axis=1).mean()
     case = f"8 thick cylinder, {around} around, {len(radii) - 1} through ({radii[1]})"
-    assert row(case, "displacement inside", exact, found) < displacement
+    row(case, "displacement inside", exact, found, displacement)
     stress, _ = stresses(mesh, u)
     on_x = inner[np.abs(mesh.points[inner, 1]) < 1e-9]
     found = to_nodes(mesh, stress)[on_x, 1].mean()
-    assert row(case, "hoop stress inside", p * (b**2 + a**2) / (b**2 - a**2), found) < hoop
+    row(case, "hoop stress inside", p * (b**2 + a**2) / (b**2 - a**2), found, hoop)
 
 
 # circular plate, radius 10, thickness 1, load 100 over the middle circle of radius 2, simply supported; Mindlin's
@@ -150,18 +159,26 @@ def ring_plate(n_around, n_inner, n_outer):
 
 @pytest.mark.parametrize(("n", "most"), [((2, 1, 2), 0.025), ((4, 2, 6), 0.006), ((8, 3, 12), 0.006)])
 def test_circular_plate_with_prisms_at_the_centre(n, most, linear_solve, row):
+    """A circular plate under a central load, prisms in its centre.
+
+    Source: Timoshenko and Woinowsky-Krieger, section 16, with Mindlin's shear, itself good to half a percent here.
+    """
     mesh = ring_plate(*n)
     check_mesh(mesh)
     assert {len(g.nodes[0]) for g in mesh.cell_groups} == {15, 20}
     _, found = solved_plate(mesh, linear_solve, "middle")
     kirchhoff, mindlin = plate_theory()
     case = f"8 plate with prisms, {n[0]} around, {n[1]} + {n[2]} rings"
-    assert row(case, "deflection (Mindlin)", mindlin, found) < most
+    row(case, "deflection (Mindlin)", mindlin, found, most)
     row(case, "deflection (Kirchhoff)", kirchhoff, found)
 
 
 @pytest.mark.parametrize(("level", "most"), [((1, 1, 0.3), 0.01), ((2, 2, 0.2), 0.01)])
 def test_circular_plate_without_degenerate_elements(level, most, linear_solve, row):
+    """A circular plate under a central load, hexahedra only.
+
+    Source: Timoshenko and Woinowsky-Krieger, section 16, with Mindlin's shear, itself good to half a percent here.
+    """
     core, rings, edge = level
     mesh = fc.shapes.cylinder(
         RADIUS,
@@ -175,7 +192,7 @@ def test_circular_plate_without_degenerate_elements(level, most, linear_solve, r
     f_side = mesh.mapped(lambda x: np.column_stack([x[:, 1], x[:, 0], THICKNESS - x[:, 2]]))
     _, found = solved_plate(f_side, linear_solve, "middle")
     _, mindlin = plate_theory()
-    assert row(f"8 plate with a square core of {core} x {core}", "deflection (Mindlin)", mindlin, found) < most
+    row(f"8 plate with a square core of {core} x {core}", "deflection (Mindlin)", mindlin, found, most)
 
 
 def corner_plate(n):
@@ -196,7 +213,12 @@ def corner_plate(n):
 
 
 def test_vanishing_jacobian_at_a_corner(linear_solve, row):
-    # two sides of the corner element share one tangent there: its Jacobian vanishes at that corner
+    """A disc in pure bending whose corner elements have a vanishing Jacobian.
+
+    Source: sigma_rr = sigma_tt = s(z), w = (1 - nu) s' r^2/(2 E). Displacements are right; stresses at the point itself
+    are wrong and are recovered from Gauss points. 4 x 4 curved elements: 0.2 % in displacement, 2 % in recovered
+    stress.
+    """
     mesh = corner_plate(4)
     check_mesh(mesh)
     # uniform bending: the whole top and bottom free, a radial traction linear through the thickness on the rim
@@ -213,7 +235,7 @@ def test_vanishing_jacobian_at_a_corner(linear_solve, row):
     rim = np.hypot(*mesh.points[:, :2].T) > RADIUS * (1 - 1e-9)
     middle = rim & (np.abs(mesh.points[:, 2] - 0.5) < 1e-9)
     exact = -(1 - STEEL.nu) * 2 * bending / THICKNESS * RADIUS**2 / (2 * STEEL.E)
-    assert row("8 plate with a vanishing Jacobian", "rim deflection", exact, u[middle, 2].mean()) < 2e-3
+    row("8 plate with a vanishing Jacobian", "rim deflection", exact, u[middle, 2].mean(), 2e-3)
     # the corner element near its corner, at the top, and from its Gauss points
     corner = np.argmin(np.linalg.norm(mesh.points - [*np.full(2, RADIUS * np.sqrt(0.5)), THICKNESS], axis=1))
     (cell,) = np.flatnonzero((mesh.cells == corner).any(axis=1))
@@ -273,6 +295,11 @@ def manufactured_force(x):
     [("hex8", (4, 8, 12), 2, 1), ("hex20", (2, 4, 6), 3, 2), ("hex27", (2, 4, 6), 3, 2)],
 )
 def test_orders_of_convergence(element, sizes, l2_order, energy_order, curved, linear_solve, row):
+    """Orders of convergence with a manufactured solution on curved meshes.
+
+    Source: interpolation theory, h^(p+1) in L2 and h^p in energy. Coarse meshes reach orders to a few tenths; a sampled
+    energy at Gauss points may be better than its order.
+    """
     errors = []
     for n in sizes:
         mesh = curved(element, (n, n, n), amount=0.03)

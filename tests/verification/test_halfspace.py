@@ -1,4 +1,4 @@
-"""Half-space contacts against closed forms: errors, orders, and the work that they take (figures are shown)."""
+"""Half-space contacts against closed forms: errors, orders, and the work that they take."""
 
 import numpy as np
 import pytest
@@ -28,19 +28,21 @@ HERTZ = [(64, 7.5e-3, 2e-4, 1e-4), (256, 2e-3, 1e-5, 1e-5), (512, 1.1e-3, 3e-6, 
 
 @pytest.mark.parametrize(("n", "most_l2", "most_centre", "most_approach"), HERTZ)
 def test_hertz(n, most_l2, most_centre, most_approach, row):
+    """A paraboloid on a half-space of cells.
+
+    Source: Hertz. Tolerances are about 1.2 times what was found, which is what other half-space codes reach; the order
+    is 1, for the edge of the pressure lies inside cells.
+    """
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
     contact = half.press(Paraboloid(1.0), force=4 / 3)
     r = radius(half.grid)
     exact = 2 / np.pi * np.sqrt(np.maximum(1 - r**2, 0))
     case = f"sphere, box 3a, {n} x {n} cells"
     error = l2(contact.pressure, exact, r <= 1.2)
-    row(case, "pressure L2", 0.0, error)
+    row(case, "pressure L2", 0.0, error, most_l2)
     row(case, "transforms of the padded grid", 100.0, contact.solver.transforms)
-    centre = row(case, "centre pressure", exact[n // 2, n // 2], contact.pressure[n // 2, n // 2])
-    approach = row(case, "approach", 1.0, contact.approach)
-    assert error < most_l2
-    assert centre < most_centre
-    assert approach < most_approach
+    row(case, "centre pressure", exact[n // 2, n // 2], contact.pressure[n // 2, n // 2], most_centre)
+    row(case, "approach", 1.0, contact.approach, most_approach)
     assert contact.residuals.worst < 1e-8
     # a quarter is modelled: 7 to 9 found at every size, a whole takes 30 to 38
     assert contact.solver.transforms < 12
@@ -49,30 +51,43 @@ def test_hertz(n, most_l2, most_centre, most_approach, row):
 
 @pytest.mark.parametrize("n", [128, 512])
 def test_flat_punch(n, row):
+    """A flat punch on a half-space of cells.
+
+    Source: Boussinesq. The outline is a staircase of cells: its radius is uncertain by a fraction of a cell.
+    """
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
     contact = half.press(FlatPunch(radius=1.0), force=2.0)
     r = radius(half.grid)
     inside = r < 0.8
     exact = 1 / np.pi / np.sqrt(1 - np.minimum(r, 0.99) ** 2)
     # the outline is a staircase of cells: its radius is uncertain by a fraction of a cell
-    assert row(f"flat punch, {n} cells", "approach", 1.0, contact.approach) < 0.5 / n
-    assert l2(contact.pressure, exact, inside) < 1.5 / n
+    row(f"flat punch, {n} cells", "approach", 1.0, contact.approach, 0.5 / n)
+    row(f"flat punch, {n} cells", "pressure L2, r < 0.8 a", 0.0, l2(contact.pressure, exact, inside), 1.5 / n)
 
 
 @pytest.mark.parametrize("n", [128, 512])
 def test_cone(n, row):
+    """A cone on a half-space of cells.
+
+    Source: Sneddon. The pressure has a logarithm at the tip: its cell-wise error falls as the cell.
+    """
     beta = 0.1
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
     contact = half.press(Cone(np.arctan(beta)), force=np.pi * beta / 2)
     r = radius(half.grid)
     exact = beta / 2 * np.arccosh(1 / np.minimum(r, 1.0))
-    assert row(f"cone, {n} cells", "approach", np.pi * beta / 2, contact.approach) < 0.2 / n**2
+    row(f"cone, {n} cells", "approach", np.pi * beta / 2, contact.approach, 0.2 / n**2)
     # the pressure has a logarithm at the tip: its cell-wise error falls as the cell
-    assert l2(contact.pressure, exact, r < 0.8) < 0.6 / n
+    row(f"cone, {n} cells", "pressure L2, r < 0.8 a", 0.0, l2(contact.pressure, exact, r < 0.8), 0.6 / n)
 
 
 @pytest.mark.parametrize(("e", "full"), [(0.2, True), (1 / 3, True), (0.5, False)])
 def test_tilted_flat_punch(e, full, row):
+    """A flat punch under an eccentric load, on a half-space of cells.
+
+    Source: p = P/(2 pi a^2)(1 + 3 e x/a^2)/sqrt(1 - r^2/a^2), full contact up to e = a/3 (Johnson 1985). The outline is
+    a staircase; beyond a/3 the punch lifts, asserted by its area. Statics is exact.
+    """
     n = 256
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
     contact = half.press(FlatPunch(radius=1.0), force=2.0, load_point=(e, 0.0))
@@ -82,13 +97,18 @@ def test_tilted_flat_punch(e, full, row):
     if full:
         exact = (1 + 3 * e * x) / np.pi / np.sqrt(1 - np.minimum(r, 0.99) ** 2)
         assert touched < 1e-3
-        assert l2(contact.pressure, exact, r < 0.8) < 2 / n  # staircase outline
+        # staircase outline
+        row(f"tilted punch, e = {e:.2f} a", "pressure L2, r < 0.8 a", 0.0, l2(contact.pressure, exact, r < 0.8), 2 / n)
     else:
-        assert contact.area < 0.8 * np.pi  # lifts beyond e = a/3
+        assert contact.area < 0.8 * np.pi
 
 
 @pytest.mark.parametrize("n", [128, 512])
 def test_ellipse_ten_to_one(n, row):
+    """An ellipse of ten to one on a half-space of cells.
+
+    Source: Hertz. Order 1, as for the circle.
+    """
     hertz = fc.hertz.ellipse(((1.0, 36.536), (np.inf, np.inf)), (UNIT, None), force=0.05)
     a, b = max(hertz.a, hertz.b), min(hertz.a, hertz.b)
     half = fc.HalfSpace(UNIT, size=(3 * a, 3 * b), shape=(n, n))
@@ -96,14 +116,19 @@ def test_ellipse_ten_to_one(n, row):
     r2 = (half.grid.x[:, None] / a) ** 2 + (half.grid.y[None, :] / b) ** 2
     exact = hertz.p0 * np.sqrt(np.maximum(1 - r2, 0))
     case = f"ellipse {a / b:.1f}:1, {n} cells"
-    row(case, "pressure L2", 0.0, l2(contact.pressure, exact, r2 <= 1.44))
-    assert l2(contact.pressure, exact, r2 <= 1.44) < 0.6 / n  # order 1, as for the circle
-    assert row(case, "approach", hertz.approach, contact.approach) < 0.6 / n**2
+    # order 1, as for the circle
+    row(case, "pressure L2", 0.0, l2(contact.pressure, exact, r2 <= 1.44), 0.6 / n)
+    row(case, "approach", hertz.approach, contact.approach, 0.6 / n**2)
     assert contact.solver.transforms < 20
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.6, 0.9, 0.95])
 def test_westergaard(share, row):
+    """A sinusoid on a periodic half-space.
+
+    Source: Westergaard 1939. The contact is 53 to 220 cells wide; found 1.3e-4 to 1.2e-3 by where the edge falls in its
+    cell.
+    """
     n, height = 256, 0.01
     half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(n, n), periodic=True)
     x = half.grid.x
@@ -114,10 +139,8 @@ def test_westergaard(share, row):
     exact = 2 * p_star * np.cos(np.pi * x) * np.sqrt(open_part)
     case = f"Westergaard, pbar = {share} p*"
     error = l2(contact.pressure[:, 0], exact, slice(None))
-    row(case, "pressure L2", 0.0, error)
-    # the contact is 53 to 220 cells wide; found 1.3e-4 to 1.2e-3 by where the edge falls in its cell
-    assert error < 3e-3
-    assert row(case, "half-width, to a cell", 2 * a, contact.area_fraction) < 2 / n / (2 * a)
+    row(case, "pressure L2", 0.0, error, 3e-3)
+    row(case, "half-width, to a cell", 2 * a, contact.area_fraction, 2 / n / (2 * a))
     assert abs(contact.displacement.mean()) < 1e-15
 
 
@@ -135,19 +158,28 @@ LAYER = {
 
 @pytest.mark.parametrize(("nu", "ratio"), LAYER)
 def test_bonded_layer_under_a_paraboloid(nu, ratio, row):
+    """A thin bonded layer of cells under a paraboloid.
+
+    Source: layer by Hankel transforms, computed a second way. 49 cells per contact radius: 3e-5 in the approach and
+    2e-4 in the pressure were found; the area is good to half a cell.
+    """
     force, delta, p0 = LAYER[nu, ratio]
     material = fc.Material(E=1 - nu**2, nu=nu)
     half = fc.HalfSpace(None, size=(2.6, 2.6), shape=(128, 128), layers=[fc.Layer(material, 1 / ratio)])
     contact = half.press(Paraboloid(1.0), force=force)
     case = f"layer, nu = {nu}, a/b = {ratio}"
     # 49 cells per contact radius: 3e-5 in the approach, 2e-4 in the pressure were found; asked is 1e-3
-    assert row(case, "approach delta R/a^2", delta, contact.approach) < 1e-4
-    assert row(case, "centre pressure p0 R/(E* a)", p0, contact.pressure[64, 64]) < 4e-4
+    row(case, "approach delta R/a^2", delta, contact.approach, 1e-4)
+    row(case, "centre pressure p0 R/(E* a)", p0, contact.pressure[64, 64], 4e-4)
     # to half a cell
-    assert row(case, "radius by the area", 1.0, float(np.sqrt(contact.area / np.pi))) < 0.5 / 49
+    row(case, "radius by the area", 1.0, float(np.sqrt(contact.area / np.pi)), 0.5 / 49)
 
 
 def test_soft_layer_on_a_half_space_lies_between():
+    """A soft layer on a stiff half-space lies between the two materials.
+
+    Source: monotony of the approach in the layer's thickness.
+    """
     stiff, soft = fc.Material(10.0, 0.3), fc.Material(1.0, 0.3)
     force, approaches = 0.5, []
     for layers, base in (([], soft), ([fc.Layer(soft, 1.0)], stiff), ([fc.Layer(soft, 0.2)], stiff), ([], stiff)):
@@ -194,14 +226,18 @@ def test_report_half_space_by_wolfe(cell, pressure, ratio, most_l2, most_area, r
     case = f"report, {10 * cell:g} mm cells, {pressure} {ratio if pressure == 'point' else ''}"
     area = 4 * (p > 0).sum() * cell**2
     diagonal = p[np.argmin(r.ravel()[quarter])]
-    row(case, "pressure L2", 0.0, l2(p, exact, slice(None)))
+    row(case, "pressure L2", 0.0, l2(p, exact, slice(None)), most_l2)
     row(case, "pressure nearest the centre", exact.max(), diagonal)
-    assert l2(p, exact, slice(None)) < most_l2
-    assert row(case, "contact area", np.pi * hertz.a**2, area) < most_area
-    assert row(case, "approach", hertz.approach, -solution.q[0]) < 0.015
+    row(case, "contact area", np.pi * hertz.a**2, area, most_area)
+    row(case, "approach", hertz.approach, -solution.q[0], 0.015)
 
 
 def test_rough_surface_area_against_load(row):
+    """A rough surface: area in contact against load.
+
+    Source: area / load = slope / (h' E*) with a slope between 1.6 (Persson: sqrt(8/pi)) and 2.5 (Bush, Gibson and
+    Thomas: sqrt(2 pi)); the same seed gives the same surface.
+    """
     rough = self_affine((256, 256), (1.0, 1.0), hurst=0.8, seed=1, rms_slope=0.1, longest=0.25, shortest=8 / 256)
     half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(256, 256), periodic=True)
     for load in (0.0005, 0.001, 0.003, 0.01):

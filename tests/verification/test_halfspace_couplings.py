@@ -29,6 +29,10 @@ def ball(a):
     [("nodal", 32, 0.055, 0.05), ("mortar", 32, 0.05, 0.01), ("auto", 32, 0.05, 0.01), ("auto", 64, 0.025, 0.02)],
 )
 def test_ball_on_a_half_space(coupling, cells, most_l2, most_peak, row):
+    """A ball of finite elements on a half-space of cells.
+
+    Source: Hertz. 1.2 times what was found; between finite elements two balls of this fineness err by 1.9 % in L2.
+    """
     hertz = fc.hertz.spheres((RADIUS, np.inf), (MATERIAL, MATERIAL), force=FORCE)
     half = fc.HalfSpace(MATERIAL, size=(3 * hertz.a, 3 * hertz.a), shape=(cells, cells))
     body = ball(hertz.a)
@@ -36,10 +40,8 @@ def test_ball_on_a_half_space(coupling, cells, most_l2, most_peak, row):
     (contact,) = result.contacts
     l2, peak = figures(contact, hertz)
     case = f"FE ball on a half-space, {cells} cells, {coupling}"
-    row(case, "pressure L2", 0.0, l2)
-    row(case, "peak", 0.0, peak)
-    assert l2 < most_l2
-    assert abs(peak) < most_peak
+    row(case, "pressure L2", 0.0, l2, most_l2, result.n_dofs)
+    row(case, "peak, relative error", 0.0, peak, most_peak, result.n_dofs)
     assert abs(np.abs(contact.force[2]) / FORCE - 1) < 1e-9
     # forces spread over cells keep their moment: the other side's resultant is its opposite
     assert np.abs(contact.moment).max() < 1e-6 * FORCE * RADIUS
@@ -47,13 +49,15 @@ def test_ball_on_a_half_space(coupling, cells, most_l2, most_peak, row):
 
 
 def test_two_balls_of_the_same_fineness(row):
+    """Two balls of finite elements, as fine as the ball on cells.
+
+    Source: Hertz. Twice what was found.
+    """
     hertz = fc.hertz.spheres((RADIUS, RADIUS), (MATERIAL, MATERIAL), force=FORCE)
     lower = ball(hertz.a)
     upper = lower.placed(name="upper")
     lower = lower.placed(rotation=fc.rotation_about((1, 0, 0), np.pi), name="lower")
     result = fc.Scene([lower, upper], [fc.Contact(lower, upper)]).solve(forces={upper: [0, 0, -FORCE]})
     l2, peak = figures(result.contacts[0], hertz)
-    row("two FE balls", "pressure L2", 0.0, l2)
-    row("two FE balls", "peak", 0.0, peak)
-    assert l2 < 0.035
-    assert abs(peak) < 0.02
+    row("two FE balls", "pressure L2", 0.0, l2, 0.035, result.n_dofs)
+    row("two FE balls", "peak, relative error", 0.0, peak, 0.02, result.n_dofs)

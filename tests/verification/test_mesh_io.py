@@ -45,14 +45,18 @@ def block(kind, divisions=(2, 2, 3), amount=0.1):
 
 @pytest.mark.parametrize("kind", ["tet10", "wedge15", "wedge15 lying", "hex20 + wedge15", "hexahedra from tet10"])
 def test_uniform_pressure_is_exact(kind, row):
+    """Curved blocks of tetrahedra and wedges on a flat under uniform pressure.
+
+    Source: uniform stress. Rounding times condition numbers of some 1e3.
+    """
     body, plane = fc.ElasticBody(block(kind), ELASTIC, contact="bottom"), fc.RigidBody(fc.Plane())
     result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(pressures={(body, "top"): 1.0})
     contact = result.contacts[0]
     assert contact.active.all()
     worst = np.abs(contact.pressure - 1).max()
-    assert row(f"7a curved block on a flat, {kind}", "largest pressure error", 0.0, worst) < EXACT
+    row(f"7a curved block on a flat, {kind}", "largest pressure error", 0.0, worst, EXACT, result.n_dofs)
     stress = np.abs(result.stress(body) - [0, 0, -1, 0, 0, 0]).max()
-    assert row(f"7a curved block on a flat, {kind}", "largest stress error", 0.0, stress) < EXACT
+    row(f"7a curved block on a flat, {kind}", "largest stress error", 0.0, stress, EXACT, result.n_dofs)
     points, pressure, areas = contact.sampled(contact.pressure)
     assert abs(areas.sum() - 1) < EXACT
     assert np.abs(pressure - 1).max() < EXACT
@@ -61,13 +65,16 @@ def test_uniform_pressure_is_exact(kind, row):
 
 @pytest.mark.parametrize(("upper", "lower"), [("tet10", "tet10"), ("wedge15", "tet10"), ("wedge15 lying", "tet10")])
 def test_uniform_pressure_through_two_bodies(upper, lower, row):
-    # wedges and tetrahedra have the same triangles on their ends; lying wedges have squares over two triangles each,
-    # and as the slave they take mortar coupling
+    """Two blocks of tetrahedra and wedges with matching triangles.
+
+    Source: uniform stress. Wedges and tetrahedra have the same triangles on their ends; lying wedges have squares over
+    two triangles each, and as the slave they take mortar coupling. Rounding times condition numbers of some 1e3.
+    """
     top = fc.ElasticBody(block(upper).translated((0, 0, 1)), ELASTIC, contact="bottom", name="top")
     base = fc.ElasticBody(block(lower), ELASTIC, contact="top", supports={"bottom": "z"}, name="base")
     result = fc.Scene([top, base], [fc.Contact(top, base)]).solve(pressures={(top, "top"): 1.0})
     worst = max(np.abs(result.stress(b) - [0, 0, -1, 0, 0, 0]).max() for b in (top, base))
-    assert row(f"7b {upper} on {lower}", "largest stress error", 0.0, worst) < EXACT
+    row(f"7b {upper} on {lower}", "largest stress error", 0.0, worst, EXACT, result.n_dofs)
 
 
 MIXED = [
@@ -82,7 +89,11 @@ MIXED = [
 @pytest.mark.parametrize(("upper", "above", "lower", "below"), MIXED)
 @pytest.mark.parametrize("swapped", [False, True])
 def test_uniform_pressure_through_faces_that_do_not_match(upper, above, lower, below, swapped, row):
-    # triangles on triangles and on quadrilaterals, coupled by mortar, either side as slave
+    """Two blocks of tetrahedra and wedges whose faces do not match.
+
+    Source: uniform stress. Triangles on triangles and on quadrilaterals, coupled by mortar, either side as slave.
+    Rounding times condition numbers of some 1e3.
+    """
     top = fc.ElasticBody(block(upper, above).translated((0, 0, 1)), ELASTIC, contact="bottom", name="top")
     base = fc.ElasticBody(block(lower, below), ELASTIC, contact="top", supports={"bottom": "z"}, name="base")
     pair = (base, top) if swapped else (top, base)
@@ -92,12 +103,15 @@ def test_uniform_pressure_through_faces_that_do_not_match(upper, above, lower, b
     assert result.contacts[0].active.all()
     worst = max(np.abs(result.stress(b) - [0, 0, -1, 0, 0, 0]).max() for b in (top, base))
     slave = "lower" if swapped else "upper"
-    assert row(f"7b {upper} on {lower}, mortar, {slave} slave", "largest stress error", 0.0, worst) < EXACT
+    row(f"7b {upper} on {lower}, mortar, {slave} slave", "largest stress error", 0.0, worst, EXACT, result.n_dofs)
 
 
 @pytest.mark.parametrize("swapped", [False, True])
 def test_bodies_with_plain_triangles_pass_too(swapped, row):
-    # six-node triangles and linear tetrahedra with three
+    """Two blocks of tetrahedra with plain triangles whose faces do not match.
+
+    Source: uniform stress. Six-node triangles, and linear tetrahedra with three nodes. Rounding.
+    """
     worst = 0.0
     for columns, pressure in ((20, "nodal"), (8, "midface")):
         bodies = []
@@ -113,7 +127,9 @@ def test_bodies_with_plain_triangles_pass_too(swapped, row):
         result = fc.Scene(bodies, [fc.Contact(*pair)]).solve(pressures={(bodies[0], "top"): 1.0})
         assert result.contacts[0].coupling == "mortar"
         worst = max(worst, *(np.abs(result.stress(b) - [0, 0, -1, 0, 0, 0]).max() for b in bodies))
-    assert row(f"7b plain triangles, {'lower' if swapped else 'upper'} slave", "stress error", 0.0, worst) < EXACT
+    row(
+        f"7b plain triangles, {'lower' if swapped else 'upper'} slave", "stress error", 0.0, worst, EXACT, result.n_dofs
+    )
 
 
 @pytest.fixture(scope="module")
@@ -151,13 +167,18 @@ FORCE = 12.0
 
 @pytest.mark.parametrize(("element", "near_size"), [("tet10", 0.1), ("hex20", 0.1)])
 def test_hertz_on_a_ball_from_its_cad_file(element, near_size, ball, row):
+    """A ball meshed from its CAD file on a rigid plane.
+
+    Source: Hertz. Four irregular elements over the contact radius, no ring at its edge: both errors about 1 %,
+    tolerances of two and three times that.
+    """
     e_star = ELASTIC.E / (1 - ELASTIC.nu**2)
     a = (0.75 * FORCE * 10.0 / e_star) ** (1 / 3)
     p0 = 1.5 * FORCE / (np.pi * a**2)
     result, radius, centre = pressed_ball(ball, element, near_size)
     case = f"1 ball from CAD, {element}, {result.n_dofs} dofs"
     # four irregular elements over the contact radius, no ring at its edge: both errors about 1 %
-    assert row(case, "contact radius", a, radius) < 0.02
-    assert row(case, "centre pressure", p0, centre) < 0.03
+    row(case, "contact radius", a, radius, 0.02, result.n_dofs)
+    row(case, "centre pressure", p0, centre, 0.03, result.n_dofs)
     assert abs(result.contacts[0].force[2] / (FORCE / 4) - 1) < EXACT
     assert result.residuals().equilibrium < EXACT

@@ -42,10 +42,14 @@ def pressed_block(element, pressure):
 
 @pytest.mark.parametrize(("element", "pressure"), [("hex20", "midface"), ("hex8", "midface"), ("hex27", "midface")])
 def test_uniform_pressure_is_exact(element, pressure, row):
+    """A block on a frictionless flat under uniform pressure.
+
+    Source: uniform stress, exact in any element. Rounding times condition numbers of some 1e3.
+    """
     body, result = pressed_block(element, pressure)
     contact = result.contacts[0]
     worst = np.abs(contact.pressure - 1).max()
-    assert row(f"7a block on a flat, {element} {pressure}", "largest pressure error", 0.0, worst) < EXACT
+    row(f"7a block on a flat, {element} {pressure}", "largest pressure error", 0.0, worst, EXACT, result.n_dofs)
     assert contact.active.all()
     assert contact.gap.max() < EXACT
     low, high = stress_range(result, [body])
@@ -54,7 +58,11 @@ def test_uniform_pressure_is_exact(element, pressure, row):
 
 
 def test_plain_hex20_releases_all_corners_and_lifts(row):
-    # a serendipity face answers uniform pressure by corner forces of -1/12, which a contact cannot give
+    """A block of plain 20-node elements on a flat loses its corners.
+
+    Source: a serendipity face answers uniform pressure by corner forces of -1/12, which a contact cannot give; the lift
+    of a tenth of the shortening is this mesh's own figure, kept to one percent.
+    """
     body, result = pressed_block("hex20", "nodal")
     contact = result.contacts[0]
     corners = np.unique(body.mesh.cells[:, :8])
@@ -64,8 +72,8 @@ def test_plain_hex20_releases_all_corners_and_lifts(row):
     assert len(off) == 16
     assert set(np.flatnonzero(~contact.active)) == set(off)
     # the block shortens by 1 (E = p = L = 1)
-    assert row("7a block on a flat, plain hex20", "lift / shortening", 0.0998, contact.gap.max()) < 0.01
-    assert row("7a block on a flat, plain hex20", "corner nodes released of 16", 16, len(off)) == 0
+    row("7a block on a flat, plain hex20", "lift / shortening", 0.0998, contact.gap.max(), 0.01, result.n_dofs)
+    row("7a block on a flat, plain hex20", "corner nodes released of 16", 16, len(off), 1e-15, result.n_dofs)
 
 
 # (b) two blocks, matching, nested and neither
@@ -95,11 +103,15 @@ def two_blocks(n_upper, n_lower, rotation=None):
 @pytest.mark.parametrize(("upper", "lower"), [(1, 1), (2, 2), (4, 2), (5, 1), (6, 3)])
 @pytest.mark.parametrize("angle", [0, 30])
 def test_matching_and_nested_faces_are_exact(upper, lower, angle, row):
+    """Two blocks whose faces match or nest, upright and turned, under uniform pressure.
+
+    Source: Taylor and Papadopoulos 1991. Rounding times condition numbers of some 1e3.
+    """
     rotation = fc.rotation_about((1, 2, 0.5), np.radians(angle)) if angle else None
     result, stress = two_blocks(upper, lower, rotation)
     assert result.contacts[0].note.startswith("faces match or nest")
     case = f"7b two blocks {upper}:{lower}, turned by {angle} degrees"
-    assert row(case, "largest stress error", 0.0, np.abs(np.array(stress) + 1).max()) < EXACT
+    row(case, "largest stress error", 0.0, np.abs(np.array(stress) + 1).max(), EXACT, result.n_dofs)
     assert np.abs(result.contacts[0].pressure - 1).max() < EXACT
 
 
@@ -110,6 +122,11 @@ def test_matching_and_nested_faces_are_exact(upper, lower, angle, row):
     [(2, 3, -1.2, -0.8), (3, 2, -1.2, -0.8), (1, 5, -8.0, 1.0)],
 )
 def test_faces_that_do_not_nest_err_and_say_so(upper, lower, least, most, row):
+    """Two blocks whose faces do not nest, coupled by nodal forces: what it costs.
+
+    Source: uniform stress -1. Nodal forces are Simpson's rule for the master's load; across the master's edges its
+    kinks are missed. The stresses at the Gauss points lie within stated bounds, equilibrium holds to rounding.
+    """
     result, (low, high) = two_blocks(upper, lower)
     assert "do not match" in result.contacts[0].note
     row(f"7b two blocks {upper}:{lower}, nodal forces", "lowest stress", -1.0, low)
@@ -126,7 +143,11 @@ def test_faces_that_do_not_nest_err_and_say_so(upper, lower, least, most, row):
 @pytest.mark.parametrize("element", ["hex20", "hex27"])
 @pytest.mark.parametrize("nu", [0.0, 0.3])
 def test_bending_pressure_on_a_flat_is_exact(element, nu, row):
-    # u_z = -p(x) z/E with p = p0 + p1 (x - 1/2), u_x and u_y quadratic: bending held in the elements' space
+    """Linear pressure of a bent block on a flat.
+
+    Source: u_z = -p(x) z/E with p = p0 + p1 (x - 1/2), u_x and u_y quadratic: bending, held in the elements' space.
+    Rounding times condition numbers of some 1e3.
+    """
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 2, 2), element=element)
     body = fc.ElasticBody(mesh, fc.Material(1.0, nu), contact="bottom", supports={"top": "z", "y_min": "y"})
     plane = floor()
@@ -135,11 +156,15 @@ def test_bending_pressure_on_a_flat_is_exact(element, nu, row):
     contact = result.contacts[0]
     expected = 1e-2 + 1.5e-2 * (contact.points[:, 0] - 0.5)
     worst = np.abs(contact.pressure - expected).max() / 1e-2
-    assert row(f"7c bending on a flat, {element}, nu = {nu}", "largest pressure error", 0.0, worst) < EXACT
+    row(f"7c bending on a flat, {element}, nu = {nu}", "largest pressure error", 0.0, worst, EXACT, result.n_dofs)
 
 
 @pytest.mark.parametrize(("upper", "lower"), [(2, 2), (4, 2), (3, 1)])
 def test_bending_through_two_blocks_is_exact(upper, lower, row):
+    """Linear pressure through two blocks whose faces match or nest.
+
+    Source: the same bending field. Rounding times condition numbers of some 1e3.
+    """
     low = fc.ElasticBody(
         fc.shapes.block((1.0, 1.0, 1.0), (lower, lower, 1)),
         ELASTIC,
@@ -156,7 +181,7 @@ def test_bending_through_two_blocks_is_exact(upper, lower, row):
     contact = scene.solve(motions={up: {"z": -2e-2, "ry": 3e-2}}).contacts[0]
     expected = 1e-2 + 1.5e-2 * (contact.points[:, 0] - 0.5)
     worst = np.abs(contact.pressure - expected).max() / 1e-2
-    assert row(f"7c bending through two blocks {upper}:{lower}", "largest pressure error", 0.0, worst) < EXACT
+    row(f"7c bending through two blocks {upper}:{lower}", "largest pressure error", 0.0, worst, EXACT)
 
 
 # (d) elements
@@ -203,18 +228,26 @@ def rim(mesh):
 
 
 def test_linear_displacements_are_reproduced(curved, linear_solve, row):
+    """Patches of distorted, curved and degenerate elements under linear displacements.
+
+    Source: a linear field, exact in any isoparametric element. Rounding of sums of 27 points and nodes.
+    """
     gradient = np.array([[0.1, -0.2, 0.3], [0.05, 0.4, -0.1], [0.2, 0.1, -0.3]])
     for name, mesh in patches(curved):
         u = mesh.points @ gradient.T
         fixed = rim(mesh)
         found = linear_solve(mesh, ELASTIC, fixed, values=u.ravel()[fixed])
         error = np.abs(found - u).max()
-        assert row(f"7d patch of {name}", "largest displacement error", 0.0, error) < ELEMENT
+        row(f"7d patch of {name}", "largest displacement error", 0.0, error, ELEMENT)
 
 
 @pytest.mark.parametrize("kind", ["hex20", "hex27", "wedge", "pyramid", "tetrahedron"])
 def test_quadratic_displacements_are_reproduced_by_affine_elements(kind, linear_solve, row):
-    # the patch test of second order, with the body force that the field needs
+    """Second-order patch test of affine elements.
+
+    Source: a random quadratic field with the body force -(lambda + mu) grad div u - mu laplace u that it needs.
+    Rounding of sums of 27 points and nodes.
+    """
     shear = np.array([[1.0, 0.3, 0.1], [0.0, 0.9, -0.2], [0.2, 0.0, 1.1]])
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element=kind) if kind.startswith("hex") else star(kind)
     mesh = mesh.mapped(lambda x: x @ shear.T)
@@ -231,11 +264,14 @@ def test_quadratic_displacements_are_reproduced_by_affine_elements(kind, linear_
     u, fixed = field(mesh.points), rim(mesh)
     found = linear_solve(mesh, ELASTIC, fixed, f, values=u.ravel()[fixed])
     error = np.abs(found - u).max() / np.abs(u).max()
-    assert row(f"7d second-order patch of {kind}", "largest displacement error", 0.0, error) < ELEMENT
+    row(f"7d second-order patch of {kind}", "largest displacement error", 0.0, error, ELEMENT)
 
 
 def test_hexahedra_wedges_and_their_neighbours_conform(linear_solve, row):
-    # a hexahedron, then a wedge on its side: linear fields through both
+    """A hexahedron and a wedge that share a face, under linear displacements.
+
+    Source: a linear field; nodes of the shared face are free and have to find their place. Rounding.
+    """
     gradient = np.array([[0.1, -0.2, 0.3], [0.05, 0.4, -0.1], [0.2, 0.1, -0.3]])
     hexa = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1))
     prism = from_corners(
@@ -254,4 +290,4 @@ def test_hexahedra_wedges_and_their_neighbours_conform(linear_solve, row):
 
     f = surface_traction(mesh, mesh.outer_faces, lambda x, n: n @ stress)
     found = linear_solve(mesh, ELASTIC, fixed, f, values=u.ravel()[fixed])
-    assert row("7d hexahedron beside a wedge", "largest displacement error", 0.0, np.abs(found - u).max()) < ELEMENT
+    row("7d hexahedron beside a wedge", "largest displacement error", 0.0, np.abs(found - u).max(), ELEMENT)

@@ -66,6 +66,11 @@ def tilted(n_upper, n_lower, swapped, turn):
 @pytest.mark.parametrize("swapped", [False, True])
 @pytest.mark.parametrize("turn", [None, TURN], ids=["upright", "turned"])
 def test_hydrostatic_pressure_passes_a_tilted_interface(upper, lower, swapped, turn, row):
+    """A tilted interface of two blocks under hydrostatic pressure.
+
+    Source: uniform stress; uniaxial stress cannot cross a frictionless tilted interface. Rounding times condition
+    numbers of some 1e3.
+    """
     result = tilted(upper, lower, swapped, turn)
     contact = result.contacts[0]
     case = (
@@ -97,6 +102,10 @@ def covered(n_punch, n_block, swapped, turn):
 @pytest.mark.parametrize("swapped", [False, True])
 @pytest.mark.parametrize("turn", [None, TURN], ids=["upright", "turned"])
 def test_partly_covered_block_is_uniformly_stressed(punch, block, swapped, turn, row):
+    """A punch that covers a part of a block, pressure beside it.
+
+    Source: Taylor and Papadopoulos 1991. Rounding times condition numbers of some 1e3.
+    """
     if block == 5:
         block, punch = 2, 5  # the finer mesh on the smaller body
     result = covered(punch, block, swapped, turn)
@@ -117,6 +126,11 @@ def test_partly_covered_block_is_uniformly_stressed(punch, block, swapped, turn,
 @pytest.mark.parametrize("swapped", [False, True])
 @pytest.mark.parametrize("nu", [0.0, 0.3])
 def test_bending_passes_an_interface(upper, lower, swapped, nu, row):
+    """Bending through two blocks whose faces match, nest or neither.
+
+    Source: linear stress, exact in quadratic elements; stress errors are over the mean pressure. Rounding times
+    condition numbers of some 1e3.
+    """
     cube, solid = (1.0, 1.0, 1.0), fc.Material(1.0, nu)
     lower_mesh = fc.shapes.block(cube, (lower, lower, 1))
     low = fc.ElasticBody(lower_mesh, solid, "top", {"bottom": "z", "y_min": "y"}, name="low")

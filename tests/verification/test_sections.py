@@ -50,6 +50,11 @@ def press_cylinders(level, two, element="quad8", plane="strain", thickness=1.0, 
 @pytest.mark.parametrize("two", [True, False])
 @pytest.mark.parametrize(("level", "most"), [(1, 0.025), (2, 0.012), (3, 0.008), (5, 0.005)])
 def test_line_contact(level, most, two, row):
+    """Line contact of cylinders, plane strain.
+
+    Source: Hertz. Tolerances are half as much again as what was measured; the mesh errs, not the solver. A half
+    cylinder is not a half-plane: its own curvature changes a by (a/R)^2.
+    """
     exact, result = press_cylinders(level, two)
     contact = result.contacts[0]
     case = f"3 line contact, level {level}, " + ("two cylinders" if two else "cylinder on a rigid plane")
@@ -64,6 +69,10 @@ def test_line_contact(level, most, two, row):
 
 
 def test_line_contact_in_plane_stress_on_a_thickness(row):
+    """Line contact of cylinders, plane stress, on a thickness.
+
+    Source: Hertz with E for E/(1 - nu^2). Half as much again as what was measured.
+    """
     exact, result = press_cylinders(3, False, plane="stress", thickness=0.2)
     contact = result.contacts[0]
     row("3 line contact, plane stress", "pressure, L2 error", 0, l2_error(contact, exact.pressure, exact.a), 0.008)
@@ -82,6 +91,11 @@ def press_spheres(level, two=True, element="quad8", radius=25.0, load=726.4):
 @pytest.mark.parametrize("element", ["quad8", "quad9"])
 @pytest.mark.parametrize(("level", "most"), [(1, 0.032), (2, 0.016), (3, 0.010), (5, 0.007)])
 def test_two_spheres_round_the_axis(level, most, element, row):
+    """Two spheres as bodies of revolution.
+
+    Source: Hertz; the report's two equal spheres. Half as much again as what was measured; the half spheres are held at
+    their equators, where Hertz's half-spaces still give.
+    """
     exact, result, upper = press_spheres(level, element=element)
     contact = result.contacts[0]
     case = f"1 H1 axisymmetric, {element}, level {level}"
@@ -96,6 +110,10 @@ def test_two_spheres_round_the_axis(level, most, element, row):
 
 
 def test_the_spatial_model_says_the_same_for_fifty_times_the_work(row):
+    """Two spheres, spatial model against section.
+
+    Source: the spatial model. Both meshes have one section; what differs is the round of the core and the elements.
+    """
     began = time.process_time()
     spatial = solve_spheres("equal", level=1)
     middle = time.process_time()
@@ -114,6 +132,11 @@ def test_the_spatial_model_says_the_same_for_fifty_times_the_work(row):
 
 @pytest.mark.parametrize("element", ["quad8", "quad9"])
 def test_flat_punch_on_a_large_block(element, row):
+    """A flat punch on a large block round the axis.
+
+    Source: Boussinesq. The singular edge is smeared over the last element and pollutes its neighbours a little; a block
+    of 200 radii errs by about a/L.
+    """
     a, size, load = 1.0, 200.0, 1000.0
     mesh = fc.sections.cap(math.inf, size, size, contact_radius=a, level=3, element=element)
     block = fc.AxisymmetricBody(mesh, STEEL, "cap", {"base": "xz"}).placed(rotation=UPSIDE_DOWN)
@@ -138,6 +161,11 @@ def test_flat_punch_on_a_large_block(element, row):
 @pytest.mark.parametrize("element", ["quad8", "quad9"])
 @pytest.mark.parametrize("kind", ["plane", "ring"])
 def test_thick_cylinder(plane, element, kind, row):
+    """A thick cylinder as a plane section and as a ring.
+
+    Source: Lame. Eight quadratic elements through the wall: the error is of the fourth order in their size; stresses
+    are carried to the rim from Gauss points.
+    """
     a, b, p = 1.0, 2.0, 10.0
     exact = cylinder.lame(inner_radius=a, outer_radius=b, material=STEEL, inner_pressure=p, plane=plane)
     if kind == "plane":
@@ -170,6 +198,11 @@ def test_thick_cylinder(plane, element, kind, row):
 @pytest.mark.parametrize("divisions", [(4, 4), (3, 5)])
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_shrink_fit(divisions, plane, row):
+    """Shrink fit round the axis, matching sides or not.
+
+    Source: Lame. Elements through the walls err by some 1e-6, the interference by itself; with free ends their axial
+    strain is not quite the same at all radii, which bends the ends a little.
+    """
     a, b, c, d, height = 0.5, 1.0, 2.0, 1e-6, 0.6
     exact = cylinder.shrink_fit(radii=(a, b, c), materials=(STEEL, STEEL), interference=d, plane=plane)
     ends = {"bottom": "z"} if plane == "stress" else {"bottom": "z", "top": "z"}
@@ -198,7 +231,10 @@ def test_shrink_fit(divisions, plane, row):
 @pytest.mark.parametrize("divisions", [(2, 2), (2, 3), (3, 2), (1, 5), (5, 1)])
 @pytest.mark.parametrize("element", ["quad8", "quad9"])
 def test_patch(kind, divisions, element, row):
-    # so soft that rounded coordinates do not show in the stresses
+    """Patch test of sections, sides that match or not.
+
+    Source: uniform stress. Rounding times condition numbers of some 1e3.
+    """
     soft, make = fc.Material(E=10.0, nu=0.3), fc.PlaneBody if kind == "plane" else fc.AxisymmetricBody
 
     def body(n, name):
@@ -224,6 +260,12 @@ def test_patch(kind, divisions, element, row):
 @pytest.mark.parametrize(("nu", "ratio"), [(0.0, 0.5), (0.3, 2.0), (0.45, 2.0), (0.4999, 0.5), (0.4999, 2.0)])
 @pytest.mark.parametrize("element", ["quad8", "quad9"])
 def test_bonded_layer_under_a_paraboloid(nu, ratio, element, row):
+    """A thin bonded layer under a paraboloid, round the axis.
+
+    Source: layer by Hankel transforms (fecontact.analytic.layer). Nearly incompressible elements are pressed by turns a
+    little too much and too little, most of all on the axis, and those without a centre node more; tolerances are half
+    as much again as what was measured.
+    """
     material, radius = fc.Material(1.0, nu), 500.0
     exact = layer.paraboloid(radius=radius, thickness=1.0, material=material, a=ratio)
     mesh = fc.sections.cap(math.inf, 12.0, 1.0, contact_radius=ratio, level=3, element=element)

@@ -73,20 +73,28 @@ def two():
 @pytest.mark.parametrize("length", [1e-3, 1e3])
 @pytest.mark.parametrize("modulus", [1.0, 1e-9, 1e9])
 def test_units(length, modulus, reference, row):
+    """Other units of length and modulus.
+
+    Source: the same scene in the first units. 1e-9: no geometry is meshed anew.
+    """
     forces, approach = reference
     material = fc.Material(STEEL.E * modulus, STEEL.nu)
     load = modulus * length**2
     body, result = on_plane(dome(quarter().scaled(length), material), FORCE * load)
     case = f"14 lengths x {length:g}, moduli x {modulus:g}"
     found = by_position(result.contacts[0], length) / load
-    assert row(case, "largest change of force / sum", 0.0, np.abs(found - forces).max() / forces.sum()) < SAME
+    row(case, "largest change of force / sum", 0.0, np.abs(found - forces).max() / forces.sum(), SAME, result.n_dofs)
     moved = -result.rigid_motion(body).translation[2] / length
-    assert row(case, "change of approach", 0.0, abs(moved / approach - 1)) < SAME
+    row(case, "change of approach", 0.0, abs(moved / approach - 1), SAME, result.n_dofs)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e4 * 2 * RADIUS])
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_pose(offset, angle, reference, row):
+    """A scene moved by 1e4 diameters and turned.
+
+    Source: the same scene at home. 1e-9: poses are kept apart from coordinates.
+    """
     forces, _ = reference
     pose = (offset * np.array([0.6, -0.64, 0.48]), fc.rotation_about((1, 2, 3), angle))
     body, result = on_plane(dome(), pose=pose)
@@ -95,11 +103,15 @@ def test_pose(offset, angle, reference, row):
         # world positions of a moved body have lost digits; its nodes have not
         found = found[np.lexsort((result.reduction.interfaces[0].pairing.slave_points[:, :2] / HERTZ.a).round(6).T)]
     case = f"14 moved by {offset:g}, turned by {angle:g}"
-    assert row(case, "largest change of force / sum", 0.0, np.abs(found - forces).max() / forces.sum()) < SAME
+    row(case, "largest change of force / sum", 0.0, np.abs(found - forces).max() / forces.sum(), SAME, result.n_dofs)
     assert body.pose.translation @ body.pose.translation > 0 or offset == 0
 
 
 def test_two_bodies_moved_and_turned_together(two, row):
+    """Two spheres moved by 1e4 diameters and turned together.
+
+    Source: the same scene at home. 1e-9: poses are kept apart from coordinates.
+    """
     body = dome()
     Q, t = fc.rotation_about((3, -1, 2), 1.1), np.array([3e5, -2e5, 1e5])
     upper, lower = body.placed(t, Q), flipped(body).placed(t, Q)
@@ -109,7 +121,7 @@ def test_two_bodies_moved_and_turned_together(two, row):
     found = scene.solve(motions={upper: motion}).contacts[0].forces
     forces = two.contacts[0].forces
     change = np.abs(found - forces).max() / forces.sum()
-    assert row("14 two bodies, moved by 1e4 diameters, turned", "largest change of force / sum", 0.0, change) < SAME
+    row("14 two bodies, moved by 1e4 diameters, turned", "largest change of force / sum", 0.0, change, SAME)
 
 
 def renumbered(mesh):
@@ -125,10 +137,14 @@ def renumbered(mesh):
 
 
 def test_numbering(reference, row):
+    """Nodes and elements renumbered.
+
+    Source: the same scene before. 1e-9: rounding in another order.
+    """
     forces, _ = reference
     _, result = on_plane(dome(renumbered(quarter())))
     change = np.abs(by_position(result.contacts[0]) - forces).max() / forces.sum()
-    assert row("14 nodes and elements renumbered", "largest change of force / sum", 0.0, change) < SAME
+    row("14 nodes and elements renumbered", "largest change of force / sum", 0.0, change, SAME, result.n_dofs)
 
 
 def test_coordinates_far_from_the_origin(reference, row):
@@ -144,16 +160,21 @@ def test_coordinates_far_from_the_origin(reference, row):
 
 
 def test_swapped_sides(two, row):
+    """Slave and master swapped on matching meshes.
+
+    Source: the same scene before. The line of action is the master's normal, which leans by a/R; forces differ by its
+    square.
+    """
     body = dome()
     swapped = on_each_other(body, flipped(body), swap=True)
     first, second = two.contacts[0], swapped.contacts[0]
     assert first.slave is not second.slave
     change = np.abs(by_position(first) - by_position(second)).max() / first.forces.sum()
     # equal meshes, but the line of action is the master's normal, which leans by a/R; forces differ by its square
-    assert row("14 slave and master swapped", "largest change of force / sum", 0.0, change) < (HERTZ.a / RADIUS) ** 2
+    row("14 slave and master swapped", "largest change of force / sum", 0.0, change, (HERTZ.a / RADIUS) ** 2)
     assert abs(first.force[2] + second.force[2]) < SAME * FORCE
     assert np.abs(first.force + second.force).max() < HERTZ.a / RADIUS * FORCE / 4
-    assert row("14 slave and master swapped", "change of approach", 0.0, _approach(two) / _approach(swapped) - 1) < 1e-6
+    row("14 slave and master swapped", "change of approach", 0.0, _approach(two) / _approach(swapped) - 1, 1e-6)
 
 
 def _approach(result):
@@ -161,10 +182,14 @@ def _approach(result):
 
 
 def test_equal_spheres_are_one_on_a_plane(two, reference, row):
+    """Two equal spheres against one on a rigid plane.
+
+    Source: symmetry. The pairs' normals differ from the mirror plane's by a/R and forces by its square, 5e-5.
+    """
     forces, approach = reference
     change = np.abs(by_position(two.contacts[0]) - forces).max() / forces.sum()
-    assert row("14 two equal bodies against one on a plane", "largest change of force", 0.0, change) < 1e-4
-    assert row("14 two equal bodies against one on a plane", "approach", 2 * approach, -_approach(two)) < 1e-4
+    row("14 two equal bodies against one on a plane", "largest change of force", 0.0, change, 1e-4)
+    row("14 two equal bodies against one on a plane", "approach", 2 * approach, -_approach(two), 1e-4)
 
 
 # 16: support
@@ -176,13 +201,18 @@ def whole(material=STEEL):
 
 
 def test_ball_at_rest_on_a_plate(row):
+    """A ball at rest on a plate, free to slide and turn.
+
+    Source: statics; sliding costs nothing and is left alone. Rounding; the plate's flat facets must not make up a
+    slope.
+    """
     ball = whole()
     block = fc.shapes.block((60.0, 60.0, 20.0), (6, 6, 2), element="hex8").translated((-30.0, -30.0, -20.0))
     plate = fc.ElasticBody(block, STEEL, contact="top", supports={"bottom": "xyz"}, name="plate")
     result = fc.Scene([ball, plate], [fc.Contact(ball, plate)]).solve(forces={ball: (0, 0, -FORCE)})
     contact = result.contacts[0]
     force = contact.force if contact.slave is ball else -contact.force
-    assert row("16 ball at rest on a plate", "force carried", FORCE, force[2]) < SAME
+    row("16 ball at rest on a plate", "force carried", FORCE, force[2], SAME, result.n_dofs)
     assert np.abs(contact.centre_of_pressure[:2]).max() < 1e-6 * RADIUS
     motion = result.rigid_motion(ball)
     # sliding costs nothing and is left alone; the plate's flat facets must not make up a slope to slide on
@@ -199,6 +229,10 @@ def test_ball_at_rest_on_a_plate(row):
     ],
 )
 def test_loads_without_an_answer(force, moment, motion):
+    """Loads that pull away, slide or tip have no answer, and the message names the motion.
+
+    Source: statics (Farkas' lemma).
+    """
     ball, plane = whole(), fc.RigidBody(fc.Plane())
     with pytest.raises(SupportError, match=motion):
         fc.Scene([ball, plane], [fc.Contact(ball, plane)]).solve(forces={ball: force}, moments={ball: moment})
@@ -208,6 +242,11 @@ def test_loads_without_an_answer(force, moment, motion):
 
 
 def test_no_contact_first_touch_and_interference(row):
+    """No contact, first touch, and interference against prescribed motion.
+
+    Source: exact zeros; one node; the same overlap as initial gap or as motion, whose gaps differ by rounding of the
+    radius, at an approach of 1e-4 R.
+    """
     body, plane = dome(), fc.RigidBody(fc.Plane())
 
     def lowered(by):
@@ -218,20 +257,24 @@ def test_no_contact_first_touch_and_interference(row):
     assert not apart.contacts[0].forces.any()
     assert lowered(0.0).contacts[0].total_force == 0
     touch = lowered(1e-9 * HERTZ.approach).contacts[0]
-    assert row("17 first touch", "nodes that carry force", 1, int(touch.active.sum())) == 0
+    row("17 first touch", "nodes that carry force", 1, int(touch.active.sum()), 1e-15)
     placed = body.placed((0, 0, -HERTZ.approach / 2))
     overlapping = fc.Scene([placed, plane], [fc.Contact(placed, plane)]).solve()
     moved = lowered(HERTZ.approach / 2)
     a, b = overlapping.contacts[0].total_force, moved.contacts[0].total_force
     # the same overlap as initial gap or as prescribed motion: gaps differ by rounding of the radius, approach 1e-4 R
-    assert row("17 interference against prescribed motion", "force", b, a) < SAME
+    row("17 interference against prescribed motion", "force", b, a, SAME)
 
 
 def test_everything_in_contact(row):
+    """Every candidate in contact.
+
+    Source: a block pressed on a flat by a prescribed motion. Exact.
+    """
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
     body, plane = fc.ElasticBody(mesh, STEEL, contact="bottom", supports={"top": "xyz"}), fc.RigidBody(fc.Plane())
     result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(motions={body: {"z": -1e-3}})
-    assert row("17 everything in contact", "share of nodes", 1, result.contacts[0].active.mean()) == 0
+    row("17 everything in contact", "share of nodes", 1, result.contacts[0].active.mean(), 1e-15, result.n_dofs)
 
 
 # 18: materials, slender cells, light loads
@@ -239,6 +282,11 @@ def test_everything_in_contact(row):
 
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.45, 0.49, 0.4999])
 def test_poissons_ratio(nu, row):
+    """Poisson's ratio from 0 to 0.4999, plain faces.
+
+    Source: Hertz. A coarse mesh is good to one percent; close to one half nodal pressures alternate and the pole may be
+    released: the centre pressure is shown there and not judged.
+    """
     material = fc.Material(STEEL.E, nu)
     hertz = fc.hertz.spheres(radii=(RADIUS, RADIUS), materials=(material, material), force=FORCE)
     mesh = quarter(contact_radius=hertz.a)
@@ -260,7 +308,10 @@ def test_poissons_ratio(nu, row):
 
 @pytest.mark.parametrize("aspect", [1.0, 1e2, 1e4])
 def test_slender_elements(aspect, row):
-    # a layer of thickness 1/aspect over a block: uniform compression stays exact, nothing warns or fails
+    """Elements with aspect ratios up to 1e4.
+
+    Source: uniform compression. Conditioning grows with the square of the aspect ratio.
+    """
     layers = [0.0, 1.0 / aspect / 2, 1.0]
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, layers))
     body = fc.ElasticBody(mesh, STEEL, contact="bottom", supports={"x_min": "x", "y_min": "y"})
@@ -268,13 +319,17 @@ def test_slender_elements(aspect, row):
     result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(pressures={(body, "top"): 1.0})
     error = np.abs(result.contacts[0].pressure - 1).max()
     # conditioning grows with the square of the aspect ratio
-    assert row(f"18 aspect ratio {aspect:g}", "largest pressure error", 0.0, error) < 1e-14 * max(aspect**2, 1e3)
+    row(f"18 aspect ratio {aspect:g}", "largest pressure error", 0.0, error, 1e-14 * max(aspect**2, 1e3), result.n_dofs)
 
 
 @pytest.mark.parametrize("ratio", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("bodies", [1, 2])
 def test_light_loads(ratio, bodies, reference, row):
-    # the contact radius chosen, the load follows: at small a/R all such contacts are the same one, scaled
+    """Light loads, contact radius down to 1e-4 of the sphere's.
+
+    Source: Hertz; at small a/R all such contacts are the same one, scaled. A coarse mesh is good to one percent in the
+    radius; the sum of forces exceeds the load by their leaning, of the order of (a/R)^2.
+    """
     a = ratio * RADIUS
     force = FORCE * (a / HERTZ.a) ** 3
     body = dome(quarter(contact_radius=a))
@@ -283,9 +338,9 @@ def test_light_loads(ratio, bodies, reference, row):
     r2 = (contact.points[:, :2] ** 2).sum(axis=1)
     radius = np.sqrt(2.5 * (contact.forces @ r2) / contact.forces.sum())
     case = f"18 a/R = {ratio:g}, {bodies} elastic"
-    assert row(case, "contact radius", a, radius) < 0.01
+    row(case, "contact radius", a, radius, 0.01, result.n_dofs)
     pole = contact.pressure[np.argmin(r2)]
-    assert row(case, "centre pressure", HERTZ.p0 * a / HERTZ.a, pole) < 0.05
+    row(case, "centre pressure", HERTZ.p0 * a / HERTZ.a, pole, 0.05, result.n_dofs)
     # the sum of the forces exceeds the load by their leaning, of the order of (a/R)^2
     assert abs(contact.total_force / (force / 4) - 1) < ratio**2 + 1e-9
     assert result.residuals().worst < 1e-9
@@ -293,6 +348,10 @@ def test_light_loads(ratio, bodies, reference, row):
 
 @pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
 def test_moduli_far_apart(element, row):
+    """Moduli a million apart.
+
+    Source: Hertz with one rigid body. A coarse mesh: one percent, five for the 8-node element.
+    """
     body = dome(quarter(element=element))
     stiff = replace(STEEL, E=STEEL.E * 1e6)
     other = flipped(dome(quarter(element=element), stiff))
@@ -300,14 +359,16 @@ def test_moduli_far_apart(element, row):
     contact = on_each_other(body, other).contacts[0]
     r2 = (contact.points[:, :2] ** 2).sum(axis=1)
     radius = np.sqrt(2.5 * (contact.forces @ r2) / contact.forces.sum())
-    assert row(f"18 moduli 1e6 apart, {element}", "contact radius", hertz.a, radius) < (
-        0.05 if element == "hex8" else 0.01
-    )
+    row(f"18 moduli 1e6 apart, {element}", "contact radius", hertz.a, radius, 0.05 if element == "hex8" else 0.01)
     assert contact.active.any()
 
 
 def test_a_pole_of_collapsed_elements(row):
-    # the polar mesh that the shapes avoid: prisms on the axis, pressed by plain nodal forces on a hex20 surface
+    """Collapsed elements at the pole of a sphere.
+
+    Source: Hertz. The polar mesh that the shapes avoid: prisms on the axis, pressed by plain nodal forces on a block of
+    12 a: the radius is right to a few percent.
+    """
     from fecontact.mesh.mesh import merge
     from fecontact.mesh.shapes import lattice, sagitta
 
@@ -330,7 +391,7 @@ def test_a_pole_of_collapsed_elements(row):
     r2 = (contact.points[:, :2] ** 2).sum(axis=1)
     radius = np.sqrt(2.5 * (contact.forces @ r2) / contact.forces.sum())
     # a block of 12 a and plain nodal forces: the radius is right to a few percent
-    assert row("18 collapsed elements at the pole", "contact radius", HERTZ.a, radius) < 0.05
+    row("18 collapsed elements at the pole", "contact radius", HERTZ.a, radius, 0.05)
 
 
 # 14 to 19 in one table: condition, residual, spread

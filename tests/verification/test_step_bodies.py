@@ -58,6 +58,11 @@ WITHIN = {"force": 0.01, "area": 0.05, "peak pressure": 0.03}
 
 
 def test_hexahedra_and_tetrahedra_of_a_step_file_agree(pressed, row):
+    """A drilled pin from a STEP file: hexahedra against tetrahedra.
+
+    Source: the two meshes of one geometry. Forces differ by the discretisation; the area is a sum over nodes and goes
+    in steps of a ring of them; the peak is a mean over the inner quarter.
+    """
     tets, n_tets = pressed("tet10", CUTS["tet10"][1])
     hexes, n_hexes = pressed("hex20", CUTS["hex20"][1])
     for name, within in WITHIN.items():
@@ -67,6 +72,10 @@ def test_hexahedra_and_tetrahedra_of_a_step_file_agree(pressed, row):
 
 @pytest.mark.parametrize("element", CUTS)
 def test_cuts_of_a_step_file_agree_with_their_refinement(element, pressed, row):
+    """A drilled pin from a STEP file: coarse against fine meshes.
+
+    Source: the refined mesh. Twice what the fine meshes are held to.
+    """
     (coarse, n), (fine, _) = (pressed(element, size) for size in CUTS[element])
     for name, within in WITHIN.items():
         # twice what the fine meshes are held to

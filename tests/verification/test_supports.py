@@ -29,7 +29,10 @@ def pressed(mesh, supports, axes):
 
 @pytest.mark.parametrize("planes", ["directions", "normals"])
 def test_a_turned_model_is_the_unturned_one(planes, row):
-    # supports along the axes against the same ones as directions (or normals) of a mesh that is itself turned
+    """Oblique supports: a turned block on a turned floor is the unturned one.
+
+    Source: the model that is not turned. Two factorisations of matrices with condition numbers of some 1e5.
+    """
     mesh = fc.shapes.block((1.0, 1.2, 0.9), (3, 2, 2))
     straight, plain = pressed(mesh, {"x_min": "xy", "y_min": "y"}, np.eye(3))
     x, y = along(TURN, (1, 0, 0)), along(TURN, (0, 1, 0))
@@ -74,6 +77,11 @@ def wedge(degrees, n, inner, outer, contact=()):
 
 
 def test_wedge_between_skew_planes_is_the_whole_ring(row):
+    """A sector of 36 degrees of a thick cylinder between skew planes.
+
+    Source: Lame (Timoshenko and Goodier, section 28). Four quadratic elements through the wall: 1e-4 of the
+    displacement, a factor of ten above it is allowed.
+    """
     a, b, p = 1.0, 2.0, 3.0
     body = wedge(36.0, 4, a, b, "outer")
     # a rigid wall beyond its reach: the scene needs a contact
@@ -91,6 +99,11 @@ def test_wedge_between_skew_planes_is_the_whole_ring(row):
 
 
 def test_shrink_fit_of_wedges_is_that_of_rings(row):
+    """Shrink fit of two sectors of 36 degrees.
+
+    Source: Lame, plane strain (Timoshenko and Goodier, equation 47). The interference of half a percent is taken at the
+    mean radius, hence one percent.
+    """
     inner, outer = wedge(36.0, 4, 1.0, 2.0, "outer"), wedge(36.0, 4, 1.99, 3.0, "inner")
     result = fc.Scene([inner, outer], [fc.Contact(inner, outer)]).solve()
     # plane strain, one material: p = E d / (2 (1 - nu^2) b^3) (b^2 - a^2)(c^2 - b^2)/(c^2 - a^2), Timoshenko eq. 47;
