@@ -120,9 +120,10 @@ def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | Non
         found = " and ".join(given) or "none"
         table.fault(None, f"needs one of mesh (a file), shape (a table) and extrude (a table); found {found}.")
     scale, element, file = table.number("scale"), table.text("element"), table.text("mesh")
-    for key in ("scale", "element"):
+    part = table.text("part")
+    for key in ("scale", "element", "part"):
         if key in table and "mesh" not in table:
-            table.fault(key, "belongs to a mesh from a file; others have their own sizes and elements.")
+            table.fault(key, "belongs to a mesh from a file; others have their own sizes, elements and parts.")
     mesh: Mesh | None = None
     if "shape" in table:
         mesh = shape_of(table.table("shape"), ELASTIC_SHAPES)
@@ -131,7 +132,7 @@ def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | Non
     elif file is not None and (path := existing(table, "mesh", folder)) is not None:
         from fecontact.mesh.read import read_mesh
 
-        mesh = made(table, "mesh", lambda: read_mesh(path, scale=1.0 if scale is None else scale, element=element))
+        mesh = made(table, "mesh", lambda: read_mesh(path, 1.0 if scale is None else scale, element, part))
     return _with_boundaries(table.table("boundaries"), mesh)
 
 

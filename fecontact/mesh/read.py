@@ -42,7 +42,7 @@ SURFACES = (".stl", ".ply", ".obj")
 ELEMENTS = {"hex20": 20, "wedge15": 20, "tet10": 20, "hex27": 27}
 
 
-def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None) -> Mesh:
+def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None, part: str | None = None) -> Mesh:
     """Read the mesh of a solid.
 
     Parameters
@@ -57,6 +57,10 @@ def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None) 
         Raise linear cells to this family, with straight edges ('hex20', 'wedge15' and 'tet10' mean the same: every
         cell gets its mid-edge nodes). 27-node cells are brought down to 20 nodes by 'hex20'. Left as they are unless
         given.
+    part : str, optional
+        Of an assembly in an ``.inp`` file: the instance that is wanted, in its place. Otherwise all instances are read
+        side by side, not welded; each is an element set of its own name (`Mesh.part` takes it out), and names that
+        occur in several of them are called ``instance.name``.
 
     Returns
     -------
@@ -66,7 +70,7 @@ def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None) 
     Raises
     ------
     InputError
-        Unknown file type or element; a surface file (see `read_surface`).
+        Unknown file type, element or part; a surface file (see `read_surface`).
     MeshError
         A damaged file, unknown or mixed cells, inverted or folded cells, surfaces that are no faces of the solid.
 
@@ -81,15 +85,16 @@ def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None) 
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    _check_request(path, suffix, scale, element)
+    _check_request(path, suffix, scale, element, part)
     if suffix in CAD:
         from fecontact.mesh.cad import mesh_solid
 
         return mesh_solid(path, element=element or "tet10", scale=scale)
-    return build(READERS[suffix](path), path.name, scale, element)
+    raw = read_abaqus(path, part) if suffix == ".inp" else READERS[suffix](path)
+    return build(raw, path.name, scale, element)
 
 
-def _check_request(path: Path, suffix: str, scale: float, element: str | None) -> None:
+def _check_request(path: Path, suffix: str, scale: float, element: str | None, part: str | None) -> None:
     if suffix in SURFACES:
         raise InputError(f"{path.name} is a surface, not a solid; read it with fc.read_surface and extrude it.")
     if suffix not in READERS and suffix not in CAD:
@@ -98,6 +103,10 @@ def _check_request(path: Path, suffix: str, scale: float, element: str | None) -
         raise InputError(f"The scale must be a positive, finite number; found {scale!r}.")
     if element is not None and element not in ELEMENTS:
         raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, ELEMENTS))} or None.")
+    if part is not None and suffix != ".inp":
+        raise InputError(
+            f"Only .inp files have parts; found part={part!r} and {path.name}. Element sets are taken out by Mesh.part."
+        )
     if not path.is_file():
         raise InputError(f"There is no file {path}.")
 

@@ -1,280 +1,306 @@
-"""Abaqus and CalculiX .inp files: nodes, elements, and sets and surfaces with their names."""
+"""Abaqus and CalculiX .inp files: nodes, elements, and sets and surfaces with their names.
+
+A file is flat, or an assembly of parts: each *INSTANCE is a copy of a *PART that is translated, then turned. Sets and
+surfaces may belong to a part or to the assembly, which names those of its instances as ``instance.set`` or by the
+parameter INSTANCE (Abaqus Keywords Reference: *INSTANCE, *NSET, *ELSET, *SURFACE).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from fecontact.errors import MeshError
-from fecontact.mesh.formats.raw import RawMesh, numbers_of
-from fecontact.mesh.kinds import KINDS
+from fecontact.errors import InputError, MeshError
+from fecontact.mesh.formats.abaqusdeck import Deck, labelled_faces, listed, member_and_label, nodes_of, read_deck
+from fecontact.mesh.formats.abaquskeywords import Section, read_sections
+from fecontact.mesh.formats.raw import RawMesh
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Solid elements: our kind by the digits after C3D; letters after them (R, H, I, M, ...) change no geometry.
-SOLIDS = {
-    "4": "tet4",
-    "10": "tet10",
-    "5": "pyramid5",
-    "13": "pyramid13",
-    "6": "wedge6",
-    "15": "wedge15",
-    "8": "hex8",
-    "20": "hex20",
-    "27": "hex27",
-}
-#: Surface elements: number of nodes by type; the letters R, T, H after it are dropped.
-SURFACE_ELEMENTS = {"3": 3, "4": 4, "6": 6, "8": 8, "65": 6}
-_SURFACE_PREFIXES = ("STRI", "SFM3D", "M3D", "R3D", "CPS", "CPE", "S")
-#: Local face of the hexahedron for S1, S2, ... of each shape (our faces: -x, +x, -y, +y, -z, +z).
-FACES = {
-    "hex": (4, 5, 2, 1, 3, 0),
-    "wedge": (4, 5, 2, 1, 0),
-    "pyramid": (4, 2, 1, 3, 0),
-    "tet": (4, 2, 1, 0),
-}
 
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Keywords of an assembly by where they stand."""
 
-@dataclass(frozen=True)
-class Section:
-    """A keyword with its parameters (names in capitals) and data lines."""
-
-    keyword: str
-    parameters: dict[str, str]
-    lines: list[str]
+    parts: dict[str, list[Section]] = field(default_factory=dict)
+    instances: list[tuple[Section, list[Section]]] = field(default_factory=list)
+    outside: list[Section] = field(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False)
-class _Deck:
-    """Numbers of a deck: nodes, elements and sets, each by the file's own numbers."""
+class Instance:
+    """A part in its place, and where its points and cells begin in the whole; nowhere if it is left out."""
 
-    node_ids: IntArray
+    name: str
+    part: str
+    deck: Deck
     points: Array
-    element_ids: IntArray
-    kinds: list[str]
-    source: str
+    first_point: int = -1
+    first_cell: int = -1
+
+    def numbers(self, local: IntArray, what: str) -> IntArray:
+        """Numbers in the whole of points ('node') or cells ('element') of the part; none if it is left out."""
+        first = self.first_point if what == "node" else self.first_cell
+        return local + first if first >= 0 else local[:0]
+
+    def members(self, name: str, what: str) -> IntArray | None:
+        """A set of the part by its name, or one node or element by its number."""
+        sets = self.deck.raw.node_sets if what == "node" else self.deck.raw.groups
+        known = {k.upper(): v for k, v in sets.items()}
+        if not name.isdigit():
+            local = known.get(name.upper())
+        else:
+            ids = self.deck.node_ids if what == "node" else self.deck.element_ids
+            local = listed(Section("", {}, [name]), {}, ids, what, self.deck.source)
+        return None if local is None else self.numbers(local, what)
 
 
-def read_abaqus(path: Path) -> RawMesh:
-    """Read an input file: flat, or with one part that stands where it was drawn.
+def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
+    """Read an input file: flat, or an assembly, whose instances are put side by side in their places.
+
+    Parameters
+    ----------
+    path : Path
+    part : str, optional
+        Name of the instance that is wanted, or of a part that has one instance only; all unless given.
+
+    Returns
+    -------
+    RawMesh
+        Nothing is welded. Of several instances each is an element set of its own name, and a set or surface whose name
+        occurs more than once is called ``instance.set``. Instances without solid cells are left out, and so are nodes
+        of the assembly itself (reference points).
 
     Raises
     ------
+    InputError
+        If there is no such part.
     MeshError
-        If the file has several parts, unknown elements, broken numbers or missing references.
+        If the file has unknown elements, broken numbers or missing references.
     """
-    sections = _flat(list(_sections(path)), path.name)
     try:
-        return _mesh(sections, path.name)
+        sections = _by_place(list(read_sections(path)), path.name)
+        if not sections.parts and not sections.instances:
+            if part is not None:
+                raise InputError(f"{path.name} is one mesh without parts, so there is no part {part!r} to be taken.")
+            return read_deck(sections.outside, path.name).raw
+        return _assembled(sections, path.name, part)
     except (ValueError, IndexError) as error:
-        if isinstance(error, MeshError):
+        if isinstance(error, InputError | MeshError):
             raise
         raise MeshError(f"{path.name} holds a line that cannot be read: {error}.") from error
 
 
-def _sections(path: Path) -> Iterator[Section]:
-    """Keywords of a file in their order, included files in place."""
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise MeshError(f"{path} could not be read: {error.strerror}.") from error
-    keyword, lines = "", []
-    parameters: dict[str, str] = {}
-    for line in text.splitlines():
-        if line.startswith("**") or not line.strip():
-            continue
-        if not line.startswith("*"):
-            lines.append(line.strip())
-            continue
-        if keyword:
-            yield Section(keyword, parameters, lines)
-        head, *rest = line[1:].split(",")
-        keyword, lines = " ".join(head.upper().split()), []
-        pairs = [item.partition("=") for item in rest if item.strip()]
-        parameters = {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
-        if keyword == "INCLUDE":
-            yield from _sections(path.parent / parameters.get("INPUT", ""))
-            keyword = ""
-    if keyword:
-        yield Section(keyword, parameters, lines)
-
-
-def _flat(sections: list[Section], source: str) -> list[Section]:
-    """Take the single part of an assembly, with the sets that the assembly defines on it."""
-    n_parts = sum(s.keyword == "PART" for s in sections)
-    moved = any(s.keyword == "INSTANCE" and s.lines for s in sections)
-    if n_parts > 1 or moved:
-        raise MeshError(
-            f"{source} has {n_parts} parts{' placed by *INSTANCE' if moved else ''}; expected a flat file or one part "
-            "that is not moved. Write it without parts and instances, or each part to a file of its own."
-        )
-    if n_parts == 0:
-        return sections
-    end = next(k for k, s in enumerate(sections) if s.keyword == "END PART")
-    later = [s for s in sections[end:] if "INSTANCE" in s.parameters or s.keyword == "SURFACE"]
-    return sections[:end] + later
-
-
-def _mesh(sections: list[Section], source: str) -> RawMesh:
-    nodes = [_table(s.lines, 4, float) for s in sections if s.keyword == "NODE"]
-    table = np.concatenate(nodes) if nodes else np.zeros((0, 4))
-    if not len(table):
-        raise MeshError(f"{source} defines no nodes (*NODE).")
-    node_ids = table[:, 0].astype(np.int64)
-    blocks: list[tuple[str, IntArray]] = []
-    kinds: list[str] = []
-    element_ids: list[IntArray] = []
-    facets: dict[str, list[IntArray]] = {}
-    groups: dict[str, list[IntArray]] = {}
-    for section in (s for s in sections if s.keyword == "ELEMENT"):
-        kind, n_nodes = _kind(section.parameters.get("TYPE", ""), source)
-        if n_nodes == 0:
-            continue
-        rows = _table(section.lines, n_nodes + 1, int)
-        cells = numbers_of(node_ids, rows[:, 1:], "node", source)
-        name = section.parameters.get("ELSET")
-        if kind == "facet":
-            facets.setdefault(name or "surface", []).append(cells[:, : 3 if n_nodes in (3, 6) else 4])
-            continue
-        start = len(kinds)
-        blocks.append((kind, cells))
-        kinds += [kind] * len(rows)
-        element_ids.append(rows[:, 0])
-        if name:
-            groups.setdefault(name, []).append(start + np.arange(len(rows)))
-    all_elements = np.concatenate(element_ids) if element_ids else np.zeros(0, np.int64)
-    deck = _Deck(node_ids, table[:, 1:], all_elements, kinds, source)
-    sets = _element_sets(sections, deck, {k: np.concatenate(v) for k, v in groups.items()}, set(facets))
-    node_sets = _node_sets(sections, deck, blocks, sets)
-    faces, open_sets = _surfaces(sections, deck, sets, node_sets)
-    return RawMesh(deck.points, blocks, sets, facets, faces, {**node_sets, **open_sets})
-
-
-def _table(lines: list[str], columns: int, dtype: type) -> NDArray:
-    """Rows of numbers; a row may run over several lines."""
-    text = ",".join(line.rstrip(",") for line in lines)
-    values: NDArray = np.array([v for v in text.replace(" ", "").split(",") if v], dtype=dtype)
-    if len(values) % columns:
-        raise MeshError(
-            f"A block that begins with {lines[0]!r} has {len(values)} numbers, no multiple of the {columns} that a row "
-            "needs. The file is damaged or of another element type than it says."
-        )
-    return values.reshape(-1, columns)
-
-
-def _kind(name: str, source: str) -> tuple[str, int]:
-    """Our kind and number of nodes of an element type; ('facet', n) for surfaces, ('', 0) for lines and points."""
-    upper = name.upper()
-    if upper.startswith("C3D"):
-        digits = "".join(c for c in upper[3:] if c.isdigit())
-        if digits in SOLIDS:
-            return SOLIDS[digits], KINDS[SOLIDS[digits]].n_nodes
-        raise MeshError(f"{source} holds elements of the type {name!r}; expected C3D with {', '.join(SOLIDS)} nodes.")
-    for prefix in _SURFACE_PREFIXES:
-        digits = "".join(c for c in upper.removeprefix(prefix) if c.isdigit())
-        if upper.startswith(prefix) and digits in SURFACE_ELEMENTS:
-            return "facet", SURFACE_ELEMENTS[digits]
-    return "", 0
-
-
-def _listed(section: Section, sets: dict[str, IntArray], ids: IntArray, what: str, source: str) -> IntArray:
-    """Members of a set: numbers, ranges (GENERATE) or names of other sets."""
-    if "GENERATE" in section.parameters:
-        rows = [[int(v) for v in line.split(",") if v.strip()] for line in section.lines]
-        ranges = [np.arange(r[0], r[1] + 1, r[2] if len(r) > 2 else 1) for r in rows]
-        return numbers_of(ids, np.concatenate([np.zeros(0, np.int64), *ranges]), what, source)
-    items = [v.strip() for line in section.lines for v in line.split(",") if v.strip()]
-    known = {k.upper(): v for k, v in sets.items()}
-    numbers = np.array([int(v) for v in items if v.lstrip("-").isdigit()], dtype=np.int64)
-    names = [v for v in items if not v.lstrip("-").isdigit()]
-    for name in names:
-        if name.upper() not in known:
-            raise MeshError(f"{source}: a set names the {what} set {name!r}, which does not exist before it.")
-    return np.concatenate(
-        [numbers_of(ids, numbers, what, source), *(known[v.upper()] for v in names)]
-        if len(numbers)
-        else [np.zeros(0, np.int64), *(known[v.upper()] for v in names)]
-    )
-
-
-def _element_sets(
-    sections: list[Section], deck: _Deck, sets: dict[str, IntArray], surfaces: set[str]
-) -> dict[str, IntArray]:
-    """Sets of solid elements; sets of surface elements have been taken as surfaces already."""
-    out = dict(sets)
+def _by_place(sections: list[Section], source: str) -> Parts:
+    """Sort keywords into those of parts, of instances and the others."""
+    out = Parts()
+    inside: list[Section] | None = None
     for s in sections:
-        name = s.parameters.get("ELSET", "")
-        if s.keyword != "ELSET" or name in surfaces:
-            continue
-        members = _listed(s, out, deck.element_ids, "element", deck.source)
-        out[name] = np.union1d(out.get(name, np.zeros(0, np.int64)), members)
-    return out
-
-
-def _node_sets(
-    sections: list[Section], deck: _Deck, blocks: list[tuple[str, IntArray]], sets: dict[str, IntArray]
-) -> dict[str, IntArray]:
-    out: dict[str, IntArray] = {}
-    of_nodes = {s.parameters["NSET"]: s for s in sections if s.keyword == "NODE" and "NSET" in s.parameters}
-    for name, s in of_nodes.items():
-        ids = _table(s.lines, 4, float)[:, 0].astype(np.int64)
-        out[name] = numbers_of(deck.node_ids, ids, "node", deck.source)
-    for s in (s for s in sections if s.keyword == "NSET"):
-        name = s.parameters.get("NSET", "")
-        if "ELSET" in s.parameters:
-            members = _nodes_of(sets.get(s.parameters["ELSET"], np.zeros(0, np.int64)), blocks)
+        if s.keyword == "PART":
+            inside = out.parts.setdefault(s.parameters.get("NAME", ""), [])
+        elif s.keyword == "INSTANCE":
+            inside = []
+            out.instances.append((s, inside))
+        elif s.keyword in ("END PART", "END INSTANCE"):
+            inside = None
         else:
-            members = _listed(s, out, deck.node_ids, "node", deck.source)
-        out[name] = np.union1d(out.get(name, np.zeros(0, np.int64)), members)
+            (out.outside if inside is None else inside).append(s)
+    if (out.parts or out.instances) and _has_solids(out.outside):
+        raise MeshError(f"{source} has parts and, outside of them, solid elements; move these into a part.")
     return out
 
 
-def _nodes_of(elements: IntArray, blocks: list[tuple[str, IntArray]]) -> IntArray:
-    nodes, start = [np.zeros(0, np.int64)], 0
-    for _, cells in blocks:
-        inside = elements[(elements >= start) & (elements < start + len(cells))] - start
-        nodes.append(cells[inside].ravel())
-        start += len(cells)
-    return np.unique(np.concatenate(nodes))
+def _has_solids(sections: list[Section]) -> bool:
+    return any(s.keyword == "ELEMENT" and s.parameters.get("TYPE", "").upper().startswith("C3D") for s in sections)
 
 
-def _surfaces(
-    sections: list[Section], deck: _Deck, sets: dict[str, IntArray], node_sets: dict[str, IntArray]
-) -> tuple[dict[str, IntArray], dict[str, IntArray]]:
-    """Surfaces as (cell, local face) and those that are given by nodes."""
-    faces: dict[str, IntArray] = {}
-    by_nodes: dict[str, IntArray] = {}
-    known = {k.upper(): v for k, v in sets.items()}
+def _assembled(sections: Parts, source: str, part: str | None) -> RawMesh:
+    """Instances side by side with their sets and those of the assembly."""
+    instances = _chosen(_instances(sections, source), source, part)
+    kept = [i for i in instances if i.first_point >= 0]
+    if not kept:
+        raise MeshError(f"{source} holds no solid cells in {f'its part {part!r}' if part else 'any of its parts'}.")
+    blocks = [(kind, cells + i.first_point) for i in kept for kind, cells in i.deck.raw.blocks]
+    kinds = np.concatenate([i.deck.kinds for i in kept])
+    node_sets, groups, faces = _of_the_assembly(sections.outside, instances, blocks, kinds, source)
+    own = {} if len(kept) == 1 else {i.name: i.first_cell + np.arange(len(i.deck.kinds)) for i in kept}
+    taken = {name.upper() for name in (*node_sets, *groups, *faces, *own)}
+    count = Counter(name for i in kept for name in {n.upper() for n in _names(i.deck.raw)})
+
+    def called(i: Instance, name: str) -> str:
+        return f"{i.name}.{name}" if count[name.upper()] > 1 or name.upper() in taken else name
+
+    facets: dict[str, list[IntArray]] = {}
+    for i in kept:
+        raw = i.deck.raw
+        groups = {**groups, **{called(i, k): v + i.first_cell for k, v in raw.groups.items()}}
+        faces = {**faces, **{called(i, k): v + np.array([i.first_cell, 0]) for k, v in raw.faces.items()}}
+        node_sets = {**node_sets, **{called(i, k): v + i.first_point for k, v in raw.node_sets.items()}}
+        facets.update({called(i, k): [f + i.first_point for f in v] for k, v in raw.facets.items()})
+    return RawMesh(np.concatenate([i.points for i in kept]), blocks, {**own, **groups}, facets, faces, node_sets)
+
+
+def _names(raw: RawMesh) -> tuple[str, ...]:
+    return (*raw.groups, *raw.facets, *raw.faces, *raw.node_sets)
+
+
+def _instances(sections: Parts, source: str) -> list[Instance]:
+    """Copies of the parts in their places; without an assembly each part stands where it was drawn."""
+    by_name = {name.upper(): (name, content) for name, content in sections.parts.items()}
+    decks: dict[str, Deck] = {}
+    empty = Section("INSTANCE", {}, [])
+    placed = sections.instances or [(replace(empty, parameters={"NAME": n, "PART": n}), []) for n in sections.parts]
+    out = []
+    for head, own in placed:
+        name, part = head.parameters.get("NAME", ""), head.parameters.get("PART", "")
+        if part.upper() not in by_name:
+            known = ", ".join(map(repr, sections.parts)) or "none"
+            raise MeshError(f"{source}: the instance {name!r} is of the part {part!r}; the parts are: {known}.")
+        part, content = by_name[part.upper()]
+        if own or part not in decks:
+            deck = read_deck([*content, *own], source) if _has_solids([*content, *own]) else _nothing(source)
+        else:
+            deck = decks[part]
+        if not own:
+            decks[part] = deck
+        out.append(Instance(name, part, deck, _placed(deck.raw.points, head, source)))
+    return out
+
+
+def _nothing(source: str) -> Deck:
+    """A part without solid cells, such as a rigid surface."""
+    none = np.zeros(0, np.int64)
+    return Deck(none, none, np.zeros(0, np.str_), RawMesh(np.zeros((0, 3)), []), source)
+
+
+def _placed(points: Array, head: Section, source: str) -> Array:
+    """Points translated by the first data line of *INSTANCE, then turned as the second says.
+
+    That is two points a and b of the axis and an angle in degrees, right-handed about a - b.
+    """
+    lines = [[float(v) for v in line.split(",") if v.strip()] for line in head.lines]
+    if [len(line) for line in lines] not in ([], [3], [3, 7]):
+        raise MeshError(
+            f"{source}: the instance {head.parameters.get('NAME', '')!r} is placed by {head.lines}; expected a line of "
+            "three numbers (translation), and at most one more of seven (two points of an axis, angle in degrees)."
+        )
+    if lines:
+        points = points + np.array(lines[0])
+    if len(lines) == 2:
+        a, b, angle = np.array(lines[1][:3]), np.array(lines[1][3:6]), lines[1][6]
+        length = np.linalg.norm(b - a)
+        if not length > 0:
+            raise MeshError(
+                f"{source}: the two points of an instance's axis of rotation are the same: {head.lines[1]}."
+            )
+        points = a + Rotation.from_rotvec((b - a) / length * np.deg2rad(angle)).apply(points - a)
+    return points
+
+
+def _chosen(instances: list[Instance], source: str, part: str | None) -> list[Instance]:
+    """The instances with their places in the whole; those that are not wanted or have no solid cells get none."""
+    wanted = [i for i in instances if part is None or i.name.upper() == part.upper()]
+    if not wanted and part is not None:
+        wanted = [i for i in instances if i.part.upper() == part.upper()]
+    if part is not None and len(wanted) != 1:
+        found = f"has {len(wanted)} instances of the part {part!r}" if wanted else f"has no part {part!r}"
+        known = ", ".join(repr(i.name) for i in wanted or instances) or "none"
+        raise InputError(f"{source} {found}; its instances are: {known}.")
+    out, point, cell = [], 0, 0
+    for i in instances:
+        if i in wanted and len(i.deck.kinds):
+            out.append(replace(i, first_point=point, first_cell=cell))
+            point, cell = point + len(i.points), cell + len(i.deck.kinds)
+        else:
+            out.append(i)
+    return out
+
+
+def _of_the_assembly(
+    sections: list[Section],
+    instances: list[Instance],
+    blocks: list[tuple[str, IntArray]],
+    kinds: NDArray[np.str_],
+    source: str,
+) -> tuple[dict[str, IntArray], dict[str, IntArray], dict[str, IntArray]]:
+    """Node sets, element sets and surfaces that the assembly defines; empty ones are left out."""
+    groups = _assembly_sets(sections, instances, "element", source)
+    node_sets = _assembly_sets(sections, instances, "node", source)
+    for s in (s for s in sections if s.keyword == "NSET" and "ELSET" in s.parameters):
+        elements = _resolved(s.parameters["ELSET"], groups, instances, "element", source)
+        name = s.parameters.get("NSET", "")
+        node_sets[name] = np.union1d(node_sets.get(name, np.zeros(0, np.int64)), nodes_of(elements, blocks))
+    faces = {}
     for s in (s for s in sections if s.keyword == "SURFACE"):
         name = s.parameters.get("NAME", "surface")
-        if s.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
-            by_nodes[name] = _listed(
-                Section("", {}, [x.split(",")[0] for x in s.lines]), node_sets, deck.node_ids, "node", deck.source
-            )
+        pairs = [member_and_label(line) for line in s.lines]
+        kind = s.parameters.get("TYPE", "ELEMENT").upper()
+        if kind == "NODE":
+            parts = [_resolved(m, node_sets, instances, "node", source) for m, _ in pairs]
+            node_sets[name] = np.unique(np.concatenate([np.zeros(0, np.int64), *parts]))
+        if kind != "ELEMENT":
+            continue  # of nodes, or an analytical surface
+        cells = [(_resolved(m, groups, instances, "element", source), label) for m, label in pairs]
+        faces[name] = np.concatenate(
+            [np.zeros((0, 2), np.int64), *(labelled_faces(c, kinds, label, name) for c, label in cells)]
+        )
+    return _filled(node_sets), _filled(groups), _filled(faces)
+
+
+def _filled(sets: dict[str, IntArray]) -> dict[str, IntArray]:
+    return {name: members for name, members in sets.items() if len(members)}
+
+
+def _assembly_sets(sections: list[Section], instances: list[Instance], what: str, source: str) -> dict[str, IntArray]:
+    """Sets of nodes or elements that name an instance, or members as ``instance.name``."""
+    keyword = "NSET" if what == "node" else "ELSET"
+    out: dict[str, IntArray] = {}
+    for s in sections:
+        if s.keyword != keyword or (what == "node" and "ELSET" in s.parameters):
             continue
-        parts = []
-        for line in s.lines:
-            member, _, label = (v.strip() for v in line.partition(","))
-            label = label.split(",")[0].strip().upper()
-            if member.isdigit():
-                cells = numbers_of(deck.element_ids, np.array([int(member)]), "element", deck.source)
-            elif member.upper().split(".")[-1] in known:
-                cells = known[member.upper().split(".")[-1]]
-            else:
-                raise MeshError(f"{deck.source}: surface {name!r} names the element set {member!r}, which is missing.")
-            parts.append(np.stack([cells, [_face(deck.kinds[c], label, name) for c in cells.tolist()]], axis=1))
-        faces[name] = np.concatenate(parts) if parts else np.zeros((0, 2), np.int64)
-    return faces, by_nodes
+        name = s.parameters.get(keyword, "")
+        if "INSTANCE" in s.parameters:
+            i = _instance(s.parameters["INSTANCE"], instances, source)
+            sets = i.deck.raw.node_sets if what == "node" else i.deck.raw.groups
+            ids = i.deck.node_ids if what == "node" else i.deck.element_ids
+            parts = [i.numbers(listed(s, sets, ids, what, source), what)] if i.first_point >= 0 else []
+        else:
+            # plain numbers are those of the assembly's own nodes, which belong to no solid
+            items = [v.strip() for line in s.lines for v in line.split(",") if v.strip()]
+            named = [] if "GENERATE" in s.parameters else [v for v in items if not v.isdigit()]
+            parts = [_resolved(v, out, instances, what, source) for v in named]
+        out[name] = np.unique(np.concatenate([out.get(name, np.zeros(0, np.int64)), *parts]))
+    return out
 
 
-def _face(kind: str, label: str, name: str) -> int:
-    """Local face of the hexahedron of a face label S1, S2, ..."""
-    faces = FACES[kind.rstrip("0123456789")]
-    if not (label[:1] == "S" and label[1:].isdigit() and 1 <= int(label[1:]) <= len(faces)):
-        raise MeshError(f"Surface {name!r} names the face {label!r} of a {kind} cell; expected S1 ... S{len(faces)}.")
-    return faces[int(label[1:]) - 1]
+def _instance(name: str, instances: list[Instance], source: str) -> Instance:
+    for i in instances:
+        if i.name.upper() == name.upper():
+            return i
+    known = ", ".join(repr(i.name) for i in instances) or "none"
+    raise MeshError(f"{source}: a set names the instance {name!r}; the instances are: {known}.")
+
+
+def _resolved(item: str, sets: Mapping[str, IntArray], instances: list[Instance], what: str, source: str) -> IntArray:
+    """Members of a set of the assembly, of ``instance.set``, or of the only instance that has a set of this name."""
+    known = {k.upper(): v for k, v in sets.items()}
+    if item.upper() in known:
+        return known[item.upper()]
+    path, _, name = item.rpartition(".")
+    owners = [_instance(path.rpartition(".")[2], instances, source)] if path else instances
+    if path and owners[0].first_point < 0:
+        return np.zeros(0, np.int64)
+    if path or not name.isdigit():
+        found = [members for i in owners if (members := i.members(name, what)) is not None]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise MeshError(f"{source}: the {what} set {item!r} exists in {len(found)} instances; say instance.{item}.")
+    raise MeshError(f"{source}: a set or surface names the {what} set {item!r}, which is missing.")

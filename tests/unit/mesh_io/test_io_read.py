@@ -131,7 +131,7 @@ def test_abaqus_keeps_its_names(tmp_path):
         ("Upper, S2", "Top, S2", "element set 'Top'"),
         ("2, 1., 0., 0.", "2, 1., zero, 0.", "cannot be read"),
         ("1, 1, 2, 3, 4,\n5, 6, 7, 8", "1, 5, 6, 7, 8,\n1, 2, 3, 4", "left-handed"),
-        ("*HEADING", "*PART, NAME=a\n*END PART\n*PART, NAME=b\n*END PART\n*HEADING", "2 parts"),
+        ("*HEADING", "*PART, NAME=a\n*END PART\n*PART, NAME=b\n*END PART\n*HEADING", "outside of them"),
     ],
 )
 def test_damaged_decks(old, new, words, tmp_path):
