@@ -25,8 +25,10 @@ examples: $(READY)  ## every example, at its full size
 	@mkdir -p out
 	@set -e; for f in examples/*.py; do echo "== $$f"; $(BIN)/python $$f; done
 
-docs: $(READY)  ## pictures and tables of docs/, made anew
+docs: $(READY)  ## pictures and generated pages of docs/, made anew
 	$(BIN)/python docs/build.py
+	$(BIN)/python docs/baselines.py
+	$(BIN)/python docs/solvers.py
 
 manual: $(READY)  ## docs/verification.md from a run of the verification
 	$(BIN)/python docs/manual.py
