@@ -265,11 +265,14 @@ class Reduction:
     parts : tuple of Part
         One for each body.
     interfaces : tuple of Interface
+    by_products : bool
+        Whether the compliance of an elastic body is had by products with its factor only, for want of an array.
     """
 
     problem: ComplementarityProblem
     parts: tuple[Part, ...]
     interfaces: tuple[Rows, ...]
+    by_products: bool = False
 
     def state(self, solution: Solution) -> State:
         """Displacements of all bodies and gaps of all pairs, candidates or not."""
@@ -329,13 +332,13 @@ def assemble(
     _condense_shared(bodies, interfaces, chosen, watch)
     bare = uncondensed(bodies, interfaces, chosen, loading)
     shares: list[tuple[IntArray, Array | LinearOperator]] = []
-    g = bare.g
+    g, by_products = bare.g, False
     for part in bare.parts:
         reduced = part.body.reduce(part.rows, part.loads, watch)
         compliance, response = reduced.compliance, reduced.response
         with watch("condense"):
-            if dense and isinstance(compliance, Compliance):
-                compliance = compliance.dense()
+            if isinstance(compliance, Compliance):
+                compliance, by_products = (compliance.dense() if dense else compliance), not dense
             if part.hold is not None:
                 assert compliance is not None
                 compliance, response = _held_by_mean(part, part.hold, compliance, response)
@@ -344,7 +347,7 @@ def assemble(
             g[part.index] += response
     with watch("condense"):
         problem = ComplementarityProblem(_total(bare.own, shares), g, bare.B, bare.F)
-    return Reduction(problem, tuple(bare.parts), tuple(interfaces))
+    return Reduction(problem, tuple(bare.parts), tuple(interfaces), by_products)
 
 
 @dataclass(frozen=True, eq=False)

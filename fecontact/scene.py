@@ -244,6 +244,11 @@ class Scene:
                     raise
                 chosen, start = wider, None
                 continue
+            except SolverError:
+                if not reduction.by_products:
+                    raise
+                dense = True  # conjugate gradients did not do; the exact solvers want an array
+                continue
             with watch("certify"):
                 state = reduction.state(solution)
                 penetrating = [_outside(c, w, state.scale) for c, w in zip(chosen, state.gaps, strict=True)]
@@ -330,21 +335,26 @@ def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Int
     ring = pairing.coupling == "mortar"
     if not grid and not ring and nested(s, m, pairing, near):
         return replace(interface, note="faces match or nest, nodal forces")
-    ours = s.mean_facet_size[np.isin(s.facets, pairing.nodes[near]).all(axis=1)]
-    opposite = m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet
-    theirs = m.mean_facet_size[np.unique(opposite)]  # type: ignore[arg-type]
+    touched = np.isin(s.facets, pairing.nodes[near]).all(axis=1)
+    ours = s.mean_facet_size[touched]
+    opposite = np.unique(m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet)  # type: ignore[arg-type]
+    theirs = m.mean_facet_size[opposite]
     ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
     swappable = contact.swap == "auto"
     if not grid and contact.coupling == "auto" and (hats_exist(s) or (swappable and hats_exist(m))):
-        # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave
-        swapped = swappable and hats_exist(m) and (ratio > COARSER or not hats_exist(s))
-        return _recoupled(interface, swapped, "mortar", _why_mortar(s, ring))
+        # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave;
+        # a triangle has three hats where a quadrilateral has nine, so quadrilaterals are the slave of triangles
+        mine, its = bool(s.triangle[touched].any()), bool(m.triangle[opposite].any())
+        better = mine if mine != its else ratio > COARSER
+        swapped = swappable and hats_exist(m) and (better or not hats_exist(s))
+        reason = "has the quadrilaterals" if mine != its else "is coarser"
+        return _recoupled(interface, swapped, "mortar", _why_mortar(s, ring), reason)
     if grid and contact.coupling == "auto" and (swappable or not isinstance(s, GridSurface)):
         cells, faces = (ours.mean(), theirs.mean()) if isinstance(s, GridSurface) else (theirs.mean(), ours.mean())
         body = m if isinstance(s, GridSurface) else s
         if hats_exist(body) and FINEST_CELLS * faces < cells <= faces:
             note = "cells a little finer than the faces, whose forces are spread over them: mortar"
-            return _recoupled(interface, isinstance(s, GridSurface), "mortar", note)
+            return _recoupled(interface, isinstance(s, GridSurface), "mortar", note, "is coarser")
     # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
     note = "a half-space's cells take the forces of the other's nodes"
     if not grid:
@@ -358,13 +368,12 @@ def _why_mortar(slave: FacetSurface, coupled: bool) -> str:
     return "rings, mortar" if coupled else "faces do not match, mortar"
 
 
-def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str) -> Interface:
-    """The interface coupled anew, with the sides swapped or not, and what is to be said about it."""
+def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:
+    """The interface coupled anew, with the sides swapped for a reason or not, and what is to be said about it."""
     slave, master, names = interface.slave, interface.master, interface.surfaces
     if swapped:
         slave, master, names = master, slave, names[::-1]
-        which = "coarser" if coupling == "mortar" else "finer"
-        note += f"; {slave.name!r} is {which} and was made the slave"
+        note += f"; {slave.name!r} {reason} and was made the slave"
     elif coupling == interface.pairing.coupling:
         return replace(interface, note=note)
     return Interface(slave, master, names, _paired(slave, master, names, coupling), note)

@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
+from fecontact import scene as scene_module
 from fecontact.bodies import rotation_about
 from fecontact.errors import InputError
 from fecontact.fem import condensation, model
@@ -126,3 +127,30 @@ def test_factor_solves(backend):
 def test_unknown_route():
     with pytest.raises(InputError, match=r"'schur', 'columns', 'operator'"):
         ball_on_block("banded")
+
+
+def test_where_products_do_not_do_the_array_is_formed(monkeypatch):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    material = fc.Material(E=1.0, nu=0.3)
+
+    def force(condensation):
+        block = fc.ElasticBody(mesh, material, "bottom", {"top": "xyz"}, condensation=condensation)
+        floor = fc.RigidBody(fc.Plane())
+        return (
+            fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.01}}).contacts[0].forces
+        )
+
+    expected, asked = force("schur"), []
+    real = scene_module.solve
+
+    def unable(problem, *args, **options):
+        asked.append(isinstance(problem.S, np.ndarray))
+        if not asked[-1]:
+            raise fc.SolverError("conjugate gradients gave up")
+        return real(problem, *args, **options)
+
+    monkeypatch.setattr(scene_module, "solve", unable)
+    found = force("operator")
+    # the check of the solver's options asks once, with an array
+    assert asked[-2:] == [False, True]
+    assert np.abs(found - expected).max() < 1e-9 * expected.max()

@@ -187,3 +187,16 @@ def test_slivers_at_the_rim_join_fuller_hats_and_keep_the_area():
     assert abs(pairing.weights.sum() - 0.255) < 1e-14
     assert np.abs(pairing.average.sum(axis=1) - 1).max() < 1e-13
     assert (pairing.weights / hat_areas(slave)[pairing.nodes]).min() >= 0.2
+
+
+@pytest.mark.parametrize("first", ["bricks", "wedges"])
+def test_quadrilaterals_are_the_slave_of_triangles(first):
+    # a triangle carries three hats and a quadrilateral nine, so that pressure is finer on the latter
+    mesh = fc.shapes.block((1.0, 1.0, 0.5), (3, 3, 1)).translated((0.0, 0.0, 0.5))
+    upper = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, name="bricks")
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    layer = fc.shapes.extrude(fc.SurfaceMesh(square, np.array([[0, 1, 2, 2], [0, 2, 3, 3]])), 0.5)
+    lower = fc.ElasticBody(layer, SOLID, "top", {"base": "xyz"}, name="wedges")
+    pair = (upper, lower) if first == "bricks" else (lower, upper)
+    contact = fc.Scene(pair, [fc.Contact(*pair)]).solve(motions={upper: {"z": -0.01}}).contacts[0]
+    assert contact.slave.name == "bricks"
