@@ -233,7 +233,7 @@ def test_shrink_fit(divisions, plane, row):
 def test_patch(kind, divisions, element, row):
     """Patch test of sections, sides that match or not.
 
-    Source: uniform stress. Rounding times condition numbers of some 1e3.
+    Source: uniform stress. Rounding times condition numbers of some 1e3; so soft that rounded coordinates do not show.
     """
     soft, make = fc.Material(E=10.0, nu=0.3), fc.PlaneBody if kind == "plane" else fc.AxisymmetricBody
 
