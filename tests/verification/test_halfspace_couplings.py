@@ -1,4 +1,4 @@
-"""A small elastic ball of finite elements on a half-space, beside two such balls and Hertz (figures are shown)."""
+"""A small elastic ball of finite elements on a half-space, beside two such balls and Hertz."""
 
 import numpy as np
 import pytest

@@ -49,16 +49,18 @@ def test_pin_in_a_hole(clearance, approach, row):
 
 
 def test_snug_pin_needs_no_increments(row):
-    """A pin without clearance: the contact's extent does not depend on the load, and pressure is linear in it."""
+    """A pin without clearance: the contact's extent does not depend on the load, and pressure is linear in it.
+
+    Source: the scaling of linear elasticity. Coordinates are rounded at 1e-15 of the radius, 1e-10 of
+    the smaller approach.
+    """
     small, large = (pressed_pin(0.0, approach).contacts[0] for approach in (1e-4, 1e-2))
-    # coordinates are rounded at 1e-15 of the radius, 1e-10 of the smaller approach
     change = np.abs(large.pressure / 100 - small.pressure).max() / small.pressure.max()
     row("pin without clearance", "change of pressure / load", 0.0, change, 1e-8)
 
 
-def test_receding_layer(row):
-    """Receding contact: a free layer on a frictionless plane under a strip. Source: Filon's layer by transforms."""
-    thickness, strip, load = 1.0, 0.25, 1.0
+def receding_layer(thickness=1.0, strip=0.25, load=1.0):
+    """Results of half a free layer on a plane under a strip, at the load and at a thousandth of it."""
     material = fc.Material(E=1 - 0.3**2, nu=0.3)
     along = [*np.linspace(0, 1.2, 25), 1.4, 1.7, 2.1, 2.7, 3.5, 5.0]
     mesh = fc.shapes.block((5.0, 0.2, thickness), (along, 1, 8))
@@ -67,7 +69,13 @@ def test_receding_layer(row):
     layer = fc.ElasticBody(mesh, material, "bottom", plane_strain, name="layer")
     floor = fc.RigidBody(fc.Plane(), name="floor")
     scene = fc.Scene([layer, floor], [fc.Contact(layer, floor)])
-    results = [scene.solve(pressures={(layer, "strip"): q}) for q in (load / strip / 2, 1e-3 * load / strip / 2)]
+    return [scene.solve(pressures={(layer, "strip"): q}) for q in (load / strip / 2, 1e-3 * load / strip / 2)]
+
+
+def test_receding_layer(row):
+    """Receding contact: a free layer on a frictionless plane under a strip. Source: Filon's layer by transforms."""
+    thickness, strip, load = 1.0, 0.25, 1.0
+    results = receding_layer(thickness, strip, load)
     exact_at, exact = layer_on_rigid_plane(thickness, 1.0, strip, load, n=200)
     x, found = along_edge(results[0].contacts[0], lambda points: points[:, 0])
     target = np.interp(x, exact_at, exact, right=0.0)

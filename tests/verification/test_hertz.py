@@ -1,4 +1,4 @@
-"""The main job against Hertz: every case, model and element at its stated accuracy ."""
+"""The main job against Hertz: every case, model and element at its stated accuracy."""
 
 import dataclasses
 

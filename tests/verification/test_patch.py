@@ -1,4 +1,4 @@
-"""Patch tests: uniform and linear stress through elements and through contacts (VERIFICATION 7)."""
+"""Patch tests: uniform and linear stress through elements and through contacts."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A body from a STEP file, cut into hexahedra and into tetrahedra: force, area and peak pressure (printed)."""
+"""A body from a STEP file, cut into hexahedra and into tetrahedra: force, area and peak pressure."""
 
 import functools
 

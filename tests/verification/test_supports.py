@@ -1,4 +1,4 @@
-"""Oblique supports: a turned model is the unturned one, and a wedge between skew planes is the whole ring (printed)."""
+"""Oblique supports: a turned model is the unturned one, and a wedge between skew planes is the whole ring."""
 
 import numpy as np
 import pytest
