@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.errors import MissingPackageError
 from fecontact.fem.stiffness import assemble_stiffness
+from fecontact.mesh.cad import load_gmsh
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.reference import hex_nodes
 
@@ -69,3 +71,12 @@ def dense_stiffness():
 @pytest.fixture
 def steel():
     return fc.Material(E=210e3, nu=0.3)
+
+
+@pytest.fixture(scope="session")
+def gmsh():
+    """The module gmsh; tests that need it are skipped where it or a library of the system that it needs is missing."""
+    try:
+        return load_gmsh()
+    except MissingPackageError as error:
+        pytest.skip(str(error))

@@ -34,6 +34,31 @@ _FACETS = {2: (3, 3), 9: (3, 6), 3: (4, 4), 16: (4, 8)}
 _LOCK = RLock()
 
 
+def load_gmsh() -> Any:
+    """The module gmsh.
+
+    Raises
+    ------
+    MissingPackageError
+        If gmsh is not installed or one of its system libraries is missing.
+    """
+    elsewhere = "Or make the mesh on another machine and read its file with fc.read_mesh."
+    try:
+        import gmsh
+    except ImportError as error:
+        raise MissingPackageError(
+            f"CAD files need the package gmsh, which could not be imported ({error}): pip install gmsh. {elsewhere}"
+        ) from error
+    except OSError as error:
+        raise MissingPackageError(
+            f"gmsh is installed but cannot be loaded, as a library of the system is missing ({error}). It needs those "
+            "of OpenGL and X11 even where no window is opened: libGL, libGLU, libXrender, libXcursor, libXfixes, "
+            "libXft, libXinerama, libfontconfig (Debian and Ubuntu: apt-get install libgl1 libglu1-mesa libxrender1 "
+            f"libxcursor1 libxfixes3 libxft2 libxinerama1 libfontconfig1). {elsewhere}"
+        ) from error
+    return gmsh
+
+
 @contextmanager
 def session() -> Iterator[Any]:
     """Gmsh with an empty model of its own, silent; closed again at the end, come what may.
@@ -43,14 +68,7 @@ def session() -> Iterator[Any]:
     MissingPackageError
         If gmsh is not installed or one of its system libraries is missing.
     """
-    try:
-        import gmsh
-    except (ImportError, OSError) as error:
-        raise MissingPackageError(
-            f"gmsh could not be loaded ({error}). Install the package 'gmsh' and the system libraries it needs "
-            "(on bare Linux machines libGLU, libGL, libXrender, libXcursor, libXft, libXinerama), or mesh elsewhere "
-            "and read the mesh file."
-        ) from error
+    gmsh = load_gmsh()
     with _LOCK:
         ours = not gmsh.isInitialized()
         if ours:

@@ -77,6 +77,7 @@ def test_half_space(tmp_path):
     assert 0.02 < figures["share"] < 0.06
 
 
+@pytest.mark.usefixtures("gmsh")
 def test_bracket(tmp_path):
     rows = load("bracket").main(size=7.0, out=tmp_path)
     for row in rows.values():

@@ -133,9 +133,8 @@ def test_bodies_with_plain_triangles_pass_too(swapped, row):
 
 
 @pytest.fixture(scope="module")
-def ball(tmp_path_factory):
+def ball(tmp_path_factory, gmsh):
     """File of the quarter of a half ball of radius 10 mm, its pole at the origin."""
-    gmsh = pytest.importorskip("gmsh")
     path = tmp_path_factory.mktemp("cad") / "ball.brep"
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)

@@ -12,9 +12,8 @@ RADIUS, APPROACH = 40.0, 0.03
 
 
 @pytest.fixture(scope="module")
-def step(tmp_path_factory):
+def step(tmp_path_factory, gmsh):
     """A pin of radius 4 with a spherical end and a bore of radius 1.2 across it."""
-    gmsh = pytest.importorskip("gmsh")
     path = tmp_path_factory.mktemp("step") / "pin.step"
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)

@@ -178,9 +178,8 @@ def test_bad_picks():
 
 
 @pytest.fixture(scope="module")
-def plate(tmp_path_factory):
+def plate(tmp_path_factory, gmsh):
     """STEP and BREP files of a plate with a hole, and its volume."""
-    gmsh = pytest.importorskip("gmsh")
     folder = tmp_path_factory.mktemp("cad")
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
@@ -221,8 +220,7 @@ def test_sizes_are_graded_to_the_contact(plate):
     assert np.median(length[at > 2]) > 0.5
 
 
-def test_geo_scripts_and_defaults(tmp_path):
-    pytest.importorskip("gmsh")
+def test_geo_scripts_and_defaults(tmp_path, gmsh):
     path = tmp_path / "cube.geo"
     path.write_text(
         'SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 1, 1, 1};\nPhysical Surface("end") = {1};\n'
@@ -250,16 +248,27 @@ def test_cad_requests_that_cannot_be_met(tmp_path, plate):
             call()
 
 
-def test_gmsh_missing_is_said(monkeypatch, plate):
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (
+            OSError("libGLU.so.1: cannot open shared object file"),
+            "library of the system is missing .libGLU.*libXrender",
+        ),
+        (ImportError("No module named 'gmsh'"), "pip install gmsh"),
+    ],
+)
+def test_gmsh_missing_is_said(error, words, monkeypatch, tmp_path):
     import builtins
 
     real = builtins.__import__
 
     def refuse(name, *args, **kwargs):
         if name == "gmsh":
-            raise OSError("libGLU.so.1: cannot open shared object file")
+            raise error
         return real(name, *args, **kwargs)
 
+    (tmp_path / "plate.step").write_text("not read")
     monkeypatch.setattr(builtins, "__import__", refuse)
-    with pytest.raises(fc.MissingPackageError, match="libGLU"):
-        fc.mesh_solid(plate[0] / "plate.step")
+    with pytest.raises(fc.MissingPackageError, match=words):
+        fc.mesh_solid(tmp_path / "plate.step")

@@ -214,8 +214,7 @@ def test_requests_that_cannot_be_met(tmp_path):
         fc.read_mesh(broken, element="hex64")
 
 
-def test_gmsh_names_its_physical_groups(tmp_path):
-    gmsh = pytest.importorskip("gmsh")
+def test_gmsh_names_its_physical_groups(tmp_path, gmsh):
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     box = gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
