@@ -26,6 +26,9 @@ COARSEST = 24
 COARSE_TOLERANCE = 1e-3
 """On the coarser grids; their discretisation errs by more."""
 
+ROUGH_ENOUGH = 1e-4
+"""Tolerance from which on single precision serves throughout."""
+
 MARGIN = 2
 """Cells added round the expected contact, besides a thirtieth of its width."""
 
@@ -152,9 +155,14 @@ def solve_level(
     if _share(part, level) > WORTHWHILE:
         part = level.whole
     while True:
+        exact, inverse = compliance(level, part, tally, workers), preconditioner(level, part, tally, workers)
+        rough = exact
+        if not level.periodic:  # there the inverse is exact, and so may be the answer
+            rough, inverse = exact.rough(), inverse.rough()
         problem = GridProblem(
-            compliance(level, part, tally, workers),
-            preconditioner(level, part, tally, workers),
+            exact if tolerance < ROUGH_ENOUGH else rough,
+            rough,
+            inverse,
             level.g[part],
             level.allowed[part],
             level.B[:, *part],

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fecontact.bodies.halfspace import kernels
-from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import around, finer
 from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
@@ -28,6 +28,21 @@ def test_free_convolution(shape):
     found = Convolution(spectrum, shape, (False, False), Tally(1)).apply(p)
     exact = direct(p, table)
     assert np.abs(found - exact).max() < 1e-13 * exact.max()  # rounding of a transform
+
+
+@pytest.mark.parametrize("units", [1.0, 1e-30, 1e45])
+@pytest.mark.parametrize("shape", [(12, 10), (7, 16), (64, 48)])
+def test_single_precision_errs_by_its_bound_in_any_units(shape, units):
+    table = kernels.love(shape, (1.0, 0.7))
+    p = np.random.default_rng(2).standard_normal(shape)
+    spectrum = kernel_spectrum(units * table, (padded(shape[0]), padded(shape[1])))
+    rough = Convolution(spectrum, shape, (False, False), Tally(1)).rough()
+    exact = direct(p, table)
+    for size in (1.0, 1e-60, 1e60):
+        found = rough.apply(size * p) / (size * units)
+        assert found.dtype == np.float64
+        assert 0 < np.abs(found - exact).max() < ROUGHNESS * np.abs(exact).max()
+    assert np.array_equal(rough.apply(np.zeros(shape)), np.zeros(shape))
 
 
 @pytest.mark.parametrize("symmetric", [(True, True), (True, False), (False, True)])
