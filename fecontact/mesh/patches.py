@@ -34,3 +34,23 @@ def line(start: ArrayLike, end: ArrayLike) -> Curve:
 def sagitta(r: Array, radius: float) -> Array:
     """Depth of a sphere's surface below its pole's tangent plane, r^2/(R + sqrt(R^2 - r^2)), without cancellation."""
     return r**2 / (radius + np.sqrt(np.maximum((radius - r) * (radius + r), 0.0)))
+
+
+def spherical(extent: float, radius: float) -> Curve:
+    """Surface of a sphere from its pole out to the distance `extent` from the axis; flat if the radius is infinite."""
+
+    def curve(s: Array) -> Array:
+        r = s * extent
+        return np.stack([r, np.zeros_like(r) if np.isinf(radius) else sagitta(r, radius)], 1)
+
+    return curve
+
+
+def beyond_45_degrees(radius: float) -> Curve:
+    """Surface of a sphere from 45 degrees off its pole to the equator."""
+
+    def curve(s: Array) -> Array:
+        angle = np.pi / 4 * (1 + s)
+        return radius * np.stack([np.sin(angle), 2 * np.sin(angle / 2) ** 2], 1)
+
+    return curve

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.errors import InputError
 from fecontact.mesh.grading import Level, RingGrading, grading
 from fecontact.mesh.lattice import check_lengths, division, interpolated
-from fecontact.mesh.patches import coons, line, sagitta
+from fecontact.mesh.patches import beyond_45_degrees, coons, line, sagitta
 from fecontact.mesh.section import SectionMesh, counter_clockwise, merge_sections
 
 Array = NDArray[np.float64]
@@ -242,10 +242,7 @@ def half_disc(
     def top(s: Array) -> Array:
         return np.stack([s * extent, sagitta(s * extent, radius)], 1)
 
-    def flank(s: Array) -> Array:
-        angle = np.pi / 4 * (1 + s)
-        return radius * np.stack([np.sin(angle), 2 * np.sin(angle / 2) ** 2], 1)
-
+    flank = beyond_45_degrees(radius)
     contact = coons(top, line(on_axis, inner), line((0, 0), on_axis), line(rim, inner))
     around = coons(flank, line(inner, below), line(rim, inner), line(equator, below))
     under = coons(line(on_axis, inner), line(centre, below), line(on_axis, centre), line(inner, below))

@@ -30,7 +30,7 @@ from fecontact.mesh.lattice import check_lengths, division, interpolated
 from fecontact.mesh.lattice import lattice as lattice
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.mesh import merge as merge
-from fecontact.mesh.patches import Curve, coons, line
+from fecontact.mesh.patches import Curve, beyond_45_degrees, coons, line, spherical
 from fecontact.mesh.patches import sagitta as sagitta
 from fecontact.mesh.rings import SECTORS as SECTORS
 from fecontact.mesh.rings import disc, repeated, revolved, right_handed
@@ -148,10 +148,7 @@ def cap(
         raise InputError(f"The depth {depth:g} must exceed the cap's own height {top_depth:g}.")
     ring = grading(extent / 10 if contact_radius is None else contact_radius, extent, depth, level)
 
-    def top(s: Array) -> Array:
-        r = s * extent
-        return np.stack([r, np.zeros_like(r) if math.isinf(radius) else sagitta(r, radius)], 1)
-
+    top = spherical(extent, radius)
     patch = coons(
         top, line((0, depth), (extent, depth)), line((0, 0), (0, depth)), line((extent, top_depth), (extent, depth))
     )
@@ -214,14 +211,8 @@ def half_sphere(
     on_axis, inner, below = (0.0, depth), (0.5 * radius, 0.6 * radius), (0.55 * radius, radius)
     rim, equator, centre = (extent, radius - extent), (radius, radius), (0.0, radius)
 
-    def top(s: Array) -> Array:
-        r = s * extent
-        return np.stack([r, sagitta(r, radius)], 1)
-
-    def flank(s: Array) -> Array:
-        angle = np.pi / 4 * (1 + s)
-        return radius * np.stack([np.sin(angle), 2 * np.sin(angle / 2) ** 2], 1)
-
+    top = spherical(extent, radius)
+    flank = beyond_45_degrees(radius)
     contact = coons(top, line(on_axis, inner), line((0, 0), on_axis), line(rim, inner))
     around = coons(flank, line(inner, below), line(rim, inner), line(equator, below))
     under = coons(line(on_axis, inner), line(centre, below), line(on_axis, centre), line(inner, below))
