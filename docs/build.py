@@ -11,6 +11,7 @@ import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from tqdm import tqdm
 
@@ -93,6 +94,7 @@ def machine() -> str:
 
 
 def main() -> None:
+    import bricks
     import half_space_page
     import plain_faces
 
@@ -100,6 +102,10 @@ def main() -> None:
     out = solve_spheres("equal")
     out.plot(HERE / "images" / "hertz.png")
     plain_faces.main(out=HERE / "images")
+    with TemporaryDirectory() as folder:
+        for scene, name in ((bricks.ball, "bricks_ball.png"), (bricks.bounce, "bricks_bounce.png")):
+            scene(Path(folder))
+            shutil.copy(Path(folder) / name, HERE / "images" / name)
     shutil.rmtree(HERE / "images" / "__pycache__", ignore_errors=True)
     text = f"""# Accuracy and time of the main job
 

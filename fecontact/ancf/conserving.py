@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 
 #: Change of strain, relative to the largest strain, below which the second term of S* would be rounding.
 SMALLEST_CHANGE = 1e-6
+#: The same whatever the strain: energies are rounded to 1e-16 of the modulus, which over the change is an error of the
+#: stress, while leaving the term out errs by the square of the change. Both are equal at the third root of 1e-16.
+ROUNDED_CHANGE = 5e-6
 
 
 def forces_between(solid: AncfSolid, q0: Array, q1: Array) -> Array:
@@ -49,7 +52,7 @@ def forces_between(solid: AncfSolid, q0: Array, q1: Array) -> Array:
             size = (change * change).sum(axis=(2, 3))
             strain = max(np.abs(C0 - np.eye(3)).max(), np.abs(C1 - np.eye(3)).max()) / 2
             missing = after - before - (S * change).sum(axis=(2, 3))
-            large = size > (SMALLEST_CHANGE * strain) ** 2
+            large = size > max(SMALLEST_CHANGE * strain, ROUNDED_CHANGE) ** 2
             S = S + np.where(large, missing / np.where(large, size, 1.0), 0.0)[..., None, None] * change
             P = (F0 + F1) / 2 @ S * batch.dV[..., None, None]
             n, n_q = batch.dV.shape

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.errors import InputError
-from fecontact.fem.stiffness import determinant_3x3
 from fecontact.fem.stress import von_mises
 from fecontact.io import check_writable, write_collection
 from fecontact.mesh.reference import CORNERS, EDGES
@@ -62,12 +61,9 @@ def _mesh(a: Assembly, q: Array) -> meshio.Mesh:
         cells, X = np.repeat(np.arange(n), 20), np.tile(NODES, (n, 1))
         e = a.part(q, k)
         x = s.space.points_at(e, cells, X)
-        F = s.space.gradient_at(e, cells, X)
-        S = s.law(F, s.lame[cells], s.shear[cells], tangent=False).stress
-        cauchy = F @ S @ F.swapaxes(1, 2) / determinant_3x3(F)[:, None, None]
         points.append(x)
         moved.append(x - s.space.points_at(s.space.q0, cells, X))
-        stress.append(cauchy[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]])
+        stress.append(s.cauchy_at(e, cells, X))
         solid.append(np.full(n, k))
     all_points = np.concatenate(points)
     connectivity = np.arange(len(all_points)).reshape(-1, 20)

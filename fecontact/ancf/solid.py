@@ -25,7 +25,7 @@ from fecontact.ancf.laws import Law, Response, StVenantKirchhoff
 from fecontact.ancf.space import BATCH, AncfSpace, Batch
 from fecontact.errors import InputError
 from fecontact.fem.model import materials_of_cells
-from fecontact.fem.stiffness import element_stiffness
+from fecontact.fem.stiffness import determinant_3x3, element_stiffness
 from fecontact.material import Material
 
 Array = NDArray[np.float64]
@@ -151,6 +151,16 @@ class AncfSolid:
                 _, response = self._respond(e, batch, lame, shear, tangent=False)
                 total += float((response.energy * batch.dV).sum())
         return total
+
+    def cauchy_at(self, q: Array, cells: IntArray, X: Array) -> Array:
+        """Cauchy stress F S F^T / det F (n, 6) at material points, cell (n,) and reference coordinates X (n, 3).
+
+        Components xx, yy, zz, xy, yz, xz, in world axes.
+        """
+        F = self.space.gradient_at(q, cells, X)
+        S = self.law(F, self.lame[cells], self.shear[cells], tangent=False).stress
+        sigma = F @ S @ F.swapaxes(1, 2) / determinant_3x3(F)[:, None, None]
+        return np.asarray(sigma[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]])
 
     def forces(self, q: Array) -> Array:
         """Elastic forces (n_dofs,) at coordinates q: the gradient of the energy."""

@@ -29,6 +29,21 @@ def test_block_on_plane(tmp_path):
     assert 0 < result.n_active < result.n_candidates  # an edge has lifted
 
 
+def test_bricks(tmp_path):
+    figures = load("bricks").main(small=True, out=tmp_path)
+    # a slender solid differs from the elastica by 1e-3
+    assert abs(figures["bar into a circle"]["error against Euler"]) < 3e-3
+    assert abs(figures["ball into a block"]["force"] / 0.4165 - 1) < 0.05  # ten elements a side
+    assert figures["ball into a block"]["force out of balance"] < 1e-9
+    assert figures["strip between rolls"]["force along / force"] < 0.03
+    moving = figures["brick on the floor"]
+    assert moving["energy drift, energy-momentum"] < 1e-9  # ten steps of 1e-10 each
+    assert moving["energy drift, generalised-alpha"] > 1e-3
+    for name in ("circle", "ball", "strip", "bounce"):
+        assert (tmp_path / f"bricks_{name}.png").stat().st_size > 10_000
+    assert (tmp_path / "bricks_bounce.pvd").exists()
+
+
 def test_plain_faces(tmp_path):
     errors = load("plain_faces").main(level=1, out=tmp_path)
     assert abs(errors["midface"]) < 0.035

@@ -1,0 +1,183 @@
+"""Deformed bricks as lines, shaded sides and fields of pressure, for pictures in the plane.
+
+Edges are cubic and sides bend: both are sampled by the element's own functions, so that a picture shows the shape that
+was computed and not the polygon of its nodes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from numpy.typing import NDArray
+
+from fecontact.ancf.faces import Faces
+from fecontact.ancf.hexahedron import face_points
+from fecontact.ancf.solid import AncfSolid
+from fecontact.ancf.space import AncfSpace
+from fecontact.fem.stress import von_mises
+from fecontact.mesh.reference import CORNERS, EDGES, FACES
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Points along each edge of a picture.
+SAMPLES = 9
+#: Patches of one colour along each side of a face.
+PATCHES = 16
+#: Corners of a face, then its middle: the hats, in triangles.
+_TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+
+
+def edges(space: AncfSpace, q: Array, boundary: str | None = None, samples: int = SAMPLES) -> Array:
+    """Deformed edges (n, samples, 3) of the cells, each once.
+
+    Parameters
+    ----------
+    space : AncfSpace
+    q : (n_dofs,) array
+    boundary : str, optional
+        Only edges of the faces of this boundary.
+    samples : int
+        Points along each edge.
+
+    Raises
+    ------
+    InputError
+        For a boundary that the mesh does not have.
+
+    Examples
+    --------
+    >>> from fecontact import shapes
+    >>> space = AncfSpace(shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
+    >>> edges(space, space.q0).shape, edges(space, space.q0, "x_min").shape
+    ((20, 9, 3), (4, 9, 3))
+    """
+    nodes = space.corners[:, EDGES].reshape(-1, 2)
+    cell, edge = np.divmod(np.arange(len(nodes)), len(EDGES))
+    if boundary is not None:
+        at, face = space.mesh.faces(boundary).T
+        belongs = np.array([np.isin(EDGES, corners).all(axis=1) for corners in FACES[:, :4]])
+        kept = np.zeros((len(space.corners), len(EDGES)), dtype=bool)
+        np.logical_or.at(kept, at, belongs[face])
+        rows = np.flatnonzero(kept.ravel())
+        nodes, cell, edge = nodes[rows], cell[rows], edge[rows]
+    _, first = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True)
+    t = np.linspace(0.0, 1.0, samples)[:, None]
+    ends = CORNERS[EDGES[edge[first]]]
+    X = ends[:, :1] * (1 - t) + ends[:, 1:] * t
+    return space.points_at(q, np.repeat(cell[first], samples), X.reshape(-1, 3)).reshape(-1, samples, 3)
+
+
+def hat_pressure(faces: Faces, q: Array, forces: Array, *, averaged: bool = False) -> tuple[Array, IntArray, Array]:
+    """Deformed points (n_hats, 3) of the hats, triangles (4 n_faces, 3) between them, and pressures (n_hats,).
+
+    Pressure is force per initial area; between the points it is linear.
+
+    Parameters
+    ----------
+    faces : Faces
+        The slave of a `Touch`.
+    q : (n_dofs,) array
+        Coordinates of the slave.
+    forces : (n_hats,) array
+    averaged : bool
+        Share the force of each middle hat out to the four corners, and draw the pressure that the corners then have;
+        the middle of a face gets their mean. Corner and middle hats of a coarse mesh alternate about the pressure, and
+        this takes the alternation away. The force stays the same where faces are parallelograms of one size.
+
+    Examples
+    --------
+    >>> from fecontact import shapes
+    >>> space = AncfSpace(shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
+    >>> top = Faces(space, space.mesh.faces("top"))
+    >>> points, triangles, pressure = hat_pressure(top, space.q0, 3.0 * top.quadrature[2])
+    >>> points.shape, triangles.shape, pressure.round(12).tolist()
+    ((8, 3), (8, 3), [3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0])
+    """
+    n = len(faces.faces)
+    nodes, shared = np.unique(faces.corners, return_inverse=True)
+    middles = len(nodes) + np.arange(n)
+    of_face = np.column_stack([shared.reshape(n, 4), middles])
+    centre, _ = faces.at(q, np.arange(n), np.full((n, 2), 0.5))
+    corners = q.reshape(-1, 3)[faces.space.start[nodes]]
+    areas = faces.quadrature[2]
+    pressure = forces / areas
+    if averaged:
+        summed = [
+            x[: len(nodes)] + np.bincount(shared.ravel(), np.repeat(x[len(nodes) :] / 4, 4), len(nodes))
+            for x in (forces, areas)
+        ]
+        at_corners = summed[0] / summed[1]
+        pressure = np.concatenate([at_corners, at_corners[shared.reshape(n, 4)].mean(axis=1)])
+    return np.concatenate([corners, centre]), of_face[:, _TRIANGLES].reshape(-1, 3), pressure
+
+
+def draw_side(
+    axes: Axes,
+    solid: AncfSolid,
+    q: Array,
+    boundary: str,
+    *,
+    plane: tuple[int, int] = (0, 2),
+    shaded: bool = True,
+    limits: tuple[float, float] | None = None,
+    cmap: str = "viridis",
+    **line: Any,
+) -> ScalarMappable | None:
+    """Draw a deformed side of a solid: its edges, and the equivalent Cauchy stress on it.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    solid : AncfSolid
+    q : (n_dofs,) array
+        Its coordinates.
+    boundary : str
+    plane : (int, int)
+        World axes that are drawn to the right and upwards.
+    shaded : bool
+        Whether the stress is drawn, or only edges.
+    limits : (float, float), optional
+        Of the stress in the colours; those found on the side unless given.
+    cmap : str
+    **line
+        Of the edges, as in `matplotlib.collections.LineCollection`.
+
+    Returns
+    -------
+    ScalarMappable or None
+        For a colour bar.
+    """
+    drawn = None
+    if shaded:
+        quads, stress = _patches(solid, q, boundary)
+        drawn = PolyCollection(
+            list(quads[..., list(plane)]), array=stress, cmap=cmap, edgecolors="face", linewidths=0.2
+        )
+        if limits is not None:
+            drawn.set_clim(*limits)
+        axes.add_collection(drawn)
+    lines = edges(solid.space, q, boundary)[..., list(plane)]
+    axes.add_collection(LineCollection(list(lines), **{"colors": "black", "linewidths": 0.6, **line}))
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    return drawn
+
+
+def _patches(solid: AncfSolid, q: Array, boundary: str, n: int = PATCHES) -> tuple[Array, Array]:
+    """Quadrilaterals (n_faces n^2, 4, 3) of a deformed side and the equivalent stress in the middle of each."""
+    cell, face = solid.space.mesh.faces(boundary).T
+    t = np.linspace(0.0, 1.0, n + 1)
+    first = np.stack(np.meshgrid(t[:-1], t[:-1], indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    around = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) / n
+    corners = (first + around).reshape(-1, 2)
+    middle = (first[:, 0] + 0.5 / n).reshape(-1, 2)
+    at_corners = np.concatenate([face_points(int(f), corners) for f in face])
+    at_middle = np.concatenate([face_points(int(f), middle) for f in face])
+    quads = solid.space.points_at(q, np.repeat(cell, len(corners)), at_corners).reshape(-1, 4, 3)
+    sigma = solid.cauchy_at(q, np.repeat(cell, len(middle)), at_middle)
+    return quads, von_mises(sigma)
