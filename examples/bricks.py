@@ -106,7 +106,7 @@ def ball(folder: Path, n: int = 4, steps: int = 6) -> dict[str, float]:
     for line in edges(solid.space, path.last.q, "top"):
         above.plot(line[:, 0], line[:, 1], color="0.6", linewidth=0.5)
     figure.colorbar(patches, ax=above, label="pressure", shrink=0.8)
-    above.set(aspect="equal", title="Pressure from above (a quarter)")
+    above.set(aspect="equal", title="From above, averaged to the corners (a quarter)")
     save_figure(figure, folder / "bricks_ball.png")
     return {
         "force": force[-1],
