@@ -3,15 +3,22 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test lint types examples docs manual bench compare clean
+.PHONY: hertz test unit verification doctest lint types examples docs manual bench compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
 	$(BIN)/fecontact hertz --plot out/hertz.png --vtu out/hertz.vtu
 	@if [ -n "$$DISPLAY" ] && command -v xdg-open >/dev/null; then xdg-open out/hertz.png; fi
 
-test: $(READY)  ## unit tests, docstring examples, verification
-	$(BIN)/python -m pytest tests/unit tests/verification
+test: unit verification doctest  ## unit tests, verification, docstring examples
+
+unit: $(READY)
+	$(BIN)/python -m pytest tests/unit
+
+verification: $(READY)
+	$(BIN)/python -m pytest tests/verification
+
+doctest: $(READY)
 	$(BIN)/python -m pytest --doctest-modules fecontact
 
 lint: $(READY)
