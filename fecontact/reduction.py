@@ -19,6 +19,7 @@ from fecontact.errors import SupportError
 from fecontact.fem.condensation import Compliance
 from fecontact.frames import Frame
 from fecontact.interface.curve import CurveSurface
+from fecontact.interface.near import Near
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
@@ -64,6 +65,10 @@ class Interface:
     pairing : Pairing
     note : str
         What was found about the two meshes.
+    near : Near, optional
+        Parts of the surfaces that were paired; None if all of them were.
+    reach : float, optional
+        Distance up to which parts were paired.
     """
 
     slave: Body
@@ -71,6 +76,8 @@ class Interface:
     surfaces: tuple[str, str]
     pairing: Pairing
     note: str
+    near: Near | None = None
+    reach: float | None = None
 
     @property
     def gap(self) -> Array:

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,21 +17,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
-from fecontact.errors import InputError, SolverError
+from fecontact.coupling import matrix_free, paired_contact, well_coupled
+from fecontact.errors import FecontactError, InputError, SolverError
 from fecontact.fem.support import is_plane
 from fecontact.finite import solve_finite
 from fecontact.interface.candidates import approach_for_load, choose, grow, widen
 from fecontact.interface.curve import CurveSurface
-from fecontact.interface.hats import hats_exist
-from fecontact.interface.mortar import pair_mortar
-from fecontact.interface.pairing import Pairing, nested, pair
-from fecontact.interface.surface import FacetSurface, Surface
+from fecontact.interface.reach import first_reach, wider_reaches
 from fecontact.loading import Loading, make_loading
 from fecontact.reduction import Interface, Rows, assemble, check_balance
 from fecontact.result import ContactResult, make_result
-from fecontact.setting import check_rigid_surface, setting_of
+from fecontact.setting import setting_of
 from fecontact.solvers import ComplementarityProblem, InfeasibleLoadError, solve
 from fecontact.springs import Spring, spring_rows
 from fecontact.stopwatch import Stopwatch
@@ -41,11 +38,8 @@ IntArray = NDArray[np.int64]
 
 #: Largest number of times the candidates are enlarged before the search is given up.
 MOST_ROUNDS = 12
-#: Ratio of face sizes from which one side counts as the coarser.
-COARSER = 1.1
-#: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure rings
-#: by some percent when a face holds a few of them only (see docs/half-space.md).
-FINEST_CELLS = 0.25
+#: Number of reaches that are tried before whole surfaces are paired.
+MOST_REACHES = 4
 #: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
 OUTSIDE_TOLERANCE = 1e-9
 #: Names of solvers that need products with the compliance only.
@@ -165,7 +159,7 @@ class Scene:
 
     @cached_property
     def _interfaces(self) -> tuple[Interface, ...]:
-        return tuple(_interface(c) for c in self.contacts)
+        return tuple(paired_contact(c) for c in self.contacts)
 
     def solve(
         self,
@@ -179,6 +173,7 @@ class Scene:
         finite_motion: bool = False,
         solver: str = "auto",
         tolerance: float = 1e-10,
+        whole: bool = True,
         **options: object,
     ) -> ContactResult:
         """Solve the frictionless contact problem.
@@ -206,6 +201,9 @@ class Scene:
             'auto' or one of `available_solvers()`.
         tolerance : float
             Of the certificate, see `solvers.Residuals`.
+        whole : bool
+            Whether the whole surfaces are paired. Otherwise only what can come near enough to touch is, which takes a
+            fraction of the time and gives the same forces (see `interface.near`); gaps elsewhere are not known.
         **options
             Passed to the solver.
 
@@ -221,12 +219,36 @@ class Scene:
         _check_solver(solver, tolerance, options)
         if finite_motion:
             loads = {"forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures}
-            chosen_solver = {"solver": solver, "tolerance": tolerance, **options}
+            chosen_solver = {"solver": solver, "tolerance": tolerance, "whole": whole, **options}
             return solve_finite(self, {**loads, "gravity": gravity, **chosen_solver})
         watch = Stopwatch()
         loading = make_loading(self.bodies, forces, moments, motions, free, pressures, gravity)
+        reaches = None if whole else [first_reach(c, loading) for c in self.contacts]
+        for _ in range(MOST_REACHES if reaches is not None and any(r is not None for r in reaches) else 0):
+            assert reaches is not None
+            try:
+                result = self._solved(loading, reaches, solver, tolerance, options, watch)
+            except FecontactError:
+                # what was left out may be what carries the load; if not, the whole surfaces say so again
+                break
+            wider = wider_reaches(result)
+            if wider == reaches:
+                return result
+            reaches = wider
+        return self._solved(loading, None, solver, tolerance, options, watch)
+
+    def _solved(
+        self,
+        loading: Loading,
+        reaches: Sequence[float | None] | None,
+        solver: str,
+        tolerance: float,
+        options: Mapping[str, Any],
+        watch: Stopwatch,
+    ) -> ContactResult:
+        """Solution with the surfaces paired up to the given reaches."""
         with watch("pair"):
-            interfaces, opening, chosen = self.prepared(loading)
+            interfaces, opening, chosen = self.prepared(loading, reaches)
             check_balance(interfaces, loading)
         start: NDArray[np.bool_] | None = None
         dense = solver not in MATRIX_FREE
@@ -272,17 +294,25 @@ class Scene:
 
         return run_sweep(self, cases, path, processes)
 
-    def prepared(self, loading: Loading) -> tuple[list[Rows], list[Array], list[IntArray]]:
-        """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each."""
+    def prepared(
+        self, loading: Loading, reaches: Sequence[float | None] | None = None
+    ) -> tuple[list[Rows], list[Array], list[IntArray]]:
+        """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each.
+
+        `reaches` says for each contact up to which distance its surfaces are paired; None: all of them.
+        """
+        paired = self._interfaces
+        if reaches is not None:
+            paired = tuple(paired_contact(c, r) for c, r in zip(self.contacts, reaches, strict=True))
         conditions: list[Rows] = []
         opening, chosen = [], []
-        for interface, contact in zip(self._interfaces, self.contacts, strict=True):
+        for interface, contact in zip(paired, self.contacts, strict=True):
             near = _first_choice(interface, interface.opening_by(loading.frames), loading)
-            coupled = _well_coupled(interface, near, contact)
+            coupled = well_coupled(interface, near, contact)
             conditions.append(coupled)
             opening.append(coupled.opening_by(loading.frames))
             chosen.append(_first_choice(coupled, opening[-1], loading))
-        if not self.springs and all(_matrix_free(i) for i in self._interfaces):
+        if not self.springs and all(matrix_free(i) for i in paired):
             chosen = [np.arange(len(gap)) for gap in opening]
         if self.springs:
             ligaments = spring_rows(self.springs)
@@ -297,116 +327,6 @@ def _check_solver(solver: str, tolerance: float, options: Mapping[str, object]) 
     if not (np.isfinite(tolerance) and 0 < tolerance < 1):
         raise InputError(f"The tolerance must lie between 0 and 1; found {tolerance!r}.")
     solve(ComplementarityProblem(S=np.eye(1), g=np.ones(1)), solver, **options)  # type: ignore[arg-type]
-
-
-def _interface(contact: Contact) -> Interface:
-    """Pair a contact; the side that has nodes, if only one has, is the slave."""
-    assert contact.surfaces is not None
-    slave, master, names = contact.slave, contact.master, contact.surfaces
-    note = ""
-    if not isinstance(slave.surface(names[0]), FacetSurface):
-        slave, master, names = master, slave, names[::-1]
-        note = f"{slave.name!r} has the nodes and was made the slave"
-    elif contact.coupling == "mortar" and _spreads_on_cells(slave.surface(names[0]), master.surface(names[1])):
-        slave, master, names = master, slave, names[::-1]
-        note = f"the forces of {slave.name!r} are spread over the half-space's cells, mortar"
-    surface, other = slave.surface(names[0]), master.surface(names[1])
-    if isinstance(surface, CurveSurface) and not isinstance(other, FacetSurface):
-        points = slave.pose.to_world(surface.points[surface.nodes])
-        check_rigid_surface(master, other, points, surface.along)
-    ring = isinstance(surface, CurveSurface) and surface.along.revolved and contact.coupling == "auto"
-    whole = isinstance(surface, FacetSurface) and surface.eight_hats
-    if whole and contact.coupling == "nodal":
-        raise InputError(
-            f"{slave.name!r} has gradient coordinates, and forces on the nodes of its faces would leave the gradients "
-            "out: use coupling='auto' or 'mortar', or make the other body the slave."
-        )
-    coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
-    return Interface(slave, master, names, _paired(slave, master, names, coupling), note)
-
-
-def _well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Interface:
-    """Keep nodal forces where they are exact; elsewhere couple by mortar, and swap the sides where that is better."""
-    slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
-    s, m = slave.surface(names[0]), master.surface(names[1])
-    if contact.coupling == "mortar" or not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
-        return interface
-    grid = isinstance(s, GridSurface) or isinstance(m, GridSurface)
-    ring = pairing.coupling == "mortar"
-    if not grid and not ring and nested(s, m, pairing, near):
-        return replace(interface, note="faces match or nest, nodal forces")
-    touched = np.isin(s.facets, pairing.nodes[near]).all(axis=1)
-    ours = s.mean_facet_size[touched]
-    opposite = np.unique(m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet)  # type: ignore[arg-type]
-    theirs = m.mean_facet_size[opposite]
-    ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
-    swappable = contact.swap == "auto"
-    if not grid and contact.coupling == "auto" and (hats_exist(s) or (swappable and hats_exist(m))):
-        # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave;
-        # a triangle has three hats where a quadrilateral has nine, so quadrilaterals are the slave of triangles
-        mine, its = bool(s.triangle[touched].any()), bool(m.triangle[opposite].any())
-        better = mine if mine != its else ratio > COARSER
-        swapped = swappable and hats_exist(m) and (better or not hats_exist(s))
-        reason = "has the quadrilaterals" if mine != its else "is coarser"
-        return _recoupled(interface, swapped, "mortar", _why_mortar(s, ring), reason)
-    if grid and contact.coupling == "auto" and (swappable or not isinstance(s, GridSurface)):
-        cells, faces = (ours.mean(), theirs.mean()) if isinstance(s, GridSurface) else (theirs.mean(), ours.mean())
-        body = m if isinstance(s, GridSurface) else s
-        if hats_exist(body) and FINEST_CELLS * faces < cells <= faces:
-            note = "cells a little finer than the faces, whose forces are spread over them: mortar"
-            return _recoupled(interface, isinstance(s, GridSurface), "mortar", note, "is coarser")
-    # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
-    note = "a half-space's cells take the forces of the other's nodes"
-    if not grid:
-        note = "faces do not match: nodal forces err by the order of the face size"
-    return _recoupled(interface, swappable and ratio < 1 / COARSER, "nodal", note)
-
-
-def _why_mortar(slave: FacetSurface, coupled: bool) -> str:
-    if slave.eight_hats:
-        return "gradient coordinates, mortar"
-    return "rings, mortar" if coupled else "faces do not match, mortar"
-
-
-def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:
-    """The interface coupled anew, with the sides swapped for a reason or not, and what is to be said about it."""
-    slave, master, names = interface.slave, interface.master, interface.surfaces
-    if swapped:
-        slave, master, names = master, slave, names[::-1]
-        note += f"; {slave.name!r} {reason} and was made the slave"
-    elif coupling == interface.pairing.coupling:
-        return replace(interface, note=note)
-    return Interface(slave, master, names, _paired(slave, master, names, coupling), note)
-
-
-def _spreads_on_cells(slave: Surface, master: Surface) -> bool:
-    """Whether a half-space is the slave of a surface whose forces can be spread over its cells."""
-    grid, facets = isinstance(slave, GridSurface), isinstance(master, FacetSurface)
-    return grid and facets and not isinstance(master, GridSurface)
-
-
-def _matrix_free(interface: Interface) -> bool:
-    """Whether all points can be candidates: the cells of a half-space under something rigid."""
-    surface = interface.slave.surface(interface.surfaces[0])
-    return isinstance(surface, GridSurface) and np.isinf(interface.master.contact_modulus)
-
-
-def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str) -> Pairing:
-    surface = slave.surface(names[0])
-    if not isinstance(surface, FacetSurface):
-        raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
-    relative = slave.pose.relative_to(master.pose)
-    couple = pair_mortar if coupling == "mortar" or surface.eight_hats else pair
-    if isinstance(surface, GridSurface):
-        pairing = surface.pair(master.surface(names[1]), relative.rotation, relative.translation)
-    else:
-        pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation)
-    if len(pairing.nodes) == 0:
-        raise InputError(
-            f"The surfaces {names[0]!r} of {slave.name!r} and {names[1]!r} of {master.name!r} do not face each other: "
-            "no point of the one has its foot on the other. Check the poses and which boundaries are named."
-        )
-    return pairing
 
 
 def _first_choice(interface: Interface, opening: Array, loading: Loading) -> IntArray:

@@ -84,7 +84,7 @@ _CASES: dict[str, Case] = {}
 
 def _row(name: str, case: Case) -> dict[str, Any]:
     now, arguments = case
-    return {"name": name, **now.scene.solve(**arguments).summary()}
+    return {"name": name, **now.scene.solve(**{"whole": False, **arguments}).summary()}
 
 
 def _row_of(name: str) -> tuple[str, dict[str, Any]]:

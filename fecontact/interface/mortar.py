@@ -25,6 +25,7 @@ from scipy.spatial import cKDTree
 from fecontact.errors import InputError
 from fecontact.interface.curve import CurveSurface, curve_samples
 from fecontact.interface.hats import fan_samples, hat_shapes, hats_exist, own_samples, sub_faces
+from fecontact.interface.near import Near
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.facets import facet_centres, facet_nodes
@@ -41,7 +42,9 @@ SLIVER = 0.2
 SIDEWAYS = 1e-10
 
 
-def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translation: Array) -> Pairing:
+def pair_mortar(
+    slave: FacetSurface, master: Surface, rotation: Array, translation: Array, near: Near | None = None
+) -> Pairing:
     """Couple two surfaces by weighted gaps.
 
     Parameters
@@ -51,6 +54,8 @@ def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translati
     master : Surface
     rotation, translation
         Pose of the slave's axes seen from the master's.
+    near : Near, optional
+        Parts of two surfaces of facets that may touch; nodes elsewhere are left out.
 
     Raises
     ------
@@ -69,7 +74,8 @@ def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translati
         moved = replace(slave, points=turned)
         facet, local, weight = curve_samples(moved, master)
     elif isinstance(master, FacetSurface):
-        facet, local, weight, on_master = _overlap_samples(moved, master)
+        pairs = _neighbours(slave, master, rotation, translation, near)
+        facet, local, weight, on_master = _overlap_samples(moved, master, *pairs)
     else:
         facet, local, weight = _own_samples(slave)
     x, _, N = moved.evaluate(facet, local)
@@ -84,7 +90,9 @@ def pair_mortar(slave: FacetSurface, master: Surface, rotation: Array, translati
     facing = (np.einsum("ni,ni->n", normal, feet.normals) < 0) & ~feet.beyond
     area = weight * np.linalg.norm(normal, axis=1) * slave.extent(own)
     kept = np.flatnonzero(facing)
-    return _paired(slave, facet[kept], local[kept], N[kept], area[kept], feet.chosen(kept), rotation, translation)
+    whole_hats = None if near is None else near.nodes
+    feet = feet.chosen(kept)
+    return _paired(slave, facet[kept], local[kept], N[kept], area[kept], feet, rotation, translation, whole_hats)
 
 
 def _paired(
@@ -96,8 +104,9 @@ def _paired(
     feet: Feet,
     rotation: Array,
     translation: Array,
+    whole_hats: NDArray[np.bool_] | None = None,
 ) -> Pairing:
-    """Sum the samples up to weighted gaps of the slave's nodes."""
+    """Sum the samples up to weighted gaps of the slave's nodes, or of those (n_nodes,) whose hats are sampled whole."""
     n, k = len(facet), slave.facets.shape[1]
     columns = slave.facets[facet]
     pointer = np.arange(0, n * k + 1, k)
@@ -107,6 +116,9 @@ def _paired(
     ).T.tocsr()
     weights = np.asarray(hats.sum(axis=1)).ravel()
     whole = hat_areas(slave)
+    if whole_hats is not None:
+        weights[~whole_hats] = 0.0
+        whole = np.where(whole_hats, whole, 0.0)
     nodes, gather = _fuller(slave, weights, whole)
     hats = (gather @ hats).tocsr()
     hats.eliminate_zeros()
@@ -173,6 +185,12 @@ def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
 
 def hat_areas(slave: FacetSurface) -> Array:
     """Integrals (n_nodes,) of all hats over the whole slave surface."""
+    if "hat areas" not in slave.known:
+        slave.known["hat areas"] = _hat_areas(slave)
+    return np.asarray(slave.known["hat areas"])
+
+
+def _hat_areas(slave: FacetSurface) -> Array:
     facet, local, weight = _own_samples(slave)
     x, tangents, _ = slave.evaluate(facet, local)
     area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
@@ -206,9 +224,10 @@ def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
     return Feet(x, normals, gap, beyond, weights, facet, local, master.name)
 
 
-def _overlap_samples(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, Array, Array, IntArray]:
-    """Quadrature over the pieces of overlap: slave facet, its coordinates, weights in them, master facet."""
-    f, m = _neighbours(slave, master)
+def _overlap_samples(
+    slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray
+) -> tuple[IntArray, Array, Array, IntArray]:
+    """Quadrature over the pieces of overlap of pairs (f, m): slave facet, its coordinates and weights, master facet."""
     outline = _outlines(slave, master, f, m)
     parts = []
     for kind in (False, True):
@@ -231,26 +250,30 @@ _PROBES = {
 }
 
 
-def _probes(surface: FacetSurface) -> tuple[IntArray, Array]:
-    """Sample points spread over all facets: their facets (n,) and places (n, 3)."""
+def _probes(surface: FacetSurface, chosen: NDArray[np.bool_] | None) -> tuple[IntArray, Array]:
+    """Sample points spread over all or chosen facets (n_facets,): their facets (n,) and places (n, 3)."""
     facets, places = [], []
     for kind, local in _PROBES.items():
-        members = np.flatnonzero(surface.triangle == kind)
+        members = np.flatnonzero((surface.triangle == kind) & (True if chosen is None else chosen))
         facets.append(np.repeat(members, len(local)))
         places.append(surface.evaluate(facets[-1], np.tile(local, (len(members), 1)))[0])
     return np.concatenate(facets), np.concatenate(places)
 
 
-def _neighbours(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, IntArray]:
+def _neighbours(
+    slave: FacetSurface, master: FacetSurface, rotation: Array, translation: Array, near: Near | None
+) -> tuple[IntArray, IntArray]:
     """Pairs of facets that may overlap: found by projecting samples of each side on the other, and their neighbours."""
-    found = []
-    for one, other, swapped in ((slave, master, False), (master, slave, True)):
-        facet, x = _probes(one)
-        hit = other.project(x).facet
-        assert hit is not None
-        pairs = np.unique(np.stack([facet, hit], 1), axis=0)
-        found.append(pairs[:, ::-1] if swapped else pairs)
-    pairs = np.unique(np.concatenate(found), axis=0)
+    ours, x = _probes(slave, None if near is None else near.facets)
+    below = master.project(x @ rotation.T + translation).facet
+    theirs, y = _probes(master, None if near is None else near.opposite)
+    above = slave.project((y - translation) @ rotation).facet
+    assert below is not None
+    assert above is not None
+    pairs = np.concatenate([np.stack([ours, below], 1), np.stack([above, theirs], 1)])
+    if near is not None:
+        pairs = pairs[near.facets[pairs[:, 0]]]
+    pairs = np.unique(pairs, axis=0)
     size = len(master.facets)
     near = sp.csr_matrix((np.ones(len(pairs)), pairs.T), shape=(len(slave.facets), size))
     corners = master.facets[:, :4]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fecontact.errors import MeshError
 from fecontact.interface.curve import CurveSurface
+from fecontact.interface.near import Near
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.facets import facet_centres, nodal_areas, tributary_areas
 
@@ -126,7 +127,9 @@ def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
     return sp.csr_matrix((data, columns, 3 * weights.indptr), shape=(weights.shape[0], 3 * weights.shape[1]))
 
 
-def pair(slave: FacetSurface, master: Surface, rotation: Array, translation: Array) -> Pairing:
+def pair(
+    slave: FacetSurface, master: Surface, rotation: Array, translation: Array, near: Near | None = None
+) -> Pairing:
     """Pair every slave node with its foot.
 
     Parameters
@@ -135,13 +138,15 @@ def pair(slave: FacetSurface, master: Surface, rotation: Array, translation: Arr
     master : Surface
     rotation, translation
         Pose of the slave's axes seen from the master's.
+    near : Near, optional
+        Parts of the surfaces that may touch; nodes elsewhere are left out.
 
     Raises
     ------
     MeshError
         If a slave face is so distorted that a nodal weight is not positive.
     """
-    nodes = slave.nodes
+    nodes = slave.nodes if near is None else np.flatnonzero(near.nodes)
     points = slave.points[nodes]
     feet = master.project(points @ rotation.T + translation)
     return nodal_pairing(slave, nodes, contact_weights(slave)[nodes], feet, rotation, translation)
@@ -188,6 +193,12 @@ def contact_weights(surface: FacetSurface) -> Array:
     triangles: their consistent corner weights are negative or zero, so tributary areas are shown instead; the forces
     themselves stay wrong at the corners.
     """
+    if "contact weights" not in surface.known:
+        surface.known["contact weights"] = _contact_weights(surface)
+    return np.asarray(surface.known["contact weights"])
+
+
+def _contact_weights(surface: FacetSurface) -> Array:
     if isinstance(surface, CurveSurface):
         return surface.nodal_areas
     if surface.facets.shape[1] == 8:

@@ -114,6 +114,11 @@ class FacetSurface:
         return triangular(self.facets)
 
     @cached_property
+    def known(self) -> dict[str, object]:
+        """What pairings have worked out about this surface alone, by name, for the next ones."""
+        return {}
+
+    @cached_property
     def size(self) -> float:
         """Diagonal of the bounding box."""
         return float(np.linalg.norm(np.ptp(self.points[self.nodes], axis=0)))

@@ -1,0 +1,195 @@
+"""Pairing restricted to what can come near: the same forces, and bounds that hold."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.interface import near, reach
+from fecontact.interface.mortar import pair_mortar
+from fecontact.interface.pairing import pair
+from fecontact.interface.surface import FacetSurface
+from fecontact.loading import make_loading
+from fecontact.mesh.facets import facet_shapes
+from fecontact.scene import Scene
+
+SOLID = fc.Material(E=1000.0, nu=0.3)
+
+
+def grid(n, height, side=2.0, quadratic=False):
+    """A surface of n x n facets over a square, as high as height(x, y)."""
+    m = 2 * n if quadratic else n
+    x, y = np.meshgrid(*[np.linspace(-side, side, m + 1)] * 2, indexing="ij")
+    points = np.stack([x, y, height(x, y)], axis=-1).reshape(-1, 3)
+    index = np.arange((m + 1) ** 2).reshape(m + 1, m + 1)
+    if not quadratic:
+        facets = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
+    else:
+        a, b = slice(0, -2, 2), slice(2, None, 2)
+        c = slice(1, None, 2)
+        facets = [index[s] for s in ((a, a), (b, a), (b, b), (a, b), (c, a), (b, c), (c, b), (a, c), (c, c))]
+    return FacetSurface(points, np.stack([f.ravel() for f in facets], axis=1))
+
+
+def bowl(x, y):
+    """A paraboloid."""
+    return (x**2 + y**2) / 4
+
+
+def turned_over(surface):
+    """The same surface facing down."""
+    columns = [0, 3, 2, 1] if surface.facets.shape[1] == 4 else [0, 3, 2, 1, 7, 6, 5, 4, 8]
+    return FacetSurface(surface.points, surface.facets[:, columns])
+
+
+HERE = np.eye(3), np.zeros(3)
+
+
+@pytest.mark.parametrize("quadratic", [False, True])
+def test_clearance_is_a_lower_bound_and_within_reach_nothing_is_missed(quadratic):
+    slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.02)
+    part = near.near_parts(slave, master, *HERE, reach=0.2)
+    # against the distances of many points of every facet from the master
+    X = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 2, indexing="ij"), -1).reshape(-1, 2)
+    facet = np.repeat(np.arange(len(slave.facets)), len(X))
+    places = slave.evaluate(facet, np.tile(X, (len(slave.facets), 1)))[0]
+    feet = master.project(places)
+    distance = np.linalg.norm(places - feet.points, axis=1).reshape(-1, len(X)).min(axis=1)
+    out = np.isfinite(part.clearance)
+    assert out.sum() > 30
+    assert (part.clearance[out] <= distance[out] + 1e-12).all()
+    assert (~out[distance <= 0.2]).all()
+    # not so cautious as to be useless: half of what is out of reach by far is recognised
+    assert out[distance > 0.5].mean() > 0.5
+    assert part.facets[~out].all()
+    # all facets of a kept node are paired
+    assert part.facets[np.isin(slave.facets, np.flatnonzero(part.nodes)).any(axis=1)].all()
+    assert part.opposite[np.unique(feet.facet[part.facets[facet]])].all()
+
+
+def test_what_starts_inside_is_paired_however_deep():
+    slave, master = turned_over(grid(8, lambda x, y: 0 * x - 1.5)), grid(8, lambda x, y: 0 * x)
+    part = near.near_parts(slave, master, *HERE, reach=0.01)
+    assert part.facets.all()
+    assert not np.isfinite(part.clearance).any()
+
+
+@pytest.mark.parametrize(("columns", "triangle"), [(4, False), (4, True), (8, False), (8, True), (9, False), (9, True)])
+def test_lebesgue_and_bulge_constants_bound_the_shape_functions(columns, triangle):
+    t = np.linspace(0, 1, 61)
+    X = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
+    X = X[X.sum(axis=1) <= 1 + 1e-12] if triangle else X
+    N = np.abs(facet_shapes(columns, np.full(len(X), triangle), X)[0])
+    assert N.sum(axis=1).max() <= near.lebesgue(columns) + 1e-12
+    assert N[:, 4:].sum(axis=1).max() <= near.BULGE + 1e-12
+
+
+@pytest.mark.parametrize("couple", [pair, pair_mortar])
+def test_parts_of_216_by_216_facets_are_paired_as_the_whole(couple):
+    slave, master = turned_over(grid(216, bowl)), grid(216, lambda x, y: 0.02 * x, side=2.03)
+    part = near.near_parts(slave, master, *HERE, reach=0.05)
+    assert part.facets.mean() < 0.25
+    whole, few = couple(slave, master, *HERE), couple(slave, master, *HERE, part)
+    same = np.isin(whole.nodes, few.nodes)
+    assert np.array_equal(whole.nodes[same], few.nodes)
+    # equal but for the order of sums: 1e-13 of lengths of about one
+    assert np.abs(whole.gap[same] - few.gap).max() < 1e-13
+    assert np.abs(whole.weights[same] / few.weights - 1).max() < 1e-11
+    assert abs(whole.slave_rows[same] - few.slave_rows).max() < 1e-11
+    # nothing within reach was left out
+    assert whole.gap[~same].min() > 0.05
+
+
+def half_spheres():
+    """Two elastic half spheres whose faces do not match."""
+    above = fc.ElasticBody(fc.shapes.half_sphere(5.0, contact_radius=1.5, level=0), SOLID, "cap", {"base": "xyz"})
+    mesh = fc.shapes.half_sphere(7.0, contact_radius=1.7, level=0)
+    below = fc.ElasticBody(mesh, SOLID, "cap", {"base": "xyz"}, name="below")
+    below = below.placed(
+        (0.0, 0.0, 0.0), rotation=fc.rotation_about((1, 0, 0), np.pi) @ fc.rotation_about((0, 0, 1), 0.3)
+    )
+    return Scene([above, below], [fc.Contact(above, below)]), {"motions": {above: {"z": -0.05}}}
+
+
+def knee():
+    """Condyles on plateaus, pressed and free to tilt."""
+    path = Path(__file__).parents[3] / "examples" / "knee.py"
+    spec = importlib.util.spec_from_file_location("knee", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    below = module.tibia(4)
+    bone = module.femur(4).placed((0.0, 0.0, module.HEIGHT), rotation=fc.rotation_about((1, 0, 0), 0.3))
+    return Scene([below, bone], [fc.Contact(bone, below)]), {"forces": {bone: (0, 0, -500.0)}, "free": {bone: "ry"}}
+
+
+def blocks():
+    """A ball on a block, coupled by its nodes, pressed by a force."""
+    lower = fc.ElasticBody(
+        fc.shapes.block((4.0, 4.0, 1.0), (8, 8, 2)).translated((-2.0, -2.0, -1.0)), SOLID, "top", {"bottom": "xyz"}
+    )
+    ball = fc.shapes.half_sphere(5.0, contact_radius=1.0, level=0)
+    upper = fc.ElasticBody(ball, SOLID, "cap", {"base": "xyz"}, name="ball").placed((0.3, 0.1, 0.0))
+    contact = fc.Contact(upper, lower, coupling="nodal")
+    return Scene([lower, upper], [contact]), {"forces": {upper: (0, 0, -5.0)}}
+
+
+SCENES = [half_spheres, knee, blocks]
+
+
+def same_forces(whole, part):
+    """Forces of both results on the slave's nodes; those of the part are the whole's."""
+    for a, b in zip(whole.contacts, part.contacts, strict=True):
+        forces = []
+        for result, contact in ((whole, a), (part, b)):
+            k = result.contacts.index(contact)
+            nodal = np.zeros(result.interfaces[k].slave.surface(contact.surfaces[0]).points.shape[0])
+            nodal[result.interfaces[k].pairing.nodes] = contact.forces
+            forces.append(nodal)
+        # both solve the same equations; differences are rounding times the condition of the compliance
+        assert np.abs(forces[0] - forces[1]).max() < 1e-12 * a.total_force
+        assert np.abs(a.force - b.force).max() < 1e-12 * a.total_force
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=["spheres", "knee", "nodal"])
+def test_forces_are_those_of_whole_surfaces(scene):
+    now, loads = scene()
+    whole, part = now.solve(**loads), now.solve(**loads, whole=False)
+    assert part.interfaces[0].near is not None
+    same_forces(whole, part)
+    assert part.residuals().penetration < 1e-9
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=["spheres", "knee", "nodal"])
+def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
+    now, loads = scene()
+    whole = now.solve(**loads)
+    tried = []
+    solved = Scene._solved
+
+    def counted(self, loading, reaches, *rest):
+        tried.append(reaches)
+        return solved(self, loading, reaches, *rest)
+
+    monkeypatch.setattr(Scene, "_solved", counted)
+    monkeypatch.setattr("fecontact.scene.first_reach", lambda contact, loading: 1e-4)
+    part = now.solve(**loads, whole=False)
+    assert len(tried) > 1
+    assert tried[0] == [1e-4]
+    same_forces(whole, part)
+
+
+def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monkeypatch):
+    now, loads = knee()
+    # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway
+    monkeypatch.setattr("fecontact.scene.first_reach", lambda contact, loading: 0.0)
+    same_forces(now.solve(**loads), now.solve(**loads, whole=False))
+
+
+def test_rigid_and_plane_partners_are_paired_whole():
+    lower = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), SOLID, "top", {"bottom": "xyz"})
+    ball = fc.RigidBody(fc.Sphere(radius=5.0)).placed((0.5, 0.5, 1.0))
+    contact = fc.Contact(lower, ball)
+    loading = make_loading([lower, ball], {ball: (0, 0, -1.0)}, None, None, None, None, None)
+    assert reach.first_reach(contact, loading) is None
