@@ -104,8 +104,8 @@ def test_parts_of_216_by_216_facets_are_paired_as_the_whole(couple):
 
 def half_spheres():
     """Two elastic half spheres whose faces do not match."""
-    above = fc.ElasticBody(fc.shapes.half_sphere(5.0, contact_radius=1.5, level=0), SOLID, "cap", {"base": "xyz"})
-    mesh = fc.shapes.half_sphere(7.0, contact_radius=1.7, level=0)
+    above = fc.ElasticBody(fc.shapes.half_sphere(5.0, contact_radius=1.5, level=1), SOLID, "cap", {"base": "xyz"})
+    mesh = fc.shapes.half_sphere(7.0, contact_radius=1.7, level=1)
     below = fc.ElasticBody(mesh, SOLID, "cap", {"base": "xyz"}, name="below")
     below = below.placed(
         (0.0, 0.0, 0.0), rotation=fc.rotation_about((1, 0, 0), np.pi) @ fc.rotation_about((0, 0, 1), 0.3)
@@ -129,7 +129,7 @@ def blocks():
     lower = fc.ElasticBody(
         fc.shapes.block((4.0, 4.0, 1.0), (8, 8, 2)).translated((-2.0, -2.0, -1.0)), SOLID, "top", {"bottom": "xyz"}
     )
-    ball = fc.shapes.half_sphere(5.0, contact_radius=1.0, level=0)
+    ball = fc.shapes.half_sphere(5.0, contact_radius=1.0, level=1)
     upper = fc.ElasticBody(ball, SOLID, "cap", {"base": "xyz"}, name="ball").placed((0.3, 0.1, 0.0))
     contact = fc.Contact(upper, lower, coupling="nodal")
     return Scene([lower, upper], [contact]), {"forces": {upper: (0, 0, -5.0)}}
