@@ -57,6 +57,9 @@ def check_writable(path: str | Path) -> Path:
 def write_atomically(path: str | Path, text: str) -> Path:
     """Write a text file under a temporary name and move it into place, so that an interruption loses nothing."""
     path = check_writable(path)
+    if path.exists() and not path.is_file():
+        path.write_text(text, encoding="utf-8")  # a pipe or a device is written to, never replaced
+        return path
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         partial.write_text(text, encoding="utf-8")

@@ -146,6 +146,8 @@ def move(
     if gravity is not None:
         load = load + assembly.gravity(np.asarray(gravity, dtype=float))
     file = None if path is None else check_writable(path)
+    if file is not None and file.exists() and not file.is_file():
+        raise InputError(f"{file} is not a plain file, so no record can be kept in it; choose another path.")
     record = _Record.read(file, assembly) if file is not None and file.exists() else None
     if record is None:
         record = _Record.begun(assembly, _first(assembly, _velocity(assembly, velocity), load), load)

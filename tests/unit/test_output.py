@@ -2,7 +2,9 @@
 
 import csv
 import json
+import os
 import stat
+import threading
 from xml.etree import ElementTree
 
 import meshio
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.io import check_writable, nodal_pressure, save_series
+from fecontact.io import check_writable, nodal_pressure, save_json, save_series
 
 
 @pytest.fixture(scope="module")
@@ -155,3 +157,16 @@ def test_sensels_feel_the_whole_force(pressed):
 def test_maps_that_cannot_be_drawn_are_refused(pressed, options, message):
     with pytest.raises(fc.InputError, match=message):
         pressed[1].plot(**options)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read: list[str] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
+    reader.start()
+    save_json(pipe, {"a": 1.0})
+    reader.join(timeout=10)
+    assert json.loads(read[0]) == {"a": 1.0}
+    assert pipe.is_fifo()
