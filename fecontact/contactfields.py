@@ -10,12 +10,12 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
+from fecontact.conditions import Interface
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.hats import hat_shapes, hats_on_square
 from fecontact.interface.surface import FacetSurface
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.mesh.section import line_shapes
-from fecontact.reduction import Interface
 from fecontact.resultants import Region, part_of, region_numbers, sides_of_plane
 
 Array = NDArray[np.float64]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
+from fecontact.conditions import Interface
 from fecontact.errors import InputError
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.hats import hats_exist
@@ -18,7 +19,6 @@ from fecontact.interface.mortar import pair_mortar
 from fecontact.interface.near import Near, near_parts
 from fecontact.interface.pairing import Pairing, nested, pair
 from fecontact.interface.surface import FacetSurface, Surface
-from fecontact.reduction import Interface
 from fecontact.setting import check_rigid_surface
 
 if TYPE_CHECKING:

@@ -20,11 +20,11 @@ from fecontact.bodies.ancf import AncfBody
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.section import SectionBody
+from fecontact.conditions import Interface, Rows
 from fecontact.fem.factor import available_backends
 from fecontact.loading import make_loading
 from fecontact.material import Material
 from fecontact.mesh import shapes
-from fecontact.reduction import Interface, Rows
 from fecontact.savings import modelled
 from fecontact.stopwatch import Stopwatch, peak_memory
 

@@ -14,12 +14,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fecontact.balance import check_balance
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.rigid import RigidBody
 from fecontact.errors import InputError
 from fecontact.io import check_writable
 from fecontact.loading import make_loading
-from fecontact.reduction import check_balance, uncondensed
+from fecontact.reduction import uncondensed
 from fecontact.scene import Scene
 
 #: Version of the file's meaning.

@@ -24,8 +24,8 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section import SectionMesh
 
 if TYPE_CHECKING:
+    from fecontact.conditions import Interface
     from fecontact.contactfields import ContactFields
-    from fecontact.reduction import Interface
     from fecontact.result import ContactResult
 
 Array = NDArray[np.float64]

@@ -3,196 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
-import scipy.optimize
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, aslinearoperator
 
+from fecontact.balance import opening_by_motions
 from fecontact.bodies.protocol import Body
-from fecontact.bodies.rigid import RigidBody
-from fecontact.errors import SupportError
+from fecontact.conditions import Rows
 from fecontact.fem.condensation import Compliance
 from fecontact.frames import Frame
-from fecontact.interface.curve import CurveSurface
-from fecontact.interface.near import Near
-from fecontact.interface.pairing import Pairing
-from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading, mass_weighted
-from fecontact.setting import mean_feet
 from fecontact.solvers import ComplementarityProblem, Solution
 from fecontact.stopwatch import Stopwatch
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-
-class Rows(Protocol):
-    """Unilateral conditions of the problem: contact pairs or springs."""
-
-    @property
-    def gap(self) -> Array:
-        """Initial gap (n,)."""
-
-    @property
-    def own_compliance(self) -> Array:
-        """Gap (n,) by a unit force on its own row, without the bodies."""
-
-    @property
-    def says_of_balance(self) -> str:
-        """What is to be said where loads cannot be balanced; may be empty."""
-
-    def rows(self, body: Body) -> sp.csr_matrix | None:
-        """Opening (n, n_dofs) by the displacements of a body; None if it has no part in this."""
-
-    def opening_by(self, frames: Sequence[Frame]) -> Array:
-        """Gap (n,) after the prescribed rigid motions."""
-
-
-@dataclass(frozen=True, eq=False)
-class Interface:
-    """One contact, paired: every slave node with its foot, and what the bodies' displacements do to the gap.
-
-    Attributes
-    ----------
-    slave, master : Body
-        As used, after a possible swap.
-    surfaces : (str, str)
-    pairing : Pairing
-    note : str
-        What was found about the two meshes.
-    near : Near, optional
-        Parts of the surfaces that were paired; None if all of them were.
-    reach : float, optional
-        Distance up to which parts were paired.
-    """
-
-    slave: Body
-    master: Body
-    surfaces: tuple[str, str]
-    pairing: Pairing
-    note: str
-    near: Near | None = None
-    reach: float | None = None
-
-    @property
-    def gap(self) -> Array:
-        """Initial gap (n_pairs,)."""
-        return self.pairing.gap
-
-    @property
-    def own_compliance(self) -> Array:
-        """Zero (n_pairs,): the interface itself does not give."""
-        return np.zeros(len(self.gap))
-
-    @property
-    def says_of_balance(self) -> str:
-        """Nothing: contacts are spoken of anyway."""
-        return ""
-
-    @property
-    def slave_nodes(self) -> Array:
-        """Coordinates (n_nodes, 3) of the slave's mesh, in its axes."""
-        surface = self.slave.surface(self.surfaces[0])
-        assert isinstance(surface, FacetSurface)
-        return surface.points
-
-    @cached_property
-    def slave_rows(self) -> sp.csr_matrix:
-        """Opening by the slave's displacements (n_pairs, n_dofs)."""
-        return self.pairing.rows_on_slave(self.slave, self.surfaces[0])
-
-    @cached_property
-    def master_rows(self) -> sp.csr_matrix:
-        """Opening by the master's displacements (n_pairs, n_dofs)."""
-        surface, pairing = self.slave.surface(self.surfaces[0]), self.pairing
-        if isinstance(surface, CurveSurface) and isinstance(self.master, RigidBody):
-            pairing = replace(pairing, feet=mean_feet(pairing.feet, self.master.pose, surface.along))
-        return pairing.master_rows(self.master)
-
-    def rows(self, body: Body) -> sp.csr_matrix | None:
-        """Opening by the displacements of a body; None if it has no part in this contact."""
-        if body is self.slave:
-            return self.slave_rows
-        return self.master_rows if body is self.master else None
-
-    def opening_by(self, frames: Sequence[Frame]) -> Array:
-        """Gap (n_pairs,) after the prescribed rigid motions."""
-        opening = self.gap.copy()
-        for frame in frames:
-            rows = self.rows(frame.body)
-            if rows is not None and frame.moved.any():
-                opening += rows @ (frame.modes(frame.moved[:, None])[:, 0])
-        return opening
-
-
-#: Share of the largest possible opening by a rigid motion below which it is rounding: a plane's normal that is off by
-#: 1e-17 must not let a huge tangential motion open the contact, or a huge pressure balance a tangential load.
-SMALLEST_OPENING = 1e-12
-
-
-def _opening_by_motions(rows: sp.csr_matrix, modes: Array) -> Array:
-    """Opening (n, k) by rigid motions with fields (n_dofs, k), rounding cut off."""
-    opening = rows @ modes
-    largest = abs(rows).sum(axis=1).max() * np.abs(modes).max(axis=0) if rows.shape[0] else 0.0
-    opening[np.abs(opening) < SMALLEST_OPENING * largest] = 0.0
-    return opening
-
-
-def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
-    """Refuse loads that no contact forces can balance, before anything is condensed.
-
-    By Farkas' lemma either B l = F has a solution l >= 0, or some rigid motion closes no gap while the load drives it;
-    non-negative least squares finds the one or the other.
-
-    Raises
-    ------
-    SupportError
-        Names the motion in words.
-    """
-    blocks, load = [], []
-    for k, frame in enumerate(loading.frames):
-        if frame.released.shape[1] == 0:
-            continue
-        modes = frame.modes(frame.released)
-        parts = [i.rows(frame.body) for i in interfaces]
-        columns = [
-            np.zeros((len(i.gap), modes.shape[1])) if r is None else _opening_by_motions(r, modes)
-            for i, r in zip(interfaces, parts, strict=True)
-        ]
-        blocks.append(np.concatenate(columns).T)
-        load.append(-frame.released.T @ loading.resultant(k))
-    if not blocks:
-        return
-    B, F = np.concatenate(blocks), np.concatenate(load)
-    scale = np.abs(B).max(axis=1)
-    scale[scale == 0] = 1.0
-    if not F.any():
-        return
-    B, F = B / scale[:, None], F / scale
-    forces, rest = scipy.optimize.nnls(B, F, maxiter=50 * sum(B.shape))
-    if rest <= 1e-8 * np.linalg.norm(F):
-        return
-    direction = (B @ forces - F) / scale
-    texts, start = [], 0
-    for frame in loading.frames:
-        part = direction[start : start + frame.released.shape[1]]
-        start += len(part)
-        arm = np.array([1.0] * 3 + [frame.body.size] * 3)
-        motion = frame.released @ part
-        if np.linalg.norm(arm * motion) > 1e-6 * np.linalg.norm(direction):
-            texts.append(frame.describe(motion))
-    raise SupportError(
-        "No contact forces can balance the load; it drives a motion that nothing resists - "
-        + "; ".join(texts)
-        + ". "
-        + "".join(i.says_of_balance for i in interfaces if i.says_of_balance)
-        + "Support the body in that motion, prescribe it with motions=, or change the load."
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,7 +219,7 @@ def uncondensed(
     for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
         part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
         columns = np.zeros((part.released.shape[1], n))
-        columns[:, part.index] = _opening_by_motions(part.rows, frame.modes(part.released)).T
+        columns[:, part.index] = opening_by_motions(part.rows, frame.modes(part.released)).T
         g[part.index] += part.rows @ frame.modes(frame.moved[:, None])[:, 0]
         B.append(columns)
         F.append(-part.released.T @ loading.resultant(k))

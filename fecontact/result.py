@@ -14,10 +14,11 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
+from fecontact.conditions import Interface, Rows
 from fecontact.contactfields import ContactFields, contact_fields
 from fecontact.errors import InputError
 from fecontact.loading import Loading, mass_weighted
-from fecontact.reduction import Interface, Reduction, Rows, State
+from fecontact.reduction import Reduction, State
 from fecontact.report import peak_memory, report
 from fecontact.resultants import Region, hold_of_body, hold_of_boundary
 from fecontact.savings import savings

@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fecontact.balance import check_balance
 from fecontact.bodies.protocol import Body
+from fecontact.conditions import Interface, Rows
 from fecontact.coupling import matrix_free, paired_contact, well_coupled
 from fecontact.errors import FecontactError, InputError, SolverError
 from fecontact.fem.support import is_plane
@@ -26,7 +28,7 @@ from fecontact.interface.candidates import approach_for_load, choose, grow, wide
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.reach import first_reach, wider_reaches
 from fecontact.loading import Loading, make_loading
-from fecontact.reduction import Interface, Rows, assemble, check_balance
+from fecontact.reduction import assemble
 from fecontact.result import ContactResult, make_result
 from fecontact.setting import setting_of
 from fecontact.solvers import ComplementarityProblem, InfeasibleLoadError, solve

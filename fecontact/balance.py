@@ -1,0 +1,80 @@
+"""Whether any contact forces can balance the loads, known before anything is condensed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.optimize
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.conditions import Rows
+from fecontact.errors import SupportError
+from fecontact.loading import Loading
+
+Array = NDArray[np.float64]
+
+#: Share of the largest possible opening by a rigid motion below which it is rounding: a plane's normal that is off by
+#: 1e-17 must not let a huge tangential motion open the contact, or a huge pressure balance a tangential load.
+SMALLEST_OPENING = 1e-12
+
+
+def opening_by_motions(rows: sp.csr_matrix, modes: Array) -> Array:
+    """Opening (n, k) by rigid motions with fields (n_dofs, k), rounding cut off."""
+    opening = rows @ modes
+    largest = abs(rows).sum(axis=1).max() * np.abs(modes).max(axis=0) if rows.shape[0] else 0.0
+    opening[np.abs(opening) < SMALLEST_OPENING * largest] = 0.0
+    return opening
+
+
+def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
+    """Refuse loads that no contact forces can balance, before anything is condensed.
+
+    By Farkas' lemma either B l = F has a solution l >= 0, or some rigid motion closes no gap while the load drives it;
+    non-negative least squares finds the one or the other.
+
+    Raises
+    ------
+    SupportError
+        Names the motion in words.
+    """
+    blocks, load = [], []
+    for k, frame in enumerate(loading.frames):
+        if frame.released.shape[1] == 0:
+            continue
+        modes = frame.modes(frame.released)
+        parts = [i.rows(frame.body) for i in interfaces]
+        columns = [
+            np.zeros((len(i.gap), modes.shape[1])) if r is None else opening_by_motions(r, modes)
+            for i, r in zip(interfaces, parts, strict=True)
+        ]
+        blocks.append(np.concatenate(columns).T)
+        load.append(-frame.released.T @ loading.resultant(k))
+    if not blocks:
+        return
+    B, F = np.concatenate(blocks), np.concatenate(load)
+    scale = np.abs(B).max(axis=1)
+    scale[scale == 0] = 1.0
+    if not F.any():
+        return
+    B, F = B / scale[:, None], F / scale
+    forces, rest = scipy.optimize.nnls(B, F, maxiter=50 * sum(B.shape))
+    if rest <= 1e-8 * np.linalg.norm(F):
+        return
+    direction = (B @ forces - F) / scale
+    texts, start = [], 0
+    for frame in loading.frames:
+        part = direction[start : start + frame.released.shape[1]]
+        start += len(part)
+        arm = np.array([1.0] * 3 + [frame.body.size] * 3)
+        motion = frame.released @ part
+        if np.linalg.norm(arm * motion) > 1e-6 * np.linalg.norm(direction):
+            texts.append(frame.describe(motion))
+    raise SupportError(
+        "No contact forces can balance the load; it drives a motion that nothing resists - "
+        + "; ".join(texts)
+        + ". "
+        + "".join(i.says_of_balance for i in interfaces if i.says_of_balance)
+        + "Support the body in that motion, prescribe it with motions=, or change the load."
+    )
