@@ -1,4 +1,4 @@
-"""Command line: ``fecontact hertz``, ``halfspace``, ``solve``, ``view`` and ``compare``."""
+"""Command line: ``fecontact hertz``, ``halfspace``, ``solve``, ``explain``, ``view`` and ``compare``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TextIO
 
 from fecontact.errors import FecontactError, InputError
 
@@ -37,6 +37,34 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _check_files(*paths: str | None) -> None:
+    """Refuse files that cannot be written before any work."""
+    from fecontact.io import check_writable
+
+    for path in paths:
+        if path not in (None, "-"):
+            check_writable(path)
+
+
+def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
+    """Print a result and save its figures, or print the figures alone where they go to '-'; says where remarks go."""
+    from fecontact.io import save_json
+
+    if to == "-":
+        json.dump(figures, sys.stdout, indent=2)
+        print()
+        return sys.stderr
+    print(result)
+    if to is not None:
+        print(f"wrote {save_json(to, figures)}")
+    return sys.stdout
+
+
+def _titled(scene: SceneFile, text: object) -> str:
+    """What is to be printed, under the scene's title."""
+    return f"{scene.title}\n{text}" if scene.title else str(text)
+
+
 def _add_hertz(commands: argparse._SubParsersAction) -> None:
     hertz = commands.add_parser(
         "hertz",
@@ -59,13 +87,10 @@ def _add_hertz(commands: argparse._SubParsersAction) -> None:
 
 
 def _hertz(options: argparse.Namespace) -> int:
-    from fecontact.io import check_writable, save_json
     from fecontact.spheres import solve_spheres
     from fecontact.spherestable import report_table
 
-    for path in (options.plot, options.vtu, options.json if options.json != "-" else None):
-        if path is not None:
-            check_writable(path)
+    _check_files(options.plot, options.vtu, options.json)
     chosen = {
         "element": options.element,
         "pressure": options.pressure,
@@ -76,22 +101,19 @@ def _hertz(options: argparse.Namespace) -> int:
         "edge_fit": not options.no_edge_fit,
     }
     if options.case == "report":
+        if options.json or options.plot or options.vtu:
+            raise InputError(
+                "--case report prints a table and writes no files; for files take --case equal, unequal or light."
+            )
         print(report_table(**{**chosen, "model": "axisymmetric" if options.model == "axisymmetric" else "two-bodies"}))
         return 0
     out = solve_spheres(options.case, **chosen)
-    if options.json == "-":
-        json.dump(out.as_dict(), sys.stdout, indent=2)
-        print()
-    else:
-        print(out)
-        if options.json:
-            print(f"figures: {save_json(options.json, out.as_dict())}")
-    notes = sys.stderr if options.json == "-" else sys.stdout
+    remarks = _show(out, out.as_dict(), options.json)
     if options.plot:
         out.plot(options.plot)
-        print(f"picture: {Path(options.plot)}", file=notes)
+        print(f"wrote {Path(options.plot)}", file=remarks)
     if options.vtu:
-        print(f"bodies:  {out.result.save(options.vtu)}", file=notes)
+        print(f"wrote {out.result.save(options.vtu)}", file=remarks)
     return 0
 
 
@@ -151,26 +173,15 @@ def _add_halfspace(commands: argparse._SubParsersAction) -> None:
 
 def _halfspace(options: argparse.Namespace) -> int:
     from fecontact.halfspacejob import run
-    from fecontact.io import check_writable, save_json
 
-    for path in (options.plot, options.csv, options.json if options.json != "-" else None):
-        if path is not None:
-            check_writable(path)
+    _check_files(options.plot, options.csv, options.json)
     found = run(vars(options))
-    notes = sys.stdout
-    if options.json == "-":
-        notes = sys.stderr
-        json.dump(found.as_dict(), sys.stdout, indent=2)
-        print()
-    else:
-        print(found)
-        if options.json:
-            print(f"figures: {save_json(options.json, found.as_dict())}")
+    remarks = _show(found, found.as_dict(), options.json)
     if options.csv:
-        print(f"table:   {found.save(options.csv)}", file=notes)
+        print(f"wrote {found.save(options.csv)}", file=remarks)
     if options.plot:
         found.plot(options.plot, *options.units)
-        print(f"picture: {Path(options.plot)}", file=notes)
+        print(f"wrote {Path(options.plot)}", file=remarks)
     return 0
 
 
@@ -189,11 +200,9 @@ def _add_solve(commands: argparse._SubParsersAction) -> None:
 
 
 def _solve(options: argparse.Namespace) -> int:
-    from fecontact.io import check_writable, save_json
     from fecontact.scenefile import read_scene
 
-    if options.json not in (None, "-"):
-        check_writable(options.json)
+    _check_files(options.json)
     scene = read_scene(options.scene, out=_folder(options.out))
     if options.dry_run:
         print(scene.describe())
@@ -201,34 +210,19 @@ def _solve(options: argparse.Namespace) -> int:
     if scene.cases:
         return _sweep(scene, options.json)
     result = scene.solve()
-    notes = sys.stdout
-    if options.json == "-":
-        notes = sys.stderr
-        json.dump(scene.summary(result), sys.stdout, indent=2)
-        print()
-    else:
-        print(f"{scene.title}\n{result}" if scene.title else result)
-        if options.json:
-            print(f"wrote {save_json(options.json, scene.summary(result))}")
+    remarks = _show(_titled(scene, result), scene.summary(result), options.json)
     for path in scene.write(result):
-        print(f"wrote {path}", file=notes)
+        print(f"wrote {path}", file=remarks)
     return 0
 
 
 def _sweep(scene: SceneFile, to: str | None) -> int:
-    from fecontact.io import save_json
     from fecontact.scenecases import table_of
 
     rows = scene.sweep()
-    if to == "-":
-        json.dump(rows, sys.stdout, indent=2)
-        print()
-    else:
-        print(f"{scene.title}\n{table_of(rows)}" if scene.title else table_of(rows))
-        if to:
-            print(f"wrote {save_json(to, {'cases': rows})}")
+    remarks = _show(_titled(scene, table_of(rows)), {"cases": rows}, to)
     for output in scene.outputs:
-        print(f"wrote {output.path}", file=sys.stderr if to == "-" else sys.stdout)
+        print(f"wrote {output.path}", file=remarks)
     return 0
 
 
@@ -246,20 +240,12 @@ def _add_explain(commands: argparse._SubParsersAction) -> None:
 
 def _explain(options: argparse.Namespace) -> int:
     from fecontact.explain import explain
-    from fecontact.io import check_writable, save_json
     from fecontact.scenefile import read_scene
 
-    if options.json not in (None, "-"):
-        check_writable(options.json)
+    _check_files(options.json)
     scene = read_scene(options.scene)
     told = explain(scene.scene, scene.loads, scene.options.get("solver", "auto"))
-    if options.json == "-":
-        json.dump(told.as_dict(), sys.stdout, indent=2)
-        print()
-        return 0
-    print(f"{scene.title}\n{told}" if scene.title else told)
-    if options.json:
-        print(f"wrote {save_json(options.json, told.as_dict())}")
+    _show(_titled(scene, told), told.as_dict(), options.json)
     return 0
 
 

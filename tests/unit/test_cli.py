@@ -71,3 +71,9 @@ def test_without_edge_fit(capsys):
     data = json.loads(capsys.readouterr().out)
     assert data["edge_fit"] is False
     assert data["seconds"]["first_pass"] == 0
+
+
+def test_the_report_case_refuses_files_that_it_would_not_write(tmp_path, capsys):
+    """No option that does nothing."""
+    assert main(["hertz", "--case", "report", "--json", str(tmp_path / "figures.json")]) == 2
+    assert "writes no files" in capsys.readouterr().err
