@@ -34,6 +34,8 @@ SMALLEST_STEP = 1e-4
 EASY = 8
 #: Hats that are farther away than this many of their own widths are left out of an iteration.
 REACH = 2.0
+#: Relative rounding of a coordinate.
+ROUNDING = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +75,7 @@ class State:
     nit : int
         Newton iterations of this level.
     residual : float
-        Force out of balance, relative to the largest force.
+        Force out of balance, relative to the largest force; above the tolerance only where it is rounding.
     penetration : float
         Deepest penetration of a hat, relative to the size of the bodies.
     """
@@ -138,7 +140,9 @@ def equilibrium(
     steps : int
         Load steps to begin with; their number adapts.
     tolerance : float
-        Of the force out of balance (relative to the largest force) and of penetration (relative to the size).
+        Of the force out of balance (relative to the largest force) and of penetration (relative to the size). Forces
+        that rounded coordinates make, eps |K| |q|, count as balanced: those of a slender bar bent a little are more
+        than the tolerance of its small forces.
     start : State, optional
         Go on from here, such as from the last state of an earlier path.
 
@@ -238,15 +242,15 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
         conditions, internal = a.conditions(q), a.forces(q)
         rest = load - internal + conditions.G.T @ forces
         scale = max(np.abs(load).max(), np.abs(internal).max(), np.finfo(float).tiny)
-        residual = float(np.abs(Z.T @ rest).max(initial=0.0) / scale)
+        unbalanced = float(np.abs(Z.T @ rest).max(initial=0.0))
+        balanced = unbalanced <= max(tolerance * scale, ROUNDING * float((abs(K) @ np.abs(q)).max()))
         penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
         open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
-        if residual <= tolerance and max(penetration, open_but_pressed) <= tolerance and not jump.any():
+        if balanced and max(penetration, open_but_pressed) <= tolerance and not jump.any():
             gaps = np.split(conditions.gap, np.cumsum([t.n_hats for t in a.touches])[:-1]) if a.touches else []
             reactions = -(rest - Z @ (Z.T @ rest))
-            return State(
-                level, q, tuple(a.split(forces)), tuple(gaps), reactions, a.energy(q), nit, residual, penetration
-            )
+            each, residual = tuple(a.split(forces)), unbalanced / scale
+            return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration)
     raise UnstableError(f"Newton's iterations did not settle in {MOST_ITERATIONS} steps.")
 
 

@@ -162,6 +162,30 @@ def test_a_load_that_cannot_be_reached_ends_with_the_last_good_state():
     assert 0.15 < path.last.level < 0.19245
 
 
+@pytest.mark.parametrize("angle", [0.01, 1e-4])
+def test_forces_that_are_rounding_count_as_balanced(angle):
+    """A slender bar bent a little: its forces are so small beside stiffness times coordinates that rounding of the
+    coordinates is more than a billionth of them. No number of iterations or smaller steps would help."""
+    length, thickness = 10.0, 0.1
+    size, corner = (length, thickness, thickness), (0.0, -thickness / 2, -thickness / 2)
+    solid = brick((12, 1, 1), size, corner, material=fc.Material(E=1e4, nu=0.0))
+    a = Assembly.of([solid], [{"x_min": "xyz", "x_max": "xyz"}])
+    space = solid.space
+    end = np.flatnonzero(space.mesh.points[space.nodes][:, 0] > length - 1e-9)
+    held = (space.start[end][:, None] + [0, 2, 3]).ravel()
+    centre = np.array([length * np.sin(angle) / angle, 0.0, length * (1 - np.cos(angle)) / angle])
+    turn = fc.rotation_about((0, 1, 0), -angle)
+    motion = np.zeros((space.n_functions, 3))
+    motion[held] = (space.affine(turn, centre - turn @ [length, 0, 0]) - a.q0).reshape(-1, 3)[held]
+    path = equilibrium(lambda s: Stage(a, motion=s * motion.ravel()), steps=1)
+    assert path.success
+    assert path.cuts == 0
+    assert path.last.nit <= 8
+    # Euler, E I angle^2 / (2 L); the ends are placed for an axis that is a circle, as it is to order angle^2
+    exact = 1e4 * thickness**4 / 12 * angle**2 / (2 * length)
+    assert abs(path.last.energy / exact - 1) < 1e-4
+
+
 def test_free_fall_is_exact_and_touches_nothing():
     solid = brick(at=(0, 0, 5.0))
     a = Assembly.of([solid], None, [(0, "bottom", FLOOR)])
