@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from fecontact.analytic import axisymmetric, hertz, layer, punch, sinusoid
 from fecontact.bodies import HalfSpace, Sphere
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.material import Material
 from fecontact.surfaces import Cone, Cylinder, Ellipsoid, FlatPunch, Paraboloid
@@ -42,8 +43,7 @@ class Wave:
 
     def __post_init__(self) -> None:
         for name, value in (("amplitude", self.amplitude), ("wavelength", self.wavelength)):
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"A wave's {name} must be positive and finite; found {value!r}.")
+            positive(f"a wave's {name}", value)
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from fecontact.checks import positive
 from fecontact.errors import InputError
 
 
@@ -38,15 +39,14 @@ class Material:
     density: float | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.E) and self.E > 0):
-            raise InputError(f"Young's modulus must be a positive, finite number; found E = {self.E!r}.")
+        positive("Young's modulus E", self.E)
         if not (math.isfinite(self.nu) and -1 < self.nu < 0.5):
             raise InputError(
                 f"Poisson's ratio must lie strictly between -1 and 0.5; found nu = {self.nu!r}. "
                 "For a nearly incompressible material use a value such as 0.4999."
             )
-        if self.density is not None and not (math.isfinite(self.density) and self.density > 0):
-            raise InputError(f"The density must be a positive, finite number or None; found {self.density!r}.")
+        if self.density is not None:
+            positive("the density", self.density)
 
     @property
     def lame(self) -> float:

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.io import check_writable
 from fecontact.mesh.facets import shapes_on_square
@@ -171,8 +172,8 @@ def _check_map(
         raise InputError(f"Unknown style {style!r}; expected one of {', '.join(map(repr, STYLES))}.")
     if style == "sensels" and what != "pressure":
         raise InputError(f"Sensels feel pressure; found the field {what!r}. Draw it with style='smooth'.")
-    if pitch is not None and not (np.isfinite(pitch) and pitch > 0):
-        raise InputError(f"The pitch of the sensels must be a positive, finite length; found {pitch!r}.")
+    if pitch is not None:
+        positive("the pitch of the sensels", pitch)
     if wrong := [k for k in contacts or () if not 0 <= k < len(result.contacts)]:
         raise InputError(f"There is no contact {wrong[0]}; the result has {len(result.contacts)} (0, 1, ...).")
 

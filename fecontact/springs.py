@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.frames import Frame
 
@@ -63,8 +64,7 @@ class Spring:
     name: str = "spring"
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.stiffness) and self.stiffness > 0):
-            raise InputError(f"The stiffness of {self.name!r} must be positive and finite; found {self.stiffness!r}.")
+        positive(f"the stiffness of {self.name!r}", self.stiffness)
         if self.kind not in KINDS:
             raise InputError(
                 f"Unknown kind {self.kind!r} of {self.name!r}; expected one of {', '.join(map(repr, KINDS))}."

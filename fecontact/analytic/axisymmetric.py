@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import elliprf
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._quadrature import double_exponential
 from fecontact.analytic._table import table
 from fecontact.errors import InputError
@@ -177,7 +177,7 @@ class AxisymmetricContact:
         >>> contact.pressure([0.0, 0.6, 2.0]).round(9)
         array([1. , 0.8, 0. ])
         """
-        radii = _checks.depths("r", r)
+        radii = checks.depths("r", r)
         values = [self._pressure_at(float(radius)) for radius in radii.ravel()]
         return np.reshape(np.array(values), radii.shape)
 
@@ -244,7 +244,7 @@ class AxisymmetricContact:
         >>> contact.displacement([0.0, 1.0, 2.0]).round(6)
         array([1.      , 0.5     , 0.217996])
         """
-        radii = _checks.depths("r", r)
+        radii = checks.depths("r", r)
         values = [self._displacement_at(float(radius)) for radius in radii.ravel()]
         return np.reshape(np.array(values), radii.shape)
 
@@ -326,12 +326,12 @@ def indent(
     >>> bool(abs(contact.a - np.sqrt(2 / (0.1 * np.pi))) < 1e-9 * contact.a)
     True
     """
-    E_star = _checks.positive("the modulus", modulus)
+    E_star = checks.positive("the modulus", modulus)
     if (slope is None) == (height is None):
         raise InputError("Expected exactly one of slope= and height=; found " + ("none." if slope is None else "both."))
-    points = tuple(sorted(_checks.positive("a break", point) for point in breaks))
+    points = tuple(sorted(checks.positive("a break", point) for point in breaks))
     profile = Profile(slope=slope, height=height, breaks=points)
-    name, value = _checks.one_of(a=a, force=force, approach=approach)
+    name, value = checks.one_of(a=a, force=force, approach=approach)
     radius = value if name == "a" else _radius(profile, E_star, name, value, limit)
     delta, load = _resultants(profile, E_star, radius, level=4)
     finer = _resultants(profile, E_star, radius, level=5)
@@ -347,7 +347,7 @@ def _radius(profile: Profile, E_star: float, name: str, value: float, limit: flo
     """Return the contact radius at which the approach or the force has the given value."""
     if limit is None:
         raise InputError(f"Expected limit=, the largest contact radius to consider, with {name}=; found None.")
-    largest = _checks.positive("the limit", limit)
+    largest = checks.positive("the limit", limit)
     which = 0 if name == "approach" else 1
 
     def excess(log_radius: float) -> float:

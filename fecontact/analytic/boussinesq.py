@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.errors import InputError
 from fecontact.material import Material
 
@@ -45,10 +45,10 @@ def surface_displacement(distance: ArrayLike, *, force: float, modulus: float) -
     >>> surface_displacement([1.0, 2.0], force=np.pi, modulus=1.0)
     array([1. , 0.5])
     """
-    d = _checks.depths("the distance", distance)
+    d = checks.depths("the distance", distance)
     if np.any(d == 0):
         raise InputError("Expected distances > 0: the displacement is infinite under the load itself; found 0.")
-    return np.asarray(_checks.finite("the force", force) / (np.pi * _checks.positive("the modulus", modulus)) / d)
+    return np.asarray(checks.finite("the force", force) / (np.pi * checks.positive("the modulus", modulus)) / d)
 
 
 def compliance(points: ArrayLike, material: Material) -> NDArray[np.float64]:
@@ -185,7 +185,7 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> NDArra
 
 def _geometry(points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the points, their distance rho from the load, and rho + z."""
-    coordinates = _checks.point_array("points", points, 3)
+    coordinates = checks.point_array("points", points, 3)
     if np.any(coordinates[..., 2] < 0):
         raise InputError(f"Expected points with z >= 0, inside the body; found z = {coordinates[..., 2].min()}.")
     rho = np.linalg.norm(coordinates, axis=-1)
@@ -195,7 +195,7 @@ def _geometry(points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 
 def _load(force: ArrayLike) -> NDArray[np.float64]:
-    vector = _checks.point_array("force", force, 3)
+    vector = checks.point_array("force", force, 3)
     if vector.shape != (3,):
         raise InputError(f"Expected one force (Qx, Qy, P); found shape {vector.shape}.")
     return vector

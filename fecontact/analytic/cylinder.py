@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._table import table
 from fecontact.errors import InputError
 from fecontact.material import Material
@@ -182,7 +182,7 @@ class ThickCylinder:
         E, nu = self.material.E, self.material.nu
         if self.plane == "strain":
             E, nu = E / (1 - nu**2), nu / (1 - nu)
-        return np.asarray(0.0 + _checks.depths("r", r) * (hoop - nu * radial) / E)
+        return np.asarray(0.0 + checks.depths("r", r) * (hoop - nu * radial) / E)
 
     def _share(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (p_i - p_o) (a/r)^2 / (b^2 - a^2), of which all fields consist; zero for a solid disc."""
@@ -192,7 +192,7 @@ class ThickCylinder:
         return np.asarray(difference * (self.a / r) ** 2 / ((self.b - self.a) * (self.b + self.a)))
 
     def _within(self, r: ArrayLike) -> NDArray[np.float64]:
-        radius = _checks.depths("r", r)
+        radius = checks.depths("r", r)
         if np.any(radius < self.a) or np.any(radius > self.b):
             raise InputError(
                 f"Expected radii within the cylinder, {self.a} <= r <= {self.b}; "
@@ -256,10 +256,10 @@ def lame(
     >>> tube.hoop(1.0)
     array(-8.)
     """
-    a, b = _checks.finite("the inner radius", inner_radius), _checks.positive("the outer radius", outer_radius)
+    a, b = checks.finite("the inner radius", inner_radius), checks.positive("the outer radius", outer_radius)
     if not 0 <= a < b:
         raise InputError(f"Expected 0 <= inner_radius < outer_radius; found {inner_radius!r} and {outer_radius!r}.")
-    inner, outer = _checks.finite("the inner pressure", inner_pressure), _checks.finite("the pressure", outer_pressure)
+    inner, outer = checks.finite("the inner pressure", inner_pressure), checks.finite("the pressure", outer_pressure)
     if a == 0 and inner != 0:
         raise InputError(f"A solid disc has no inner surface: expected inner_pressure = 0; found {inner_pressure!r}.")
     if plane not in ("stress", "strain"):
@@ -365,7 +365,7 @@ def shrink_fit(
         first, second = materials
     except (TypeError, ValueError):
         raise InputError(f"Expected three radii and two materials; found {radii!r} and {materials!r}.") from None
-    d = _checks.positive("the interference", interference)
+    d = checks.positive("the interference", interference)
 
     def parts(pressure: float) -> tuple[ThickCylinder, ThickCylinder]:
         inner = lame(inner_radius=a, outer_radius=b, material=first, outer_pressure=pressure, plane=plane)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ellipe, elliprd
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic.stress import AxisymmetricStress
 
@@ -46,7 +46,7 @@ def hertz_pressure(r: ArrayLike, *, a: float, p0: float) -> NDArray[np.float64]:
     >>> hertz_pressure([0.0, 0.6, 2.0], a=1.0, p0=10.0)
     array([10.,  8.,  0.])
     """
-    xi = _checks.depths("r", r) / _checks.positive("the radius a", a)
+    xi = checks.depths("r", r) / checks.positive("the radius a", a)
     return np.asarray(p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi), 0.0)))
 
 
@@ -88,13 +88,13 @@ def hertz_displacement(r: ArrayLike, *, a: float, p0: float, modulus: float) -> 
     >>> hertz_displacement([0.0, 1.0], a=1.0, p0=1.0, modulus=np.pi)
     array([0.5 , 0.25])
     """
-    xi = _checks.depths("r", r) / _checks.positive("the radius a", a)
+    xi = checks.depths("r", r) / checks.positive("the radius a", a)
     inside = np.pi / 2 * (2 - np.minimum(xi, 1.0) ** 2)
     beyond = np.maximum(xi, 1.0)
     s = np.sqrt((beyond - 1) * (beyond + 1))
     with np.errstate(divide="ignore"):  # s = 0 at the edge: 1/s is infinite, as the next line expects
         outside = np.arctan2(1.0, s) + s * arctan_defect(1 / s)
-    return np.asarray(p0 * a / (2 * _checks.positive("the modulus", modulus)) * np.where(xi <= 1, inside, outside))
+    return np.asarray(p0 * a / (2 * checks.positive("the modulus", modulus)) * np.where(xi <= 1, inside, outside))
 
 
 def hertz_stress(r: ArrayLike, z: ArrayLike, *, a: float, p0: float, nu: float) -> AxisymmetricStress:
@@ -137,8 +137,8 @@ def hertz_stress(r: ArrayLike, z: ArrayLike, *, a: float, p0: float, nu: float) 
     >>> stress.rr.round(4), stress.tt.round(4)
     (array([-0.75  ,  0.1667]), array([-0.75  , -0.1667]))
     """
-    scale = _checks.positive("the radius a", a)
-    rho, zeta = np.broadcast_arrays(_checks.depths("r", r) / scale, _checks.depths("z", z) / scale)
+    scale = checks.positive("the radius a", a)
+    rho, zeta = np.broadcast_arrays(checks.depths("r", r) / scale, checks.depths("z", z) / scale)
     s = (rho - 1) * (rho + 1) + zeta**2
     root = np.hypot(s, 2 * zeta)
     # u and q^2 are the two roots (root +- s)/2; each is formed without subtraction and gives the other by u q^2 = z^2.
@@ -198,12 +198,12 @@ def uniform_displacement(r: ArrayLike, *, a: float, pressure: float, modulus: fl
     >>> uniform_displacement([0.0, 1.0], a=1.0, pressure=1.0, modulus=4.0).round(6)
     array([0.5    , 0.31831])
     """
-    xi = _checks.depths("r", r) / _checks.positive("the radius a", a)
+    xi = checks.depths("r", r) / checks.positive("the radius a", a)
     beyond = np.where(xi > 1, xi, 2.0)
     complement = (1 - 1 / beyond) * (1 + 1 / beyond)
     outside = complement * elliprd(0.0, 1.0, complement) / (3 * beyond)
     shape = np.where(xi > 1, outside, ellipe(np.minimum(xi, 1.0) ** 2))
-    return np.asarray(4 * pressure * a / (np.pi * _checks.positive("the modulus", modulus)) * shape)
+    return np.asarray(4 * pressure * a / (np.pi * checks.positive("the modulus", modulus)) * shape)
 
 
 def uniform_stress_on_axis(z: ArrayLike, *, a: float, pressure: float, nu: float) -> AxisymmetricStress:
@@ -240,7 +240,7 @@ def uniform_stress_on_axis(z: ArrayLike, *, a: float, pressure: float, nu: float
     >>> stress.zz.round(4), stress.rr.round(4)
     (array([-1.    , -0.6464]), array([-0.75  , -0.0429]))
     """
-    zeta = _checks.depths("z", z) / _checks.positive("the radius a", a)
+    zeta = checks.depths("z", z) / checks.positive("the radius a", a)
     root = np.hypot(1, zeta)
     cosine = zeta / root
     # 1 - z/sqrt(1 + z^2) and 1 - (z/sqrt(1 + z^2))^3 without the subtraction that fails at great depth.

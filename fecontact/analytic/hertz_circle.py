@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from fecontact.analytic import _checks, disc
+from fecontact import checks
+from fecontact.analytic import disc
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
@@ -163,7 +164,7 @@ class CircularContact:
         >>> contact.gap([0.0, 0.1, 0.2]).round(8)
         array([0.        , 0.        , 0.01217996])
         """
-        xi = _checks.depths("r", r) / self.a
+        xi = checks.depths("r", r) / self.a
         s = np.sqrt(np.maximum((xi - 1) * (xi + 1), 0.0))
         return np.asarray(self.a * (self.a / self.R) / np.pi * (s * arctan_defect(s) + s**2 * np.arctan(s)))
 
@@ -338,7 +339,7 @@ def spheres(
     """
     R = relative_radius(radii)
     E_star = pair_modulus(materials)
-    name, value = _checks.one_of(force=force, approach=approach)
+    name, value = checks.one_of(force=force, approach=approach)
     if name == "force":
         load, a = value, math.cbrt(3 * value * R / (4 * E_star))
         delta = a * (a / R)

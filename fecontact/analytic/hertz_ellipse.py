@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import elliprd, elliprf
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio
 from fecontact.analytic.stress import SymmetryPlaneStress
@@ -114,8 +114,8 @@ class EllipticalContact:
         >>> ball.pressure([0.0, 0.6 * ball.a], 0.0) / ball.p0
         array([1. , 0.8])
         """
-        xi = _checks.coordinates("x", x) / self.a
-        eta = _checks.coordinates("y", y) / self.b
+        xi = checks.coordinates("x", x) / self.a
+        eta = checks.coordinates("y", y) / self.b
         return np.asarray(self.p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi) - eta**2, 0.0)))
 
     def displacement(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
@@ -151,7 +151,7 @@ class EllipticalContact:
         >>> bool(abs(ball.displacement(0.0, 0.0) - ball.approach) < 1e-14 * ball.approach)
         True
         """
-        xi, eta = np.broadcast_arrays(_checks.coordinates("x", x) / self.a, _checks.coordinates("y", y) / self.a)
+        xi, eta = np.broadcast_arrays(checks.coordinates("x", x) / self.a, checks.coordinates("y", y) / self.a)
         square = (self.b / self.a) ** 2
         confocal = _confocal(xi, eta, square)
         wide, narrow = 1 + confocal, square + confocal
@@ -198,7 +198,7 @@ class EllipticalContact:
         -1.0
         """
         nu = poisson_ratio(self.materials, body)
-        zeta = _checks.depths("z", z) / self.a
+        zeta = checks.depths("z", z) / self.a
         k = self.b / self.a
         wide, narrow = 1 + zeta**2, k**2 + zeta**2
         T = np.sqrt(narrow / wide)
@@ -324,9 +324,9 @@ def ellipse(
     >>> round(crossed.a, 6), round(crossed.b, 6)
     (0.186626, 0.186626)
     """
-    A, B, direction = _gap_coefficients(radii, _checks.finite("the angle", angle))
+    A, B, direction = _gap_coefficients(radii, checks.finite("the angle", angle))
     E_star = pair_modulus(materials)
-    name, value = _checks.one_of(force=force, approach=approach)
+    name, value = checks.one_of(force=force, approach=approach)
     k = _axis_ratio(B / A)
     # a^3 = P R_D / (2 pi E* A) and delta = 3 P R_F / (2 pi E* a), in which R_F is K(e).
     second, first = float(elliprd(0.0, k**2, 1.0)), float(elliprf(0.0, k**2, 1.0))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._functions import trough_gap
 from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
@@ -96,7 +96,7 @@ class LineContact:
         >>> contact.pressure([-0.6 * contact.a, 0.0]) / contact.p0
         array([0.8, 1. ])
         """
-        xi = np.abs(_checks.coordinates("x", x)) / self.a
+        xi = np.abs(checks.coordinates("x", x)) / self.a
         return np.asarray(self.p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi), 0.0)))
 
     def displacement(self, x: ArrayLike) -> NDArray[np.float64]:
@@ -127,7 +127,7 @@ class LineContact:
         >>> contact.displacement([0.0, 1.0, 2.0]).round(6)
         array([ 0.      , -0.05    , -0.092643])
         """
-        xi = np.abs(_checks.coordinates("x", x)) / self.a
+        xi = np.abs(checks.coordinates("x", x)) / self.a
         beyond = np.maximum(xi, 1.0)
         root = np.sqrt((beyond - 1) * (beyond + 1))
         shape = np.minimum(xi, 1.0) ** 2 * np.where(xi <= 1, 1.0, beyond / (beyond + root) + np.arccosh(beyond))
@@ -161,7 +161,7 @@ class LineContact:
         >>> contact.gap([0.0, 1.0, 2.0]).round(6)
         array([0.      , 0.      , 0.107357])
         """
-        xi = np.abs(_checks.coordinates("x", x)) / self.a
+        xi = np.abs(checks.coordinates("x", x)) / self.a
         return np.asarray(self.a * (self.a / self.R) / 2 * trough_gap(xi))
 
     def stress(self, x: ArrayLike, z: ArrayLike, body: int = 0) -> SymmetryPlaneStress:
@@ -202,8 +202,8 @@ class LineContact:
         """
         nu = poisson_ratio(self.materials, body)
         xi, zeta = np.broadcast_arrays(
-            _checks.coordinates("x", x) / self.a,
-            _checks.depths("z", z) / self.a,
+            checks.coordinates("x", x) / self.a,
+            checks.depths("z", z) / self.a,
         )
         root = np.sqrt((1 - xi - 1j * zeta) * (1 + xi + 1j * zeta))
         m, n = np.abs(root.real), np.abs(root.imag)  # both belong to |x|; the sign of x returns with the shear
@@ -325,6 +325,6 @@ def line(
     """
     R = relative_radius(radii)
     E_star = pair_modulus(materials)
-    load = _checks.positive("the force per length", force)
+    load = checks.positive("the force per length", force)
     a = math.sqrt(4 * load * R / (math.pi * E_star))
     return LineContact(force=load, a=a, p0=2 * load / (math.pi * a), R=R, E_star=E_star, materials=materials)

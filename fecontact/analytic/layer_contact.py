@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._quadrature import composite_gauss, gauss
 from fecontact.analytic._table import table
 from fecontact.analytic.layer_kernel import Base, checked_base, deficit
@@ -109,7 +109,7 @@ class LayerContact:
         >>> (contact.pressure([0.0, 0.06, 0.2]) / contact.p0).round(6)
         array([1. , 0.8, 0. ])
         """
-        xi = _checks.depths("r", r) / self.a
+        xi = checks.depths("r", r) / self.a
         shape = self.E_star * self.a / (math.pi * self.R)
         return np.asarray(shape * _pressure_shape(self.coefficients, xi))
 
@@ -180,9 +180,9 @@ def paraboloid(
     >>> round(contact.force * 1000, 5), round(contact.approach * 100, 5), round(contact.p0 * 10, 5)
     (1.38565, 0.78284, 0.66309)
     """
-    R, h = _checks.positive("the radius", radius), _checks.positive("the thickness", thickness)
+    R, h = checks.positive("the radius", radius), checks.positive("the thickness", thickness)
     checked_base(base)
-    name, value = _checks.one_of(force=force, approach=approach, a=a)
+    name, value = checks.one_of(force=force, approach=approach, a=a)
     E_star, nu = material.plane_strain_modulus, material.nu
     ratio = value / h if name == "a" else _ratio(name, value, R, h, E_star, nu, base)
     if ratio > LARGEST_RATIO:

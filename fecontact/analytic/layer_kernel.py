@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._functions import sinh_excess
 from fecontact.errors import InputError
 from fecontact.material import Material
@@ -56,7 +56,7 @@ def bonded_kernel(k: ArrayLike, thickness: float, material: Material) -> NDArray
     >>> bonded_kernel([0.0, 0.1, 100.0], 1.0, Material(E=1.0, nu=0.3)).round(6)
     array([0.      , 0.040845, 1.      ])
     """
-    y = 2 * _checks.depths("k", k) * _checks.positive("the thickness", thickness)
+    y = 2 * checks.depths("k", k) * checks.positive("the thickness", thickness)
     g = 3 - 4 * material.nu
     decay, S = np.exp(-y), -np.expm1(-2 * y) / 2  # everything times exp(-y), lest it overflow
     excess = np.where(y < 1, sinh_excess(np.minimum(y, 1.0)) * decay, S - y * decay)
@@ -94,7 +94,7 @@ def frictionless_kernel(k: ArrayLike, thickness: float, material: Material | Non
     >>> frictionless_kernel([0.0, 0.1, 100.0], 1.0).round(6)
     array([0.  , 0.05, 1.  ])
     """
-    y = 2 * _checks.depths("k", k) * _checks.positive("the thickness", thickness)
+    y = 2 * checks.depths("k", k) * checks.positive("the thickness", thickness)
     denominator = np.where(y > 0, -np.expm1(-2 * y) / 2 + y * np.exp(-y), 1.0)
     return np.asarray(np.expm1(-y) ** 2 / 2 / denominator)
 
@@ -134,8 +134,8 @@ def compliance(k: ArrayLike, thickness: float, material: Material, base: Base = 
     array([2., 2.])
     """
     kernel = bonded_kernel if checked_base(base) == "bonded" else frictionless_kernel
-    waves = _checks.depths("k", k)
-    h, nu = _checks.positive("the thickness", thickness), material.nu
+    waves = checks.depths("k", k)
+    h, nu = checks.positive("the thickness", thickness), material.nu
     still = h * (1 - 2 * nu) / (2 * (1 - nu) ** 2) if base == "bonded" else h / 2  # limit of M/k
     ratio = np.where(waves > 0, kernel(waves, h, material) / np.where(waves > 0, waves, 1.0), still)
     return np.asarray(2 * ratio / material.plane_strain_modulus)

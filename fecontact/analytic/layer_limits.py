@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic.layer_kernel import Base, compliance
 from fecontact.material import Material
 
@@ -40,7 +40,7 @@ def thick(*, radius: float, material: Material, a: float) -> tuple[float, float,
     >>> thick(radius=1.0, material=Material(E=3.0, nu=0.0), a=1.0)[:2]
     (4.0, 1.0)
     """
-    R, width = _checks.positive("the radius", radius), _checks.positive("the contact radius", a)
+    R, width = checks.positive("the radius", radius), checks.positive("the contact radius", a)
     E_star = material.plane_strain_modulus
     return 4 * E_star * width**3 / (3 * R), width**2 / R, 2 * E_star * width / (math.pi * R)
 
@@ -88,8 +88,8 @@ def thin_compressible(
     >>> thin_compressible(radius=1.0, thickness=0.5, material=Material(E=1.0, nu=0.0), a=1.0)[1:]
     (0.5, 1.0)
     """
-    R, h = _checks.positive("the radius", radius), _checks.positive("the thickness", thickness)
-    width = _checks.positive("the contact radius", a)
+    R, h = checks.positive("the radius", radius), checks.positive("the thickness", thickness)
+    width = checks.positive("the contact radius", a)
     stiffness = 1 / float(compliance(0.0, h, material, base))  # H/h
     return math.pi * stiffness * width**4 / (4 * R), width**2 / (2 * R), stiffness * width**2 / (2 * R)
 
@@ -134,7 +134,7 @@ def thin_incompressible(*, radius: float, thickness: float, material: Material, 
     >>> thin_incompressible(radius=1.0, thickness=0.5, material=Material(E=3.0, nu=0.49999), a=1.0)[1]
     0.25
     """
-    R, h = _checks.positive("the radius", radius), _checks.positive("the thickness", thickness)
-    width, G = _checks.positive("the contact radius", a), material.shear_modulus
+    R, h = checks.positive("the radius", radius), checks.positive("the thickness", thickness)
+    width, G = checks.positive("the contact radius", a), material.shear_modulus
     p0 = 3 * G * width**4 / (32 * R * h**3)
     return math.pi * p0 * width**2 / 3, width**2 / (4 * R), p0

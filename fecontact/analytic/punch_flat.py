@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic._table import table
 from fecontact.errors import InputError
@@ -96,7 +96,7 @@ class FlatPunch:
         >>> punch.pressure([0.0, 0.6, 2.0])
         array([1.  , 1.25, 0.  ])
         """
-        xi, eta = _checks.coordinates("x", x) / self.a, _checks.coordinates("y", y) / self.a
+        xi, eta = checks.coordinates("x", x) / self.a, checks.coordinates("y", y) / self.a
         r = np.hypot(xi, eta)
         linear = 1 + 3 * self.offset / self.a * xi
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -131,7 +131,7 @@ class FlatPunch:
         >>> punch.displacement([0.5, 2.0]).round(6)
         array([1.      , 0.333333])
         """
-        xi, eta = _checks.coordinates("x", x) / self.a, _checks.coordinates("y", y) / self.a
+        xi, eta = checks.coordinates("x", x) / self.a, checks.coordinates("y", y) / self.a
         r = np.maximum(np.hypot(xi, eta), 1.0)
         s = np.sqrt((r - 1) * (r + 1))
         angle = np.arctan2(1.0, s)  # asin(a/r)
@@ -200,15 +200,15 @@ def flat(
     >>> punch.approach, punch.tilt
     (1.5, 0.25)
     """
-    a, E_star = _checks.positive("the radius", radius), _checks.positive("the modulus", modulus)
-    e = _checks.finite("the offset", offset)
+    a, E_star = checks.positive("the radius", radius), checks.positive("the modulus", modulus)
+    e = checks.finite("the offset", offset)
     # A third of the radius may come out one rounding above a/3.
     if abs(e) > a / 3 * (1 + 4e-16):
         raise InputError(
             f"Expected |offset| <= radius/3 = {a / 3}; found {offset!r}. Beyond it the punch lifts off on one side, "
             "for which there is no closed form."
         )
-    name, value = _checks.one_of(force=force, approach=approach)
+    name, value = checks.one_of(force=force, approach=approach)
     load = value if name == "force" else 2 * a * E_star * value
     return FlatPunch(
         force=load,

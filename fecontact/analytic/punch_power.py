@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import beta, betaincc, hyp2f1
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._table import table
 from fecontact.errors import InputError
 
@@ -99,7 +99,7 @@ class PowerPunch:
         >>> paraboloid.pressure([0.0, 0.6, 1.5])
         array([1. , 0.8, 0. ])
         """
-        xi = _checks.depths("r", r) / self.a
+        xi = checks.depths("r", r) / self.a
         n = self.exponent
         return np.asarray(n * self.E_star * self.approach / (np.pi * self.a) * _power_shape(xi, n))
 
@@ -130,7 +130,7 @@ class PowerPunch:
         >>> cone(angle=0.1, modulus=1.0, approach=1.0).displacement([0.0, 10.0]).round(6)
         array([1.      , 0.209751])
         """
-        xi = _checks.depths("r", r) / self.a
+        xi = checks.depths("r", r) / self.a
         n = self.exponent
         inside = self.approach - self.coefficient * (np.minimum(xi, 1.0) * self.a) ** n
         beyond = np.maximum(xi, 1.0)
@@ -216,9 +216,9 @@ def power(
     >>> round(power(coefficient=0.05, exponent=4.0, modulus=1.0, a=1.0).approach, 6)
     0.133333
     """
-    c, n = _checks.positive("the coefficient", coefficient), _checks.positive("the exponent", exponent)
-    E_star = _checks.positive("the modulus", modulus)
-    name, value = _checks.one_of(force=force, approach=approach, a=a)
+    c, n = checks.positive("the coefficient", coefficient), checks.positive("the exponent", exponent)
+    E_star = checks.positive("the modulus", modulus)
+    name, value = checks.one_of(force=force, approach=approach, a=a)
     depth = c * math.sqrt(math.pi) * math.exp(math.lgamma(n / 2 + 1) - math.lgamma(n / 2 + 0.5))  # delta / a^n
     share = 2 * E_star * n / (n + 1)  # P / (a delta)
     if name == "a":
@@ -270,7 +270,7 @@ def cone(
     >>> round(cone(angle=0.1, modulus=1.0, a=1.0).approach, 6)
     0.157605
     """
-    side = _checks.positive("the angle", angle)
+    side = checks.positive("the angle", angle)
     if side >= math.pi / 2:
         raise InputError(f"Expected an angle between the cone and the surface below pi/2 (radians); found {angle!r}.")
     return power(coefficient=math.tan(side), exponent=1.0, modulus=modulus, force=force, approach=approach, a=a)

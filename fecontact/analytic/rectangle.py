@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.analytic import _checks, boussinesq
+from fecontact import checks
+from fecontact.analytic import boussinesq
 from fecontact.errors import InputError
 from fecontact.material import Material
 
@@ -59,7 +60,7 @@ def surface_displacement(
     np.float64(0.881374)
     """
     sides = _sides(half_sides)
-    xs, ys = np.broadcast_arrays(_checks.coordinates("x", x), _checks.coordinates("y", y))
+    xs, ys = np.broadcast_arrays(checks.coordinates("x", x), checks.coordinates("y", y))
     points = np.stack([xs, ys, np.zeros_like(xs)], axis=-1)
 
     def near(close: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -68,7 +69,7 @@ def surface_displacement(
     def far(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(1 / np.linalg.norm(offsets, axis=-1))
 
-    factor = _checks.finite("the pressure", pressure) / (np.pi * _checks.positive("the modulus", modulus))
+    factor = checks.finite("the pressure", pressure) / (np.pi * checks.positive("the modulus", modulus))
     return np.asarray(factor * _near_or_far(points, sides, near, far))
 
 
@@ -110,7 +111,7 @@ def displacement(
     sides = _sides(half_sides)
     coordinates = _inside(points)
     nu = material.nu
-    scale = _checks.finite("the pressure", pressure) / (4 * np.pi * material.shear_modulus)
+    scale = checks.finite("the pressure", pressure) / (4 * np.pi * material.shear_modulus)
 
     def near(close: NDArray[np.float64]) -> NDArray[np.float64]:
         f = _potentials(close, sides)
@@ -164,7 +165,7 @@ def stress(
     sides = _sides(half_sides)
     coordinates = _inside(points)
     nu = material.nu
-    scale = _checks.finite("the pressure", pressure) / (2 * np.pi)
+    scale = checks.finite("the pressure", pressure) / (2 * np.pi)
 
     def near(close: NDArray[np.float64]) -> NDArray[np.float64]:
         f = _potentials(close, sides)
@@ -277,11 +278,11 @@ def _sides(half_sides: tuple[float, float]) -> tuple[float, float]:
         a, b = half_sides
     except (TypeError, ValueError):
         raise InputError(f"Expected half_sides=(a, b); found {half_sides!r}.") from None
-    return _checks.positive("the half-side a", a), _checks.positive("the half-side b", b)
+    return checks.positive("the half-side a", a), checks.positive("the half-side b", b)
 
 
 def _inside(points: ArrayLike) -> NDArray[np.float64]:
-    coordinates = _checks.point_array("points", points, 3)
+    coordinates = checks.point_array("points", points, 3)
     if np.any(coordinates[..., 2] < 0):
         raise InputError(f"Expected points with z >= 0, inside the body; found z = {coordinates[..., 2].min()}.")
     return coordinates

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import hyp2f1
 
-from fecontact.analytic import _checks
+from fecontact import checks
 from fecontact.analytic._functions import trough_gap
 from fecontact.analytic._table import table
 from fecontact.errors import InputError
@@ -160,7 +160,7 @@ class SinusoidContact:
 
     def _phase(self, x: ArrayLike) -> NDArray[np.float64]:
         """Return x/lambda reduced to the nearest crest."""
-        phase = _checks.coordinates("x", x) / self.wavelength
+        phase = checks.coordinates("x", x) / self.wavelength
         return np.asarray(phase - np.round(phase))
 
     def __str__(self) -> str:
@@ -216,9 +216,9 @@ def westergaard(*, amplitude: float, wavelength: float, modulus: float, mean_pre
     >>> westergaard(amplitude=0.01, wavelength=1.0, modulus=100.0, mean_pressure=4.0).complete
     True
     """
-    delta, lam = _checks.positive("the amplitude", amplitude), _checks.positive("the wavelength", wavelength)
-    E_star = _checks.positive("the modulus", modulus)
-    pm = _checks.finite("the mean pressure", mean_pressure)
+    delta, lam = checks.positive("the amplitude", amplitude), checks.positive("the wavelength", wavelength)
+    E_star = checks.positive("the modulus", modulus)
+    pm = checks.finite("the mean pressure", mean_pressure)
     if pm < 0:
         raise InputError(f"Expected a mean pressure >= 0 (compression positive); found {mean_pressure!r}.")
     closing = math.pi * E_star * delta / lam

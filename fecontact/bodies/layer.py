@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.fem.rigid import rigid_modes
 from fecontact.interface.pairing import along, contact_weights
@@ -106,8 +106,7 @@ class ElasticLayer:
         name: str = "layer",
         pose: Pose | None = None,
     ) -> None:
-        if not (math.isfinite(thickness) and thickness > 0):
-            raise InputError(f"A layer's thickness must be positive and finite; found {thickness!r}.")
+        positive("a layer's thickness", thickness)
         if not (isinstance(surface, tuple) and len(surface) == 2 and isinstance(surface[0], Mesh)):
             raise InputError("An elastic layer needs surface=(mesh, 'boundary'), the surface that it covers.")
         foundation_modulus(material, law)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.fem.rigid import rigid_modes
 from fecontact.interface.surface import Feet
@@ -68,8 +69,7 @@ class Sphere:
     radius: float
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.radius) and self.radius > 0):
-            raise InputError(f"A sphere's radius must be positive and finite; found {self.radius!r}.")
+        positive("a sphere's radius", self.radius)
 
     @property
     def size(self) -> float:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
 from fecontact.bodies.pose import Pose
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.fem.model import Model
 from fecontact.fem.sectionmodel import SectionModel
@@ -149,8 +150,7 @@ class PlaneBody(SectionBody):
     def __post_init__(self) -> None:
         if self.plane not in STATES:
             raise InputError(f"plane must be 'strain' or 'stress'; found {self.plane!r}.")
-        if not (np.isfinite(self.thickness) and self.thickness > 0):
-            raise InputError(f"The thickness must be a positive, finite length; found {self.thickness!r}.")
+        positive("the thickness", self.thickness)
         if self.plane_stress and self.integration == "selective":
             raise InputError("Plane stress does not lock: integration='selective' has no meaning there.")
         super().__post_init__()

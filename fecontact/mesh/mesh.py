@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from fecontact.checks import positive
 from fecontact.errors import InputError, MeshError
 from fecontact.mesh.basis import Pattern
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
@@ -226,9 +227,8 @@ class Mesh:
 
     def scaled(self, factor: float) -> Mesh:
         """Multiply all coordinates, for instance by 1e-3 to come from millimetres to metres."""
-        if not (np.isfinite(factor) and factor > 0):
-            raise InputError(f"A scale must be a positive, finite number; found {factor!r}.")
-        return self.mapped(lambda x: factor * x)
+        scale = positive("a scale", factor)
+        return self.mapped(lambda x: scale * x)
 
     def with_boundary(self, name: str, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mesh:
         """Name outer faces.

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
 
@@ -142,8 +143,7 @@ def near(other: Any, distance: float) -> Pick:
         surface with ``project``, such as `ElasticBody.surface`, exactly.
     distance : float
     """
-    if not (np.isfinite(distance) and distance > 0):
-        raise InputError(f"The distance must be a positive, finite length; found {distance!r}.")
+    positive("the distance", distance)
 
     def chosen(mesh: Mesh, faces: IntArray) -> Mask:
         middles, _ = _middles(mesh, faces)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from fecontact.checks import positive
 from fecontact.errors import InputError, MeshError
 from fecontact.mesh.check import check_cells
 from fecontact.mesh.formats.abaqus import read_abaqus
@@ -99,8 +100,7 @@ def _check_request(path: Path, suffix: str, scale: float, element: str | None, p
         raise InputError(f"{path.name} is a surface, not a solid; read it with fc.read_surface and extrude it.")
     if suffix not in READERS and suffix not in CAD:
         raise InputError(f"Unknown mesh file type {suffix!r}; expected one of {', '.join((*READERS, *CAD))}.")
-    if not (np.isfinite(scale) and scale > 0):
-        raise InputError(f"The scale must be a positive, finite number; found {scale!r}.")
+    positive("the scale", scale)
     if element is not None and element not in ELEMENTS:
         raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, ELEMENTS))} or None.")
     if part is not None and suffix != ".inp":

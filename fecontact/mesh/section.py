@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from fecontact.checks import positive
 from fecontact.errors import InputError, MeshError
 from fecontact.mesh.mesh import representatives
 from fecontact.mesh.reference import QUAD_EDGES, quad_quadrature, quad_shapes
@@ -247,9 +248,8 @@ class SectionMesh:
 
     def scaled(self, factor: float) -> SectionMesh:
         """Multiply all coordinates."""
-        if not (np.isfinite(factor) and factor > 0):
-            raise InputError(f"A scale must be a positive, finite number; found {factor!r}.")
-        return self.mapped(lambda x: factor * x)
+        scale = positive("a scale", factor)
+        return self.mapped(lambda x: scale * x)
 
     def with_boundary(self, name: str, where: Callable[[Array], NDArray[np.bool_]]) -> SectionMesh:
         """Name outer sides: those of which ``where(points (n, 3)) -> (n,) bool`` holds at both ends and the middle.

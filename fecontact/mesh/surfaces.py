@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fecontact.checks import positive
 from fecontact.errors import InputError, MeshError
 from fecontact.mesh.facets import distinct_columns, facet_integrals, facet_nodes, facet_shapes, triangular
 from fecontact.mesh.formats.generic import FACET_CORNERS, load, points_in_space
@@ -208,8 +209,7 @@ def read_surface(path: str | Path, scale: float = 1.0) -> SurfaceMesh:
     }
     if path.suffix.lower() not in readers:
         raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {', '.join(readers)}.")
-    if not (np.isfinite(scale) and scale > 0):
-        raise InputError(f"The scale must be a positive, finite number; found {scale!r}.")
+    positive("the scale", scale)
     if not path.is_file():
         raise InputError(f"There is no file {path}.")
     mesh = load(path, readers[path.suffix.lower()])

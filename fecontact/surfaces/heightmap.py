@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RectBivariateSpline
 
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.interface.surface import Feet
 from fecontact.surfaces.foot import differences, nearest
@@ -126,8 +127,7 @@ class FunctionSurface:
     def __post_init__(self) -> None:
         if not callable(self.function):
             raise InputError(f"Expected a function of x and y; found {type(self.function).__name__}.")
-        if not (math.isfinite(self.size) and self.size > 0):
-            raise InputError(f"A surface's size must be positive and finite; found {self.size!r}.")
+        positive("a surface's size", self.size)
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fecontact.checks import positive
 from fecontact.errors import InputError
 
 Array = NDArray[np.float64]
@@ -93,8 +94,7 @@ def self_affine(
         raise InputError("Give exactly one of rms_height and rms_slope.")
     target = rms_height if rms_height is not None else rms_slope
     assert target is not None
-    if not (math.isfinite(target) and target > 0):
-        raise InputError(f"The rms height or slope must be positive and finite; found {target!r}.")
+    positive("the rms height or slope", target)
     kx, ky = (2 * math.pi * np.fft.fftfreq(n, s / n) for n, s in zip(shape, size, strict=True))
     k = np.hypot(kx[:, None], ky[None, :])
     lowest = 2 * math.pi / (longest if longest is not None else max(size))

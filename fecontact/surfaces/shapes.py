@@ -12,17 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.interface.surface import Feet
 from fecontact.surfaces.foot import differences, nearest
 
 Array = NDArray[np.float64]
-
-
-def _positive(what: str, value: float) -> float:
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(f"{what} must be positive and finite; found {value!r}.")
-    return float(value)
 
 
 def _round(distance2: Array, radius: float) -> Array:
@@ -67,9 +62,9 @@ class Paraboloid:
     radius_y: float | None = None
 
     def __post_init__(self) -> None:
-        _positive("A paraboloid's radius of curvature", self.radius_x)
+        positive("a paraboloid's radius of curvature", self.radius_x)
         object.__setattr__(self, "radius_y", self.radius_x if self.radius_y is None else self.radius_y)
-        _positive("A paraboloid's radius of curvature", self.curvature_radii[1])
+        positive("a paraboloid's radius of curvature", self.curvature_radii[1])
 
     @property
     def curvature_radii(self) -> tuple[float, float]:
@@ -119,7 +114,7 @@ class Cylinder:
     length: float = math.inf
 
     def __post_init__(self) -> None:
-        _positive("A cylinder's radius", self.radius)
+        positive("a cylinder's radius", self.radius)
         if not self.length > 0:
             raise InputError(f"A cylinder's length must be positive; found {self.length!r}.")
 
@@ -212,7 +207,7 @@ class FlatPunch:
             raise InputError("A flat punch needs either a radius or two sides.")
         for value in (self.radius,) if self.sides is None else self.sides:
             assert value is not None
-            _positive("A flat punch's radius or side", value)
+            positive("a flat punch's radius or side", value)
 
     @property
     def size(self) -> float:
@@ -256,7 +251,7 @@ class Ellipsoid:
         if len(self.semi_axes) != 3:
             raise InputError(f"An ellipsoid needs three semi-axes; found {self.semi_axes!r}.")
         for value in self.semi_axes:
-            _positive("An ellipsoid's semi-axis", value)
+            positive("an ellipsoid's semi-axis", value)
 
     @property
     def size(self) -> float:
@@ -295,8 +290,8 @@ class Torus:
     tube: float
 
     def __post_init__(self) -> None:
-        _positive("A torus's ring radius", self.ring)
-        if _positive("A torus's tube radius", self.tube) >= self.ring:
+        positive("a torus's ring radius", self.ring)
+        if positive("a torus's tube radius", self.tube) >= self.ring:
             raise InputError(f"A torus's tube ({self.tube:g}) must be thinner than its ring ({self.ring:g}).")
 
     @property

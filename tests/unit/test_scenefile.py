@@ -252,7 +252,7 @@ von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("E = 10.0", "E = -1.0", "materials.cork: Young's modulus must be a positive"),
+        ("E = 10.0", "E = -1.0", "materials.cork: Young's modulus E must be positive"),
         ("E = 10.0", "E = true", "materials.cork.E: must be a finite number; found True"),
         ("E = 10.0\n", "", "line 6, materials.cork.E: is missing"),
         ('"cork"', '{core = "cork"}', "bodies.block.material.core: the mesh has no element set 'core'"),

@@ -20,6 +20,7 @@ import scipy.special
 from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace import kernels
+from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.material import Material
 
@@ -57,8 +58,7 @@ class Layer:
     interface: str = "bonded"
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.thickness) and self.thickness > 0):
-            raise InputError(f"A layer's thickness must be positive and finite; found {self.thickness!r}.")
+        positive("a layer's thickness", self.thickness)
         if self.interface not in ("bonded", "frictionless"):
             raise InputError(f"A layer's interface must be 'bonded' or 'frictionless'; found {self.interface!r}.")
 

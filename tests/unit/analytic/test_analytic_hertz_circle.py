@@ -217,7 +217,7 @@ def test_printing_gives_an_aligned_table():
         ({"radii": 3.0, "force": 1.0}, "two numbers"),
         ({"radii": (1.0, 1.0), "force": 0.0}, "positive"),
         ({"radii": (1.0, 1.0), "force": np.nan}, "finite"),
-        ({"radii": (1.0, 1.0), "force": "much"}, "finite number"),
+        ({"radii": (1.0, 1.0), "force": "much"}, "finite"),
         ({"radii": (1.0, 1.0), "approach": -1.0}, "positive"),
         ({"radii": (1.0, 1.0)}, "exactly one"),
         ({"radii": (1.0, 1.0), "force": 1.0, "approach": 1.0}, "exactly one"),

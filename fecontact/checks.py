@@ -1,4 +1,4 @@
-"""Checks of the numbers that a closed form is given: what was found, what was expected, what to do."""
+"""Checks of numbers that a user gives: what was found, what was expected, what to do."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def positive(name: str, value: float) -> float:
     >>> positive("the force", 2)
     2.0
     """
-    number = finite(name, value)
-    if number <= 0:
-        raise InputError(f"Expected {name} to be positive; found {value!r}.")
+    number = _number(value)
+    if not (math.isfinite(number) and number > 0):
+        raise InputError(f"{_sentence(name)} must be positive and finite; found {value!r}.")
     return number
 
 
@@ -42,13 +42,23 @@ def finite(name: str, value: float) -> float:
     >>> finite("the angle", 0)
     0.0
     """
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"Expected {name} to be one finite number; found {value!r}.") from None
+    number = _number(value)
     if not math.isfinite(number):
-        raise InputError(f"Expected {name} to be one finite number; found {value!r}.")
+        raise InputError(f"{_sentence(name)} must be one finite number; found {value!r}.")
     return number
+
+
+def _number(value: float) -> float:
+    """The value as a float; NaN if it is no number, text that looks like one included."""
+    try:
+        return math.nan if isinstance(value, str) else float(value)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+def _sentence(name: str) -> str:
+    """A name as a sentence begins; symbols stay what they are."""
+    return name[0].upper() + name[1:] if len(name) > 1 else name
 
 
 def coordinates(name: str, values: ArrayLike) -> NDArray[np.float64]:
