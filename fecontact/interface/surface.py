@@ -7,7 +7,7 @@ facet, for all points and their nearby facets at once.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fecontact.errors import MeshError
-from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, facet_shapes, triangular
+from fecontact.interface.patches import BLOCK, Patches, derivatives, patches
+from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, triangular
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -159,9 +160,11 @@ class FacetSurface:
 
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3), tangents (n, 3, 2) and shape functions (n, k) at facet coordinates."""
-        N, dN = facet_shapes(self.facets.shape[1], self.triangle[facet], local)
-        x = self.points[self.facets[facet]]
-        return np.einsum("na,nai->ni", N, x), np.einsum("naj,nai->nij", dN, x), N
+        return *self._patches.evaluate(facet, local), self._patches.shapes(facet, local)
+
+    @cached_property
+    def _patches(self) -> Patches:
+        return patches(self.points, self.facets, self.triangle)
 
     def normals(self, facet: IntArray, local: Array) -> Array:
         """Outward unit normals (n, 3)."""
@@ -248,26 +251,37 @@ class FacetSurface:
         Gauss-Newton's matrix replaces the Hessian where that is not positive definite; a coordinate that leaves the
         facet (extended by `slack` on all sides) is held at its bound.
         """
+        local, distance2 = np.empty((len(points), 2)), np.empty(len(points))
+        for start in range(0, len(points), BLOCK):
+            part = slice(start, start + BLOCK)
+            local[part], distance2[part] = self._searched(points[part], facet[part], iterations, slack)
+        return local, distance2
+
+    def _searched(self, points: Array, facet: IntArray, iterations: int, slack: float) -> tuple[Array, Array]:
+        """`_newton` for one block of points."""
         triangle = self.triangle[facet]
-        local = facet_centres(triangle)
+        local = facet_centres(triangle).T.copy()
         active = np.arange(len(points))
-        polynomials = _polynomials(self.points[self.facets[facet]] - points[:, None, :], triangle)
+        polynomials = self._patches.relative_to(facet, points)
+        # continued beyond its sides, a triangle too is searched in a square
+        triangle = triangle & (slack == 0)
         for _ in range(iterations):
-            gradient, hessian = _derivatives(polynomials[active], local[active])
-            new = np.empty_like(gradient)
-            # continued beyond its sides, a triangle too is searched in a square
-            inside = triangle[active] if slack == 0 else np.zeros(len(active), bool)
-            rows = np.flatnonzero(~inside)
-            new[rows] = _step_in_square(local[active[rows]], gradient[rows], hessian[rows], slack)
-            rows = np.flatnonzero(inside)
-            new[rows] = _step_in_triangle(local[active[rows]], gradient[rows], hessian[rows])
-            moved = np.abs(new - local[active]).max(axis=1)
-            local[active] = new
-            active = active[moved > 1e-13]
-            if len(active) == 0:
+            before = local[:, active]
+            gradient, matrix = derivatives(polynomials, before)
+            new = _step_in_square(before, gradient, matrix, slack)
+            rows = np.flatnonzero(triangle[active])
+            if len(rows):
+                a, b, d = matrix[:, rows]
+                hessian = np.stack([np.stack([a, b], axis=1), np.stack([b, d], axis=1)], axis=1)
+                new[:, rows] = _step_in_triangle(before[:, rows].T, gradient[:, rows].T, hessian).T
+            local[:, active] = new
+            moving = np.flatnonzero(np.abs(new - before).max(axis=0) > 1e-13)
+            if len(moving) == 0:
                 break
-        x, _, _ = self.evaluate(facet, local)
-        return local, ((points - x) ** 2).sum(axis=1)
+            if len(moving) < len(active):
+                active, polynomials = active[moving], polynomials[..., moving]
+        out = np.ascontiguousarray(local.T)
+        return out, ((points - self._patches.evaluate(facet, out)[0]) ** 2).sum(axis=1)
 
     def _beyond(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
         """Whether a foot lies on a rim side while the point's offset leans outwards across it.
@@ -283,23 +297,23 @@ class FacetSurface:
         return leaning & (self._at_sides(facet, local) & self._on_rim[facet]).any(axis=1)
 
 
-def _newton_direction(gradient: Array, hessian: Array) -> Array:
-    """Solve -H^-1 g of (n, 2, 2) matrices; zero where H is singular."""
-    det = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
+def _newton_direction(gradient: Array, matrix: Array) -> Array:
+    """Solve -H^-1 g (2, n), H given by its components ss, st, tt (3, n); zero where H is singular."""
+    a, b, d = matrix
+    det = a * d - b**2
     det = np.where(det > 0, det, np.inf)
-    s = (hessian[:, 1, 1] * gradient[:, 0] - hessian[:, 0, 1] * gradient[:, 1]) / det
-    t = (hessian[:, 0, 0] * gradient[:, 1] - hessian[:, 1, 0] * gradient[:, 0]) / det
-    return -np.stack([s, t], axis=1)
+    s = (d * gradient[0] - b * gradient[1]) / det
+    t = (a * gradient[1] - b * gradient[0]) / det
+    return -np.stack([s, t])
 
 
-def _step_in_square(local: Array, gradient: Array, hessian: Array, slack: float) -> Array:
-    """Where Newton's step leads within the unit square, extended by `slack` on all sides."""
+def _step_in_square(local: Array, gradient: Array, matrix: Array, slack: float) -> Array:
+    """Where Newton's step leads (2, n) within the unit square, extended by `slack` on all sides."""
     # a coordinate at its bound that would leave the facet is fixed, the other moves alone
     held = ((local <= -slack) & (gradient > 0)) | ((local >= 1 + slack) & (gradient < 0))
-    gradient, hessian = np.where(held, 0.0, gradient), hessian.copy()
-    fixed = held.any(axis=1)
-    hessian[fixed, 0, 1] = hessian[fixed, 1, 0] = 0.0
-    return np.clip(local + np.clip(_newton_direction(gradient, hessian), -1.0, 1.0), -slack, 1.0 + slack)
+    gradient, matrix = np.where(held, 0.0, gradient), matrix.copy()
+    matrix[1, held.any(axis=0)] = 0.0
+    return np.clip(local + np.clip(_newton_direction(gradient, matrix), -1.0, 1.0), -slack, 1.0 + slack)
 
 
 #: Sides of the reference triangle: a point on it, the outward normal, the direction.
@@ -318,7 +332,7 @@ def _step_in_triangle(local: Array, gradient: Array, hessian: Array) -> Array:
     """
     room = np.stack([(p - local) @ n for p, n, _ in _SIDES], axis=1)
     at = np.asarray(room <= ON_SIDE)
-    step = _newton_direction(gradient, hessian)
+    step = _newton_direction(gradient.T, hessian.reshape(-1, 4)[:, [0, 1, 3]].T).T
     crossing = (at & (np.stack([step @ n for _, n, _ in _SIDES], axis=1) > 0)).any(axis=1, keepdims=True)
     best, gain = np.zeros_like(step), np.zeros(len(step))
     for k, (_, _, along) in enumerate(_SIDES):
@@ -346,52 +360,3 @@ def _rounded(distance2: Array, size: Array) -> Array:
     Cut at 1e-12, for a foot moves sideways by the root of that, and at 1e-12 of the facet's size.
     """
     return np.asarray(np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12), dtype=np.float64)
-
-
-@cache
-def _coefficients(n_columns: int, triangle: bool, degree: int) -> Array:
-    """Coefficients ((degree + 1)^2, n_columns) of a facet's shape functions over the monomials s^i t^j.
-
-    scikit-fem gives values and first derivatives only; as polynomials they can be derived as often as Newton needs.
-    """
-    t = np.linspace(0.0, 1.0, degree + 1)
-    grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
-    values = facet_shapes(n_columns, np.full(len(grid), triangle), grid)[0]
-    power = np.vander(t, degree + 1, increasing=True)
-    return np.linalg.solve(np.kron(power, power), values)
-
-
-def _polynomials(offsets: Array, triangle: NDArray[np.bool_]) -> Array:
-    """Facets as polynomials (n, 3, degree + 1, degree + 1) in s and t, from nodes (n, k, 3) relative to points."""
-    degree = 3 if triangle.any() else 2
-    n, k, _ = offsets.shape
-    out = np.empty((n, (degree + 1) ** 2, 3))
-    for kind in (False, True):
-        rows = np.flatnonzero(triangle == kind)
-        if len(rows):
-            out[rows] = _coefficients(k, kind, degree) @ offsets[rows]
-    return np.ascontiguousarray(out.transpose(0, 2, 1)).reshape(n, 3, degree + 1, degree + 1)
-
-
-def _derivatives(polynomials: Array, local: Array) -> tuple[Array, Array]:
-    """Gradient (n, 2) of half the squared distance and a positive definite matrix (n, 2, 2) for its Hessian."""
-    degree = polynomials.shape[3] - 1
-    rank = np.arange(degree + 1.0)
-    powers = local[:, :, None] ** rank  # (n, 2, degree + 1)
-    first, second = np.zeros_like(powers), np.zeros_like(powers)
-    first[..., 1:] = rank[1:] * powers[..., :-1]
-    second[..., 2:] = (rank[2:] * rank[1:-1]) * powers[..., :-2]
-    along_t = polynomials @ np.stack([powers[:, 1], first[:, 1], second[:, 1]], axis=2)[:, None]  # (n, 3, i, 3)
-    in_s = np.stack([powers[:, 0], first[:, 0], second[:, 0]], axis=1)[:, None]  # (n, 1, 3, i)
-    D = in_s @ along_t  # (n, 3, order in s, order in t)
-    r, x_s, x_t = D[:, :, 0, 0], D[:, :, 1, 0], D[:, :, 0, 1]
-
-    def dot(u: Array, v: Array) -> Array:
-        return np.asarray((u * v).sum(axis=1))
-
-    gradient = np.stack([dot(r, x_s), dot(r, x_t)], axis=1)
-    a, b, c = dot(x_s, x_s), dot(x_s, x_t), dot(x_t, x_t)
-    ha, hb, hc = a + dot(r, D[:, :, 2, 0]), b + dot(r, D[:, :, 1, 1]), c + dot(r, D[:, :, 0, 2])
-    indefinite = (ha * hc - hb**2 <= 0.01 * a * c) | (ha <= 0)
-    ha, hb, hc = (np.where(indefinite, g, h) for g, h in ((a, ha), (b, hb), (c, hc)))
-    return gradient, np.stack([np.stack([ha, hb], axis=1), np.stack([hb, hc], axis=1)], axis=1)
