@@ -143,6 +143,20 @@ class Assembly:
         """Largest extent of the solids."""
         return max(float(np.ptp(s.space.mesh.points, axis=0).max()) for s in self.solids)
 
+    @cached_property
+    def lengths(self) -> Array:
+        """Factors (n_dofs,) by which changes of coordinates become lengths, and by which forces are to be divided.
+
+        One for positions, for gradients the side of a cube of the mean volume of the solid's cells: what is small does
+        not depend on units.
+        """
+        factors = []
+        for space in (s.space for s in self.solids):
+            each = np.full(space.n_functions, np.cbrt(space.volumes.mean()))
+            each[space.start] = 1.0
+            factors.append(np.repeat(each, 3))
+        return np.concatenate(factors)
+
     def part(self, q: Array, k: int) -> Array:
         """Coordinates of solid k."""
         return q[self.starts[k] : self.starts[k + 1]]

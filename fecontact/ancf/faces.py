@@ -36,6 +36,9 @@ MOST_STEPS = 50
 SETTLED = 1e-13
 #: Sideways offset beyond the rim, relative to the size of a face, from which a point faces nothing.
 OVERHANG = 1e-6
+#: Places of four points along each side that tell a cubic, and the matrix from values there to powers.
+GRID = np.array([0.0, 0.25, 0.75, 1.0])
+TO_POWERS = np.linalg.inv(GRID[:, None] ** np.arange(4))
 #: Corners of a face, counter-clockwise.
 CORNERS_2D = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
@@ -120,11 +123,20 @@ class Faces:
             X[face == f] = face_points(int(f), local[face == f])
         return self.space.rows_at(cell, X)
 
+    @cached_property
+    def _grid(self) -> sp.csr_matrix:
+        """Values (16 n, n_functions) at four by four points of each face."""
+        local = np.stack(np.meshgrid(GRID, GRID, indexing="ij"), axis=-1).reshape(-1, 2)
+        return self.rows(np.repeat(np.arange(len(self.faces)), 16), np.tile(local, (len(self.faces), 1)))
+
+    def patches(self, q: Array) -> Array:
+        """Coefficients (n, 4, 4, 3) of s^i t^j: at coordinates q a face is a polynomial of degree three in each."""
+        grid = (self._grid @ q.reshape(-1, 3)).reshape(-1, 4, 4, 3)
+        return np.einsum("ia,jb,nabk->nijk", TO_POWERS, TO_POWERS, grid, optimize=True)
+
     def at(self, q: Array, each: IntArray, local: Array) -> tuple[Array, Array]:
         """Positions (n, 3) and tangents (n, 3, 2) at coordinates q, on faces `each` at `local` (n, 2)."""
-        S, dS = self.space.face_functions(self.faces[each], local)
-        e = self.space.spread(q)[self.space.functions[self.faces[each, 0]]]
-        return np.einsum("na,nai->ni", S, e), np.einsum("nax,nai->nix", dS, e)
+        return _on_patches(self.patches(q)[each], local)
 
     @cached_property
     def _samples(self) -> tuple[sp.csr_matrix, IntArray, Array]:
@@ -136,14 +148,16 @@ class Faces:
     def project(self, q: Array, points: Array) -> Feet:
         """Feet of points (n, 3) on the faces at coordinates q; `facet` and `local` tell where they are."""
         rows, each, where = self._samples
+        patches = self.patches(q)
         tree = cKDTree(rows @ q.reshape(-1, 3))
         _, near = tree.query(points, k=min(TRIED * 4, len(each)))
         near = near.reshape(len(points), -1)
         best: tuple[Array, IntArray, Array] | None = None
         for k in _first_of_each(each[near]).T:
             start = near[np.arange(len(points)), k]
-            local = self._foot(q, points, each[start], where[start])
-            distance = np.linalg.norm(points - self.at(q, each[start], local)[0], axis=1)
+            own = patches[each[start]]
+            local = _foot(own, points, where[start])
+            distance = np.linalg.norm(points - _on_patches(own, local)[0], axis=1)
             if best is None:
                 best = distance, each[start], local
             else:
@@ -155,27 +169,10 @@ class Faces:
                     np.where(nearer[:, None], local, best[2]),
                 )
         assert best is not None
-        return self._feet(q, points, best[1], best[2])
+        return self._feet(patches, points, best[1], best[2])
 
-    def _foot(self, q: Array, points: Array, each: IntArray, local: Array) -> Array:
-        """Coordinates (n, 2) of the nearest points on given faces: Gauss-Newton within the square."""
-        for _ in range(MOST_STEPS):
-            x, t = self.at(q, each, local)
-            slope = -np.einsum("ni,nix->nx", points - x, t)
-            metric = np.einsum("nix,niy->nxy", t, t)
-            held = ((local <= 0) & (slope > 0)) | ((local >= 1) & (slope < 0))
-            slope = np.where(held, 0.0, slope)
-            free = ~held[:, :, None] & ~held[:, None, :]
-            metric = np.where(free, metric, metric * np.eye(2))
-            moved = np.clip(local - np.linalg.solve(metric, slope[..., None])[..., 0], 0.0, 1.0)
-            change = np.abs(moved - local).max(initial=0.0)
-            local = moved
-            if change <= SETTLED:
-                break
-        return local
-
-    def _feet(self, q: Array, points: Array, each: IntArray, local: Array) -> Feet:
-        x, t = self.at(q, each, local)
+    def _feet(self, patches: Array, points: Array, each: IntArray, local: Array) -> Feet:
+        x, t = _on_patches(patches[each], local)
         across = np.cross(t[..., 0], t[..., 1])
         size = np.sqrt(np.linalg.norm(across, axis=1))
         normals = across / size[:, None] ** 2
@@ -185,6 +182,37 @@ class Faces:
         ends = np.stack([local[:, 1] <= 0, local[:, 0] >= 1, local[:, 1] >= 1, local[:, 0] <= 0], axis=1)
         beyond = (ends & self.rim[each]).any(axis=1) & (sideways > OVERHANG * size)
         return Feet(x, normals, gap, beyond, None, each, local)
+
+
+def _on_patches(patches: Array, local: Array) -> tuple[Array, Array]:
+    """Positions (n, 3) and tangents (n, 3, 2) on patches (n, 4, 4, 3), one for each point `local` (n, 2)."""
+    n = len(local)
+    powers = local[:, :, None] ** np.arange(4)
+    slopes = np.zeros_like(powers)
+    slopes[:, :, 1:] = powers[:, :, :-1] * np.arange(1, 4)
+    by_t = np.stack([powers[:, 1], slopes[:, 1]], axis=1)
+    along_s = patches.reshape(n, 4, 12).transpose(0, 2, 1) @ np.stack([powers[:, 0], slopes[:, 0]], axis=2)
+    values = by_t @ along_s.reshape(n, 4, 6)  # first or its t-derivative, by coordinate and s-derivative
+    values = values.reshape(n, 2, 3, 2)
+    return values[:, 0, :, 0], np.stack([values[:, 0, :, 1], values[:, 1, :, 0]], axis=-1)
+
+
+def _foot(patches: Array, points: Array, local: Array) -> Array:
+    """Coordinates (n, 2) of the nearest points on patches (n, 4, 4, 3): Gauss-Newton within the square."""
+    for _ in range(MOST_STEPS):
+        x, t = _on_patches(patches, local)
+        slope = -np.einsum("ni,nix->nx", points - x, t)
+        metric = np.einsum("nix,niy->nxy", t, t)
+        held = ((local <= 0) & (slope > 0)) | ((local >= 1) & (slope < 0))
+        slope = np.where(held, 0.0, slope)
+        free = ~held[:, :, None] & ~held[:, None, :]
+        metric = np.where(free, metric, metric * np.eye(2))
+        moved = np.clip(local - np.linalg.solve(metric, slope[..., None])[..., 0], 0.0, 1.0)
+        change = np.abs(moved - local).max(initial=0.0)
+        local = moved
+        if change <= SETTLED:
+            break
+    return local
 
 
 def _first_of_each(faces: IntArray) -> IntArray:

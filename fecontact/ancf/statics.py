@@ -238,12 +238,12 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
         q = _searched(a, q, direction, load, internal, conditions, forces, bool(jump.any()))
         jump = motion - (q - a.q0)
         jump = jump - Z @ (Z.T @ jump)
-        jump[np.abs(jump) < 1e-14 * a.size] = 0.0
+        jump[np.abs(a.lengths * jump) < 1e-14 * a.size] = 0.0
         conditions, internal = a.conditions(q), a.forces(q)
         rest = load - internal + conditions.G.T @ forces
-        scale = max(np.abs(load).max(), np.abs(internal).max(), np.finfo(float).tiny)
-        unbalanced = float(np.abs(Z.T @ rest).max(initial=0.0))
-        balanced = unbalanced <= max(tolerance * scale, ROUNDING * float((abs(K) @ np.abs(q)).max()))
+        scale = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
+        unbalanced = _largest(a, Z @ (Z.T @ rest))
+        balanced = unbalanced <= max(tolerance * scale, ROUNDING * _largest(a, abs(K) @ np.abs(q)))
         penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
         open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
         if balanced and max(penetration, open_but_pressed) <= tolerance and not jump.any():
@@ -252,6 +252,11 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
             each, residual = tuple(a.split(forces)), unbalanced / scale
             return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration)
     raise UnstableError(f"Newton's iterations did not settle in {MOST_ITERATIONS} steps.")
+
+
+def _largest(a: Assembly, forces: Array) -> float:
+    """Largest of generalised forces, in units of force."""
+    return float(np.abs(forces / a.lengths).max(initial=0.0))
 
 
 def _searched(
@@ -275,7 +280,7 @@ def _searched(
 
     before = None if prescribed else merit(q, conditions.gap)
     slope = float((internal - load) @ direction) - weight * float(np.maximum(-conditions.gap, 0.0).sum())
-    tiny = np.abs(direction).max(initial=0.0) < 1e-6 * a.size
+    tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
     share = 1.0
     for _ in range(MOST_HALVINGS):
         trial = q + share * direction

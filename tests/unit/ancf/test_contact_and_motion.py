@@ -53,6 +53,18 @@ def test_areas_of_hats_cover_the_faces():
     assert (faces.quadrature[2] > 0).all()
 
 
+def test_faces_as_patches_are_those_of_the_element():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 2, 2)).mapped(lambda x: x + 0.05 * np.sin(3 * x[:, ::-1]))
+    space, rng = AncfSpace(mesh), np.random.default_rng(0)
+    faces, q = Faces(space, mesh.faces("top")), space.q0 + 0.1 * rng.standard_normal(space.n_dofs)
+    each, local = rng.integers(0, 6, 50), rng.random((50, 2))
+    S, dS = space.face_functions(faces.faces[each], local)
+    e = space.spread(q)[space.functions[faces.faces[each, 0]]]
+    x, tangents = faces.at(q, each, local)
+    assert np.abs(x - np.einsum("na,nai->ni", S, e)).max() < 1e-13
+    assert np.abs(tangents - np.einsum("nax,nai->nix", dS, e)).max() < 1e-12
+
+
 @pytest.mark.parametrize(
     "obstacle",
     [
@@ -207,6 +219,44 @@ def test_unstrained_flight_is_not_disturbed_by_rounding():
     assert motion.nit.max() <= 3
     exact = a.q0 + a.translation(np.array([0.4, 0.0, -0.2]))
     assert np.abs(motion.now.q - exact).max() < 1e-9
+
+
+def dropped_flat(unit=1.0, on_brick=False):
+    """Motion of one brick, dropped flat on a plane or on a brick that is held below, with another unit of length."""
+    material = fc.Material(E=500.0 / unit, nu=0.3, density=unit**-3)
+    size = (unit, unit, unit / 2)
+    upper = brick((1, 1, 1), size, (0, 0, 0.05 * unit), material=material)
+    a = Assembly.of([upper], None, [(0, "bottom", FLOOR)])
+    if on_brick:
+        lower = brick((1, 1, 1), size, (0, 0, -unit / 2), material=material)
+        a = Assembly.of([upper, lower], [{}, {"bottom": "xyz"}], [(0, "bottom", (1, "top"))])
+    speed, gravity = np.zeros(a.n_dofs), np.zeros(a.n_dofs)
+    down = upper.space.affine(np.zeros((3, 3)), np.array([0, 0, -unit]))
+    speed[: len(down)], gravity[: len(down)] = down, 10 * upper.mass @ down
+    # twice the way down and back on the plane, once on the softer brick
+    return a, move(a, until=0.24, step=0.01, scheme=EnergyMomentum(), velocity=speed, forces=gravity)
+
+
+@pytest.mark.parametrize("on_brick", [False, True], ids=["plane", "brick"])
+def test_one_brick_dropped_flat_bounces_and_keeps_its_energy(on_brick):
+    """The whole contact face comes to rest at once, so that its motion in a step is nothing but rounding."""
+    _, motion = dropped_flat(on_brick=on_brick)
+    assert motion.success
+    assert np.abs(np.diff(motion.time) - 0.01).max() < 1e-9  # no step was halved
+    pressed = motion.contact_force[:, 0, 2] > 0
+    assert pressed.any()
+    assert not pressed[-1]
+    assert motion.drift < 1e-8
+    assert motion.penetration.max() < 0.02  # the way in one step
+    if not on_brick:
+        assert motion.momentum[:, 2].max() > 0.5
+        assert np.abs(motion.momentum[:, :2]).max() < 1e-9
+
+
+def test_motion_does_not_depend_on_the_unit_of_length():
+    (a, metres), (_, microns) = dropped_flat(), dropped_flat(unit=1e6)
+    scaled = microns.now.q / np.where(a.lengths == 1, 1e6, 1.0)
+    assert np.abs(scaled - metres.now.q).max() < 1e-8  # iterations stop at 1e-9 of the motion of each of 24 steps
 
 
 def test_interrupted_motion_goes_on_where_it_stopped(tmp_path):
