@@ -8,9 +8,9 @@ integrated over the pieces in which one slave face meets one master face:
 
 The hats of a nine-node face are bilinear on its quarters, those of a triangle linear
 (`fecontact.interface.hats`); they sum to one, so uniform pressure is exact on both sides (Puso & Laursen 2004; Popp et
-al. 2012 for hats on sub-faces). Pieces are cut in the coordinates of the slave face: the master face's outline is
-carried there and clipped to the convex outline of a sub-face (Sutherland & Hodgman 1974), so the pieces tile what both
-surfaces cover, no more.
+al. 2012 for hats on sub-faces). Pieces are cut in the plane of the slave face (`fecontact.interface.chart`): the master
+face's outline is carried there and clipped to the convex outline of a sub-face (Sutherland & Hodgman 1974), so the
+pieces tile what both surfaces cover, no more. The degree of quadrature follows the taper of both faces over a piece.
 """
 
 from __future__ import annotations
@@ -23,12 +23,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fecontact.errors import InputError
+from fecontact.interface.chart import FOLD, Chart, charts, piece_degrees
 from fecontact.interface.curve import CurveSurface, curve_samples
-from fecontact.interface.hats import fan_samples, hat_shapes, hats_exist, own_samples, sub_faces
+from fecontact.interface.hats import ORDER, fan_samples, hat_shapes, hats_exist, own_samples, sub_faces
 from fecontact.interface.near import Near
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
-from fecontact.mesh.facets import facet_centres, facet_nodes
+from fecontact.mesh.facets import facet_nodes
 from fecontact.mesh.reference import TRIANGLE_NODES
 
 Array = NDArray[np.float64]
@@ -228,17 +229,28 @@ def _overlap_samples(
     slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray
 ) -> tuple[IntArray, Array, Array, IntArray]:
     """Quadrature over the pieces of overlap of pairs (f, m): slave facet, its coordinates and weights, master facet."""
-    outline = _outlines(slave, master, f, m)
+    chart, below = charts(slave), charts(master)
+    outline = _outlines(slave, master, f, m, chart)
     parts = []
     for kind in (False, True):
         members = np.flatnonzero(slave.triangle[f] == kind)
         windows = sub_faces(slave.facets.shape[1], kind) if len(members) else np.zeros((0, 3, 2))
         pair = np.repeat(members, len(windows))
-        polygon, count = clip(outline[pair], np.tile(windows, (len(members), 1, 1)))
+        polygon, count = clip(outline[pair], chart.to_plane(f[pair], np.tile(windows, (len(members), 1, 1))))
         pieces = np.flatnonzero(count >= 3)
-        local, weight, piece = fan_samples(polygon[pieces], count[pieces])
-        pair = pair[pieces][piece]
-        parts.append((f[pair], local, weight, m[pair]))
+        pair, polygon, count = pair[pieces], polygon[pieces], count[pieces]
+        departure = np.maximum(chart.departure[f[pair]], below.departure[m[pair]])
+        degree = piece_degrees(chart, f[pair], polygon, count, departure)
+        bent = np.flatnonzero(below.taper[m[pair]] > 0)
+        seen = _seen_by_master(slave, chart, f[pair[bent]], below, m[pair[bent]], polygon[bent])
+        of_master = piece_degrees(below, m[pair[bent]], seen, count[bent], departure[bent])
+        degree[bent] = np.maximum(degree[bent], of_master)
+        for order in np.unique(degree) if len(degree) else (ORDER,):
+            of = np.flatnonzero(degree == order)
+            local, weight, piece = fan_samples(polygon[of], count[of], int(order))
+            sampled = pair[of][piece]
+            local, jacobian = chart.from_plane(f[sampled], local)
+            parts.append((f[sampled], local, weight / jacobian, m[sampled]))
     facet, local, weight, on_master = (np.concatenate(p) for p in zip(*parts, strict=True))
     return facet, local, weight, on_master
 
@@ -282,13 +294,13 @@ def _neighbours(
     return wide.row.astype(np.int64), wide.col.astype(np.int64)
 
 
-def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray) -> Array:
-    """Outlines (n_pairs, 4 | 8, 2) of master facets in the coordinates of slave facets, counter-clockwise or not.
+def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, chart: Chart) -> Array:
+    """Outlines (n_pairs, 4 | 8, 2) of master facets in the charts of slave facets, counter-clockwise or not.
 
     A triangle's outline repeats its last corner, where its sides of no length lie.
 
-    Every vertex has one image in a slave facet's coordinates, so neighbouring master facets keep their common sides
-    and tile the slave facet. Beyond the continued facet the image is that of the tangent plane, which is where
+    Every vertex has one image in a slave facet's chart, so neighbouring master facets keep their common sides and tile
+    the slave facet. Beyond the continued facet and its fold the image is that of the tangent plane, which is where
     straight-sided facets have it anyway.
     """
     corners = master.facets[m][:, :4]
@@ -297,14 +309,23 @@ def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArra
         ring = np.stack([corners, master.facets[m][:, 4:8]], axis=2).reshape(len(m), 8)
     vertices = master.points[ring].reshape(-1, 3)
     facet = np.repeat(f, ring.shape[1])
-    middle = facet_centres(slave.triangle[facet])
-    centre, tangents, _ = slave.evaluate(facet, middle)
-    inverse = np.linalg.pinv(tangents)
-    plane = middle + np.einsum("nij,nj->ni", inverse, vertices - centre)
-    inside = ((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1)
-    curved = slave.nearest_on(facet[inside], vertices[inside], 2 * SLACK)
-    plane[inside] = curved
+    plane = chart.projected(facet, vertices)
+    inside = np.flatnonzero(((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1))
+    local = slave.nearest_on(facet[inside], vertices[inside], 2 * SLACK)
+    reached = (np.abs(local - 0.5) < 0.5 + 2 * SLACK).all(axis=1) & (chart.jacobian(facet[inside], local) > FOLD)
+    reached |= chart.taper[facet[inside]] == 0
+    inside, local = inside[reached], local[reached]
+    plane[inside] = chart.to_plane(facet[inside], local)
     return plane.reshape(len(m), -1, 2)
+
+
+def _seen_by_master(slave: FacetSurface, chart: Chart, f: IntArray, below: Chart, m: IntArray, polygon: Array) -> Array:
+    """Pieces (n, most, 2) in the charts of slave facets f (n,), carried to those of the master's facets m (n,)."""
+    most = polygon.shape[1]
+    facet = np.repeat(f, most)
+    local, _ = chart.from_plane(facet, polygon.reshape(-1, 2))
+    x, _, _ = slave.evaluate(facet, local)
+    return below.projected(np.repeat(m, most), x).reshape(polygon.shape)
 
 
 def clip(polygons: Array, windows: Array) -> tuple[Array, IntArray]:

@@ -1,0 +1,163 @@
+"""Charts: the plane of a quadrilateral facet, in which straight sides are straight.
+
+Pieces of overlap of two facets are polygons in a plane, not in a facet's own coordinates: there a straight line across
+a kite is curved. A chart carries a facet's coordinates to a plane by the bilinear map through the four corners' images
+on the tangent plane at the facet's centre, and back in closed form (P. S. Heckbert, Fundamentals of texture mapping and
+image warping, 1989, ch. 2). For a flat facet with straight sides that is its own map. On a parallelogram or triangle it
+is the identity; on a curved facet it is one to one, so that what tiles the chart tiles the facet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.interface.hats import ORDER
+from fecontact.interface.surface import FacetSurface
+from fecontact.mesh.facets import facet_centres, facet_nodes, facet_shapes
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Error of a rule of degree n on a piece over tau^n, measured on thirds of triangles; see `piece_degrees`.
+LEAD = 1e-2
+#: Relative error of integrals over flat facets that degrees are chosen for.
+EXACT = 1e-12
+#: Degrees of quadrature that are worth a rule of their own; the last is that of 19 on quarters of triangles, worth 30
+#: where tau is a half.
+DEGREES = (ORDER, 8, 10, 12, 14, 17, 19, 30)
+#: Change of a facet's Jacobian from centre to corners, relative to that at the centre, below which it is affine.
+AFFINE = 1e-12
+#: Jacobian relative to that at the centre that a chart has to exceed: below it lies its fold.
+FOLD = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """Bilinear maps of all facets: x = centre + along_s S + along_t T + twist S T with S = s - 1/2, T = t - 1/2.
+
+    Attributes
+    ----------
+    middle : (n_facets, 2) array
+        Coordinates of the facet's centre, in the facet and in the plane.
+    origin : (n_facets, 3) array
+        The facet's centre.
+    inverse : (n_facets, 2, 3) array
+        From directions to the plane's coordinates.
+    centre, along_s, along_t, twist : (n_facets, 2) arrays
+    taper : (n_facets,) array
+        Largest change of the Jacobian from centre to a corner, relative to that at the centre; zero where affine.
+    departure : (n_facets,) array
+        Largest distance of a node from the flat facet with straight sides, relative to the facet's size.
+    """
+
+    middle: Array
+    origin: Array
+    inverse: Array
+    centre: Array
+    along_s: Array
+    along_t: Array
+    twist: Array
+    taper: Array
+    departure: Array
+
+    def projected(self, facet: IntArray, points: Array) -> Array:
+        """Images (n, 2) of points (n, 3) on the tangent planes at the centres of facets (n,)."""
+        return self.middle[facet] + np.einsum("nij,nj->ni", self.inverse[facet], points - self.origin[facet])
+
+    def to_plane(self, facet: IntArray, local: Array) -> Array:
+        """Images (n, ..., 2) of points (n, ..., 2) of facets (n,), given in their coordinates."""
+        out = local.copy()
+        bent = np.flatnonzero(self.taper[facet] > 0)
+        if len(bent):
+            c, a, b, d = self._maps(facet[bent], local.ndim)
+            S, T = np.moveaxis(local[bent] - 0.5, -1, 0)[..., None]
+            out[bent] = c + a * S + b * T + d * (S * T)
+        return out
+
+    def from_plane(self, facet: IntArray, points: Array) -> tuple[Array, Array]:
+        """Coordinates (n, 2) of points (n, 2) of the plane inside facets (n,), and the Jacobian (n,) there."""
+        local, jacobian = points.copy(), np.ones(len(points))
+        bent = np.flatnonzero(self.taper[facet] > 0)
+        if len(bent):
+            c, a, b, d = self._maps(facet[bent], 2)
+            r = points[bent] - c
+            whole, twisted = cross(a, b), cross(r, d)
+            # each coordinate is the root of a quadratic equation that tends to the affine one; one discriminant
+            p, q = whole - twisted, whole + twisted
+            s, t = cross(r, b), cross(a, r)
+            root = np.sqrt(np.maximum(p**2 + 4 * cross(a, d) * s, 0.0))
+            local[bent] = 0.5 + 2 * np.stack([s / (p + root), t / (q + root)], axis=1)
+            jacobian[bent] = root
+        return local, jacobian
+
+    def jacobian(self, facet: IntArray, local: Array) -> Array:
+        """Jacobian (n,) relative to that at the centre."""
+        _, a, b, d = self._maps(facet, 2)
+        S, T = (local - 0.5).T
+        return 1.0 + (S * cross(a, d) + T * cross(d, b)) / cross(a, b)
+
+    def _maps(self, facet: IntArray, ndim: int) -> tuple[Array, ...]:
+        shape = (len(facet), *(1,) * (ndim - 2), 2)
+        return tuple(v[facet].reshape(shape) for v in (self.centre, self.along_s, self.along_t, self.twist))
+
+
+def cross(u: Array, v: Array) -> Array:
+    """Cross products of vectors (..., 2) of the plane."""
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+
+
+def charts(surface: FacetSurface) -> Chart:
+    """Charts of all facets; the identity where a facet is affine or its corners have no convex image."""
+    everyone = np.arange(len(surface.facets))
+    middle = facet_centres(surface.triangle)
+    x, tangents, _ = surface.evaluate(everyone, middle)
+    inverse = np.linalg.pinv(tangents)
+    offsets = surface.points[surface.facets[:, :4]] - x[:, None]
+    image = middle[:, None] + np.einsum("nij,nkj->nki", inverse, offsets)
+    k0, k1, k2, k3 = image.swapaxes(0, 1)
+    a, b, d = (k1 + k2 - k0 - k3) / 2, (k2 + k3 - k0 - k1) / 2, k0 - k1 + k2 - k3
+    change = (np.abs(cross(a, d)) + np.abs(cross(d, b))) / (2 * cross(a, b))
+    bilinear = ~surface.triangle & (change > AFFINE) & (change < 1 - FOLD)
+    taper: Array = np.where(bilinear, change, 0.0)
+    departure = _departure(surface, tangents)
+    plane = np.asarray(inverse, dtype=np.float64)
+    return Chart(middle, x, plane, image.mean(axis=1), a, b, d, taper, departure)
+
+
+def _departure(surface: FacetSurface, tangents: Array) -> Array:
+    """Distance (n_facets,) of nodes from the flat facets with straight sides through the corners, over their size."""
+    k = surface.facets.shape[1]
+    straight = np.stack([facet_shapes(4, np.full(k, kind), facet_nodes(k, kind))[0] for kind in (False, True)])
+    nodes = surface.points[surface.facets]
+    off = np.abs(nodes - straight[surface.triangle.astype(int)] @ nodes[:, :4]).max(axis=(1, 2))
+    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    warp = np.ptp(np.einsum("nki,ni->nk", nodes[:, :4] - nodes[:, :1], normal), axis=1)
+    return np.asarray(np.maximum(off, warp) / surface.mean_facet_size)
+
+
+def piece_degrees(chart: Chart, facet: IntArray, polygon: Array, count: IntArray, departure: Array) -> IntArray:
+    """Degree of quadrature (n,) for pieces of facets (n,): polygons (n, most, 2) in the chart, `count` vertices valid.
+
+    In a chart, polynomials in the facet's coordinates have a branch point where the Jacobian is zero. Where the
+    Jacobian differs by +-tau of its mean over a piece, the ellipse of analyticity has half axes that sum to 1 / tau, so
+    that a rule of degree n errs by LEAD tau^n (L. N. Trefethen, SIAM Review 50, 2008, p. 67, theorem 4.5). That is
+    brought below EXACT on flat facets, and below the `departure` (n,) from them, an error in any case, on others.
+    """
+    degree = np.full(len(facet), ORDER)
+    bent = np.flatnonzero(chart.taper[facet] > 0)
+    if len(bent):
+        most = polygon.shape[1]
+        own = np.repeat(facet[bent], most)
+        jacobian = chart.from_plane(own, polygon[bent].reshape(-1, 2))[1].reshape(-1, most)
+        valid = np.arange(most) < count[bent, None]
+        high = np.where(valid, jacobian, -np.inf).max(axis=1)
+        low = np.where(valid, jacobian, np.inf).min(axis=1)
+        tau = np.clip((high - low) / (high + low), 1e-12, 0.99)
+        wanted = np.log(np.maximum(departure[bent], EXACT) / LEAD) / np.log(tau)
+        steps = np.array(DEGREES)
+        degree[bent] = steps[np.minimum(np.searchsorted(steps, wanted), len(steps) - 1)]
+    return degree
