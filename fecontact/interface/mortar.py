@@ -239,6 +239,8 @@ def _overlap_samples(
         polygon, count = clip(outline[pair], chart.to_plane(f[pair], np.tile(windows, (len(members), 1, 1))))
         pieces = np.flatnonzero(count >= 3)
         pair, polygon, count = pair[pieces], polygon[pieces], count[pieces]
+        # places without a vertex repeat the first, so that all lie on the facet
+        polygon = np.where((np.arange(polygon.shape[1]) < count[:, None])[:, :, None], polygon, polygon[:, :1])
         departure = np.maximum(chart.departure[f[pair]], below.departure[m[pair]])
         degree = piece_degrees(chart, f[pair], polygon, count, departure)
         bent = np.flatnonzero(below.taper[m[pair]] > 0)
