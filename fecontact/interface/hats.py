@@ -121,35 +121,65 @@ def triangle_rule(order: int) -> tuple[Array, Array]:
     return np.concatenate([*corners, 0.5 - half], axis=1), np.tile(W / 4, 4)
 
 
-def fan_samples(polygon: Array, count: IntArray, order: int = ORDER) -> tuple[Array, Array, IntArray]:
-    """Quadrature over polygons cut into fans of triangles; signed, so that dents cancel.
+def fans(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
+    """Polygons cut into fans of triangles; signed, so that dents cancel.
 
     Parameters
     ----------
     polygon : (n, most, 2) array
         Vertices, of which the first `count` (n,) of each row are valid.
-    order : int
-        Degree to which the rule on the triangles is exact.
 
     Returns
     -------
-    local : (n_samples, 2) array
-    weight : (n_samples,) array
-    piece : (n_samples,) int array
-        Polygon of each sample.
+    triangle : (n_triangles, 3, 2) array
+        None without area.
+    double : (n_triangles,) array
+        Twice their areas; their sum is positive for each polygon.
+    piece : (n_triangles,) int array
+        Polygon of each triangle.
     """
-    X, W = triangle_rule(order)
     a = polygon[:, :1]
     b, c = polygon[:, 1:-1], polygon[:, 2:]
     double = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
     double = np.where(np.arange(double.shape[1])[None, :] + 2 < count[:, None], double, 0.0)
     double *= np.where(double.sum(axis=1) < 0, -1.0, 1.0)[:, None]
     piece, fan = np.nonzero(double)
-    corner, d = a[piece, 0], double[piece, fan]
-    edges = np.stack([b[piece, fan] - corner, c[piece, fan] - corner], axis=1)
-    local = corner[:, None, :] + np.einsum("jq,njk->nqk", X, edges)
-    weight = d[:, None] * W[None, :]
-    return local.reshape(-1, 2), weight.ravel(), np.repeat(piece, len(W))
+    triangle = np.stack([a[piece, 0], b[piece, fan], c[piece, fan]], axis=1)
+    return triangle, double[piece, fan], piece
+
+
+def triangle_samples(triangle: Array, double: Array, order: int = ORDER) -> tuple[Array, Array, IntArray]:
+    """Quadrature over triangles.
+
+    Parameters
+    ----------
+    triangle : (n, 3, 2) array
+        Corners.
+    double : (n,) array
+        Twice their areas.
+    order : int
+        Degree to which the rule is exact.
+
+    Returns
+    -------
+    local : (n_samples, 2) array
+    weight : (n_samples,) array
+    own : (n_samples,) int array
+        Triangle of each sample.
+
+    Examples
+    --------
+    >>> square = np.array([[[0.0, 0], [1, 0], [1, 1], [0, 1]]])
+    >>> triangle, double, piece = fans(square, np.array([4]))
+    >>> local, weight, own = triangle_samples(triangle, double)
+    >>> round(float((weight * local[:, 0] ** 2 * local[:, 1] ** 3).sum()) * 12, 12)
+    1.0
+    """
+    X, W = triangle_rule(order)
+    corner = triangle[:, :1]
+    local = corner + np.einsum("jq,njk->nqk", X, triangle[:, 1:] - corner)
+    weight = double[:, None] * W[None, :]
+    return local.reshape(-1, 2), weight.ravel(), np.repeat(np.arange(len(triangle)), len(W))
 
 
 def own_samples(facets: IntArray) -> tuple[IntArray, Array, Array]:
@@ -160,7 +190,8 @@ def own_samples(facets: IntArray) -> tuple[IntArray, Array, Array]:
         members = np.flatnonzero(triangle == kind)
         if len(members):
             outlines = sub_faces(facets.shape[1], kind)
-            local, weight, _ = fan_samples(outlines, np.full(len(outlines), outlines.shape[1]))
+            triangle_of, double, _ = fans(outlines, np.full(len(outlines), outlines.shape[1]))
+            local, weight, _ = triangle_samples(triangle_of, double)
             n = len(members)
             parts.append((np.repeat(members, len(local)), np.tile(local, (n, 1)), np.tile(weight, n)))
     facet, local, weight = (np.concatenate(p) for p in zip(*parts, strict=True))

@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fecontact.errors import InputError
-from fecontact.interface.chart import FOLD, Chart, charts, piece_degrees
+from fecontact.interface.chart import charts, nearest_in_chart
 from fecontact.interface.curve import CurveSurface, curve_samples
-from fecontact.interface.hats import ORDER, fan_samples, hat_shapes, hats_exist, own_samples, sub_faces
+from fecontact.interface.hats import hat_shapes, hats_exist, own_samples
 from fecontact.interface.near import Near
+from fecontact.interface.overlap import SLACK, overlap_samples
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.facets import facet_nodes
@@ -35,8 +36,6 @@ from fecontact.mesh.reference import TRIANGLE_NODES
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: How far beyond its sides a facet is continued to find the coordinates of a nearby point.
-SLACK = 0.5
 #: Share of a hat's own area below which it does not stand alone: its pressure joins that of the nearest fuller hat.
 SLIVER = 0.2
 #: Offset of a point from the line of its foot, relative to the facet's size, above which it is no foot.
@@ -76,7 +75,7 @@ def pair_mortar(
         facet, local, weight = curve_samples(moved, master)
     elif isinstance(master, FacetSurface):
         pairs = _neighbours(slave, master, rotation, translation, near)
-        facet, local, weight, on_master = _overlap_samples(moved, master, *pairs)
+        facet, local, weight, on_master = overlap_samples(moved, master, *pairs)
     else:
         facet, local, weight = _own_samples(slave)
     x, _, N = moved.evaluate(facet, local)
@@ -203,9 +202,10 @@ def _hat_areas(slave: FacetSurface) -> Array:
 
 def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
     """Feet on given facets, continued a little beyond their sides."""
-    local = master.nearest_on(facet, points, SLACK)
-    x, _, N = master.evaluate(facet, local)
-    normals = master.normals(facet, local)
+    local = nearest_in_chart(master, charts(master), facet, points, SLACK)
+    x, tangents, N = master.evaluate(facet, local)
+    normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     gap = np.einsum("ni,ni->n", points - x, normals)
     columns = master.facets[facet]
     pointer = np.arange(0, columns.size + 1, columns.shape[1])
@@ -223,38 +223,6 @@ def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
         N[lost], columns[lost] = master.evaluate(facet[lost], local[lost])[2], master.facets[facet[lost]]
     weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
     return Feet(x, normals, gap, beyond, weights, facet, local, master.name)
-
-
-def _overlap_samples(
-    slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray
-) -> tuple[IntArray, Array, Array, IntArray]:
-    """Quadrature over the pieces of overlap of pairs (f, m): slave facet, its coordinates and weights, master facet."""
-    chart, below = charts(slave), charts(master)
-    outline = _outlines(slave, master, f, m, chart)
-    parts = []
-    for kind in (False, True):
-        members = np.flatnonzero(slave.triangle[f] == kind)
-        windows = sub_faces(slave.facets.shape[1], kind) if len(members) else np.zeros((0, 3, 2))
-        pair = np.repeat(members, len(windows))
-        polygon, count = clip(outline[pair], chart.to_plane(f[pair], np.tile(windows, (len(members), 1, 1))))
-        pieces = np.flatnonzero(count >= 3)
-        pair, polygon, count = pair[pieces], polygon[pieces], count[pieces]
-        # places without a vertex repeat the first, so that all lie on the facet
-        polygon = np.where((np.arange(polygon.shape[1]) < count[:, None])[:, :, None], polygon, polygon[:, :1])
-        departure = np.maximum(chart.departure[f[pair]], below.departure[m[pair]])
-        degree = piece_degrees(chart, f[pair], polygon, count, departure)
-        bent = np.flatnonzero(below.taper[m[pair]] > 0)
-        seen = _seen_by_master(slave, chart, f[pair[bent]], below, m[pair[bent]], polygon[bent])
-        of_master = piece_degrees(below, m[pair[bent]], seen, count[bent], departure[bent])
-        degree[bent] = np.maximum(degree[bent], of_master)
-        for order in np.unique(degree) if len(degree) else (ORDER,):
-            of = np.flatnonzero(degree == order)
-            local, weight, piece = fan_samples(polygon[of], count[of], int(order))
-            sampled = pair[of][piece]
-            local, jacobian = chart.from_plane(f[sampled], local)
-            parts.append((f[sampled], local, weight / jacobian, m[sampled]))
-    facet, local, weight, on_master = (np.concatenate(p) for p in zip(*parts, strict=True))
-    return facet, local, weight, on_master
 
 
 #: Where facets are sampled to find which lie below each other, on quadrilaterals and on triangles.
@@ -294,89 +262,3 @@ def _neighbours(
     member = sp.csr_matrix((np.ones(corners.size), (np.repeat(np.arange(size), 4), corners.ravel())))
     wide = (near @ (member @ member.T)).tocoo()
     return wide.row.astype(np.int64), wide.col.astype(np.int64)
-
-
-def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, chart: Chart) -> Array:
-    """Outlines (n_pairs, 4 | 8, 2) of master facets in the charts of slave facets, counter-clockwise or not.
-
-    A triangle's outline repeats its last corner, where its sides of no length lie.
-
-    Every vertex has one image in a slave facet's chart, so neighbouring master facets keep their common sides and tile
-    the slave facet. Beyond the continued facet and its fold the image is that of the tangent plane, which is where
-    straight-sided facets have it anyway.
-    """
-    corners = master.facets[m][:, :4]
-    ring = corners
-    if master.facets.shape[1] > 4:
-        ring = np.stack([corners, master.facets[m][:, 4:8]], axis=2).reshape(len(m), 8)
-    vertices = master.points[ring].reshape(-1, 3)
-    facet = np.repeat(f, ring.shape[1])
-    plane = chart.projected(facet, vertices)
-    inside = np.flatnonzero(((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1))
-    local = slave.nearest_on(facet[inside], vertices[inside], 2 * SLACK)
-    reached = (np.abs(local - 0.5) < 0.5 + 2 * SLACK).all(axis=1) & (chart.jacobian(facet[inside], local) > FOLD)
-    reached |= chart.taper[facet[inside]] == 0
-    inside, local = inside[reached], local[reached]
-    plane[inside] = chart.to_plane(facet[inside], local)
-    return plane.reshape(len(m), -1, 2)
-
-
-def _seen_by_master(slave: FacetSurface, chart: Chart, f: IntArray, below: Chart, m: IntArray, polygon: Array) -> Array:
-    """Pieces (n, most, 2) in the charts of slave facets f (n,), carried to those of the master's facets m (n,)."""
-    most = polygon.shape[1]
-    facet = np.repeat(f, most)
-    local, _ = chart.from_plane(facet, polygon.reshape(-1, 2))
-    x, _, _ = slave.evaluate(facet, local)
-    return below.projected(np.repeat(m, most), x).reshape(polygon.shape)
-
-
-def clip(polygons: Array, windows: Array) -> tuple[Array, IntArray]:
-    """Clip polygons to convex windows, all at once (Sutherland & Hodgman 1974).
-
-    Parameters
-    ----------
-    polygons : (n, m, 2) array
-    windows : (n, k, 2) array
-        Convex outlines, counter-clockwise.
-
-    Returns
-    -------
-    clipped : (n, most, 2) array
-        Vertices, of which the first `count` of each row are valid.
-    count : (n,) int array
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> square = np.array([[[0.5, 0.5], [2.0, 0.5], [2.0, 2.0], [0.5, 2.0]]])
-    >>> clipped, count = clip(square, np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]]))
-    >>> sorted(map(tuple, clipped[0, : count[0]].tolist()))
-    [(0.5, 0.5), (0.5, 1.0), (1.0, 0.5), (1.0, 1.0)]
-    """
-    count = np.full(len(polygons), polygons.shape[1])
-    for side in range(windows.shape[1]):
-        start = windows[:, side]
-        along = windows[:, (side + 1) % windows.shape[1]] - start
-        polygons, count = _clip_side(polygons, count, start, along)
-    return polygons, count
-
-
-def _clip_side(polygons: Array, count: IntArray, start: Array, along: Array) -> tuple[Array, IntArray]:
-    """Keep what lies to the left of lines through `start` (n, 2) along `along` (n, 2)."""
-    n, m, _ = polygons.shape
-    column = np.arange(m)[None, :]
-    valid = column < count[:, None]
-    following = np.where(column + 1 < count[:, None], column + 1, 0)
-    after = np.take_along_axis(polygons, following[:, :, None].repeat(2, axis=2), axis=1)
-    offset = polygons - start[:, None]
-    height = along[:, None, 0] * offset[..., 1] - along[:, None, 1] * offset[..., 0]
-    height_after = np.take_along_axis(height, following, axis=1)
-    crossing = valid & ((height >= 0) != (height_after >= 0))
-    share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crossing)
-    cut = polygons + share[:, :, None] * (after - polygons)
-    points = np.stack([polygons, cut], axis=2).reshape(n, 2 * m, 2)
-    kept = np.stack([valid & (height >= 0), crossing], axis=2).reshape(n, 2 * m)
-    order = np.argsort(~kept, axis=1, kind="stable")
-    count = kept.sum(axis=1)
-    order = order[:, : max(int(count.max(initial=0)), 1)]
-    return np.take_along_axis(points, order[:, :, None].repeat(2, axis=2), axis=1), count

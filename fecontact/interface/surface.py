@@ -241,26 +241,35 @@ class FacetSurface:
         """Distance (n,) of each point from its given facet."""
         return np.sqrt(self._newton(points, facet)[1])
 
-    def nearest_on(self, facet: IntArray, points: Array, slack: float) -> Array:
-        """Coordinates (n, 2) of the point of each given facet nearest to `points`, up to `slack` beyond its sides."""
-        return self._newton(points, facet, slack=slack)[0]
+    def nearest_on(self, facet: IntArray, points: Array, slack: float, start: Array | None = None) -> Array:
+        """Coordinates (n, 2) of the point of each given facet nearest to `points`, up to `slack` beyond its sides.
 
-    def _newton(self, points: Array, facet: IntArray, iterations: int = 30, slack: float = 0.0) -> tuple[Array, Array]:
+        `start` (n, 2) is where they may be; without it the search starts in the middle of the facets.
+        """
+        return self._newton(points, facet, slack=slack, start=start)[0]
+
+    def _newton(
+        self, points: Array, facet: IntArray, iterations: int = 30, slack: float = 0.0, start: Array | None = None
+    ) -> tuple[Array, Array]:
         """Nearest point of given facets: Newton on half the squared distance, kept within the facet.
 
         Gauss-Newton's matrix replaces the Hessian where that is not positive definite; a coordinate that leaves the
         facet (extended by `slack` on all sides) is held at its bound.
         """
         local, distance2 = np.empty((len(points), 2)), np.empty(len(points))
-        for start in range(0, len(points), BLOCK):
-            part = slice(start, start + BLOCK)
-            local[part], distance2[part] = self._searched(points[part], facet[part], iterations, slack)
+        for first in range(0, len(points), BLOCK):
+            part = slice(first, first + BLOCK)
+            begun = None if start is None else start[part]
+            local[part], distance2[part] = self._searched(points[part], facet[part], iterations, slack, begun)
         return local, distance2
 
-    def _searched(self, points: Array, facet: IntArray, iterations: int, slack: float) -> tuple[Array, Array]:
+    def _searched(
+        self, points: Array, facet: IntArray, iterations: int, slack: float, start: Array | None
+    ) -> tuple[Array, Array]:
         """`_newton` for one block of points."""
         triangle = self.triangle[facet]
-        local = facet_centres(triangle).T.copy()
+        local = facet_centres(triangle) if start is None else np.clip(start, -slack, 1 + slack)
+        local = local.T.copy()
         active = np.arange(len(points))
         polynomials = self._patches.relative_to(facet, points)
         # continued beyond its sides, a triangle too is searched in a square

