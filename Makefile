@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test unit verification doctest lint types examples docs manual bench compare clean
+.PHONY: hertz test unit verification doctest lint types examples docs gallery manual bench compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -36,6 +36,9 @@ docs: $(READY)  ## pictures and generated pages of docs/, made anew
 	$(BIN)/python docs/build.py
 	$(BIN)/python docs/baselines.py
 	$(BIN)/python docs/solvers.py
+
+gallery: $(READY)  ## docs/gallery.md from a run of the examples
+	$(BIN)/python docs/gallery.py
 
 manual: $(READY)  ## docs/verification.md from a run of the verification
 	$(BIN)/python docs/manual.py

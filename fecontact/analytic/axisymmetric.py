@@ -95,6 +95,12 @@ class Profile:
         return np.asarray(total / step**2 if second else total / step)
 
 
+def _at_each(value: Callable[[float], float], radii: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values at radii of any shape; radii that occur more than once, as on a grid, are worked out once."""
+    different, which = np.unique(radii, return_inverse=True)
+    return np.array([value(float(radius)) for radius in different])[which].reshape(radii.shape)
+
+
 @dataclass(frozen=True, eq=False)
 class AxisymmetricContact:
     """Indentation by a rigid axisymmetric profile; made by `indent`.
@@ -177,9 +183,7 @@ class AxisymmetricContact:
         >>> contact.pressure([0.0, 0.6, 2.0]).round(9)
         array([1. , 0.8, 0. ])
         """
-        radii = checks.depths("r", r)
-        values = [self._pressure_at(float(radius)) for radius in radii.ravel()]
-        return np.reshape(np.array(values), radii.shape)
+        return _at_each(self._pressure_at, checks.depths("r", r))
 
     def _pressure_at(self, r: float) -> float:
         if r >= self.a:
@@ -244,9 +248,7 @@ class AxisymmetricContact:
         >>> contact.displacement([0.0, 1.0, 2.0]).round(6)
         array([1.      , 0.5     , 0.217996])
         """
-        radii = checks.depths("r", r)
-        values = [self._displacement_at(float(radius)) for radius in radii.ravel()]
-        return np.reshape(np.array(values), radii.shape)
+        return _at_each(self._displacement_at, checks.depths("r", r))
 
     def _displacement_at(self, r: float) -> float:
         end = min(r, self.a)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.errors import InputError
@@ -32,7 +33,7 @@ INTEGRATIONS = ("auto", "full", "selective")
 
 
 @dataclass(frozen=True, eq=False)
-class ElasticBody:
+class ElasticBody(Placed):
     """A linear elastic body cut into hexahedra.
 
     Parameters
@@ -110,20 +111,6 @@ class ElasticBody:
     def _model(self) -> Model:
         assert self.model is not None
         return self.model
-
-    def placed(
-        self,
-        translation: ArrayLike = (0.0, 0.0, 0.0),
-        rotation: ArrayLike | None = None,
-        name: str | None = None,
-    ) -> ElasticBody:
-        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`.
-
-        The pose is kept apart from the coordinates, and the model (stiffness, factor) is shared.
-        """
-        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
-        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
-        return replace(self, pose=pose, name=self.name if name is None else name)
 
     @property
     def n_dofs(self) -> int:

@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.checks import positive
@@ -61,7 +62,7 @@ def foundation_modulus(material: Material, law: str = "bonded") -> float:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class ElasticLayer:
+class ElasticLayer(Placed):
     """A layer of springs on a rigid body whose surface is given by a mesh.
 
     Every node of the surface gives along the line of action in proportion to its own pressure, and to no other.
@@ -164,18 +165,6 @@ class ElasticLayer:
         per_area = self.thickness / foundation_modulus(self.material, self.law)
         nodes = np.divide(per_area, areas, out=np.zeros(len(areas)), where=areas > 0)
         return np.repeat(nodes, 3)
-
-    def placed(
-        self,
-        translation: ArrayLike = (0.0, 0.0, 0.0),
-        rotation: ArrayLike | None = None,
-        name: str | None = None,
-    ) -> ElasticLayer:
-        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`."""
-        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
-        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
-        named = self.name if name is None else name
-        return ElasticLayer(self.material, self.thickness, self.surface_of, self.law, named, pose)
 
     def surface(self, name: str) -> FacetSurface:
         """Facets of the boundary."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.checks import positive
@@ -95,7 +96,7 @@ class Sphere:
 
 
 @dataclass(frozen=True, eq=False)
-class RigidBody:
+class RigidBody(Placed):
     """A body that does not deform. It is held unless a load or a motion is prescribed for it.
 
     Parameters
@@ -160,17 +161,6 @@ class RigidBody:
     def from_function(cls, z: Callable[[Array, Array], Array], size: float, name: str = "rigid") -> RigidBody:
         """The rigid surface z(x, y), a function of arrays; `size` is a length over which it varies."""
         return cls(FunctionSurface(z, size), name)
-
-    def placed(
-        self,
-        translation: ArrayLike = (0.0, 0.0, 0.0),
-        rotation: ArrayLike | None = None,
-        name: str | None = None,
-    ) -> RigidBody:
-        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`."""
-        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
-        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
-        return replace(self, pose=pose, name=self.name if name is None else name)
 
     @property
     def n_dofs(self) -> int:

@@ -8,12 +8,11 @@ the axial one; forces, areas and resultants are those of the whole ring.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Self
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
 from fecontact.bodies.pose import Pose
@@ -86,21 +85,6 @@ class SectionBody(ElasticBody):
 
     def _made_surface(self, facets: IntArray, name: str) -> CurveSurface:
         return CurveSurface(self.mesh.points, facets, name, along=self.along)
-
-    def placed(
-        self,
-        translation: ArrayLike = (0.0, 0.0, 0.0),
-        rotation: ArrayLike | None = None,
-        name: str | None = None,
-    ) -> Self:
-        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`.
-
-        A plane body stays in the plane y = 0: it turns about y, or half round about an axis in the plane. A body of
-        revolution stays on its axis: it moves along z, and turns half round about x to stand on its head.
-        """
-        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
-        pose = self.pose.then(Q, np.asarray(translation, dtype=float))
-        return replace(self, pose=pose, name=self.name if name is None else name)
 
     def describe(self) -> str:
         """One line: what was modelled."""

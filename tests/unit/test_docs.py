@@ -22,3 +22,9 @@ def test_links_and_pictures_exist(page):
     for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
         if not target.startswith("http"):
             assert (page.parent / target).exists(), f"{page.name} points to {target}"
+
+
+def test_the_gallery_has_every_example():
+    page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    for script in (ROOT / "examples").glob("*.py"):
+        assert f"../examples/{script.name}" in page, f"{script.name} is not in docs/gallery.py"

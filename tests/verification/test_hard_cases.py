@@ -138,6 +138,16 @@ def test_torus_on_a_half_space(load, most, row):
     row(case, "regions", 1, contact.regions.max(), 1e-12)
 
 
+def rounded_punch_pressure(exact, flat, r):
+    """The exact pressure inside the contact, from a table of p / sqrt(1 - r^2): good to 1e-5, a hundredth of the error.
+
+    Each exact value is a double integral; a grid of 512 cells has ten thousand different radii.
+    """
+    spread = (1 - np.cos(np.linspace(0, np.pi, 150))) / 2  # radii crowd at both ends, the end of the flat among them
+    table = np.concatenate([flat * spread, flat + (1 - flat) * spread[1:-1]])
+    return np.sqrt(1 - r**2) * np.interp(r, table, exact.pressure(table) / np.sqrt(1 - table**2))
+
+
 @pytest.mark.parametrize("n", [128, 256, 512])
 def test_punch_with_a_rounded_edge(n, row):
     """A flat punch with a rounded edge: pressure is finite but steep. Source: Galin-Sneddon integrals of the profile.
@@ -152,7 +162,7 @@ def test_punch_with_a_rounded_edge(n, row):
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     contact = half.press(np.maximum(r - flat, 0) ** 2 / 2, force=exact.force)
     target = np.zeros_like(r)
-    target[r < 1] = exact.pressure(r[r < 1])
+    target[r < 1] = rounded_punch_pressure(exact, flat, r[r < 1])
     error = np.linalg.norm((contact.pressure - target)[r < 1.2]) / np.linalg.norm(target)
     case = f"punch with a rounded edge, {n} cells"
     row(case, "pressure L2", 0.0, error, 2.0 / n)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -21,6 +20,7 @@ from fecontact.bodies.halfspace.layered import Layer
 from fecontact.bodies.halfspace.operator import GridCompliance, dense, whole_grid
 from fecontact.bodies.halfspace.pressing import Load, press
 from fecontact.bodies.halfspace.surface import GridSurface, grid_surface
+from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.errors import InputError
@@ -45,7 +45,7 @@ DENSE_LIMIT = 1500
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class HalfSpace:
+class HalfSpace(Placed):
     """An elastic half-space z <= 0, its surface cut into a grid of cells centred on the origin.
 
     Parameters
@@ -225,19 +225,6 @@ class HalfSpace:
             z = surface.heights(self.grid.x[:, None], self.grid.y[None, :])
             return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
         return np.asarray(surface, dtype=float)
-
-    def placed(
-        self,
-        translation: ArrayLike = (0.0, 0.0, 0.0),
-        rotation: ArrayLike | None = None,
-        name: str | None = None,
-    ) -> HalfSpace:
-        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`."""
-        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
-        other = copy.copy(self)
-        object.__setattr__(other, "pose", self.pose.then(Q, np.asarray(translation, dtype=float)))
-        object.__setattr__(other, "name", self.name if name is None else name)
-        return other
 
     @property
     def n_dofs(self) -> int:
