@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,6 +19,9 @@ from fecontact.interface.near import Near
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.surface import FacetSurface
 from fecontact.setting import mean_feet
+
+if TYPE_CHECKING:
+    from fecontact.interface.reach import Reach
 
 Array = NDArray[np.float64]
 
@@ -59,8 +62,8 @@ class Interface:
         What was found about the two meshes.
     near : Near, optional
         Parts of the surfaces that were paired; None if all of them were.
-    reach : float, optional
-        Distance up to which parts were paired.
+    reach : Reach, optional
+        Up to where parts were paired, the sides as they stand here.
     """
 
     slave: Body
@@ -69,7 +72,7 @@ class Interface:
     pairing: Pairing
     note: str
     near: Near | None = None
-    reach: float | None = None
+    reach: Reach | None = None
 
     @property
     def gap(self) -> Array:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.conditions import Interface
@@ -18,6 +17,7 @@ from fecontact.interface.hats import hats_exist
 from fecontact.interface.mortar import pair_mortar
 from fecontact.interface.near import Near, near_parts
 from fecontact.interface.pairing import Pairing, nested, pair
+from fecontact.interface.reach import Reach, plain_facets
 from fecontact.interface.surface import FacetSurface, Surface
 from fecontact.setting import check_rigid_surface
 
@@ -33,10 +33,10 @@ COARSER = 1.1
 FINEST_CELLS = 0.25
 
 
-def paired_contact(contact: Contact, reach: float | None = None) -> Interface:
+def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
     """Pair a contact; the side that has nodes, if only one has, is the slave.
 
-    With a reach, only those parts of two elastic bodies' facets are paired whose distance may be less than it.
+    With a reach, only those parts of two elastic bodies' facets are paired that may come into touch within it.
     """
     assert contact.surfaces is not None
     slave, master, names = contact.slave, contact.master, contact.surfaces
@@ -47,6 +47,8 @@ def paired_contact(contact: Contact, reach: float | None = None) -> Interface:
     elif contact.coupling == "mortar" and _spreads_on_cells(slave.surface(names[0]), master.surface(names[1])):
         slave, master, names = master, slave, names[::-1]
         note = f"the forces of {slave.name!r} are spread over the half-space's cells, mortar"
+    if reach is not None and slave is not contact.slave:
+        reach = reach.turned_over()
     surface, other = slave.surface(names[0]), master.surface(names[1])
     if isinstance(surface, CurveSurface) and not isinstance(other, FacetSurface):
         points = slave.pose.to_world(surface.points[surface.nodes])
@@ -59,30 +61,29 @@ def paired_contact(contact: Contact, reach: float | None = None) -> Interface:
             "out: use coupling='auto' or 'mortar', or make the other body the slave."
         )
     coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
-    return _made(slave, master, names, coupling, note, near_of(slave, master, names, reach), reach)
+    return _made(slave, master, names, coupling, note, reach)
 
 
-def near_of(slave: Body, master: Body, names: tuple[str, str], reach: float | None) -> Near | None:
+def near_of(slave: Body, master: Body, names: tuple[str, str], coupling: str, reach: Reach | None) -> Near | None:
     """Parts of both surfaces within reach; None where all of them are to be paired."""
-    if reach is None or not (isinstance(slave, ElasticBody) and isinstance(master, ElasticBody)):
+    surfaces = None if reach is None else plain_facets((slave, master), names)
+    if surfaces is None:
         return None
-    s, m = slave.surface(names[0]), master.surface(names[1])
-    if type(s) is not FacetSurface or type(m) is not FacetSurface or s.eight_hats or m.eight_hats:
-        return None
+    assert reach is not None
     relative = slave.pose.relative_to(master.pose)
-    near = near_parts(s, m, relative.rotation, relative.translation, reach)
+    one, other = surfaces
+    rotation, translation = relative.rotation, relative.translation
+    if coupling == "mortar" and reach.drift is not None:
+        near = near_parts(one, other, rotation, translation, reach.elastic, reach.drift_in(master.pose))
+    else:
+        near = near_parts(one, other, rotation, translation, reach.distance)
     return near if near.nodes.any() else None
 
 
 def _made(
-    slave: Body,
-    master: Body,
-    names: tuple[str, str],
-    coupling: str,
-    note: str,
-    near: Near | None,
-    reach: float | None,
+    slave: Body, master: Body, names: tuple[str, str], coupling: str, note: str, reach: Reach | None
 ) -> Interface:
+    near = near_of(slave, master, names, coupling, reach)
     return Interface(slave, master, names, _paired(slave, master, names, coupling, near), note, near, reach)
 
 
@@ -132,14 +133,14 @@ def _why_mortar(slave: FacetSurface, coupled: bool) -> str:
 def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:
     """The interface coupled anew, with the sides swapped for a reason or not, and what is to be said about it."""
     slave, master, names = interface.slave, interface.master, interface.surfaces
-    near = interface.near
+    reach = interface.reach
     if swapped:
         slave, master, names = master, slave, names[::-1]
-        near = near_of(slave, master, names, interface.reach)
+        reach = None if reach is None else reach.turned_over()
         note += f"; {slave.name!r} {reason} and was made the slave"
     elif coupling == interface.pairing.coupling:
         return replace(interface, note=note)
-    return _made(slave, master, names, coupling, note, near, interface.reach)
+    return _made(slave, master, names, coupling, note, reach)
 
 
 def _spreads_on_cells(slave: Surface, master: Surface) -> bool:

@@ -20,6 +20,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.errors import SolverError
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.moved import moved, turned
+from fecontact.partly import Guide, solve_guided
 
 if TYPE_CHECKING:
     from fecontact.result import ContactResult
@@ -59,17 +60,23 @@ def solve_finite(scene: Scene, arguments: Mapping[str, Any]) -> ContactResult:
         b: turned(b.pose, _vector(motions[b]), b.pose.to_world(b.reference_point)) if b in motions else b.pose
         for b in scene.bodies
     }
-    held = {**arguments, "motions": {b: dict.fromkeys(given, 0.0) for b, given in motions.items()}}
+    whole = bool(arguments.get("whole", True))
+    small = {name: given for name, given in arguments.items() if name not in ("whole", "finite_motion")}
+    held = {**small, "motions": {b: dict.fromkeys(given, 0.0) for b, given in motions.items()}}
+    guide = Guide()
     path = _Path(np.array([b.size for b in scene.bodies]))
     places = np.zeros((len(scene.bodies), 6))
     change = np.inf
     for _ in range(MOST_STEPS):
         now = moved(scene, {b: _placed(start[b], b, place) for b, place in zip(scene.bodies, places, strict=True)})
-        result = now.scene.solve(**now.loads(held))
+        result = solve_guided(now.scene, now.loads(held), guide)
         steps = np.stack([_advance(p, m) for p, m in zip(places, result.state.motions, strict=True)])
         change = path.size_of(steps) / _elastic_size(result)
         if change <= SETTLED:
+            if whole:
+                result = now.scene.solve(**now.loads(held))
             return replace(result, originals=scene.bodies)
+        guide.settle()
         places = path.following(places, steps)
     raise SolverError(
         f"The poses have not settled after {MOST_STEPS} steps (last change {change:.1e} of the elastic displacement). "

@@ -18,20 +18,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.balance import check_balance
+from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.conditions import Interface, Rows
 from fecontact.coupling import matrix_free, paired_contact, well_coupled
-from fecontact.errors import FecontactError, InputError, SolverError
+from fecontact.errors import InputError, SolverError
 from fecontact.fem.support import is_plane
 from fecontact.finite import solve_finite
 from fecontact.interface.candidates import approach_for_load, choose, grow, widen
 from fecontact.interface.curve import CurveSurface
-from fecontact.interface.reach import first_reach, wider_reaches
+from fecontact.interface.reach import Reach
 from fecontact.loading import Loading, make_loading
+from fecontact.partly import Settings, solve_partly
 from fecontact.reduction import assemble
 from fecontact.result import ContactResult, make_result
 from fecontact.setting import setting_of
-from fecontact.solvers import ComplementarityProblem, InfeasibleLoadError, solve
+from fecontact.solvers import InfeasibleLoadError, solve
 from fecontact.springs import Spring, spring_rows
 from fecontact.stopwatch import Stopwatch
 
@@ -40,8 +42,8 @@ IntArray = NDArray[np.int64]
 
 #: Largest number of times the candidates are enlarged before the search is given up.
 MOST_ROUNDS = 12
-#: Number of reaches that are tried before whole surfaces are paired.
-MOST_REACHES = 4
+#: Near points that are all taken for candidates, if the bodies are condensed onto them: another round costs more.
+MOST_AT_ONCE = 800
 #: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
 OUTSIDE_TOLERANCE = 1e-9
 #: Names of solvers that need products with the compliance only.
@@ -218,37 +220,23 @@ class Scene:
         InputError, SupportError, SolverError
             With what was found, what was expected and what to do.
         """
-        _check_solver(solver, tolerance, options)
+        settings = Settings(solver, tolerance, options)
+        settings.check()
         if finite_motion:
             loads = {"forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures}
             chosen_solver = {"solver": solver, "tolerance": tolerance, "whole": whole, **options}
             return solve_finite(self, {**loads, "gravity": gravity, **chosen_solver})
         watch = Stopwatch()
         loading = make_loading(self.bodies, forces, moments, motions, free, pressures, gravity)
-        reaches = None if whole else [first_reach(c, loading) for c in self.contacts]
-        for _ in range(MOST_REACHES if reaches is not None and any(r is not None for r in reaches) else 0):
-            assert reaches is not None
-            try:
-                result = self._solved(loading, reaches, solver, tolerance, options, watch)
-            except FecontactError:
-                # what was left out may be what carries the load; if not, the whole surfaces say so again
-                break
-            wider = wider_reaches(result)
-            if wider == reaches:
-                return result
-            reaches = wider
-        return self._solved(loading, None, solver, tolerance, options, watch)
+        if whole:
+            return self.solved(loading, None, settings, watch)
+        return solve_partly(self, loading, settings, watch)
 
-    def _solved(
-        self,
-        loading: Loading,
-        reaches: Sequence[float | None] | None,
-        solver: str,
-        tolerance: float,
-        options: Mapping[str, Any],
-        watch: Stopwatch,
+    def solved(
+        self, loading: Loading, reaches: Sequence[Reach | None] | None, settings: Settings, watch: Stopwatch
     ) -> ContactResult:
-        """Solution with the surfaces paired up to the given reaches."""
+        """Solution under sorted loads with the surfaces paired up to the given reaches; None: all of them."""
+        solver, tolerance, options = settings.solver, settings.tolerance, settings.options
         with watch("pair"):
             interfaces, opening, chosen = self.prepared(loading, reaches)
             check_balance(interfaces, loading)
@@ -297,14 +285,15 @@ class Scene:
         return run_sweep(self, cases, path, processes)
 
     def prepared(
-        self, loading: Loading, reaches: Sequence[float | None] | None = None
+        self, loading: Loading, reaches: Sequence[Reach | None] | None = None
     ) -> tuple[list[Rows], list[Array], list[IntArray]]:
         """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each.
 
-        `reaches` says for each contact up to which distance its surfaces are paired; None: all of them.
+        `reaches` says for each contact up to where its surfaces are paired; None: all of them.
         """
-        paired = self._interfaces
-        if reaches is not None:
+        if reaches is None:
+            paired = self._interfaces
+        else:
             paired = tuple(paired_contact(c, r) for c, r in zip(self.contacts, reaches, strict=True))
         conditions: list[Rows] = []
         opening, chosen = [], []
@@ -313,7 +302,7 @@ class Scene:
             coupled = well_coupled(interface, near, contact)
             conditions.append(coupled)
             opening.append(coupled.opening_by(loading.frames))
-            chosen.append(_first_choice(coupled, opening[-1], loading))
+            chosen.append(_candidates(coupled, opening[-1], loading))
         if not self.springs and all(matrix_free(i) for i in paired):
             chosen = [np.arange(len(gap)) for gap in opening]
         if self.springs:
@@ -324,11 +313,18 @@ class Scene:
         return conditions, opening, chosen
 
 
-def _check_solver(solver: str, tolerance: float, options: Mapping[str, object]) -> None:
-    """Refuse an unknown solver or option before any work, by a problem of one open point."""
-    if not (np.isfinite(tolerance) and 0 < tolerance < 1):
-        raise InputError(f"The tolerance must lie between 0 and 1; found {tolerance!r}.")
-    solve(ComplementarityProblem(S=np.eye(1), g=np.ones(1)), solver, **options)  # type: ignore[arg-type]
+def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:
+    """First candidates: all points where these are few and known to be near, and the present condensation has them."""
+    reach = interface.reach
+    first = _first_choice(interface, opening, loading)
+    if reach is None or reach.drift is None or interface.pairing.coupling != "mortar" or len(opening) > MOST_AT_ONCE:
+        return first
+    ready = np.ones(len(opening), bool)
+    for body in (interface.slave, interface.master):
+        rows = interface.rows(body)
+        if isinstance(body, ElasticBody) and body.model is not None and rows is not None:
+            ready &= body.model.has_condensed(rows)
+    return np.union1d(first, np.flatnonzero(ready)) if ready.any() else first
 
 
 def _first_choice(interface: Interface, opening: Array, loading: Loading) -> IntArray:

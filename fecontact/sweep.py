@@ -15,11 +15,11 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.errors import InputError
 from fecontact.fem.condensation import Schur
 from fecontact.fem.model import Model
-from fecontact.interface.reach import near_nodes
-from fecontact.interface.surface import FacetSurface
+from fecontact.interface.reach import near_nodes, plain_facets
 from fecontact.jsonlines import append_row, read_rows
 from fecontact.loading import Loading, make_loading
 from fecontact.moved import KEYED, Moved, moved
+from fecontact.partly import Guide, solve_guided
 from fecontact.springs import spring_rows
 from fecontact.stopwatch import Stopwatch
 
@@ -34,8 +34,8 @@ def run_sweep(
 ) -> list[dict[str, Any]]:
     """Solve all cases.
 
-    Every model is condensed once onto what all cases may touch, judged from rough gaps before anything is paired; a
-    case that touches more condenses again.
+    The case with the largest load is solved first. What it touches tells what all cases may touch, onto which every
+    model is then condensed once; a case that touches more condenses again.
 
     Parameters
     ----------
@@ -47,8 +47,9 @@ def run_sweep(
         File of JSON lines, one per case, written as cases are done. Cases whose name it already holds are not solved
         again, so an interrupted sweep goes on where it stopped.
     processes : int
-        Worker processes, forked after the condensation so that they share it. Rows are the same whatever the number;
-        in the file they stand in the order in which they were done.
+        Worker processes, forked after the condensation so that they share it. Answers are the same whatever the
+        number; what a row says of the way there (candidates, rounds, seconds) depends on the case solved before. In
+        the file rows stand in the order in which they were done.
 
     Returns
     -------
@@ -67,9 +68,9 @@ def run_sweep(
         raise InputError(f"processes must be a whole number of at least 1; found {processes!r}.")
     done = {} if path is None else read_rows(path, "name", "a row of a sweep")
     left = {name: _posed(scene, case) for name, case in named.items() if name not in done}
-    if left:
-        _condense_all(left)
-    for name, row in tqdm(_solved(left, processes), total=len(left), desc="sweep", unit="case", disable=None):
+    for name, row in tqdm(
+        _solved(left, processes) if left else (), total=len(left), desc="sweep", unit="case", disable=None
+    ):
         done[name] = row
         if path is not None:
             append_row(path, row)
@@ -80,36 +81,56 @@ Case = tuple[Moved, dict[str, Any]]
 
 #: Cases that the worker processes find in their copy of the memory; models and factors are shared that way.
 _CASES: dict[str, Case] = {}
+#: What a process knows from the case it has solved last; it starts with what the parent knows.
+_GUIDE = Guide()
 
 
-def _row(name: str, case: Case) -> dict[str, Any]:
+def _row(name: str, case: Case, guide: Guide) -> dict[str, Any]:
     now, arguments = case
-    return {"name": name, **now.scene.solve(**{"whole": False, **arguments}).summary()}
+    arguments = {"whole": False, **arguments}
+    if arguments["whole"] or arguments.get("finite_motion"):
+        return {"name": name, **now.scene.solve(**arguments).summary()}
+    small = {key: given for key, given in arguments.items() if key not in ("whole", "finite_motion")}
+    return {"name": name, **solve_guided(now.scene, small, guide).summary()}
 
 
 def _row_of(name: str) -> tuple[str, dict[str, Any]]:
-    return name, _row(name, _CASES[name])
+    return name, _row(name, _CASES[name], _GUIDE)
 
 
 def _solved(left: Mapping[str, Case], processes: int) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Rows as they are done: in order, or from worker processes in the order in which these finish.
+    """Rows as they are done: the case of the largest load first, as it tells what the others may touch.
 
-    Workers are forks, so that they share the condensed models without copying; every case is solved by itself, so rows
-    do not depend on who solves it.
+    Workers are forks, so that they share the condensed models without copying. What a process has found for one pose
+    tells it where to look in the next, and no more: answers do not depend on who finds them.
     """
-    if processes == 1 or len(left) < 2:
-        for name, case in left.items():
-            yield name, _row(name, case)
-        return
-    if "fork" not in multiprocessing.get_all_start_methods():
+    if processes > 1 and "fork" not in multiprocessing.get_all_start_methods():
         raise InputError("Several processes need a system that can fork (Linux, macOS); leave out processes= here.")
-    _CASES.update(left)
+    loadings = {name: _loading(case) for name, case in left.items()}
+    lead = max(left, key=lambda name: loadings[name].magnitude)
+    guide = Guide()
+    yield lead, _row(lead, left[lead], guide)
+    rest = {name: case for name, case in left.items() if name != lead}
+    if not rest:
+        return
+    _condense_all(rest, loadings, guide)
+    if processes == 1 or len(rest) < 2:
+        for name, case in rest.items():
+            yield name, _row(name, case, guide)
+        return
+    _CASES.update(rest)
+    _GUIDE.reaches = guide.reaches
     try:
-        with multiprocessing.get_context("fork").Pool(min(processes, len(left))) as pool:
-            yield from pool.imap_unordered(_row_of, left)
+        with multiprocessing.get_context("fork").Pool(min(processes, len(rest))) as pool:
+            yield from pool.imap_unordered(_row_of, rest)
     finally:
-        for name in left:
+        for name in rest:
             _CASES.pop(name, None)
+
+
+def _loading(case: Case) -> Loading:
+    now, arguments = case
+    return make_loading(now.scene.bodies, **{name: arguments.get(name) for name in (*KEYED, "gravity")})
 
 
 def _posed(scene: Scene, case: Mapping[str, Any]) -> tuple[Moved, dict[str, Any]]:
@@ -118,35 +139,34 @@ def _posed(scene: Scene, case: Mapping[str, Any]) -> tuple[Moved, dict[str, Any]
     return now, now.loads(arguments)
 
 
-def _condense_all(left: Mapping[str, Case]) -> None:
+def _condense_all(left: Mapping[str, Case], loadings: Mapping[str, Loading], guide: Guide) -> None:
     """Condense every model once onto what all cases may need, and take its compliance, which all of them use."""
     nodes: dict[int, list[IntArray]] = {}
     models: dict[int, Model] = {}
-    for now, arguments in left.values():
-        keyed = {name: arguments.get(name) for name in (*KEYED, "gravity")}
-        loading = make_loading(now.scene.bodies, **keyed)
-        for body, touched in _touched(now.scene, loading):
+    for name, (now, _) in left.items():
+        for body, touched in _touched(now.scene, loadings[name], guide):
             assert body.model is not None
             models[id(body.model)] = body.model
             nodes.setdefault(id(body.model), []).append(touched)
     for key, found in nodes.items():
-        condensation = models[key].condensed(np.unique(np.concatenate(found)), Stopwatch())
-        if len(left) > 1 and isinstance(condensation, Schur):
+        condensation = models[key].condensed(np.unique(np.concatenate(found)), Stopwatch(), often=True)
+        if isinstance(condensation, Schur):
             condensation.invert()
 
 
-def _touched(scene: Scene, loading: Loading) -> list[tuple[ElasticBody, IntArray]]:
+def _touched(scene: Scene, loading: Loading, guide: Guide) -> list[tuple[ElasticBody, IntArray]]:
     """Nodes of elastic bodies that the contacts and springs of a case may touch."""
     found: list[tuple[ElasticBody, IntArray]] = []
-    for contact in scene.contacts:
+    known = guide.reaches or [None] * len(scene.contacts)
+    for contact, reach in zip(scene.contacts, known, strict=True):
         assert contact.surfaces is not None
         bodies = (contact.slave, contact.master)
-        surfaces = [b.surface(name) for b, name in zip(bodies, contact.surfaces, strict=True)]
-        if not all(type(s) is FacetSurface and not s.eight_hats for s in surfaces):
+        surfaces = plain_facets(bodies, contact.surfaces)
+        if surfaces is None:
             return _touched_when_paired(scene, loading)
         found += [
             (body, nodes)
-            for body, nodes in zip(bodies, near_nodes(bodies, surfaces, loading), strict=True)  # type: ignore[arg-type]
+            for body, nodes in zip(bodies, near_nodes(bodies, surfaces, loading, reach), strict=True)
             if isinstance(body, ElasticBody)
         ]
     return found + _touched_by_springs(scene)

@@ -244,7 +244,7 @@ def checked_route(route: str) -> str:
     return route
 
 
-def choose_route(n_dofs: int, n_retained: int, budget: float) -> tuple[str, str]:
+def choose_route(n_dofs: int, n_retained: int, budget: float, often: bool = False) -> tuple[str, str]:
     """Way of condensation, and why.
 
     Parameters
@@ -255,6 +255,8 @@ def choose_route(n_dofs: int, n_retained: int, budget: float) -> tuple[str, str]
         Degrees of freedom of the candidate nodes, about three times the number of candidates.
     budget : float
         Bytes that dense matrices may take.
+    often : bool
+        Whether many poses share the condensation, so that its price counts for little.
 
     Examples
     --------
@@ -266,6 +268,8 @@ def choose_route(n_dofs: int, n_retained: int, budget: float) -> tuple[str, str]
     needed = 8.0 * (2 * n_retained**2 + n_retained * nodes + 4 * nodes**2)
     if needed > budget:
         return "operator", f"a dense matrix for {nodes} nodes takes {needed / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
+    if often:
+        return "schur", f"{nodes} candidate nodes, shared by many poses"
     if nodes >= many:
         return "operator", f"{nodes} candidate nodes, from {many} on products with the factor are quicker"
     return "schur", f"{nodes} candidate nodes, fewer than {many}"

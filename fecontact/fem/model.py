@@ -235,8 +235,11 @@ class Model:
         """What one support gives (n_dofs,) of the forces by which all hold the body, see `fem.support`."""
         return share_of_support(self.mesh, self.supports, name, rest)
 
-    def condensed(self, nodes: IntArray, watch: Stopwatch) -> Condensation:
-        """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all."""
+    def condensed(self, nodes: IntArray, watch: Stopwatch, often: bool = False) -> Condensation:
+        """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all.
+
+        One that is asked `often`, in many poses, is dense as far as the memory goes, however many the nodes.
+        """
         mask = np.zeros(self.n_dofs, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
         dofs = np.flatnonzero(mask[self.solved_dofs])
@@ -247,7 +250,7 @@ class Model:
             return self._multigrid(watch)
         route, why = self.way, "as asked"
         if route == "auto":
-            route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget())
+            route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget(), often)
         if last is not None and last.covers(dofs):
             if isinstance(last, Plain) and route not in ("schur", last.route):
                 self.condensation = replace(last, route=route, why=why)
@@ -268,6 +271,14 @@ class Model:
         with watch("condense"):
             self.condensation = Schur.of(factor, len(self.solved_dofs), dofs, why)
         return self.condensation
+
+    def has_condensed(self, rows: sp.csr_matrix) -> NDArray[np.bool_]:
+        """Which rows (n, n_dofs) the present condensation has in a dense matrix; none before there is one."""
+        own = self.solved_rows(rows)
+        if not isinstance(self.condensation, Schur):
+            return np.zeros(own.shape[0], bool)
+        missing = sp.csr_matrix((self.condensation.position[own.indices] < 0, own.indices, own.indptr), shape=own.shape)
+        return np.asarray(missing.sum(axis=1)).ravel() == 0
 
     def _multigrid(self, watch: Stopwatch) -> Condensation:
         """Algebraic multigrid instead of a factor; made once."""

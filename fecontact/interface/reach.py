@@ -7,19 +7,23 @@ serves to condense models onto enough nodes at once; what it misses is found whe
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.interface.candidates import MARGIN, approach_for_load
-from fecontact.interface.near import bounds_of, largest_displacement, needed_clearance
+from fecontact.interface.near import Drift, bounds_of, bridged, facet_displacements, part_displacements, with_rings
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading
 
 if TYPE_CHECKING:
+    from fecontact.conditions import Interface
     from fecontact.result import ContactResult
     from fecontact.scene import Contact
 
@@ -32,8 +36,47 @@ RINGS = 2
 APPROACHES = 2.0
 #: By how much a reach that fell short is made larger than what turned out to be needed.
 SPARE = 1.25
-#: Reach in the next pose of a sweep, in displacements of both surfaces together in the last one.
+#: Displacements besides the drift that the next pose is given, in those of this one.
 FOLLOWING = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """Up to where the surfaces of a contact are paired.
+
+    Attributes
+    ----------
+    distance : float
+        Up to which points are paired to tell how the faces are to be coupled, whatever the drift.
+    elastic : float
+        Displacement of both sides together beyond the drift, for which mortar coupling is done.
+    drift : Drift, optional
+        Rigid motion of the one side seen from the other that is expected, in world axes; None if nothing is known.
+    """
+
+    distance: float
+    elastic: float
+    drift: Drift | None = None
+
+    def turned_over(self) -> Reach:
+        """The same with the sides of the contact swapped."""
+        if self.drift is None:
+            return self
+        return replace(self, drift=Drift(-self.drift.shift, -self.drift.turn))
+
+    def drift_in(self, pose: Pose) -> Drift:
+        """The drift in the axes of a body."""
+        assert self.drift is not None
+        return _in_axes(self.drift, pose)
+
+
+def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurface] | None:
+    """Surfaces of a contact if near parts of them can be paired: facets of two elastic bodies, nodes as usual."""
+    surfaces = [b.surface(name) for b, name in zip(bodies, names, strict=True)]
+    if not all(isinstance(b, ElasticBody) for b in bodies):
+        return None
+    facets = [s for s in surfaces if type(s) is FacetSurface and not s.eight_hats]
+    return facets if len(facets) == 2 else None
 
 
 def rough_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translation: Array) -> Array:
@@ -51,26 +94,37 @@ def rough_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translat
     return np.where(aside > other.mean_facet_size[nearest] + one.mean_facet_size, np.inf, gap)
 
 
-def near_nodes(bodies: Sequence[Body], surfaces: Sequence[FacetSurface], loading: Loading) -> list[IntArray]:
-    """Nodes of both surfaces of a contact that may touch under a load, rings of facets round them included."""
+def near_nodes(
+    bodies: Sequence[Body], surfaces: Sequence[FacetSurface], loading: Loading, known: Reach | None = None
+) -> list[IntArray]:
+    """Nodes of both surfaces of a contact that may touch under a load, rings of facets round them included.
+
+    With a known reach of a similar case: those that come that near after its drift.
+    """
     out = []
     poses = [b.pose for b in bodies]
+    guided = known is not None and known.drift is not None
+    if guided:
+        poses[0] = poses[0].then(*_finite(known.drift))  # type: ignore[union-attr,arg-type]
     softness = sum(1 / b.contact_modulus for b in bodies)
     for k in range(2):
         one, other, relative = surfaces[k], surfaces[1 - k], poses[k].relative_to(poses[1 - k])
-        gap = rough_gaps(one, other, relative.rotation, relative.translation) - _travel(bodies, loading)
+        gap = rough_gaps(one, other, relative.rotation, relative.translation)
         if not np.isfinite(gap).any():
             out.append(one.nodes)
             continue
-        lowest = float(gap.min())
-        approach = _approach(one, gap, softness, loading)
-        near = np.asarray(gap - lowest <= MARGIN * approach)
-        for _ in range(RINGS):
-            touched = np.zeros(len(one.points), bool)
-            touched[one.facets[near]] = True
-            near = np.asarray(touched[one.facets].any(axis=1))
-        out.append(np.unique(one.facets[near]))
+        if guided:
+            near = np.asarray(gap <= known.elastic)  # type: ignore[union-attr]
+        else:
+            gap = gap - _travel(bodies, loading)
+            near = np.asarray(gap - float(gap.min()) <= MARGIN * _approach(one, gap, softness, loading))
+        out.append(np.unique(one.facets[with_rings(one, near, 1 if guided else RINGS)]))
     return out
+
+
+def _finite(drift: Drift) -> tuple[Array, Array]:
+    """Rotation (3, 3) about the world's origin and translation (3,) of a drift that is not small."""
+    return Rotation.from_rotvec(drift.turn).as_matrix(), drift.shift
 
 
 def _travel(bodies: Sequence[Body], loading: Loading) -> float:
@@ -93,58 +147,79 @@ def _approach(surface: FacetSurface, gap: Array, softness: float, loading: Loadi
     return approach
 
 
-def first_reach(contact: Contact, loading: Loading) -> float | None:
-    """Distance up to which a contact's surfaces are worth pairing; None where that cannot be told beforehand.
+def first_reach(contact: Contact, loading: Loading) -> Reach | None:
+    """Reach that a contact is worth pairing up to; None where that cannot be told beforehand.
 
-    A guess: `wider_reaches` finds afterwards whether it was enough.
+    A guess: `judged` finds afterwards whether it was enough.
     """
     assert contact.surfaces is not None
     bodies = (contact.slave, contact.master)
-    surfaces = [b.surface(name) for b, name in zip(bodies, contact.surfaces, strict=True)]
-    one, other = surfaces
-    if not all(isinstance(b, ElasticBody) for b in bodies) or type(one) is not FacetSurface:
-        return None
-    if type(other) is not FacetSurface or one.eight_hats or other.eight_hats:
+    surfaces = plain_facets(bodies, contact.surfaces)
+    if surfaces is None:
         return None
     relative = bodies[0].pose.relative_to(bodies[1].pose)
-    gap = rough_gaps(one, other, relative.rotation, relative.translation)
+    gap = rough_gaps(surfaces[0], surfaces[1], relative.rotation, relative.translation)
     if not np.isfinite(gap).any():
         return None
     travel = _travel(bodies, loading)
     softness = sum(1 / b.contact_modulus for b in bodies)
-    estimate = APPROACHES * _approach(one, gap - travel, softness, loading)
-    # a layer on a bone gives much less than a half-space: the poses before know better
-    before = one.known.get("moved before")
-    if isinstance(before, float):
-        estimate = min(estimate, FOLLOWING * before)
-    return max(0.0, float(gap.min())) + travel + estimate
+    approach = APPROACHES * _approach(surfaces[0], gap - travel, softness, loading)
+    distance = max(0.0, float(gap.min())) + travel + approach
+    return Reach(distance, distance)
 
 
-def wider_reaches(result: ContactResult) -> list[float | None]:
-    """Reaches of a result's contacts, wider where something that was left out could have met the other surface.
+def judged(result: ContactResult) -> tuple[bool, list[Reach | None]]:
+    """Whether nothing was left out of a result that could have met the other surface, and the reaches it asks for.
 
-    The argument is that of `interface.near`: what was left out is clear if its distance exceeds the displacements of
-    both surfaces together, those of rigid motions included.
+    The reaches are those that would have done for each contact with `SPARE`, the sides as the contact was given.
     """
-    out: list[float | None] = []
-    place = {id(b): k for k, b in enumerate(result.scene.bodies)}
-    for interface in result.interfaces:
-        if interface.near is None or interface.reach is None:
-            out.append(interface.reach)
+    enough, out = True, []
+    for interface, contact in zip(result.interfaces, result.scene.contacts, strict=True):
+        reach = interface.reach
+        if interface.near is None or reach is None:
+            out.append(reach)
             continue
-        moves = []
-        for body in (interface.slave, interface.master):
-            assert isinstance(body, ElasticBody)
-            assert body.model is not None
-            moves.append(body.model.at_points(result.state.displacements[place[id(body)]]))
-        slave = interface.slave.surface(interface.surfaces[0])
-        master = interface.master.surface(interface.surfaces[1])
+        drift, elastic = _movement(result, interface)
+        slave, master = (
+            b.surface(name) for b, name in zip((interface.slave, interface.master), interface.surfaces, strict=True)
+        )
         assert isinstance(slave, FacetSurface)
         assert isinstance(master, FacetSurface)
-        needed = needed_clearance(slave, moves[0], largest_displacement(master, moves[1]))
-        short = needed >= interface.near.clearance
-        for surface in (slave, master):
-            surface.known["moved before"] = float(needed.max())
-        widest = SPARE * float(needed.max(where=short, initial=0.0))
-        out.append(max(interface.reach * SPARE, widest) if short.any() else interface.reach)
-    return out
+        bounds = (part_displacements(slave, elastic[0]), facet_displacements(master, elastic[1]))
+        relative = interface.slave.pose.relative_to(interface.master.pose)
+        own = _in_axes(drift, interface.master.pose)
+        missed, bridge = bridged(interface.near, slave, master, relative.rotation, relative.translation, own, bounds)
+        enough = enough and not missed
+        points = interface.slave.pose.to_world(slave.points[slave.nodes])
+        motion = float(np.linalg.norm(drift.at(points), axis=1).max() + bounds[0].max() + bounds[1].max())
+        distance = max(SPARE * reach.distance, motion) if missed else reach.distance
+        asked = Reach(distance, SPARE * bridge, drift)
+        out.append(asked if interface.slave is contact.slave else asked.turned_over())
+    return enough, out
+
+
+def following(reach: Reach | None, first: Reach | None) -> Reach | None:
+    """Reach for the next pose of a sweep, from what the last one asked for and a first guess."""
+    if reach is None or first is None or reach.drift is None:
+        return first
+    return Reach(first.distance, FOLLOWING / SPARE * reach.elastic, reach.drift)
+
+
+def _movement(result: ContactResult, interface: Interface) -> tuple[Drift, list[Array]]:
+    """Rigid motion of the slave seen from the master, in world axes, and both sides' displacements (n, 3) besides."""
+    shift, turn, elastic = np.zeros(3), np.zeros(3), []
+    for body, sign in ((interface.slave, 1.0), (interface.master, -1.0)):
+        assert isinstance(body, ElasticBody)
+        assert body.model is not None
+        k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
+        motion, frame = result.state.motions[k], result.loading.frames[k]
+        elastic.append(body.model.at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))
+        shift += sign * (motion[:3] - np.cross(motion[3:], frame.point))
+        turn += sign * motion[3:]
+    return Drift(shift, turn), elastic
+
+
+def _in_axes(drift: Drift, pose: Pose) -> Drift:
+    """A drift in world axes, in those of a body."""
+    R, t = pose.rotation, pose.translation
+    return Drift((drift.shift + np.cross(drift.turn, t)) @ R, drift.turn @ R)

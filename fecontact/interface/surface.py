@@ -132,7 +132,8 @@ class FacetSurface:
         return np.sqrt(np.linalg.norm(np.cross(diagonals[:, 0], diagonals[:, 1]), axis=1) / 2)
 
     @cached_property
-    def _tree(self) -> cKDTree:
+    def tree(self) -> cKDTree:
+        """Of its nodes."""
         return cKDTree(self.points[self.nodes])
 
     @cached_property
@@ -147,7 +148,7 @@ class FacetSurface:
         return owner[order][start[:, None] + np.where(column < count[:, None], column, 0)]
 
     @cached_property
-    def _on_rim(self) -> NDArray[np.bool_]:
+    def on_rim(self) -> NDArray[np.bool_]:
         """Of each facet's four sides (n_facets, 4), those that belong to no other facet."""
         corners = self.facets[:, :4]
         sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
@@ -179,7 +180,7 @@ class FacetSurface:
 
     def project(self, points: Array, n_near: int = 3) -> Feet:
         """Feet of points (n, 3): the nearest over the facets round each point's `n_near` nearest nodes."""
-        _, near = self._tree.query(points, k=min(n_near, len(self.nodes)))
+        _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
         around = self._facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
         # one number for each pair of point and facet: its distinct values are found faster than those of pairs
         key = np.unique((np.arange(len(points))[:, None] * len(self.facets) + around).ravel())
@@ -303,7 +304,7 @@ class FacetSurface:
         leaning = (sideways > 1e-6 * self.mean_facet_size[facet]) & (
             sideways > RIM_LEAN * np.linalg.norm(offset, axis=1)
         )
-        return leaning & (self._at_sides(facet, local) & self._on_rim[facet]).any(axis=1)
+        return leaning & (self._at_sides(facet, local) & self.on_rim[facet]).any(axis=1)
 
 
 def _newton_direction(gradient: Array, matrix: Array) -> Array:

@@ -51,29 +51,85 @@ HERE = np.eye(3), np.zeros(3)
 def test_clearance_is_a_lower_bound_and_within_reach_nothing_is_missed(quadratic):
     slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.02)
     part = near.near_parts(slave, master, *HERE, reach=0.2)
-    # against the distances of many points of every facet from the master
-    X = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 2, indexing="ij"), -1).reshape(-1, 2)
-    facet = np.repeat(np.arange(len(slave.facets)), len(X))
-    places = slave.evaluate(facet, np.tile(X, (len(slave.facets), 1)))[0]
+    # against the distances of many points of every part from the master
+    cut = near.parts_of(slave)
+    assert len(cut.owner) == len(slave.facets) * (4 if quadratic else 1)
+    facet, places = samples(cut.surface)
     feet = master.project(places)
-    distance = np.linalg.norm(places - feet.points, axis=1).reshape(-1, len(X)).min(axis=1)
-    out = np.isfinite(part.clearance)
-    assert out.sum() > 30
-    assert (part.clearance[out] <= distance[out] + 1e-12).all()
-    assert (~out[distance <= 0.2]).all()
+    distance = least(facet, np.linalg.norm(places - feet.points, axis=1))
+    assert part.within[distance <= 0.2].all()
     # not so cautious as to be useless: half of what is out of reach by far is recognised
-    assert out[distance > 0.5].mean() > 0.5
-    assert part.facets[~out].all()
-    # all facets of a kept node are paired
+    assert (~part.within).sum() > 30
+    assert (~part.within[distance > 0.5]).mean() > 0.5
+    assert part.facets[cut.owner[part.within]].all()
+    # all facets of a kept node are paired, and all nodes of what is within reach are kept
     assert part.facets[np.isin(slave.facets, np.flatnonzero(part.nodes)).any(axis=1)].all()
-    assert part.opposite[np.unique(feet.facet[part.facets[facet]])].all()
+    assert part.nodes[slave.facets[cut.owner[part.within]][cut.columns[part.within]]].all()
+    assert part.opposite[np.unique(feet.facet[part.facets[cut.owner[facet]]])].all()
+
+
+def samples(surface):
+    """Many points of every facet: facet and place."""
+    X = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 2, indexing="ij"), -1).reshape(-1, 2)
+    facet = np.repeat(np.arange(len(surface.facets)), len(X))
+    return facet, surface.evaluate(facet, np.tile(X, (len(surface.facets), 1)))[0]
+
+
+def least(facet, values):
+    """The smallest value on every facet."""
+    out = np.full(facet.max() + 1, np.inf)
+    np.minimum.at(out, facet, values)
+    return out
+
+
+@pytest.mark.parametrize("quadratic", [False, True])
+def test_gaps_of_parts_left_out_stay_open_under_the_drift_they_were_left_out_for(quadratic):
+    slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.1)
+    drift = near.Drift(np.array([0.2, -0.1, -0.15]), np.array([0.05, -0.3, 0.1]))
+    part = near.near_parts(slave, master, *HERE, 0.1, drift)
+    facet, places = samples(near.parts_of(slave).surface)
+    feet = master.project(places)
+    # a linearised gap as the whole pairing has it; its normals at edges lie within the cones
+    gap = least(facet, feet.gap + np.einsum("ni,ni->n", feet.normals, drift.at(places)))
+    assert (~part.within).mean() > 0.3
+    assert gap[~part.within].min() > 0.1
+    # a drift that opens leaves out more than no drift
+    away = near.near_parts(slave, master, *HERE, 0.1, near.Drift(np.array([0.0, 0.0, 0.3]), np.zeros(3)))
+    assert away.within.sum() < near.near_parts(slave, master, *HERE, 0.1).within.sum()
+
+
+@pytest.mark.parametrize("quadratic", [False, True])
+def test_displacements_between_nodes_are_bounded(quadratic):
+    surface = grid(4, bowl, quadratic=quadratic)
+    nodal = np.random.default_rng(1).normal(size=surface.points.shape)
+    cut = near.parts_of(surface)
+    bound = near.part_displacements(surface, nodal)
+    field = FacetSurface(nodal, surface.facets)
+    _, values = samples(near.parts_of(field).surface)
+    facet, _ = samples(cut.surface)
+    largest = -least(facet, -np.linalg.norm(values, axis=1))
+    assert (largest <= bound * (1 + 1e-12)).all()
+    assert np.array_equal(near.facet_displacements(surface, nodal), bound.reshape(len(surface.facets), -1).max(axis=1))
+
+
+def test_what_was_missed_is_seen_and_the_reach_that_suits_it():
+    slave, master = turned_over(grid(10, lambda x, y: 0 * x + 0.1)), grid(13, lambda x, y: 0 * x)
+    part = near.near_parts(slave, master, *HERE, reach=0.05)
+    assert not part.within.any()
+    still = (np.full(len(part.within), 0.02), np.full(len(master.facets), 0.03))
+    assert near.bridged(part, slave, master, *HERE, near.STILL, still) == (False, 0.0)
+    closing = near.Drift(np.array([0.0, 0.0, -0.06]), np.zeros(3))
+    missed, reach = near.bridged(part, slave, master, *HERE, closing, still)
+    # flat and parallel: 0.1 apart, 0.06 of it closed by the drift, and 0.05 at most bridged further aside
+    assert missed
+    assert 0.04 - 1e-12 < reach <= 0.05
 
 
 def test_what_starts_inside_is_paired_however_deep():
     slave, master = turned_over(grid(8, lambda x, y: 0 * x - 1.5)), grid(8, lambda x, y: 0 * x)
     part = near.near_parts(slave, master, *HERE, reach=0.01)
     assert part.facets.all()
-    assert not np.isfinite(part.clearance).any()
+    assert part.within.all()
 
 
 @pytest.mark.parametrize(("columns", "triangle"), [(4, False), (4, True), (8, False), (8, True), (9, False), (9, True)])
@@ -166,24 +222,24 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
     now, loads = scene()
     whole = now.solve(**loads)
     tried = []
-    solved = Scene._solved
+    solved = Scene.solved
 
     def counted(self, loading, reaches, *rest):
         tried.append(reaches)
         return solved(self, loading, reaches, *rest)
 
-    monkeypatch.setattr(Scene, "_solved", counted)
-    monkeypatch.setattr("fecontact.scene.first_reach", lambda contact, loading: 1e-4)
+    monkeypatch.setattr(Scene, "solved", counted)
+    monkeypatch.setattr("fecontact.partly.first_reach", lambda contact, loading: reach.Reach(1e-4, 1e-4))
     part = now.solve(**loads, whole=False)
     assert len(tried) > 1
-    assert tried[0] == [1e-4]
+    assert tried[0][0].distance == 1e-4
     same_forces(whole, part)
 
 
 def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monkeypatch):
     now, loads = knee()
     # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway
-    monkeypatch.setattr("fecontact.scene.first_reach", lambda contact, loading: 0.0)
+    monkeypatch.setattr("fecontact.partly.first_reach", lambda contact, loading: reach.Reach(0.0, 0.0))
     same_forces(now.solve(**loads), now.solve(**loads, whole=False))
 
 
