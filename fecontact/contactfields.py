@@ -260,20 +260,15 @@ def contact_fields(interface: Interface, candidates: IntArray, forces: Array, ga
     number[pairing.nodes] = np.arange(len(pairing.nodes))
     facets = number[surface.facets]
     shown, local = np.unique(surface.facets[pairing.covered], return_inverse=True)
-    samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
-    vectors = pairing.slave_normals @ slave.pose.rotation.T
-    if isinstance(surface, CurveSurface):
-        # a force on a ring is the sum of what acts all round it
-        samples, vectors = surface.along.mean(samples), surface.along.mean(vectors)
-    reference = slave.pose.to_world(slave.reference_point)
+    normals, centres, couples = _lines_of_action(interface, surface)
     return ContactFields(
         slave=slave,
         master=interface.master,
         surfaces=interface.surfaces,
         points=slave.pose.to_world(pairing.slave_points),
-        normals=pairing.average @ vectors,
-        centres=pairing.average @ samples,
-        couples=pairing.average @ np.cross(samples - reference, vectors),
+        normals=normals,
+        centres=centres,
+        couples=couples,
         weights=pairing.weights,
         forces=forces,
         gap=gap,
@@ -282,7 +277,23 @@ def contact_fields(interface: Interface, candidates: IntArray, forces: Array, ga
         at_nodes=pairing.at_nodes[shown],
         facets=local.reshape(-1, facets.shape[1]),
         sharing=_sharing(facets, len(pairing.nodes)),
-        reference_point=reference,
+        reference_point=slave.pose.to_world(slave.reference_point),
         coupling=pairing.coupling,
         note=interface.note,
     )
+
+
+def _lines_of_action(interface: Interface, surface: FacetSurface) -> tuple[Array, Array, Array]:
+    """`normals`, `centres` and `couples` of `ContactFields`."""
+    slave, pairing, turn = interface.slave, interface.pairing, interface.slave.pose.rotation
+    if pairing.sums is not None:
+        s = pairing.sums
+        couples = s.moments + np.cross(s.origin - slave.reference_point, s.normals)
+        return s.normals @ turn.T, slave.pose.to_world(s.centres), couples @ turn.T
+    samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
+    vectors = pairing.slave_normals @ turn.T
+    if isinstance(surface, CurveSurface):
+        # a force on a ring is the sum of what acts all round it
+        samples, vectors = surface.along.mean(samples), surface.along.mean(vectors)
+    moments = np.cross(samples - slave.pose.to_world(slave.reference_point), vectors)
+    return pairing.average @ vectors, pairing.average @ samples, pairing.average @ moments

@@ -266,11 +266,8 @@ class ContactResult:
         """Resultant of the forces on slave and master together (six components), relative to the forces."""
         if fields.total_force == 0:
             return 0.0
-        p = interface.pairing
-        forces = p.average.T @ fields.forces
         # the forces themselves are equal and opposite by construction; their lines of action must coincide
-        lever = (p.slave_weights @ interface.slave_nodes) @ p.rotation.T + p.translation - p.feet.points
-        couple = forces @ np.cross(lever, p.feet.normals)
+        couple = fields.forces @ interface.pairing.about_feet(interface.slave_nodes)
         return float(np.linalg.norm(couple) / (fields.total_force * interface.slave.size))
 
     @cached_property

@@ -117,7 +117,15 @@ def cross(u: Array, v: Array) -> Array:
 
 
 def charts(surface: FacetSurface) -> Chart:
-    """Charts of all facets; the identity where a facet is affine or its corners have no convex image."""
+    """Charts of all facets, worked out once; the identity where a facet is affine or has no convex image."""
+    if "charts" not in surface.known:
+        surface.known["charts"] = _charts(surface)
+    found = surface.known["charts"]
+    assert isinstance(found, Chart)
+    return found
+
+
+def _charts(surface: FacetSurface) -> Chart:
     everyone = np.arange(len(surface.facets))
     middle = facet_centres(surface.triangle)
     x, tangents, _ = surface.evaluate(everyone, middle)

@@ -29,6 +29,7 @@ from fecontact.interface.hats import hat_shapes, hats_exist, own_samples
 from fecontact.interface.near import Near
 from fecontact.interface.overlap import SLACK, overlap_samples
 from fecontact.interface.pairing import Pairing
+from fecontact.interface.sums import Block, Samples, block_of, summed, total_areas
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.facets import facet_nodes
 from fecontact.mesh.reference import TRIANGLE_NODES
@@ -36,6 +37,8 @@ from fecontact.mesh.reference import TRIANGLE_NODES
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+#: Pairs of facets whose pieces are cut, sampled and summed up together, which bounds the memory for samples.
+BLOCK = 3000
 #: Share of a hat's own area below which it does not stand alone: its pressure joins that of the nearest fuller hat.
 SLIVER = 0.2
 #: Offset of a point from the line of its foot, relative to the facet's size, above which it is no foot.
@@ -69,15 +72,38 @@ def pair_mortar(
         )
     turned = slave.points @ rotation.T + translation
     moved = FacetSurface(turned, slave.facets, slave.name, slave.eight_hats)
-    on_master = None
     if isinstance(slave, CurveSurface):
         moved = replace(slave, points=turned)
-        facet, local, weight = curve_samples(moved, master)
+        samples = _samples(slave, moved, master, rotation, *curve_samples(moved, master))
     elif isinstance(master, FacetSurface):
-        pairs = _neighbours(slave, master, rotation, translation, near)
-        facet, local, weight, on_master = overlap_samples(moved, master, *pairs)
+        f, m = _neighbours(slave, master, rotation, translation, near)
+
+        def taken(part: slice) -> Samples:
+            return _samples(slave, moved, master, rotation, *overlap_samples(moved, master, f[part], m[part]))
+
+        # bodies that are not moved by their nodes ask for the samples themselves
+        if len(f) > BLOCK and not (slave.eight_hats or master.eight_hats):
+            origin = slave.points[slave.nodes].mean(axis=0)
+            parts = [slice(start, start + BLOCK) for start in range(0, len(f), BLOCK)]
+            blocks = [block_of(taken(part), slave.points, origin, rotation, translation) for part in parts]
+            return _paired_in_blocks(slave, master, blocks, origin, rotation, translation, near)
+        samples = taken(slice(None))
     else:
-        facet, local, weight = _own_samples(slave)
+        samples = _samples(slave, moved, master, rotation, *_own_samples(slave))
+    return _paired(slave, samples, rotation, translation, near)
+
+
+def _samples(
+    slave: FacetSurface,
+    moved: FacetSurface,
+    master: Surface,
+    rotation: Array,
+    facet: IntArray,
+    local: Array,
+    weight: Array,
+    on_master: IntArray | None = None,
+) -> Samples:
+    """Samples with quadrature weights (n,) in the slave's coordinates, on given facets (n,) of the master or on any."""
     x, _, N = moved.evaluate(facet, local)
     own, tangents, _ = slave.evaluate(facet, local)
     # taken in the slave's own axes, as those of a section turned half round have y the other way
@@ -90,56 +116,91 @@ def pair_mortar(
     facing = (np.einsum("ni,ni->n", normal, feet.normals) < 0) & ~feet.beyond
     area = weight * np.linalg.norm(normal, axis=1) * slave.extent(own)
     kept = np.flatnonzero(facing)
-    whole_hats = None if near is None else near.nodes
-    feet = feet.chosen(kept)
-    return _paired(slave, facet[kept], local[kept], N[kept], area[kept], feet, rotation, translation, whole_hats)
+    facet, local, k = facet[kept], local[kept], slave.facets.shape[1]
+    columns = slave.facets[facet].ravel()
+    pointer = np.arange(0, len(kept) * k + 1, k)
+    shape = (len(kept), len(slave.points))
+    hats = hat_shapes(k, slave.triangle[facet], local) * area[kept, None]
+    weighted = sp.csr_matrix((hats.ravel(), columns, pointer), shape=shape)
+    weighted.eliminate_zeros()
+    weights = sp.csr_matrix((N[kept].ravel(), columns, pointer), shape=shape)
+    return Samples(facet, local, weighted, weights, feet.chosen(kept))
 
 
-def _paired(
-    slave: FacetSurface,
-    facet: IntArray,
-    local: Array,
-    N: Array,
-    area: Array,
-    feet: Feet,
-    rotation: Array,
-    translation: Array,
-    whole_hats: NDArray[np.bool_] | None = None,
-) -> Pairing:
-    """Sum the samples up to weighted gaps of the slave's nodes, or of those (n_nodes,) whose hats are sampled whole."""
-    n, k = len(facet), slave.facets.shape[1]
-    columns = slave.facets[facet]
-    pointer = np.arange(0, n * k + 1, k)
-    shape = (n, len(slave.points))
-    hats = sp.csr_matrix(
-        ((hat_shapes(k, slave.triangle[facet], local) * area[:, None]).ravel(), columns.ravel(), pointer), shape=shape
-    ).T.tocsr()
+def _paired(slave: FacetSurface, samples: Samples, rotation: Array, translation: Array, near: Near | None) -> Pairing:
+    """Sum the samples up to weighted gaps of the slave's nodes, or of those whose hats are sampled whole."""
+    hats = samples.hats.T.tocsr()
     weights = np.asarray(hats.sum(axis=1)).ravel()
-    whole = hat_areas(slave)
-    if whole_hats is not None:
-        weights[~whole_hats] = 0.0
-        whole = np.where(whole_hats, whole, 0.0)
-    nodes, gather = _fuller(slave, weights, whole)
+    nodes, gather, whole, n_beyond = _points(slave, weights, near)
     hats = (gather @ hats).tocsr()
-    hats.eliminate_zeros()
-    weights[nodes] = np.asarray(hats.sum(axis=1)).ravel()
+    area = np.asarray(hats.sum(axis=1)).ravel()
     return Pairing(
         nodes=nodes,
-        weights=weights[nodes],
+        weights=area,
         slave_points=slave.points[nodes],
-        average=sp.diags(1 / weights[nodes]) @ hats,
-        slave_weights=sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=shape),
-        slave_normals=feet.normals @ rotation,
-        feet=feet,
-        n_beyond=int((whole > 0).sum() - (weights > 0).sum()),
+        average=sp.diags(1 / area) @ hats,
+        slave_weights=samples.weights,
+        slave_normals=samples.feet.normals @ rotation,
+        feet=samples.feet,
+        n_beyond=n_beyond,
         rotation=rotation,
         translation=translation,
-        covered=np.unique(facet),
+        covered=np.unique(samples.facet),
         coupling="mortar",
-        slave_facet=facet,
-        slave_local=local,
+        slave_facet=samples.facet,
+        slave_local=samples.local,
         spread=(_hats_at_nodes(slave, whole) @ gather.T).tocsr(),
     )
+
+
+def _paired_in_blocks(
+    slave: FacetSurface,
+    master: FacetSurface,
+    blocks: list[Block],
+    origin: Array,
+    rotation: Array,
+    translation: Array,
+    near: Near | None,
+) -> Pairing:
+    """As `_paired`, from the sums of blocks; samples are not kept."""
+    weights = total_areas(blocks, len(slave.points))
+    nodes, gather, whole, n_beyond = _points(slave, weights, near)
+    area = gather @ weights
+    nothing, of_slave, of_master = np.zeros((0, 3)), len(slave.points), len(master.points)
+    none = np.zeros(0, np.int64)
+    feet = Feet(
+        nothing, nothing, np.zeros(0), np.zeros(0, bool), sp.csr_matrix((0, of_master)), none, np.zeros((0, 2)),
+        master.name,
+    )  # fmt: skip
+    return Pairing(
+        nodes=nodes,
+        weights=area,
+        slave_points=slave.points[nodes],
+        average=sp.csr_matrix((len(nodes), 0)),
+        slave_weights=sp.csr_matrix((0, of_slave)),
+        slave_normals=nothing,
+        feet=feet,
+        n_beyond=n_beyond,
+        rotation=rotation,
+        translation=translation,
+        covered=np.unique(np.concatenate([b.facets for b in blocks])),
+        coupling="mortar",
+        spread=(_hats_at_nodes(slave, whole) @ gather.T).tocsr(),
+        sums=summed(blocks, gather, area, origin),
+    )
+
+
+def _points(slave: FacetSurface, weights: Array, near: Near | None) -> tuple[IntArray, sp.csr_matrix, Array, int]:
+    """Nodes that are contact points, hats joined to them, hats' whole areas, and how many lie beyond the rim.
+
+    Hats that are not sampled whole are taken out of `weights` (n_nodes,).
+    """
+    whole = hat_areas(slave)
+    if near is not None:
+        weights[~near.nodes] = 0.0
+        whole = np.where(near.nodes, whole, 0.0)
+    nodes, gather = _fuller(slave, weights, whole)
+    return nodes, gather, whole, int((whole > 0).sum() - (weights > 0).sum())
 
 
 def _hats_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:

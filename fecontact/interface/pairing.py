@@ -32,6 +32,32 @@ NESTED_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
+class Sums:
+    """Means over the samples of each of n contact points, where there are too many samples to be kept.
+
+    Attributes
+    ----------
+    gap : (n,) array
+    on_slave, on_master : (n, 3 n_nodes) csr_matrices
+        Opening by the displacements of the nodes of either body, in its axes.
+    normals, centres, moments : (n, 3) arrays
+        Lines of action, positions, and moments of the lines about `origin`, in the slave's axes.
+    origin : (3,) array
+    levers : (n, 3) array
+        Moments of the lines about the feet, in the master's axes; zero but for rounding.
+    """
+
+    gap: Array
+    on_slave: sp.csr_matrix
+    on_master: sp.csr_matrix
+    normals: Array
+    centres: Array
+    moments: Array
+    origin: Array
+    levers: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Pairing:
     """Contact points of one contact and how they are coupled to both bodies.
 
@@ -66,6 +92,8 @@ class Pairing:
         Facets of the slave and coordinates of the samples; None where the samples are nodes.
     spread : (n_nodes, n) csr_matrix, optional
         Pressure at all of the slave's nodes by that of the contact points; without it a point is a node.
+    sums : Sums, optional
+        Given in place of the samples, of which there are none then.
     """
 
     nodes: IntArray
@@ -83,6 +111,7 @@ class Pairing:
     slave_facet: IntArray | None = None
     slave_local: Array | None = None
     spread: sp.csr_matrix | None = None
+    sums: Sums | None = None
 
     @cached_property
     def at_nodes(self) -> sp.csr_matrix:
@@ -95,11 +124,13 @@ class Pairing:
     @cached_property
     def gap(self) -> Array:
         """Initial gap (n,), negative where the bodies overlap."""
-        return self.average @ self.feet.gap
+        return self.average @ self.feet.gap if self.sums is None else self.sums.gap
 
     @cached_property
     def slave_rows(self) -> sp.csr_matrix:
         """Opening by displacements of the slave's nodes: +n, (n, 3 n_nodes)."""
+        if self.sums is not None:
+            return self.sums.on_slave
         return self.average @ along(self.slave_weights, self.slave_normals)
 
     def rows_on_slave(self, slave: Body, surface: str) -> sp.csr_matrix:
@@ -115,7 +146,22 @@ class Pairing:
 
     def master_rows(self, master: Body) -> sp.csr_matrix:
         """Opening by the master's displacements: -n at the feet, (n, n_dofs)."""
+        if self.sums is not None:
+            return self.sums.on_master
         return self.average @ master.trace(self.feet, -self.feet.normals)
+
+    def about_feet(self, points: Array) -> Array:
+        """Moments (n, 3) of the lines of action about the feet, in the master's axes: zero but for rounding.
+
+        Parameters
+        ----------
+        points : (n_nodes, 3) array
+            Of the slave.
+        """
+        if self.sums is not None:
+            return self.sums.levers
+        lever = (self.slave_weights @ points) @ self.rotation.T + self.translation - self.feet.points
+        return np.asarray(self.average @ np.cross(lever, self.feet.normals))
 
 
 def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:

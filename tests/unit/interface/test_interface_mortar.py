@@ -201,3 +201,33 @@ def test_quadrilaterals_are_the_slave_of_triangles(first):
     pair = (upper, lower) if first == "bricks" else (lower, upper)
     contact = fc.Scene(pair, [fc.Contact(*pair)]).solve(motions={upper: {"z": -0.01}}).contacts[0]
     assert contact.slave.name == "bricks"
+
+
+def test_several_blocks_of_pairs_give_what_one_gives(monkeypatch):
+    # 3 x 4 faces on 5 x 2, some of them over the rim, in poses of their own
+    turn = fc.rotation_about((0, 0, 1), 0.7)
+    low = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (5, 2, 1)), SOLID, "top", {"bottom": "xyz"}, name="low")
+    up = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (3, 4, 1)), SOLID, "bottom", {"top": "xyz"}, name="up")
+    low, up = (
+        low.placed((3, 1, 2), turn),
+        up.placed((0.13, 0.02, 1.0), fc.rotation_about((1, 1, 0), 1e-3)).placed((3, 1, 2), turn),
+    )
+    found = []
+    for block in (10**6, 7):
+        monkeypatch.setattr("fecontact.interface.mortar.BLOCK", block)
+        scene = fc.Scene([low, up], [fc.Contact(up, low, swap="never", coupling="mortar")])
+        found.append(scene.solve(motions={up: {"z": -0.01}}))
+    one, several = (r.interfaces[0].pairing for r in found)
+    assert one.sums is None
+    assert several.sums is not None
+    assert np.array_equal(one.nodes, several.nodes)
+    # the same samples added up in another order
+    for name in ("weights", "gap", "slave_rows", "covered"):
+        assert abs(getattr(one, name) - getattr(several, name)).max() < 1e-13
+    assert abs(found[0].interfaces[0].master_rows - found[1].interfaces[0].master_rows).max() < 1e-13
+    first, second = (r.contacts[0] for r in found)
+    for name in ("normals", "centres", "couples"):
+        assert np.abs(getattr(first, name) - getattr(second, name)).max() < 1e-13
+    # the solution enlarges that by the condition of the problem
+    assert np.abs(first.pressure - second.pressure).max() < 1e-9
+    assert max(r.residuals().equilibrium for r in found) < 1e-12
