@@ -85,7 +85,7 @@ class Assembly:
         >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3))
         >>> floor = fc.RigidBody(fc.Plane())
         >>> Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", floor)]).touches[0].n_hats
-        5
+        8
         """
         held = [{}] * len(solids) if supports is None else list(supports)
         if len(held) != len(solids):

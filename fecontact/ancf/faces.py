@@ -1,8 +1,9 @@
 """Faces of bricks in contact: hats of pressure on them, and feet of points on them as they move.
 
-Pressure is a combination of non-negative hats, one for each corner of a face and one for its middle, linear over the
-four triangles between them; corners are shared by the faces round them. That makes two unknowns per node where the
-face's normal motion has three, and the hats add up to one, so that uniform pressure is held exactly.
+Pressure is a combination of non-negative hats, one for each corner and one for the middle of each side of a face, as
+in `AncfBody`: linear over the eight triangles round the face's middle, where the pressure is the mean of the sides'.
+Faces share the hats of common corners and sides. That makes as many unknowns as the face's normal motion has (three for
+each node); the hats add up to one and hold every linear pressure.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from fecontact.mesh.reference import FACES
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Degree of the rule on each of a face's four triangles: gaps are cubic along a side and hats linear.
+#: Degree of the rule on each of a face's eight triangles: gaps are cubic along a side and hats linear.
 DEGREE = 6
 #: Feet start from a grid of so many points along each side of a face.
 SAMPLES = 5
@@ -43,26 +44,28 @@ TO_POWERS = np.linalg.inv(GRID[:, None] ** np.arange(4))
 CORNERS_2D = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
+#: Places of the hats, corners and then the middles of sides, and in the end the face's middle.
+PLACES = np.vstack([CORNERS_2D, (CORNERS_2D + np.roll(CORNERS_2D, -1, axis=0)) / 2, [0.5, 0.5]])
+#: Triangles between them, counter-clockwise.
+TRIANGLES = np.array([t for k in range(4) for t in ((k, 4 + k, 8), (4 + k, (k + 1) % 4, 8))])
+#: Pressures at these places by those of the eight hats.
+AT_PLACES = np.vstack([np.eye(8), [[0.0] * 4 + [0.25] * 4]])
+
+
 def hat_rule() -> tuple[Array, Array, Array]:
-    """Points (n, 2) on the unit square, weights (n,), and the five hats there (n, 5): corners in order, then middle.
+    """Points (n, 2) on the unit square, weights (n,), and the eight hats there (n, 8): corners, then sides from them.
 
     Examples
     --------
     >>> points, weights, hats = hat_rule()
-    >>> (weights @ hats).round(12).tolist()
-    [0.166666666667, 0.166666666667, 0.166666666667, 0.166666666667, 0.333333333333]
+    >>> (24 * weights @ hats).round(12).tolist()
+    [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
     """
-    places = np.vstack([CORNERS_2D, [0.5, 0.5]])
     X, W = get_quadrature(RefTri, DEGREE)
     barycentric = np.stack([1 - X[0] - X[1], X[0], X[1]], axis=1)
-    points, hats = [], []
-    for side in range(4):
-        ends = [side, (side + 1) % 4, 4]
-        hat = np.zeros((len(W), 5))
-        hat[:, ends] = barycentric
-        points.append(barycentric @ places[ends])
-        hats.append(hat)
-    return np.concatenate(points), np.tile(W / 2, 4), np.concatenate(hats)
+    points = barycentric @ PLACES[TRIANGLES]
+    hats = barycentric @ AT_PLACES[TRIANGLES]
+    return points.reshape(-1, 2), np.tile(W / 4, len(TRIANGLES)), hats.reshape(-1, 8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,11 +89,21 @@ class Faces:
         return self.space.corners[cell[:, None], FACES[face, :4]]
 
     @cached_property
+    def sides(self) -> IntArray:
+        """Numbers (n, 4) of the sides, from corner k to k + 1."""
+        ends = np.sort(np.stack([self.corners, np.roll(self.corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+        return np.asarray(np.unique(ends, axis=0, return_inverse=True)[1]).reshape(-1, 4)
+
+    @cached_property
+    def hats(self) -> IntArray:
+        """Numbers (n, 8) of the hats of each face: those of its corners, then those of its sides."""
+        nodes, shared = np.unique(self.corners, return_inverse=True)
+        return np.concatenate([shared.reshape(-1, 4), len(nodes) + self.sides], axis=1)
+
+    @cached_property
     def rim(self) -> NDArray[np.bool_]:
         """Whether a side (n, 4), from corner k to k + 1, belongs to one of the faces only."""
-        sides = np.sort(np.stack([self.corners, np.roll(self.corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-        _, number, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
-        return np.asarray(count[number.ravel()] == 1).reshape(-1, 4)
+        return np.asarray(np.bincount(self.sides.ravel())[self.sides] == 1)
 
     @cached_property
     def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
@@ -103,13 +116,10 @@ class Faces:
         each, where = np.repeat(np.arange(n), n_q), np.tile(local, (n, 1))
         _, tangents = self.at(self.space.q0, each, where)
         area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=1).reshape(n, n_q) * weights
-        nodes, shared = np.unique(self.corners, return_inverse=True)
-        number = np.concatenate([shared.reshape(n, 4), len(nodes) + np.arange(n)[:, None]], axis=1)
-        row = np.broadcast_to(number[:, None, :], (n, n_q, 5))
-        column = np.broadcast_to(np.arange(n * n_q).reshape(n, n_q, 1), (n, n_q, 5))
-        integral = sp.csr_matrix(
-            ((area[:, :, None] * hats).ravel(), (row.ravel(), column.ravel())), shape=(len(nodes) + n, n * n_q)
-        )
+        row = np.broadcast_to(self.hats[:, None, :], (n, n_q, 8))
+        column = np.broadcast_to(np.arange(n * n_q).reshape(n, n_q, 1), (n, n_q, 8))
+        shape = (int(self.hats.max()) + 1, n * n_q)
+        integral = sp.csr_matrix(((area[:, :, None] * hats).ravel(), (row.ravel(), column.ravel())), shape=shape)
         integral.eliminate_zeros()
         areas = np.asarray(integral.sum(axis=1)).ravel()
         means = sp.csr_matrix(sp.diags_array(1 / areas) @ integral)

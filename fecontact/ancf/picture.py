@@ -14,7 +14,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from numpy.typing import NDArray
 
-from fecontact.ancf.faces import Faces
+from fecontact.ancf.faces import PLACES, TRIANGLES, Faces
 from fecontact.ancf.hexahedron import face_points
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
@@ -28,8 +28,6 @@ IntArray = NDArray[np.int64]
 SAMPLES = 9
 #: Patches of one colour along each side of a face.
 PATCHES = 16
-#: Corners of a face, then its middle: the hats, in triangles.
-_TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
 
 
 def edges(space: AncfSpace, q: Array, boundary: str | None = None, samples: int = SAMPLES) -> Array:
@@ -73,7 +71,7 @@ def edges(space: AncfSpace, q: Array, boundary: str | None = None, samples: int 
 
 
 def hat_pressure(faces: Faces, q: Array, forces: Array, *, averaged: bool = False) -> tuple[Array, IntArray, Array]:
-    """Deformed points (n_hats, 3) of the hats, triangles (4 n_faces, 3) between them, and pressures (n_hats,).
+    """Deformed points (n, 3) of hats and faces' middles, triangles (8 n_faces, 3) between them, and pressures (n,).
 
     Pressure is force per initial area; between the points it is linear.
 
@@ -85,9 +83,9 @@ def hat_pressure(faces: Faces, q: Array, forces: Array, *, averaged: bool = Fals
         Coordinates of the slave.
     forces : (n_hats,) array
     averaged : bool
-        Share the force of each middle hat out to the four corners, and draw the pressure that the corners then have;
-        the middle of a face gets their mean. Corner and middle hats of a coarse mesh alternate about the pressure, and
-        this takes the alternation away. The force stays the same where faces are parallelograms of one size.
+        Share the force of each side's hat out to its two corners, and draw the pressure that the corners then have;
+        the other points get the mean of the corners next to them. Corner and side hats of a coarse mesh alternate about
+        the pressure, and this takes the alternation away. The force stays the same.
 
     Examples
     --------
@@ -95,25 +93,27 @@ def hat_pressure(faces: Faces, q: Array, forces: Array, *, averaged: bool = Fals
     >>> space = AncfSpace(shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
     >>> top = Faces(space, space.mesh.faces("top"))
     >>> points, triangles, pressure = hat_pressure(top, space.q0, 3.0 * top.quadrature[2])
-    >>> points.shape, triangles.shape, pressure.round(12).tolist()
-    ((8, 3), (8, 3), [3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0])
+    >>> points.shape, triangles.shape, bool(abs(pressure - 3.0).max() < 1e-12)
+    ((15, 3), (16, 3), True)
     """
-    n = len(faces.faces)
-    nodes, shared = np.unique(faces.corners, return_inverse=True)
-    middles = len(nodes) + np.arange(n)
-    of_face = np.column_stack([shared.reshape(n, 4), middles])
-    centre, _ = faces.at(q, np.arange(n), np.full((n, 2), 0.5))
-    corners = q.reshape(-1, 3)[faces.space.start[nodes]]
+    n, n_hats = len(faces.faces), len(forces)
+    of_face = np.column_stack([faces.hats, n_hats + np.arange(n)])
+    each, place = np.repeat(np.arange(n), 9), np.tile(PLACES, (n, 1))
+    points = np.empty((n_hats + n, 3))
+    points[of_face.ravel()] = faces.at(q, each, place)[0]
     areas = faces.quadrature[2]
     pressure = forces / areas
     if averaged:
+        corners = np.unique(faces.hats[:, :4])  # numbered before the sides
+        sides, first = np.unique(faces.hats[:, 4:], return_index=True)
+        ends = np.stack([faces.hats[:, :4], np.roll(faces.hats[:, :4], -1, axis=1)], axis=-1).reshape(-1, 2)[first]
         summed = [
-            x[: len(nodes)] + np.bincount(shared.ravel(), np.repeat(x[len(nodes) :] / 4, 4), len(nodes))
-            for x in (forces, areas)
+            x[corners] + np.bincount(ends.ravel(), np.repeat(x[sides] / 2, 2), len(corners)) for x in (forces, areas)
         ]
         at_corners = summed[0] / summed[1]
-        pressure = np.concatenate([at_corners, at_corners[shared.reshape(n, 4)].mean(axis=1)])
-    return np.concatenate([corners, centre]), of_face[:, _TRIANGLES].reshape(-1, 3), pressure
+        pressure = np.concatenate([at_corners, at_corners[ends].mean(axis=1)])
+    middles = pressure[faces.hats[:, 4:]].mean(axis=1)
+    return points, of_face[:, TRIANGLES].reshape(-1, 3), np.concatenate([pressure, middles])
 
 
 def draw_side(

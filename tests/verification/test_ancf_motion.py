@@ -170,6 +170,42 @@ def test_bar_hits_a_wall(n, scheme, force, rebound, row):
         row(case, "energy lost (damping and impact)", 0.0, motion.drift)
 
 
+def test_a_bar_hits_another(row):
+    """An elastic bar (nu = 0) that flies against an equal one at rest. Source: d'Alembert's waves.
+
+    Both ends move on with v/2, which gives the force rho c (v/2) A, until after 2 L/c both waves are back from the free
+    ends and add up to the whole speed: the bars have changed velocities. Tolerances are those of a bar on a wall.
+    """
+    n, v, area = 10, 0.01, 0.01
+    first, other = (
+        AncfSolid(
+            AncfSpace(fc.shapes.block((1.0, 0.1, 0.1), (n, 1, 1), element="hex8").translated((x, 0.0, 0.0))),
+            fc.Material(E=1.0, nu=0.0, density=1.0),
+            points=3,
+        )
+        for x in (-1.0, 1e-7)
+    )
+    a = Assembly.of([first, other], None, [(0, "x_max", (1, "x_min"))])
+    along, h = np.array([1.0, 0.0, 0.0]), 0.4 / n
+    moved = first.space.affine(np.zeros((3, 3)), along)
+    start = np.concatenate([v * moved, np.zeros(other.space.n_dofs)])
+    motion = move(a, until=2.4, step=h, scheme=EnergyMomentum(), velocity=start)
+    assert motion.success
+    F, t = -motion.contact_force[:, 0, 0] / (v * area), motion.time
+    case = f"bar on a bar, {n} elements each"
+    row(case, "force / rho c (v/2) A", 1.0, 2 * F[(t > 0.3) & (t < 1.7)].mean(), 0.02, a.n_dofs)
+    pressed = t[F > 0.02]
+    row(case, "duration / (2 L / c)", 1.0, (pressed.max() - pressed.min() + h) / 2, 2.5 * h, a.n_dofs)
+    speeds = [
+        s.space.affine(np.zeros((3, 3)), along) @ (s.mass @ a.part(motion.now.v, k)) for k, s in enumerate(a.solids)
+    ]
+    row(case, "speed of the one that was hit / v", 1.0, speeds[1] / (v * area), 0.05, a.n_dofs)
+    row(case, "speed left to the other / v", 0.0, speeds[0] / (v * area), 0.05, a.n_dofs)
+    momentum = motion.momentum / (v * area) - along
+    row(case, "momentum of both, change / m v", 0.0, np.abs(momentum).max(), 1e-8, a.n_dofs)
+    row(case, "energy drift", 0.0, motion.drift, 1e-8, a.n_dofs)
+
+
 def test_soft_brick_bounces_ten_times_without_losing_energy(row):
     """A soft brick dropped on a floor, ten bounces, energy-momentum scheme. Source: conservation of energy."""
     mesh = fc.shapes.block((1.0, 1.0, 0.5), (2, 2, 1), element="hex8").translated((-0.5, -0.5, 0.05))
