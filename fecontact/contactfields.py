@@ -174,7 +174,7 @@ class ContactFields:
         return sides_of_plane(self, point, normal)
 
     def sampled(self, values: Array, n: int = 4) -> tuple[Array, Array, Array]:
-        """A nodal field interpolated inside the facets.
+        """A nodal field interpolated inside the facets; zero beyond the rim of an elastic master.
 
         Parameters
         ----------
@@ -198,7 +198,17 @@ class ContactFields:
         nodes = self.nodes[self.facets]
         tangents = np.einsum("fqaj,fai->fqij", dN, nodes, optimize=True)
         areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
-        return (N @ nodes).reshape(-1, 3), self.interpolated(values, local).ravel(), areas.ravel()
+        x = (N @ nodes).reshape(-1, 3)
+        return x, self._facing(x, self.interpolated(values, local).ravel()), areas.ravel()
+
+    def _facing(self, points: Array, values: Array) -> Array:
+        """Values (n,) at points (n, 3) of the slave that face the master, zero at those beyond its rim."""
+        surface = self.master.surface(self.surfaces[1])
+        shown = np.flatnonzero(values)
+        if isinstance(surface, FacetSurface) and len(shown):
+            beyond = surface.project(self.master.pose.to_body(points[shown])).beyond
+            values[shown[beyond]] = 0.0
+        return values
 
     @property
     def is_curve(self) -> bool:
@@ -209,7 +219,8 @@ class ContactFields:
         """`sampled` of sides; an area is that of a strip or a ring."""
         x = self.line_points(t).reshape(-1, 3)
         length = np.linalg.norm(line_shapes(t)[1] @ self.nodes[self.facets], axis=2).ravel() / len(t)
-        return x, self.interpolated(values, t[:, None]).ravel(), length * self._curve.extent(self.slave.pose.to_body(x))
+        shown = self._facing(x, self.interpolated(values, t[:, None]).ravel())
+        return x, shown, length * self._curve.extent(self.slave.pose.to_body(x))
 
     @property
     def _curve(self) -> CurveSurface:

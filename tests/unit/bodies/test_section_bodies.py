@@ -220,6 +220,22 @@ def test_floating_block_under_an_eccentric_load():
         scene.solve(forces={block: (0.1, 0, -2.0)})
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_pressure_is_sampled_beyond_the_edge_of_the_master(kind):
+    # the last side of the upper body, from 1 to 1.5, hangs over the edge of the lower one at 1.2
+    low = kind(fc.sections.rectangle((1.2, 1.0), (5, 3)), STEEL, "top", {"bottom": "z"}, name="low")
+    mesh = fc.sections.rectangle((1.5, 1.0), (3, 2)).translated((0, 0, 1.0))
+    up = kind(mesh, STEEL, "bottom", {"top": "xz"}, name="up")
+    scene = fc.Scene([low, up], [fc.Contact(up, low, coupling="mortar", swap="never")])
+    contact = scene.solve(motions={up: {"z": -0.01}}).contacts[0]
+    points, pressure, areas = contact.sampled(contact.pressure, 50)
+    assert points[:, 0].max() > 1.4
+    assert pressure[points[:, 0] > 1.2].max() == 0
+    assert pressure[points[:, 0] < 1.19].min() > 0
+    # a midpoint rule on 50 pieces of a side, one of which the edge may cut: 1 % of the length
+    assert abs(pressure @ areas / contact.total_force - 1) < 0.02
+
+
 def test_a_spring_in_a_plane():
     mesh = fc.sections.rectangle((1.0, 1.0), (2, 2))
     block = fc.PlaneBody(mesh, STEEL, "bottom", name="block")
