@@ -119,7 +119,7 @@ class Interface:
         """Gap (n_pairs,) after the prescribed rigid motions."""
         opening = self.gap.copy()
         for frame in frames:
-            rows = self.rows(frame.body)
-            if rows is not None and frame.moved.any():
+            rows = self.rows(frame.body) if frame.moved.any() else None
+            if rows is not None:
                 opening += rows @ (frame.modes(frame.moved[:, None])[:, 0])
         return opening

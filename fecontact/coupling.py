@@ -99,7 +99,11 @@ def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Inte
         return replace(interface, note="faces match or nest, nodal forces")
     touched = np.isin(s.facets, pairing.nodes[near]).all(axis=1)
     ours = s.mean_facet_size[touched]
-    opposite = np.unique(m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet)  # type: ignore[arg-type]
+    feet = pairing.feet.facet[near] if not (grid or ring) and pairing.feet.facet is not None else None
+    if feet is None:
+        feet = m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet
+    assert feet is not None
+    opposite = np.unique(feet)
     theirs = m.mean_facet_size[opposite]
     ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
     swappable = contact.swap == "auto"

@@ -25,7 +25,7 @@ from fecontact.coupling import matrix_free, paired_contact, well_coupled
 from fecontact.errors import InputError, SolverError
 from fecontact.fem.support import is_plane
 from fecontact.finite import solve_finite
-from fecontact.interface.candidates import approach_for_load, choose, grow, widen
+from fecontact.interface.candidates import FEWEST, approach_for_load, choose, grow, widen
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.reach import Reach
 from fecontact.loading import Loading, make_loading
@@ -42,8 +42,8 @@ IntArray = NDArray[np.int64]
 
 #: Largest number of times the candidates are enlarged before the search is given up.
 MOST_ROUNDS = 12
-#: Near points that are all taken for candidates, if the bodies are condensed onto them: another round costs more.
-MOST_AT_ONCE = 800
+#: Share of the elastic displacement that may bridge a gap, up to which points are first candidates after the drift.
+LIKELY = 0.4
 #: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
 OUTSIDE_TOLERANCE = 1e-9
 #: Names of solvers that need products with the compliance only.
@@ -314,17 +314,19 @@ class Scene:
 
 
 def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:
-    """First candidates: all points where these are few and known to be near, and the present condensation has them."""
+    """First candidates; where the drift is known, the points that it leaves near, as far as they are condensed onto."""
     reach = interface.reach
     first = _first_choice(interface, opening, loading)
-    if reach is None or reach.drift is None or interface.pairing.coupling != "mortar" or len(opening) > MOST_AT_ONCE:
+    if reach is None or reach.drift is None or interface.pairing.coupling != "mortar":
         return first
-    ready = np.ones(len(opening), bool)
+    drift = reach.drift_in(interface.slave.pose).at(interface.slave_nodes)
+    near = np.flatnonzero(interface.gap + interface.slave_rows @ drift.ravel() <= LIKELY * reach.elastic)
+    ready = np.ones(len(near), bool)
     for body in (interface.slave, interface.master):
         rows = interface.rows(body)
         if isinstance(body, ElasticBody) and body.model is not None and rows is not None:
-            ready &= body.model.has_condensed(rows)
-    return np.union1d(first, np.flatnonzero(ready)) if ready.any() else first
+            ready &= body.model.has_condensed(rows[near])
+    return near[ready] if ready.all() and len(near) >= FEWEST else np.union1d(first, near[ready])
 
 
 def _first_choice(interface: Interface, opening: Array, loading: Loading) -> IntArray:

@@ -141,6 +141,11 @@ class Schur:
             raise FecontactError(SINGULAR)
         self._inverse.append(np.tril(inverse) + np.tril(inverse, -1).T)
 
+    @property
+    def inverted(self) -> bool:
+        """Whether the inverse has been taken."""
+        return bool(self._inverse)
+
     @classmethod
     def of(cls, factor: Condensed, n: int, dofs: IntArray, why: str) -> Schur:
         """Of a condensed stiffness on `dofs`, whose array is used up."""

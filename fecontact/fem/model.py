@@ -270,6 +270,8 @@ class Model:
             factor = condense(K, dofs, self.backend)
         with watch("condense"):
             self.condensation = Schur.of(factor, len(self.solved_dofs), dofs, why)
+            if isinstance(last, Schur) and last.inverted:
+                self.condensation.invert()
         return self.condensation
 
     def has_condensed(self, rows: sp.csr_matrix) -> NDArray[np.bool_]:
