@@ -39,6 +39,11 @@ LIGHT = np.array([-0.35, 0.55, 0.76])
 #: Facets smaller than this many pixels lose their edges, larger ones show them fully at five times it.
 SMALLEST_OUTLINED = 3.0
 DARKEST = 0.5
+#: Translucent surfaces: their grey and how much of what is behind they hide.
+VEIL = np.array([0.55, 0.6, 0.66])
+OPACITY = 0.4
+#: Depth over the picture's size by which such a surface may lie behind a face and still cover it.
+TOUCHING = 0.01
 #: Samples taken together.
 CHUNK = 200_000
 
@@ -104,6 +109,7 @@ def draw_facets(
     size: tuple[int, int] = (1000, 800),
     edges: bool = True,
     closed: bool = False,
+    veil: tuple[Array, IntArray] | None = None,
 ) -> Image:
     """Draw facets in the colours of a nodal field.
 
@@ -123,6 +129,8 @@ def draw_facets(
     closed : bool
         Whether the facets enclose bodies, corners counter-clockwise seen from outside: those that look away are hidden
         and left out.
+    veil : (points, facets), optional
+        Surfaces drawn as a translucent grey over what they hide.
 
     Examples
     --------
@@ -134,7 +142,8 @@ def draw_facets(
     ((20, 20, 4), True)
     """
     seen = points @ camera.axes.T
-    canvas = _Canvas.fitting(seen[np.unique(facets)], size)
+    veiled = np.zeros((0, 3)) if veil is None else (veil[0] @ camera.axes.T)[np.unique(veil[1])]
+    canvas = _Canvas.fitting(np.concatenate([seen[np.unique(facets)], veiled]), size)
     # columns: position in the camera's axes and value
     patches = _patches(np.column_stack([seen, values]), facets)
     if closed:
@@ -148,7 +157,27 @@ def draw_facets(
         for xyz, strength in _edge_samples(patches, canvas.pixel):
             canvas.mark(dark, xyz, strength)
         light = light * (1 - dark[drawn])
-    return canvas.image(drawn, colours(value) * light[:, None])
+    rgba = np.zeros((len(canvas.facet), 4))
+    rgba[drawn, :3], rgba[drawn, 3] = colours(value) * light[:, None], 1.0
+    if veil is not None and len(veil[1]):
+        _draw_veil(canvas, rgba, veil[0] @ camera.axes.T, veil[1])
+    return canvas.image(rgba)
+
+
+def _draw_veil(canvas: _Canvas, rgba: Array, seen: Array, facets: IntArray) -> None:
+    """Lay a translucent grey over the pixels (n, 4) before which facets stand, with points in the eye's axes."""
+    sheet = _Canvas(canvas.lower, canvas.pixel, canvas.shape)
+    patches = _patches(np.column_stack([seen, np.zeros(len(seen))]), facets)
+    for xyz, facet, local in _surface_samples(patches, sheet.pixel):
+        sheet.add(xyz, facet, local)
+    # where bodies touch, neither hides the other by more than the difference of their faces
+    touching = TOUCHING * canvas.pixel * max(canvas.shape)
+    hit = np.flatnonzero((sheet.facet >= 0) & (sheet.depth > canvas.depth - touching))
+    _, light = _value_and_light(patches, sheet.facet[hit], sheet.local[hit])
+    under = rgba[hit, 3:]
+    # over the white of the page where nothing stands behind
+    rgba[hit, :3] = OPACITY * VEIL * light[:, None] + (1 - OPACITY) * (under * rgba[hit, :3] + 1 - under)
+    rgba[hit, 3] = 1.0
 
 
 def _patches(nodal: Array, facets: IntArray) -> Array:
@@ -232,10 +261,8 @@ class _Canvas:
             visible = xyz[:, 2] + slack >= self.depth[pixel]
             np.maximum.at(dark, pixel[visible], strength[visible])
 
-    def image(self, drawn: IntArray, colours: Array) -> Image:
-        """Mean colour of the oversampled pixels."""
-        rgba = np.zeros((len(self.facet), 4))
-        rgba[drawn, :3], rgba[drawn, 3] = colours, 1.0
+    def image(self, rgba: Array) -> Image:
+        """Mean colour of the oversampled pixels (n, 4)."""
         rows, columns = (k // OVERSAMPLING for k in self.shape)
         mean = rgba.reshape(rows, OVERSAMPLING, columns, OVERSAMPLING, 4).mean(axis=(1, 3))
         cover = mean[..., 3:]

@@ -25,6 +25,7 @@ from fecontact.io import body_fields, check_writable
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section import CELL_TYPES, SectionMesh, counter_clockwise
 from fecontact.render import Camera, Image, draw_facets, subdivided
+from fecontact.rigidview import rigid_patches
 
 if TYPE_CHECKING:
     from fecontact.bodies.elastic import ElasticBody
@@ -217,6 +218,7 @@ def view(
     length: str = "",
     title: str | None = None,
     pixels: tuple[int, int] | None = None,
+    rigid: tuple[Array, NDArray[np.int64]] | None = None,
 ) -> Figure:
     """Draw bodies with a field on their outer faces.
 
@@ -244,6 +246,8 @@ def view(
     title : str, optional
     pixels : (width, height)
         Of the drawing itself, at most; `PIXELS` unless given.
+    rigid : (points, quadrilaterals), optional
+        Rigid surfaces, drawn translucent.
 
     Raises
     ------
@@ -258,7 +262,15 @@ def view(
     flat = direction == "iso" and all(isinstance(s.mesh, SectionMesh) for s in shown)
     camera = Camera.looking("-y" if flat else direction)
     image = draw_facets(
-        points, facets, values, lambda v: table(norm(v))[:, :3], camera, pixels or PIXELS, edges, closed=True
+        points,
+        facets,
+        values,
+        lambda v: table(norm(v))[:, :3],
+        camera,
+        pixels or PIXELS,
+        edges,
+        closed=True,
+        veil=rigid,
     )
     left, right, bottom, top = image.extent
     width = float(np.clip(5.6 * (right - left) / (top - bottom) + 2.8, 5.6, 9.6))
@@ -277,7 +289,9 @@ def view(
 
 
 def view_result(result: ContactResult, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
-    """Draw the elastic bodies of a result; options as in `view`.
+    """Draw the elastic bodies of a result, and what is near of the rigid surfaces they touch; options as in `view`.
+
+    Rigid surfaces are left out of cuts and of pictures of chosen bodies.
 
     Examples
     --------
@@ -290,7 +304,9 @@ def view_result(result: ContactResult, field: str = "von_mises", path: str | Pat
     >>> figure.axes[1].get_ylabel()
     'displacement z [mm]'
     """
-    return view(solids_of_result(result), field, path, **options)
+    whole = options.get("only") is None and options.get("where") is None
+    rigid = rigid_patches(result, options.get("scale", 1.0)) if whole else None
+    return view(solids_of_result(result), field, path, rigid=rigid, **options)
 
 
 def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDArray[np.int64], Array]:

@@ -39,6 +39,8 @@ IntArray = NDArray[np.int64]
 
 #: Pairs of facets whose pieces are cut, sampled and summed up together, which bounds the memory for samples.
 BLOCK = 3000
+#: Samples at which hats are integrated together.
+AREAS = 50_000
 #: Share of a hat's own area below which it does not stand alone: its pressure joins that of the nearest fuller hat.
 SLIVER = 0.2
 #: Offset of a point from the line of its foot, relative to the facet's size, above which it is no foot.
@@ -252,12 +254,14 @@ def hat_areas(slave: FacetSurface) -> Array:
 
 
 def _hat_areas(slave: FacetSurface) -> Array:
-    facet, local, weight = _own_samples(slave)
-    x, tangents, _ = slave.evaluate(facet, local)
-    area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
-    shares = hat_shapes(slave.facets.shape[1], slave.triangle[facet], local) * area[:, None]
     total = np.zeros(len(slave.points))
-    np.add.at(total, slave.facets[facet], shares)
+    facet, local, weight = _own_samples(slave)
+    for start in range(0, len(facet), AREAS):
+        part = slice(start, start + AREAS)
+        on, place = facet[part], local[part]
+        x, tangents, _ = slave.evaluate(on, place)
+        area = weight[part] * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
+        np.add.at(total, slave.facets[on], hat_shapes(slave.facets.shape[1], slave.triangle[on], place) * area[:, None])
     return total
 
 
