@@ -13,10 +13,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.loads import body_force
 from fecontact.ancf.loads import traction as surface_traction
 from fecontact.ancf.release import sides_by_label
-from fecontact.ancf.solid import AncfSolid
+from fecontact.ancf.solid import AncfSolid, linear_functions
 from fecontact.ancf.space import AncfSpace
 from fecontact.ancf.supports import hold
 from fecontact.fem.model import Model, materials_of_cells
@@ -25,13 +26,13 @@ from fecontact.fem.support import Holds, Support
 from fecontact.material import Material
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.reference import hex_nodes, hex_quadrature, hex_shapes
+from fecontact.mesh.reference import hex_nodes, hex_quadrature
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Poisson's ratio above which the part with lambda is integrated with two points per direction; below it contact
-#: pressures are better without (docs/ancf.md).
+#: Poisson's ratio above which the divergence is projected on linear functions in each cell; below it contact pressures
+#: are better without (docs/ancf.md).
 NEARLY_INCOMPRESSIBLE = 0.49
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
@@ -63,7 +64,7 @@ class AncfModel(Model):
         )
         several = len(self.materials) > 1
         self.space = AncfSpace(mesh, sides_by_label(mesh, self.material_of_cell) if several else None)
-        self.solid = AncfSolid(self.space, materials, volumetric=2 if self.selective else None)
+        self.solid = AncfSolid(self.space, materials)
         held = hold(self.space, supports)
         plain = (held.basis - sp.eye_array(self.n_dofs)).nnz == 0
         self._holds = Holds(held.held, None if plain else held.basis)
@@ -92,7 +93,8 @@ class AncfModel(Model):
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness (n_dofs, n_dofs)."""
-        return sp.triu(self.solid.stiffness, format="csr")
+        solid = self.solid
+        return sp.triu(solid.stiffness_of_linear_dilatation if self.selective else solid.stiffness, format="csr")
 
     @cached_property
     def _interpolation(self) -> sp.csr_matrix:
@@ -161,14 +163,15 @@ class AncfModel(Model):
     def _strain_at(self, u: Array, X: Array) -> Array:
         """Strains (n_cells, n_q, 6) at reference points.
 
-        With selective integration the volume change is that of its points, carried over by trilinear functions.
+        With selective integration the volume change is the linear function of each cell that the stiffness knows.
         """
         strain = self._plain_strain(u, X)
         if self.selective:
-            t = np.polynomial.legendre.leggauss(2)[0] / 2 + 0.5
-            eight = np.stack(np.meshgrid(t, t, t, indexing="ij"), axis=-1).reshape(-1, 3)
-            carry = hex_shapes(8, X)[0] @ np.linalg.inv(hex_shapes(8, eight)[0])
-            wanted = self._plain_strain(u, eight)[:, :, :3].sum(axis=2) @ carry.T
+            points, weights = gauss(self.solid.points)
+            change = self._plain_strain(u, points)[:, :, :3].sum(axis=2)
+            dV = np.concatenate([batch.dV for batch in self.space.batches(points, weights)])
+            coefficients = self.solid.linear_fit(dV) @ change[:, :, None]
+            wanted = (linear_functions(X) @ coefficients)[:, :, 0]
             strain[:, :, :3] += ((wanted - strain[:, :, :3].sum(axis=2)) / 3)[:, :, None]
         return strain
 

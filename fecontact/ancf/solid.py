@@ -13,7 +13,7 @@ for the chosen Gauss rule. A rigid motion r = R X + b has F = R and no forces, w
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +42,11 @@ class _Sum:
     order: IntArray
     first: IntArray
     place: IntArray
+
+
+def linear_functions(X: Array) -> Array:
+    """1, x, y, z (n, 4) of reference coordinates (n, 3), from the middle of the cell."""
+    return np.column_stack([np.ones(len(X)), X - 0.5])
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,9 +196,33 @@ class AncfSolid:
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Linear stiffness (n_dofs, n_dofs) of the initial shape, by Hooke's law, to which every law tends."""
+        return self._linear(self.rules())
+
+    @cached_property
+    def stiffness_of_linear_dilatation(self) -> sp.csr_matrix:
+        """The same, with the divergence in the part with lambda projected on linear functions in each cell.
+
+        The mean dilatation of J. C. Nagtegaal, D. M. Parks & J. R. Rice (Comput. Methods Appl. Mech. Engrg. 4, 1974)
+        with three more functions: the mean alone lets bending pass without resistance.
+        """
+        projected = (replace(b, gradients=self._projected(b.gradients, b.dV)) for b in self._batches(self.points))
+        return self._linear([(self._batches(self.points), 0.0, 1.0), (projected, 1.0, 0.0)])
+
+    def linear_fit(self, dV: Array) -> Array:
+        """Coefficients (n_cells, 4, n_q) of 1, x, y, z by values at the Gauss points, of least squares over a cell."""
+        B = linear_functions(gauss(self.points)[0])
+        moments = np.einsum("qi,eq,qj->eij", B, dV, B, optimize=True)
+        return np.asarray(np.linalg.solve(moments, B.T * dV[:, None, :]))
+
+    def _projected(self, gradients: Array, dV: Array) -> Array:
+        shape = gradients.shape
+        B = linear_functions(gauss(self.points)[0])
+        return np.asarray(B @ (self.linear_fit(dV) @ gradients.reshape(*shape[:2], -1))).reshape(shape)
+
+    def _linear(self, rules: Iterable[tuple[Iterable[Batch], float, float]]) -> sp.csr_matrix:
         pointer, columns, sums = self._pattern
         data = np.zeros((len(columns), 9))
-        for batches, lame, shear in self.rules():
+        for batches, lame, shear in rules:
             for batch, how in zip(batches, sums, strict=True):
                 constants = lame * self.lame[batch.cells], shear * self.shear[batch.cells]
                 blocks = element_stiffness(batch, *constants).reshape(-1, 9)

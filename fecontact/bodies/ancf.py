@@ -42,8 +42,8 @@ class AncfBody(ElasticBody):
     name : str, optional
     backend : {'auto', 'pardiso', 'superlu'}
     integration : {'auto', 'full', 'selective'}
-        Four Gauss points per direction; with 'selective' two for the part with lambda. 'auto' takes the latter for
-        Poisson's ratios above 0.49, as that rule costs accuracy in contact pressures (docs/ancf.md).
+        Four Gauss points per direction; with 'selective' the divergence in the part with lambda is projected on linear
+        functions in each cell. 'auto' takes the latter for Poisson's ratios above 0.49 (docs/ancf.md).
     condensation : {'auto', 'schur', 'columns', 'operator'}
         As for `ElasticBody`.
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.ancf import AncfSolid, AncfSpace
 from fecontact.ancf.model import AncfModel
 
 STEEL = fc.Material(E=200.0, nu=0.3, density=2.0)
@@ -183,6 +184,26 @@ def test_refused():
 def test_selective_integration_is_chosen_by_poissons_ratio():
     assert not AncfModel(block().mesh, fc.Material(1.0, 0.3), {}).selective
     assert AncfModel(block().mesh, fc.Material(1.0, 0.495), {}).selective
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_linear_dilatation_holds_affine_states_and_adds_no_mechanism(kept, monkeypatch):
+    if not kept:
+        monkeypatch.setattr("fecontact.ancf.solid.KEPT_BYTES", 0)  # shape functions are made anew for each rule
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 1, 1), element="hex8").mapped(
+        lambda x: x + 0.1 * np.sin(3 * x[:, ::-1])
+    )
+    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.49))
+    K, full = solid.stiffness_of_linear_dilatation, solid.stiffness
+    scale = abs(full).max()
+    state = solid.space.affine(np.random.default_rng(0).random((3, 3)))
+    assert np.abs((K - full) @ state).max() < 1e-12 * scale  # a constant divergence is kept
+    assert abs(K - K.T).max() < 1e-13 * scale
+    values = np.linalg.eigvalsh(K.toarray())
+    assert (np.abs(values[:6]) < 1e-12 * values[-1]).all()  # rigid motions, and no other
+    assert values[6] > 1e-7 * values[-1]
+    # projected, so never stiffer
+    assert np.linalg.eigvalsh((full - K).toarray())[0] > -1e-12 * scale
 
 
 def domed(length=1.0, modulus=1.0, shuffled=False):
