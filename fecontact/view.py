@@ -108,7 +108,17 @@ def _scalar_names(fields: Mapping[str, Array]) -> list[str]:
 
 
 def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
-    """The elastic bodies of a result, in the world."""
+    """The elastic bodies of a result, in the world.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if not result.elastic_bodies:
+        raise InputError(
+            "No body of this scene is meshed inside; only its contacts can be drawn: plot 'pressure' or 'gap' instead."
+        )
     return tuple(Solid(b.name, _in_world(b), body_fields(result, b)) for b in result.elastic_bodies)
 
 

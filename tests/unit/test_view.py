@@ -185,3 +185,11 @@ def test_missing_pyvista_is_named_with_the_remedy(result, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(fc.MissingPackageError, match=r"pip install 'fecontact\[view\]'"):
         show(solids_of_result(result))
+
+
+def test_a_scene_without_meshed_bodies_says_what_can_be_drawn():
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(1.0, 1.0), shape=(16, 16))
+    ball = fc.RigidBody(fc.Sphere(1.0)).placed((0.0, 0.0, 1.0))
+    result = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(motions={ball: {"z": -0.01}})
+    with pytest.raises(fc.InputError, match="plot 'pressure' or 'gap'"):
+        result.plot("von_mises")
