@@ -23,8 +23,8 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "verification.md"
 #: Files of tests in the order of the chapters, from closed forms to the hardest; others follow.
 ORDER = (
-    *("hertz", "sections", "halfspace", "halfspace_couplings", "couplings", "patch", "patch_interfaces", "mesh_io"),
-    *("elements", "ancf", "ancf_motion", "supports", "scenes", "finite_bodies", "hard_cases", "step_bodies"),
+    *("hertz", "sections", "halfspace", "halfspace_couplings", "couplings", "patch", "patch_interfaces", "patch_kites"),
+    *("mesh_io", "elements", "ancf", "ancf_motion", "supports", "scenes", "finite_bodies", "hard_cases", "step_bodies"),
     *("stability", "solver_robustness", "scale"),
 )
 #: Picture shown at the head of a chapter, drawn anew each time.
