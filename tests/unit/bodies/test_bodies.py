@@ -177,3 +177,9 @@ def test_bad_bodies(degenerate):
 def test_bodies_describe_themselves():
     assert cube().describe() == "body: 8 hex20 cells + 4 mid-face nodes, 255 dofs"
     assert fc.RigidBody(fc.Sphere(1.0), name="ball").describe() == "ball: rigid Sphere"
+
+
+def test_a_point_at_a_ball_s_centre_has_a_foot():
+    feet = fc.Sphere(2.0).project(np.array([[0.0, 0.0, 2.0]]))
+    assert np.abs(feet.normals - [0, 0, -1]).max() == 0
+    assert feet.gap[0] == -2.0
