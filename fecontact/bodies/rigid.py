@@ -91,9 +91,7 @@ class Sphere:
         distance = np.sqrt(x**2 + y**2 + height**2)
         # distance - radius = (x^2 + y^2 + z^2 - 2 z radius) / (distance + radius), without cancellation at the pole
         gap = (x**2 + y**2 + z**2 - 2 * z * self.radius) / (distance + self.radius)
-        normals = np.broadcast_to(
-            [0.0, 0.0, -1.0], points.shape
-        ).copy()  # at the centre, where all directions are equal
+        normals = np.broadcast_to([0.0, 0.0, -1.0], points.shape).copy()  # at the centre all directions are equal
         away = distance > 0
         normals[away] = np.stack([x, y, height], axis=1)[away] / distance[away, None]
         return Feet(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
