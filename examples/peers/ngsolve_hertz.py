@@ -21,7 +21,7 @@ from _hertz import APPROACH, FORCE, NU, P0, A, E, R, adapter
 from netgen import occ
 
 #: Elements near the pole, over a.
-SIZES = (0.4, 0.28, 0.2, 0.14, 0.1)
+SIZES = (0.4, 0.28, 0.2, 0.14, 0.1, 0.07)
 #: Augmentation over E / element size, and updates of the multipliers: of those tried, the quickest that left the error
 #: to the elements.
 FACTOR, UPDATES = 5.0, 3
