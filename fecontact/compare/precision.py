@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,22 @@ def cheapest(rows: Iterable[Row], target: float) -> Row | None:
     return min(good, key=lambda row: row["seconds"], default=None)
 
 
+def quickest(rows: Iterable[Row], target: float) -> tuple[str, float] | None:
+    """The method that reaches an error soonest and its CPU seconds, in logarithms between two runs of it."""
+    found = {method: _seconds_at(runs, target) for method, runs in curves(rows).items()}
+    reached = {method: seconds for method, seconds in found.items() if seconds is not None}
+    return min(reached.items(), key=lambda item: item[1], default=None)
+
+
+def _seconds_at(rows: Sequence[Row], target: float) -> float | None:
+    runs = [(error_of(row), float(row["seconds"])) for row in rows]
+    seconds = [t for e, t in runs if e <= target]
+    for (e, t), (finer, longer) in pairwise(runs):
+        if e > target > finer > 0:
+            seconds.append(t * (longer / t) ** (math.log(e / target) / math.log(e / finer)))
+    return min(seconds, default=None)
+
+
 def sentence(rows: Sequence[Row]) -> str:
     """Which method is the cheapest for each error: of all of ours, and of those for bodies of any shape in space."""
     ours = [row for row in rows if not row["peer"]]
@@ -80,20 +97,21 @@ def against_peers(rows: Sequence[Row], target: float = PEER_TARGET) -> str:
         theirs = [row for row in rows if row["peer"] and row["kind"] == kind and not row["failed"]]
         if not theirs:
             continue
-        us = cheapest([row for row in rows if not row["peer"] and row["kind"] == kind], target)
-        them = cheapest(theirs, target)
+        us = quickest([row for row in rows if not row["peer"] and row["kind"] == kind], target)
+        them = quickest(theirs, target)
         if us is None:
             told.append(f"Of {noun}, none of ours reaches {_percent(target)}.")
         elif them is None:
             near = min(theirs, key=error_of)
             told.append(
                 f"Of {noun}, no other program reached {_percent(target)} here: the nearest is {_run(near)}, "
-                f"{near['seconds'] / us['seconds']:.1f} times as long as {_run(us)}."
+                f"{near['seconds'] / us[1]:.1f} times as long as {_percent(target)} here, {us[0]} ({us[1]:.3g} s)."
             )
         else:
             told.append(
-                f"Of {noun}, at {_percent(target)} the fastest other program takes "
-                f"{them['seconds'] / us['seconds']:.1f} times as long: {_run(them)}, against {_run(us)}."
+                f"Of {noun}, {_percent(target)} takes the fastest other program {them[1] / us[1]:.2g} times as long as "
+                f"it takes here: {them[1]:.3g} s, {them[0]}, against {us[1]:.3g} s, {us[0]} (between runs, where none "
+                "has just this error)."
             )
     return " ".join(told)
 

@@ -11,7 +11,7 @@ import fecontact as fc
 from fecontact.cli import main
 from fecontact.compare import METHODS, PROBLEMS, Plan, compare, default_variants, find_peers, problem
 from fecontact.compare.methods import variant
-from fecontact.compare.precision import against_peers, cheapest, order, sentence
+from fecontact.compare.precision import against_peers, cheapest, order, quickest, sentence
 
 QUICK = Plan("hertz", ("half-space",), refinements=2, repeats=1)
 
@@ -153,9 +153,18 @@ def test_cheapest_is_a_measured_run_within_the_error():
     assert "0.1 %, none (the least is a (4 s, 0.4 %))" in text
 
 
+def test_seconds_between_runs_follow_a_power_law():
+    rows = [row("a", 1.0, 0.04), row("a", 4.0, 0.01), row("b", 9.0, 0.001)]
+    method, seconds = quickest(rows, 0.02)
+    assert method == "a"
+    assert abs(seconds - 2.0) < 1e-12  # error ~ 1 / seconds
+    assert quickest(rows, 0.005) == ("b", 9.0)
+    assert quickest(rows, 1e-4) is None
+
+
 def test_ratio_to_other_programs():
     rows = [row("ours", 0.5, 0.01), row("peer", 10.0, 0.012, peer=True)]
-    assert "20.0 times" in against_peers(rows)
+    assert "20 times" in against_peers(rows)
     rows[1]["errors"]["pressure_l2"] = 0.1
     assert "no other program reached" in against_peers(rows)
 
