@@ -118,11 +118,7 @@ def cross(u: Array, v: Array) -> Array:
 
 def charts(surface: FacetSurface) -> Chart:
     """Charts of all facets, worked out once; the identity where a facet is affine or has no convex image."""
-    if "charts" not in surface.known:
-        surface.known["charts"] = _charts(surface)
-    found = surface.known["charts"]
-    assert isinstance(found, Chart)
-    return found
+    return surface.once(_charts)
 
 
 def _charts(surface: FacetSurface) -> Chart:

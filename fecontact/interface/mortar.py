@@ -248,9 +248,7 @@ def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
 
 def hat_areas(slave: FacetSurface) -> Array:
     """Integrals (n_nodes,) of all hats over the whole slave surface."""
-    if "hat areas" not in slave.known:
-        slave.known["hat areas"] = _hat_areas(slave)
-    return np.asarray(slave.known["hat areas"])
+    return slave.once(_hat_areas)
 
 
 def _hat_areas(slave: FacetSurface) -> Array:

@@ -241,9 +241,7 @@ def contact_weights(surface: FacetSurface) -> Array:
     triangles: their consistent corner weights are negative or zero, so tributary areas are shown instead; the forces
     themselves stay wrong at the corners.
     """
-    if "contact weights" not in surface.known:
-        surface.known["contact weights"] = _contact_weights(surface)
-    return np.asarray(surface.known["contact weights"])
+    return surface.once(_contact_weights)
 
 
 def _contact_weights(surface: FacetSurface) -> Array:

@@ -17,8 +17,9 @@ from scipy.spatial.transform import Rotation
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
+from fecontact.interface.bounds import bounds_of, facet_displacements, part_displacements
 from fecontact.interface.candidates import MARGIN, approach_for_load
-from fecontact.interface.near import Drift, bounds_of, bridged, facet_displacements, part_displacements, with_rings
+from fecontact.interface.near import Drift, bridged, with_rings
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import Loading
 
@@ -103,9 +104,11 @@ def near_nodes(
     """
     out = []
     poses = [b.pose for b in bodies]
-    guided = known is not None and known.drift is not None
-    if guided:
-        poses[0] = poses[0].then(*_finite(known.drift))  # type: ignore[union-attr,arg-type]
+    if known is not None and known.drift is not None:
+        poses[0] = poses[0].then(*_finite(known.drift))
+        rings = 1
+    else:
+        known, rings = None, RINGS
     softness = sum(1 / b.contact_modulus for b in bodies)
     for k in range(2):
         one, other, relative = surfaces[k], surfaces[1 - k], poses[k].relative_to(poses[1 - k])
@@ -113,12 +116,12 @@ def near_nodes(
         if not np.isfinite(gap).any():
             out.append(one.nodes)
             continue
-        if guided:
-            near = np.asarray(gap <= known.elastic)  # type: ignore[union-attr]
+        if known is not None:
+            near = np.asarray(gap <= known.elastic)
         else:
             gap = gap - _travel(bodies, loading)
             near = np.asarray(gap - float(gap.min()) <= MARGIN * _approach(one, gap, softness, loading))
-        out.append(np.unique(one.facets[with_rings(one, near, 1 if guided else RINGS)]))
+        out.append(np.unique(one.facets[with_rings(one, near, rings)]))
     return out
 
 

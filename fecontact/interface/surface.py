@@ -6,9 +6,10 @@ facet, for all points and their nearby facets at once.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, TypeVar, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +22,7 @@ from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, 
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+T = TypeVar("T")
 
 
 #: Sideways offset, relative to the surface's size, below which it is rounding: coordinates are good to 1e-16 of it.
@@ -115,9 +117,14 @@ class FacetSurface:
         return triangular(self.facets)
 
     @cached_property
-    def known(self) -> dict[str, object]:
-        """What pairings have worked out about this surface alone, by name, for the next ones."""
+    def _known(self) -> dict[object, object]:
         return {}
+
+    def once(self, work_out: Callable[[FacetSurface], T]) -> T:
+        """What a function works out about this surface alone; kept for the next pairings."""
+        if work_out not in self._known:
+            self._known[work_out] = work_out(self)
+        return cast(T, self._known[work_out])
 
     @cached_property
     def size(self) -> float:

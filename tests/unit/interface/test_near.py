@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.interface import near, reach
+from fecontact.interface import bounds, near, reach
 from fecontact.interface.mortar import pair_mortar
 from fecontact.interface.pairing import pair
 from fecontact.interface.surface import FacetSurface
@@ -52,7 +52,7 @@ def test_clearance_is_a_lower_bound_and_within_reach_nothing_is_missed(quadratic
     slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.02)
     part = near.near_parts(slave, master, *HERE, reach=0.2)
     # against the distances of many points of every part from the master
-    cut = near.parts_of(slave)
+    cut = bounds.parts_of(slave)
     assert len(cut.owner) == len(slave.facets) * (4 if quadratic else 1)
     facet, places = samples(cut.surface)
     feet = master.project(places)
@@ -87,7 +87,7 @@ def test_gaps_of_parts_left_out_stay_open_under_the_drift_they_were_left_out_for
     slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.1)
     drift = near.Drift(np.array([0.2, -0.1, -0.15]), np.array([0.05, -0.3, 0.1]))
     part = near.near_parts(slave, master, *HERE, 0.1, drift)
-    facet, places = samples(near.parts_of(slave).surface)
+    facet, places = samples(bounds.parts_of(slave).surface)
     feet = master.project(places)
     # a linearised gap as the whole pairing has it; its normals at edges lie within the cones
     gap = least(facet, feet.gap + np.einsum("ni,ni->n", feet.normals, drift.at(places)))
@@ -102,14 +102,16 @@ def test_gaps_of_parts_left_out_stay_open_under_the_drift_they_were_left_out_for
 def test_displacements_between_nodes_are_bounded(quadratic):
     surface = grid(4, bowl, quadratic=quadratic)
     nodal = np.random.default_rng(1).normal(size=surface.points.shape)
-    cut = near.parts_of(surface)
-    bound = near.part_displacements(surface, nodal)
+    cut = bounds.parts_of(surface)
+    bound = bounds.part_displacements(surface, nodal)
     field = FacetSurface(nodal, surface.facets)
-    _, values = samples(near.parts_of(field).surface)
+    _, values = samples(bounds.parts_of(field).surface)
     facet, _ = samples(cut.surface)
     largest = -least(facet, -np.linalg.norm(values, axis=1))
     assert (largest <= bound * (1 + 1e-12)).all()
-    assert np.array_equal(near.facet_displacements(surface, nodal), bound.reshape(len(surface.facets), -1).max(axis=1))
+    assert np.array_equal(
+        bounds.facet_displacements(surface, nodal), bound.reshape(len(surface.facets), -1).max(axis=1)
+    )
 
 
 def test_what_was_missed_is_seen_and_the_reach_that_suits_it():
@@ -138,8 +140,8 @@ def test_lebesgue_and_bulge_constants_bound_the_shape_functions(columns, triangl
     X = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
     X = X[X.sum(axis=1) <= 1 + 1e-12] if triangle else X
     N = np.abs(facet_shapes(columns, np.full(len(X), triangle), X)[0])
-    assert N.sum(axis=1).max() <= near.lebesgue(columns) + 1e-12
-    assert N[:, 4:].sum(axis=1).max() <= near.BULGE + 1e-12
+    assert N.sum(axis=1).max() <= bounds.lebesgue(columns) + 1e-12
+    assert N[:, 4:].sum(axis=1).max() <= bounds.BULGE + 1e-12
 
 
 @pytest.mark.parametrize("couple", [pair, pair_mortar])
