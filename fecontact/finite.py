@@ -73,7 +73,7 @@ def solve_finite(scene: Scene, arguments: Mapping[str, Any]) -> ContactResult:
         steps = np.stack([_advance(p, m) for p, m in zip(places, result.state.motions, strict=True)])
         change = path.size_of(steps) / _elastic_size(result)
         if change <= SETTLED:
-            if whole:
+            if whole and any(i.near is not None for i in result.interfaces):
                 result = now.scene.solve(**now.loads(held))
             return replace(result, originals=scene.bodies)
         guide.settle()

@@ -30,6 +30,17 @@ def test_far_off_ball_comes_down_and_gives_the_same_force_as_when_placed_there()
     assert abs(result.rigid_motion(far).translation[2] + 3.05) < 1e-12
 
 
+def test_no_pose_is_solved_twice_where_whole_surfaces_are_paired_anyway(monkeypatch):
+    plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball").placed((0.0, 0.0, 3.0))
+    heights, solved = [], fc.Scene.solved
+    monkeypatch.setattr(
+        fc.Scene, "solved", lambda s, *rest: heights.append(s.bodies[1].pose.translation[2]) or solved(s, *rest)
+    )
+    scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
+    scene.solve(forces={ball: (0.0, 0.0, -20.0)}, finite_motion=True)
+    assert len(heights) == len(set(heights)) > 1
+
+
 def test_ball_rolls_over_by_a_prescribed_turn_without_changing_the_force():
     # a sphere turned about its own centre presents the same surface: the force cannot change
     plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball").placed((0, 0, -0.03))
