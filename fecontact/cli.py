@@ -286,8 +286,9 @@ def _add_view(commands: argparse._SubParsersAction) -> None:
 
 def _view(options: argparse.Namespace) -> int:
     from fecontact import view
+    from fecontact.solids import solids_of_file
 
-    solids = view.solids_of_file(options.result)
+    solids = solids_of_file(options.result)
     chosen = {
         "scale": options.scale,
         "direction": _direction(options.view),

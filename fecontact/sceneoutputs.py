@@ -109,7 +109,7 @@ def _direction(table: Table) -> Any:
 
 
 def _cut(table: Table) -> str | None:
-    from fecontact.view import CUT
+    from fecontact.solids import CUT
 
     where = table.text("cut")
     if where is not None and not CUT.fullmatch(where):

@@ -7,7 +7,8 @@ import pytest
 
 import fecontact as fc
 from fecontact.render import VIEWS, Camera, draw_facets, subdivided
-from fecontact.view import Solid, chosen, cut, show, solids_of_file, solids_of_result, view, view_result
+from fecontact.solids import Solid, chosen, cut, solids_of_file, solids_of_result
+from fecontact.view import show, view, view_result
 
 SMALL = (120, 100)
 

@@ -460,7 +460,8 @@ def test_pictures(tmp_path):
         result.plot("pressure", style="sensels")
     with pytest.raises(fc.InputError, match="nothing to cut open"):
         result.plot("von_mises", where="x>0")
-    from fecontact.view import solids_of_file, view
+    from fecontact.solids import solids_of_file
+    from fecontact.view import view
 
     solids = solids_of_file(result.save(tmp_path / "pressed.vtu"))
     assert [len(s.mesh.points) for s in solids] == 2 * [len(upper.mesh.points)]
