@@ -42,7 +42,7 @@ def chapter(name: str, arguments: tuple[str, ...], pictures: tuple[str, ...]) ->
     about = rest.partition("Run: ")[0].strip()
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, str(script), *arguments]
-        said = subprocess.run(command, cwd=ROOT / folder, check=True, capture_output=True, text=True).stdout
+        said = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
         for picture in pictures:
             save_smaller(Path(folder) / "out" / f"{picture}.png", IMAGES / f"{picture}.png")
     called = " ".join([f"examples/{name}.py", *arguments])
