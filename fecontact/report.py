@@ -48,6 +48,7 @@ def report(result: ContactResult) -> str:
         f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}"
     )
     lines += [f"Warning:   {text}" for text in result.warnings]
+    lines += [f"Note:      {text}" for text in result.notes]
     stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
     lines.append(f"Seconds:   {stages}")
     needed = "  ".join(f"{k} {v:.0f}" for k, v in result.memory.items())

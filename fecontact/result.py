@@ -20,6 +20,7 @@ from fecontact.errors import InputError
 from fecontact.loading import Loading, mass_weighted
 from fecontact.reduction import Reduction, State
 from fecontact.report import peak_memory, report
+from fecontact.result_warnings import notes_of, warnings_of
 from fecontact.resultants import Region, hold_of_body, hold_of_boundary
 from fecontact.savings import savings
 from fecontact.solvers import Residuals, Solution
@@ -31,10 +32,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-
-#: Rotation (radians) and strain from which a result warns; both err by their square and by their own size.
-LARGEST_TURN, LARGEST_STRAIN = 0.03, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,22 +269,13 @@ class ContactResult:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What leaves the range of small strains and rotations, in words; empty if nothing does."""
-        out = []
-        for k, body in enumerate(self.scene.bodies):
-            turn = float(np.linalg.norm(self.state.motions[k][3:]))
-            if turn > LARGEST_TURN:
-                out.append(
-                    f"{body.name!r} turns by {turn:.3f} rad, more than a linearised rotation bears: "
-                    "use finite_motion=True."
-                )
-            if isinstance(body, ElasticBody) and body.model is not None:
-                strain = float(np.nanmax(np.abs(body.model.gauss_strain(self.state.displacements[k]))))
-                if strain > LARGEST_STRAIN:
-                    out.append(
-                        f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
-                    )
-        return tuple(out)
+        """What may be wrong although the certificate holds, in words; see `result_warnings`."""
+        return warnings_of(self)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader should know about the model, in words."""
+        return notes_of(self)
 
     def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Any:
         """Picture of a field, see `fecontact.plot`; written to `path` if given."""
@@ -332,6 +320,7 @@ class ContactResult:
             ],
             "bodies": [{"name": b.name, "reaction": self.reaction(b).tolist()} for b in self.scene.bodies],
             "warnings": list(self.warnings),
+            "notes": list(self.notes),
             "springs": [
                 {"name": s.spring.name, "tension": s.tension, "elongation": s.elongation} for s in self.springs
             ],
