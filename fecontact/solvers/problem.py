@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
@@ -270,19 +271,16 @@ class ComplementarityProblem:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a solver found, judged by the problem.
+    """What a solver found; the problem itself says what it is worth.
 
     Parameters
     ----------
+    problem : ComplementarityProblem
     forces : ndarray, shape (n,)
         Contact forces, compression positive.
     q : ndarray, shape (m,)
         Multiplier of the equilibrium rows, the rigid motion; for status ``infeasible`` the direction
         that proves it (see `InfeasibleLoadError`).
-    gap : ndarray, shape (n,)
-        S l + g + B^T q.
-    success : bool
-        Whether the recomputed residuals certify the answer.
     status : Status
         One short word; the table is with `Status`.
     message : str
@@ -291,25 +289,36 @@ class Solution:
         Iterations or pivots.
     solver : str
         The name of the solver that gave the answer.
-    residuals : Residuals
-        Recomputed from the problem, never the solver's own.
     seconds : float
         Wall time.
     history : tuple of float
         The solver's own measure of what is left, one entry per iteration; empty if it has none.
     """
 
+    problem: ComplementarityProblem = field(repr=False)
     forces: np.ndarray
     q: np.ndarray
-    gap: np.ndarray
-    success: bool
     status: Status
     message: str
     nit: int
     solver: str
-    residuals: Residuals
-    seconds: float
+    seconds: float = 0.0
     history: tuple[float, ...] = ()
+
+    @property
+    def success(self) -> bool:
+        """Whether the answer is certified."""
+        return self.status in (Status.SOLVED, Status.NO_CONTACT)
+
+    @cached_property
+    def gap(self) -> np.ndarray:
+        """S l + g + B^T q, shape (n,)."""
+        return self.problem.gap(self.forces, self.q)
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """What the problem, never the solver, says of these forces and this motion."""
+        return self.problem.residuals(self.forces, self.q)
 
     @property
     def active(self) -> np.ndarray:

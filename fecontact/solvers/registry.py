@@ -30,7 +30,7 @@ from fecontact.solvers.active_set import active_set
 from fecontact.solvers.lemke import lemke
 from fecontact.solvers.nnls import nnls
 from fecontact.solvers.outcome import Outcome
-from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Residuals, Solution, Status
+from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Solution, Status
 from fecontact.solvers.projected_cg import projected_cg
 from fecontact.solvers.qp import backend, backends
 from fecontact.solvers.refine import polish
@@ -179,12 +179,12 @@ def attempt(
     failures: list[Solution] = []
     if solver == "auto" and isinstance(problem.S, SolvingOperator):
         outcome = problem.S.solve_contact(problem, tolerance)
-        solution = _judged_outcome(problem, outcome, tolerance, problem.S.solver)
+        solution = _certified(_claimed(problem, outcome, problem.S.solver), tolerance)
         if solution.success:
             return replace(solution, seconds=time.perf_counter() - began)
         failures.append(solution)
     for name in names:
-        solution = _certified(problem, scaled, name, touching, tolerance, options)
+        solution = _certified(_found(problem, scaled, name, touching, tolerance, options), tolerance)
         solution = replace(solution, seconds=time.perf_counter() - began)
         if solution.success:
             return solution
@@ -209,25 +209,19 @@ class SolvingOperator(Protocol):
         """Forces and motions of the problem as it stands, not of its scaled form."""
 
 
-def _judged_outcome(problem: ComplementarityProblem, outcome: Outcome, tolerance: float, name: str) -> Solution:
-    """An outcome in the problem's own units, certified by the problem."""
-    residuals = problem.residuals(outcome.x, outcome.p)
-    status, message = outcome.status, outcome.message
-    if status is Status.SOLVED and not residuals.within(tolerance):
-        status, message = Status.REFUSED, "the answer does not pass the certificate"
+def _certified(solution: Solution, tolerance: float) -> Solution:
+    """The solution, refused if it is claimed to be one and its residuals do not bear that out."""
+    if solution.status is not Status.SOLVED or solution.residuals.within(tolerance):
+        return solution
+    return replace(solution, status=Status.REFUSED, message="the answer does not pass the certificate")
+
+
+def _claimed(problem: ComplementarityProblem, outcome: Outcome, solver: str) -> Solution:
+    """An outcome in the problem's own units, as it is claimed."""
     return Solution(
-        forces=outcome.x,
-        q=outcome.p,
-        gap=problem.gap(outcome.x, outcome.p),
-        success=status is Status.SOLVED,
-        status=status,
-        message=message,
-        nit=outcome.nit,
-        solver=name,
-        residuals=residuals,
-        seconds=0.0,
+        problem, outcome.x, outcome.p, outcome.status, outcome.message, outcome.nit, solver,
         history=tuple(outcome.history),
-    )
+    )  # fmt: skip
 
 
 def _function(name: str) -> Callable[..., Outcome]:
@@ -279,10 +273,7 @@ def _without_solver(problem: ComplementarityProblem, scaled: ScaledProblem, solv
     """Answer of the two cases that need no solver: nothing touches, or nothing can carry the load."""
     zero, still = np.zeros(problem.n), np.zeros(problem.m)
     if not problem.F.any() and problem.g.min() >= 0:
-        residuals = problem.residuals(zero, still)
-        return Solution(
-            zero, still, problem.g.copy(), True, Status.NO_CONTACT, "nothing touches", 0, solver, residuals, 0.0
-        )
+        return Solution(problem, zero, still, Status.NO_CONTACT, "nothing touches", 0, solver)
     direction = scaled.free_direction()
     if direction is None:
         return None
@@ -290,11 +281,10 @@ def _without_solver(problem: ComplementarityProblem, scaled: ScaledProblem, solv
         "No contact forces l >= 0 balance the load: along the motion q the load does work and no gap closes. "
         "Hold that motion, or change the load."
     )
-    gap, residuals = problem.gap(zero, direction), problem.residuals(zero, still)
-    return Solution(zero, direction, gap, False, Status.INFEASIBLE, message, 0, solver, residuals, 0.0)
+    return Solution(problem, zero, direction, Status.INFEASIBLE, message, 0, solver)
 
 
-def _certified(
+def _found(
     problem: ComplementarityProblem,
     scaled: ScaledProblem,
     name: str,
@@ -302,40 +292,21 @@ def _certified(
     tolerance: float,
     options: dict[str, object],
 ) -> Solution:
-    """Return what one solver found, sharpened and judged by the problem."""
+    """What one solver found, sharpened."""
     outcome = _function(name)(scaled, start, **options)
-    best = _judge(problem, scaled, outcome)
-    if outcome.status is Status.SOLVED and isinstance(scaled.S, np.ndarray) and name != "active-set":
-        solves = 1 if name in NATIVE else FEW_SOLVES
-        candidates = polish(scaled, outcome.x, outcome.p, solves=solves)
-        judged = [*(_judge(problem, scaled, each) for each in candidates), best]
-        # the sharpened one first: where the touching points leave a motion open, it has the smallest
-        passing = (each for each in judged if each[2].within(tolerance))
-        best = next(passing, min(judged, key=lambda each: each[2].worst))
-    forces, q, residuals = best
-    status, message = outcome.status, outcome.message
-    if status is Status.SOLVED and not residuals.within(tolerance):
-        status, message = Status.REFUSED, "the answer does not pass the certificate"
-    return Solution(
-        forces=forces,
-        q=q,
-        gap=problem.gap(forces, q),
-        success=status is Status.SOLVED,
-        status=status,
-        message=message,
-        nit=outcome.nit,
-        solver=name,
-        residuals=residuals,
-        seconds=0.0,
-        history=tuple(outcome.history),
-    )
+    claimed = _claimed(problem, _unscaled(problem, scaled, outcome), name)
+    if outcome.status is not Status.SOLVED or not isinstance(scaled.S, np.ndarray) or name == "active-set":
+        return claimed
+    solves = 1 if name in NATIVE else FEW_SOLVES
+    sharper = [_unscaled(problem, scaled, each) for each in polish(scaled, outcome.x, outcome.p, solves=solves)]
+    # the sharpened one first: where the touching points leave a motion open, it has the smallest
+    every = [*(replace(claimed, forces=each.x, q=each.p) for each in sharper), claimed]
+    passing = (each for each in every if each.residuals.within(tolerance))
+    return next(passing, None) or min(every, key=lambda each: each.residuals.worst)
 
 
-def _judge(
-    problem: ComplementarityProblem, scaled: ScaledProblem, outcome: Outcome
-) -> tuple[np.ndarray, np.ndarray, Residuals]:
-    """Return forces, multiplier and residuals in the units of the problem."""
+def _unscaled(problem: ComplementarityProblem, scaled: ScaledProblem, outcome: Outcome) -> Outcome:
+    """An outcome in the units of the problem."""
     idle = not problem.F.any() and outcome.x.max() < NO_FORCE
     forces = np.zeros(problem.n) if idle else scaled.forces(outcome.x)
-    q = scaled.motion(outcome.p)
-    return forces, q, problem.residuals(forces, q)
+    return replace(outcome, x=forces, p=scaled.motion(outcome.p))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -130,3 +132,13 @@ def test_a_solution_tells_who_touches(half_space) -> None:
     assert solution.status == "solved"
     assert (solution.active == (solution.forces > 0)).all()
     assert "penetration" in str(solution.residuals)
+
+
+def test_a_solution_is_judged_by_its_problem_whatever_its_status_says() -> None:
+    solution = solve(ComplementarityProblem(S=EYE, g=np.array([-2.0, -1.0, 1.0])))
+    assert solution.residuals.worst == 0.0
+    # half the force on the first point leaves half of its overlap: gap -1 over the largest deflection, 1
+    tampered = replace(solution, forces=np.array([1.0, 1.0, 0.0]))
+    assert tampered.status is Status.SOLVED
+    assert tampered.gap.tolist() == [-1.0, 0.0, 1.0]
+    assert tampered.residuals.penetration == 1.0
