@@ -97,6 +97,10 @@ class Model:
         """Degrees of freedom that the present condensation keeps; 0 before there is one."""
         return 0 if self.condensation is None else self.condensation.n_retained
 
+    def fingerprinted(self) -> tuple[object, ...]:
+        """What it is made of, without what was computed from that; see `fingerprint`."""
+        return self.mesh, self.materials, self.material_of_cell, self.supports, self.selective
+
     def _check_connected(self) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""
         cells = self.functions
