@@ -7,12 +7,15 @@ linearised contact problem of `newton.contact_step`; a line search on the exact 
 
 (Nocedal & Wright 2006, section 18.4; m is no stiffness: the minimum does not depend on it) guards the way there. A
 level that cannot be reached is approached by smaller steps; what was reached last is kept.
+
+A state to go on from need not balance the loads of the level at which it is taken up: what is missing is added as a
+load, and as a motion of the supports, that fades in proportion to the level and is gone at the end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -113,7 +116,15 @@ class Path:
 
     @property
     def last(self) -> State:
-        """The last equilibrium."""
+        """The last equilibrium.
+
+        Raises
+        ------
+        SolverError
+            If there is none.
+        """
+        if not self.states:
+            raise SolverError(f"No equilibrium was found, so there is no last one. {self.message}")
         return self.states[-1]
 
     def __str__(self) -> str:
@@ -131,7 +142,7 @@ class Path:
 def equilibrium(
     stage: Callable[[float], Stage], *, steps: int = 10, tolerance: float = 1e-9, start: State | None = None
 ) -> Path:
-    """Follow the equilibrium from the initial state to level 1.
+    """Follow the equilibrium from the initial state, or another one, to level 1.
 
     Parameters
     ----------
@@ -144,7 +155,9 @@ def equilibrium(
         that rounded coordinates make, eps |K| |q|, count as balanced: those of a slender bar bent a little are more
         than the tolerance of its small forces.
     start : State, optional
-        Go on from here, such as from the last state of an earlier path.
+        Go on from here: from its level, or, if that is 1, from the level (one of the steps) at which it is nearest to
+        balance. It need not be in balance there: what is missing fades on the way, in proportion, so that the last
+        state of a path leads to whatever loads, motions and places of rigid bodies `stage` has at level 1.
 
     Returns
     -------
@@ -154,15 +167,24 @@ def equilibrium(
     Raises
     ------
     InputError
-        If steps or tolerance make no sense, or the supports leave the solids free to move as a whole.
+        If steps or tolerance make no sense, the supports leave the solids free to move as a whole, or `start` belongs
+        to other solids.
     """
     if steps < 1 or not 0 < tolerance < 1:
         raise InputError(f"Expected at least one step and a tolerance between 0 and 1; found {steps}, {tolerance!r}.")
     check_supports(stage(0.0).assembly)
-    level, step = (0.0, 1.0 / steps) if start is None else (start.level, 1.0 / steps)
-    q = stage(0.0).assembly.q0 if start is None else start.q
-    forces = None if start is None else np.concatenate(start.forces)
-    states: list[State] = [] if start is None else [start]
+    begun = start
+    if start is not None and start.level >= 1:
+        if _distance(stage(1.0), start) <= tolerance:
+            return Path(True, "Full load reached: the state to go on from is in balance with it.", (start,), 0)
+        levels = np.arange(steps) / steps
+        begun = replace(start, level=float(min(levels, key=lambda s: _distance(stage(float(s)), start))))
+    level, step = 0.0 if begun is None else begun.level, 1.0 / steps
+    q = stage(level).assembly.q0 if begun is None else begun.q
+    forces = None if begun is None else _joined(begun.forces)
+    states: list[State] = [] if begun is None else [begun]
+    if begun is not None:
+        stage = _fading(stage, begun, tolerance)
     cuts, trouble = 0, ""
     with tqdm(total=1.0, initial=level, desc="load", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
         while level < 1 - 1e-12:
@@ -181,10 +203,68 @@ def equilibrium(
                 continue
             bar.update(goal - level)
             states.append(state)
-            level, q, forces = goal, state.q, np.concatenate(state.forces) if state.forces else None
+            level, q, forces = goal, state.q, _joined(state.forces)
             if state.nit <= EASY:
                 step = min(2 * step, 1.0 / steps)
-    return Path(True, f"Full load reached in {len(states)} steps.", tuple(states), cuts)
+    return Path(True, f"Full load reached in {len(states) - (begun is not None)} steps.", tuple(states), cuts)
+
+
+def _joined(forces: tuple[Array, ...]) -> Array:
+    """Contact forces of all touches, of which there may be none."""
+    return np.concatenate([np.zeros(0), *forces])
+
+
+def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
+    """Loads and motions (n_dofs,) by which a state differs from balance, and the largest force that balance has.
+
+    Contact forces count wherever the counter-bodies stand: these are moved to, and do not fade.
+
+    Raises
+    ------
+    InputError
+        If the state is not of these solids and contacts.
+    """
+    a = stage.assembly
+    hats = tuple(len(f) for f in state.forces)
+    if state.q.shape != (a.n_dofs,) or hats != tuple(t.n_hats for t in a.touches):
+        raise InputError(
+            f"The state to go on from has {state.q.size} coordinates and contact forces on {hats} hats, the assembly "
+            f"{a.n_dofs} and {tuple(t.n_hats for t in a.touches)}: start from a state of the same solids and contacts."
+        )
+    Z, conditions, internal = a.free, a.conditions(state.q), a.forces(state.q)
+    load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
+    motion = state.q - a.q0 - (0.0 if stage.motion is None else stage.motion)
+    rest = internal - load - conditions.G.T @ _joined(state.forces)
+    largest = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
+    return Z @ (Z.T @ rest), motion - Z @ (Z.T @ motion), largest
+
+
+def _distance(stage: Stage, state: State) -> float:
+    """How far a state is from balance at a stage: the largest of what `equilibrium` compares with its tolerance."""
+    rest, motion, largest = _missing(stage, state)
+    a = stage.assembly
+    gap, forces = a.conditions(state.q).gap, _joined(state.forces)
+    off = max(-gap.min(initial=0.0), gap[forces > 0].max(initial=0.0), np.abs(a.lengths * motion).max(initial=0.0))
+    return float(max(_largest(a, rest) / largest, off / a.size))
+
+
+def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> Callable[[float], Stage]:
+    """The stages with what a state lacks of balance at its level, less and less of it and none at level 1."""
+    rest, motion, largest = _missing(stage(begun.level), begun)
+    a = stage(begun.level).assembly
+    rest = rest if _largest(a, rest) > tolerance * largest else np.zeros_like(rest)
+    motion = motion if np.abs(a.lengths * motion).max(initial=0.0) > tolerance * a.size else np.zeros_like(motion)
+    if not (rest.any() or motion.any()):
+        return stage
+
+    def at(level: float) -> Stage:
+        plain, share = stage(level), (1 - level) / (1 - begun.level)
+        if share <= 0:
+            return plain
+        forces = share * rest + (0.0 if plain.forces is None else plain.forces)
+        return replace(plain, forces=forces, motion=share * motion + (0.0 if plain.motion is None else plain.motion))
+
+    return at
 
 
 def check_supports(assembly: Assembly) -> None:
@@ -223,7 +303,7 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
     forces = np.zeros(len(conditions.gap)) if guess is None else guess
     widths = np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
     for nit in range(1, MOST_ITERATIONS + 1):
-        near = np.flatnonzero(conditions.gap < REACH * widths)
+        near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
         K = a.tangent(q)
         bend = a.curvature(conditions, forces)
         K = K if bend is None else sp.csr_matrix(K - bend)

@@ -1,0 +1,123 @@
+"""Going on from a state or a record: to another load, and never to an answer of something else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, State, equilibrium, traction
+
+FLOOR = fc.RigidBody(fc.Plane())
+#: Both ways end with forces out of balance of 1e-9 of the largest; the displacements of a bar ten times longer than
+#: thick are some hundred times as soft as its forces.
+SAME = 1e-7
+
+
+def bar():
+    mesh = fc.shapes.block((4.0, 1.0, 0.5), (4, 1, 1), element="hex8")
+    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=100.0, nu=0.3))
+    return Assembly.of([solid], [{"x_min": "xyz"}]), solid.space
+
+
+def cube_on_floor():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1), element="hex8")
+    return Assembly.of(
+        [AncfSolid(AncfSpace(mesh), fc.Material(E=10.0, nu=0.3))], [{"top": "xyz"}], [(0, "bottom", FLOOR)]
+    )
+
+
+def moved(a: Assembly, state: State):
+    """Displacements of nodes and changes of gradients, as lengths."""
+    return a.lengths * (state.q - a.q0)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ((0, 0, -1.0), (0, 0, -2.0)),
+        ((0, 0, -2.0), (0, 0, -0.5)),
+        ((0, 0, -1.0), (0, 1.5, 0.5)),
+        ((0, 0, -1.0), (0, 0, 0)),
+    ],
+    ids=["larger", "smaller", "another direction", "none"],
+)
+@pytest.mark.parametrize("onwards", [False, True], ids=["from nothing", "from the first load"])
+def test_a_finished_path_leads_to_another_load(first, second, onwards):
+    a, space = bar()
+    f1, f2 = (traction(space, "x_max", f) for f in (first, second))
+    begun = equilibrium(lambda s: Stage(a, forces=s * f1), steps=2)
+    # the new loads may grow from nothing or from the first load: either way leads to the second
+    path = equilibrium(lambda s: Stage(a, forces=s * f2 + (1 - s) * onwards * f1), steps=2, start=begun.last)
+    scratch = equilibrium(lambda s: Stage(a, forces=s * f2), steps=2).last
+    assert path.success
+    assert path.last.level == 1.0
+    assert np.abs(moved(a, path.last) - moved(a, scratch)).max() < SAME * np.abs(moved(a, begun.last)).max()
+    # nothing that remains of the first load is in the reactions
+    lift = np.array([a.translation(e) for e in np.eye(3)])
+    assert np.abs(lift @ (path.last.reactions + f2)).max() < 1e-7
+
+
+@pytest.mark.parametrize("deep", [0.15, 0.05, -0.1], ids=["deeper", "less deep", "apart"])
+def test_a_finished_path_with_contact_leads_to_another_place_of_the_floor(deep):
+    a = cube_on_floor()
+
+    def to(depth):
+        return lambda s: Stage(a.with_rigid(FLOOR.placed((0, 0, depth * s))))
+
+    begun = equilibrium(to(0.1), steps=2)
+    path, scratch = equilibrium(to(deep), steps=4, start=begun.last), equilibrium(to(deep), steps=4)
+    assert path.success
+    assert np.abs(moved(a, path.last) - moved(a, scratch.last)).max() < SAME * 0.1
+    assert np.abs(path.last.forces[0] - scratch.last.forces[0]).max() < SAME * begun.last.forces[0].max()
+    assert (path.last.forces[0].sum() > 0) == (deep > 0)
+
+
+def test_a_finished_path_leads_to_another_motion_of_the_supports():
+    a = cube_on_floor()
+    top = np.flatnonzero(a.solids[0].space.mesh.points[a.solids[0].space.nodes][:, 2] > 0.99)
+    down, sideways = np.zeros((2, a.n_dofs))
+    down.reshape(-1, 3)[a.solids[0].space.start[top], 2] = -0.1
+    sideways.reshape(-1, 3)[a.solids[0].space.start[top]] = (0.1, 0.0, -0.05)
+    begun = equilibrium(lambda s: Stage(a, motion=s * down), steps=2)
+    path = equilibrium(lambda s: Stage(a, motion=s * sideways), steps=2, start=begun.last)
+    scratch = equilibrium(lambda s: Stage(a, motion=s * sideways), steps=2)
+    assert path.success
+    assert np.abs(moved(a, path.last) - moved(a, scratch.last)).max() < SAME * 0.1
+
+
+def test_a_state_on_the_way_goes_on_from_its_level_and_a_finished_one_is_done():
+    a, space = bar()
+    load = traction(space, "x_max", (0, 0, -1.0))
+
+    def stage(s):
+        return Stage(a, forces=s * load)
+
+    whole = equilibrium(stage, steps=4)
+    rest = equilibrium(stage, steps=4, start=whole.states[1])
+    assert [s.level for s in rest.states] == [0.5, 0.75, 1.0]
+    assert rest.message == "Full load reached in 2 steps."
+    assert np.abs(moved(a, rest.last) - moved(a, whole.last)).max() < SAME
+    again = equilibrium(stage, steps=4, start=whole.last)
+    assert again.success
+    assert "in balance" in again.message
+    assert again.states == (whole.last,)
+
+
+def test_a_state_of_other_solids_is_refused():
+    a, _ = bar()
+    other = equilibrium(lambda s: Stage(cube_on_floor()), steps=1).last
+    with pytest.raises(fc.InputError, match="same solids and contacts"):
+        equilibrium(lambda s: Stage(a), start=other)
+    with pytest.raises(fc.InputError, match="same solids and contacts"):
+        equilibrium(lambda s: Stage(a), start=replace(other, level=0.5))
+
+
+def test_a_path_without_a_state_says_so():
+    a, space = bar()
+    a = replace(a, solids=[replace(a.solids[0], law=NeoHookean())])
+    crush = traction(space, "x_max", (-1e6, 0, 0))
+    path = equilibrium(lambda s: Stage(a, forces=crush), steps=1)
+    assert not path.success
+    with pytest.raises(fc.SolverError, match="no last one"):
+        _ = path.last
