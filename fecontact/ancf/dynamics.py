@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -15,6 +17,7 @@ from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError
 from fecontact.ancf.schemes import GeneralisedAlpha, Instant, Scheme
 from fecontact.errors import InputError, SolverError
+from fecontact.fingerprint import fingerprint
 from fecontact.io import check_writable
 
 Array = NDArray[np.float64]
@@ -121,7 +124,8 @@ def move(
         Of the iterations, relative to the motion of a step.
     path : str or Path, optional
         File (``.npz``) to which the record is written at every frame. If it exists, the motion goes on where it
-        ended: an interrupted run loses nothing.
+        ended: an interrupted run loses nothing. It holds fingerprints of bodies, supports, contacts, loads, initial
+        velocity and scheme, which have to be the same; `until` and `every` may be others.
 
     Returns
     -------
@@ -148,9 +152,23 @@ def move(
     file = None if path is None else check_writable(path)
     if file is not None and file.exists() and not file.is_file():
         raise InputError(f"{file} is not a plain file, so no record can be kept in it; choose another path.")
-    record = _Record.read(file, assembly) if file is not None and file.exists() else None
+    v = _velocity(assembly, velocity)
+    prints = {}
+    if file is not None:
+        # what was given, not what was worked out from it: that may be rounded otherwise on another machine
+        prints = {
+            "the bodies (meshes, materials, laws)": fingerprint(assembly.solids),
+            "the supports": fingerprint(assembly.free),
+            "the contacts": fingerprint([t.pair for t in assembly.touches]),
+            "the loads (gravity, forces)": fingerprint(np.zeros(3) if gravity is None else gravity, forces),
+            "the initial velocity": fingerprint(np.zeros(3) if velocity is None else velocity),
+            "the scheme (its kind and constants, step, accuracy, tolerance)": fingerprint(
+                chosen, step, accuracy, tolerance
+            ),
+        }
+    record = _Record.read(file, prints) if file is not None and file.exists() else None
     if record is None:
-        record = _Record.begun(assembly, _first(assembly, _velocity(assembly, velocity), load), load)
+        record = _Record.begun(assembly, _first(assembly, v, load), load, prints)
     return _march(assembly, record, chosen, load, until, step, accuracy, every, tolerance, file)
 
 
@@ -215,13 +233,20 @@ def _march(
 class _Record:
     """Rows of figures, kept frames and the last state; goes to and comes from a file."""
 
-    def __init__(self, rows: list[Array], frames: list[Array], frame_times: list[float], now: Instant) -> None:
-        self.rows, self.frames, self.frame_times, self.now = rows, frames, frame_times, now
+    def __init__(
+        self,
+        rows: list[Array],
+        frames: list[Array],
+        frame_times: list[float],
+        now: Instant,
+        prints: Mapping[str, str],
+    ) -> None:
+        self.rows, self.frames, self.frame_times, self.now, self.prints = rows, frames, frame_times, now, prints
 
     @classmethod
-    def begun(cls, a: Assembly, now: Instant, load: Array) -> _Record:
+    def begun(cls, a: Assembly, now: Instant, load: Array, prints: Mapping[str, str]) -> _Record:
         """A record with the state at the beginning."""
-        record = cls([], [], [], now)
+        record = cls([], [], [], now, prints)
         record.add(a, now, load, True)
         return record
 
@@ -259,26 +284,33 @@ class _Record:
         part = file.with_name(file.name + ".part")
         with part.open("wb") as stream:
             figures = {"rows": np.array(self.rows), "frames": self.frames, "frame_times": self.frame_times}
-            np.savez(stream, **figures, **state)  # type: ignore[arg-type]
+            np.savez(stream, prints=json.dumps(self.prints), **figures, **state)  # type: ignore[arg-type]
         os.replace(part, file)
 
     @classmethod
-    def read(cls, file: Path, a: Assembly) -> _Record:
+    def read(cls, file: Path, prints: Mapping[str, str]) -> _Record:
         """The record in a file.
 
         Raises
         ------
         InputError
-            If the file is not the record of a motion of these bodies.
+            If the file is not the record of this motion.
         """
         try:
             with np.load(file) as data:
                 now = Instant(**{f.name: data[f"now_{f.name}"] for f in fields(Instant)})
                 rows, frames, times = list(data["rows"]), list(data["frames"]), data["frame_times"].tolist()
+                kept = json.loads(str(data["prints"])) if "prints" in data else {}
         except (OSError, ValueError, KeyError) as error:
             raise InputError(f"{file} is not the record of a motion; choose another file.") from error
-        if now.q.shape != (a.n_dofs,):
+        if not kept:
             raise InputError(
-                f"{file} holds a motion of {now.q.size} coordinates, the bodies have {a.n_dofs}; choose another file."
+                f"{file} does not say of which motion it is the record (it was written by an earlier version), so that "
+                "it cannot be gone on with; choose another path, or delete the file."
             )
-        return cls(rows, frames, times, replace(now, time=float(now.time), nit=int(now.nit)))
+        if other := [name for name, value in prints.items() if kept.get(name) != value]:
+            raise InputError(
+                f"{file} is the record of another motion: it differs in {' and '.join(other)}. Choose another path, "
+                "delete the file, or go on with what it was begun with."
+            )
+        return cls(rows, frames, times, replace(now, time=float(now.time), nit=int(now.nit)), prints)

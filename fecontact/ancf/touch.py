@@ -78,6 +78,12 @@ class Touch:
     n_dofs: int
 
     @property
+    def pair(self) -> tuple[object, ...]:
+        """What touches what, without the bodies of bricks themselves: their faces, or the rigid body."""
+        master = (self.master.faces, self.master_start) if isinstance(self.master, Faces) else self.master
+        return self.slave.faces, self.slave_start, master
+
+    @property
     def n_hats(self) -> int:
         """Number of contact conditions."""
         return int(self.slave.quadrature[1].shape[0])

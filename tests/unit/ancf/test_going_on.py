@@ -6,7 +6,20 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, State, equilibrium, traction
+from fecontact.ancf import (
+    AncfSolid,
+    AncfSpace,
+    Assembly,
+    EnergyMomentum,
+    GeneralisedAlpha,
+    NeoHookean,
+    Stage,
+    State,
+    StVenantKirchhoff,
+    equilibrium,
+    move,
+    traction,
+)
 
 FLOOR = fc.RigidBody(fc.Plane())
 #: Both ways end with forces out of balance of 1e-9 of the largest; the displacements of a bar ten times longer than
@@ -121,3 +134,68 @@ def test_a_path_without_a_state_says_so():
     assert not path.success
     with pytest.raises(fc.SolverError, match="no last one"):
         _ = path.last
+
+
+def fallen(path, *, E=100.0, size=1.0, law=None, support=None, floor=0.0, **others):
+    """A cube just above the floor, for a few steps."""
+    mesh = fc.shapes.block((1.0, 1.0, size), (1, 1, 1), element="hex8").translated((0, 0, 0.2))
+    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=E, nu=0.3, density=1.0), law or StVenantKirchhoff(), points=3)
+    a = Assembly.of([solid], [support or {}], [(0, "bottom", FLOOR.placed((0, 0, floor)))])
+    chosen = {"until": 0.04, "step": 0.02, "gravity": (0, 0, -10.0), "path": path} | others
+    return move(a, **chosen)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"E": 101.0}, "the bodies"),
+        ({"size": 1.1}, "the bodies"),
+        ({"law": NeoHookean()}, "the bodies"),
+        ({"support": {"top": "x"}}, "the supports"),
+        ({"floor": 0.01}, "the contacts"),
+        ({"gravity": (0, 0, -9.0)}, "the loads"),
+        ({"gravity": None}, "the loads"),
+        ({"forces": np.ones(96)}, "the loads"),
+        ({"velocity": (0.1, 0, 0)}, "the initial velocity"),
+        ({"scheme": GeneralisedAlpha(0.5)}, "the scheme"),
+        ({"scheme": EnergyMomentum()}, "the scheme"),
+        ({"step": 0.01}, "the scheme"),
+        ({"accuracy": 1e-3}, "the scheme"),
+        ({"tolerance": 1e-6}, "the scheme"),
+    ],
+    ids=str,
+)
+def test_a_record_of_another_motion_is_refused_by_what_differs(change, named, tmp_path):
+    fallen(tmp_path / "run.npz")
+    before = (tmp_path / "run.npz").read_bytes()
+    with pytest.raises(fc.InputError) as refusal:
+        fallen(tmp_path / "run.npz", **change)
+    text = str(refusal.value)
+    assert f"it differs in {named}" in text
+    assert text.count(" and the ") == 0  # one thing was changed, one is named
+    assert "run.npz" in text
+    assert "Choose another path" in text
+    assert (tmp_path / "run.npz").read_bytes() == before
+
+
+def test_the_record_of_this_motion_is_gone_on_with(tmp_path):
+    fallen(tmp_path / "run.npz")
+    longer = fallen(tmp_path / "run.npz", until=0.1, every=1)
+    whole = fallen(None, until=0.1)
+    assert np.abs(longer.time - whole.time).max() < 1e-12  # rounding of sums of steps
+    assert np.abs(longer.now.q - whole.now.q).max() < 1e-9  # the tolerance of the iterations
+
+
+def test_several_differences_are_all_named(tmp_path):
+    fallen(tmp_path / "run.npz")
+    with pytest.raises(fc.InputError, match=r"the bodies .* and the loads .* and the scheme"):
+        fallen(tmp_path / "run.npz", E=1.0, gravity=(0, 0, 1.0), step=0.005)
+
+
+def test_a_record_without_fingerprints_is_refused(tmp_path):
+    fallen(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as data:
+        old = {name: data[name] for name in data.files if name != "prints"}
+    np.savez(tmp_path / "run.npz", **old)
+    with pytest.raises(fc.InputError, match="earlier version"):
+        fallen(tmp_path / "run.npz")
