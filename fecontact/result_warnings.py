@@ -39,9 +39,15 @@ def large_strains(result: ContactResult) -> Iterator[str]:
                 yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
 
 
+def mended(result: ContactResult) -> Iterator[str]:
+    """What readers and surfaces have put right in what they were given."""
+    notes = ((body.name, text) for body in result.scene.bodies for text in body.notes)
+    yield from dict.fromkeys(f"{name!r}: {text}" for name, text in notes)
+
+
 #: Everything that is looked at for `ContactResult.warnings` and for `ContactResult.notes`.
 CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (large_turns, large_strains)
-NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = ()
+NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (mended,)
 
 
 def warnings_of(result: ContactResult) -> tuple[str, ...]:

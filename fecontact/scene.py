@@ -32,7 +32,7 @@ from fecontact.loading import Loading, make_loading
 from fecontact.partly import Settings, solve_partly
 from fecontact.reduction import assemble
 from fecontact.result import ContactResult, make_result
-from fecontact.setting import setting_of
+from fecontact.setting import check_contacts, setting_of
 from fecontact.solvers import InfeasibleLoadError, solve
 from fecontact.springs import Spring, spring_rows
 from fecontact.stopwatch import Stopwatch
@@ -153,6 +153,7 @@ class Scene:
                     raise InputError(
                         f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity)."
                     )
+        check_contacts(self.contacts)
         for spring in self.springs:
             setting.check_spring(spring)
             for owner, _ in (spring.start, spring.end):

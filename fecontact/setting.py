@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import RigidBody
@@ -18,6 +20,9 @@ from fecontact.frames import Frame
 from fecontact.interface.surface import Feet, Surface
 from fecontact.mesh.section import Extent
 from fecontact.springs import Spring
+
+if TYPE_CHECKING:
+    from fecontact.scene import Contact
 
 Array = NDArray[np.float64]
 
@@ -164,6 +169,38 @@ def _own(body: Body) -> Setting:
     if not isinstance(body, SectionBody):
         return SPACE
     return AXIS if body.along.revolved else PLANE
+
+
+def check_contacts(contacts: Sequence[Contact]) -> None:
+    """Refuse the same faces in two contacts of the same two bodies: each would bear a part of their force.
+
+    Raises
+    ------
+    InputError
+    """
+    for k, one in enumerate(contacts):
+        for other in contacts[:k]:
+            sides, others = (
+                {id(b): (b, s) for b, s in zip((c.slave, c.master), c.surfaces or (), strict=True)}
+                for c in (one, other)
+            )
+            if sides.keys() != others.keys():
+                continue
+            count = [_shared_faces(body, name, others[key][1]) for key, (body, name) in sides.items()]
+            if all(count):
+                raise InputError(
+                    f"Two contacts between {one.slave.name!r} and {one.master.name!r}, {one.surfaces} and "
+                    f"{other.surfaces}, share faces on both bodies ({max(count)} on one): forces there would be shared "
+                    "in any proportion. Take the faces out of one boundary, or make one contact of the two."
+                )
+
+
+def _shared_faces(body: Body, one: str, other: str) -> int:
+    """Number of faces that two surfaces of a body have in common; 1 for the only surface of a rigid body."""
+    if not isinstance(body, ElasticBody):
+        return int(one == other)
+    keys = [body.mesh.faces(name) @ np.array([6, 1]) for name in (one, other)]
+    return int(np.isin(*keys).sum())
 
 
 def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Extent) -> None:

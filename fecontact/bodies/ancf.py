@@ -14,6 +14,7 @@ from fecontact.errors import InputError, MeshError
 from fecontact.fem.condensation import checked_route
 from fecontact.interface.pairing import along
 from fecontact.interface.surface import FacetSurface, Feet
+from fecontact.mesh.check import check_skin
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -70,8 +71,7 @@ class AncfBody(ElasticBody):
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
         if self.model is None:
-            for name in names:
-                self.mesh.faces(name)
+            check_skin(self.mesh, names)
             if self.mesh.has_coalesced:
                 raise MeshError(
                     f"An AncfBody needs hexahedra with eight distinct corners; this mesh has {self.mesh!r}. "
@@ -96,4 +96,4 @@ class AncfBody(ElasticBody):
 
     def describe(self) -> str:
         """One line: what was modelled."""
-        return f"{self.name}: {len(self.mesh.cells)} bricks with gradient coordinates, {self.n_dofs} dofs"
+        return self._described(f"{len(self.mesh.cells)} bricks with gradient coordinates, {self.n_dofs} dofs")

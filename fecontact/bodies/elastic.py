@@ -22,6 +22,7 @@ from fecontact.fem.support import Support
 from fecontact.interface.pairing import along
 from fecontact.interface.surface import FacetSurface, Feet
 from fecontact.material import Material
+from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
 from fecontact.stopwatch import Stopwatch
 
@@ -98,8 +99,7 @@ class ElasticBody(Placed):
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
         if self.model is None:
-            for name in names:
-                self.mesh.faces(name)
+            check_skin(self.mesh, names)
             mesh = self.mesh
             if names and self.pressure == "midface" and mesh.cell_type == "hex20":
                 mesh = mesh.with_midface_nodes(names)
@@ -121,6 +121,11 @@ class ElasticBody(Placed):
     def n_unknowns(self) -> int:
         """Displacements that its elements have, held ones included."""
         return self._model.n_unknowns
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was mended in its mesh when that was read."""
+        return self.mesh.notes
 
     @property
     def size(self) -> float:
@@ -238,4 +243,4 @@ class ElasticBody(Placed):
         """One line: what was modelled."""
         m = self.mesh
         mid = "" if m.midface is None else f" + {(m.midface >= 0).sum()} mid-face nodes"
-        return f"{self.name}: {len(m.cells)} {m.cell_type} cells{mid}, {self.n_dofs} dofs"
+        return self._described(f"{len(m.cells)} {m.cell_type} cells{mid}, {self.n_dofs} dofs")

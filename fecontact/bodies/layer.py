@@ -18,6 +18,7 @@ from fecontact.fem.rigid import rigid_modes
 from fecontact.interface.pairing import along, contact_weights
 from fecontact.interface.surface import FacetSurface, Feet
 from fecontact.material import Material
+from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
 from fecontact.stopwatch import Stopwatch
 
@@ -114,7 +115,7 @@ class ElasticLayer(Placed):
         fields = {"material": material, "thickness": float(thickness), "surface_of": surface, "law": law, "name": name}
         for key, value in {**fields, "pose": pose or Pose()}.items():
             object.__setattr__(self, key, value)
-        surface[0].faces(surface[1])
+        check_skin(surface[0], (surface[1],))
 
     @cached_property
     def _facets(self) -> FacetSurface:
@@ -122,6 +123,11 @@ class ElasticLayer(Placed):
         if mesh.cell_type == "hex20":
             mesh = mesh.with_midface_nodes((name,))
         return FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(name)), name)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was mended in its mesh when that was read."""
+        return self.surface_of[0].notes
 
     @property
     def contact(self) -> tuple[str, ...]:
@@ -199,4 +205,4 @@ class ElasticLayer(Placed):
 
     def describe(self) -> str:
         """One line: what was modelled."""
-        return f"{self.name}: elastic layer, thickness {self.thickness:g}, {len(self._facets.nodes)} nodes"
+        return self._described(f"elastic layer, thickness {self.thickness:g}, {len(self._facets.nodes)} nodes")

@@ -17,6 +17,15 @@ class Placed:
     pose: Pose
     name: str
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was mended in its mesh or surface when that was read."""
+        return ()
+
+    def _described(self, what: str) -> str:
+        """One line: what it is, and what was mended in it."""
+        return "; ".join((f"{self.name}: {what}", *self.notes))
+
     def placed(
         self,
         translation: ArrayLike = (0.0, 0.0, 0.0),

@@ -74,6 +74,10 @@ class Body(Protocol):
     def free_motions(self) -> Array:
         """Rigid motions (6, k) that the body's supports do not resist."""
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was mended in its mesh or surface when that was read."""
+
     def surface(self, name: str) -> Surface:
         """A contact surface."""
 

@@ -165,6 +165,11 @@ class RigidBody(Placed):
         return cls(FunctionSurface(z, size), name)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What was mended in its surface when that was read."""
+        return self.shape.mesh.notes if isinstance(self.shape, Facets) else ()
+
+    @property
     def n_dofs(self) -> int:
         """Its six rigid motions."""
         return 6
@@ -219,4 +224,4 @@ class RigidBody(Placed):
 
     def describe(self) -> str:
         """One line: what was modelled."""
-        return f"{self.name}: rigid {type(self.shape).__name__}"
+        return self._described(f"rigid {type(self.shape).__name__}")

@@ -64,6 +64,11 @@ class SectionBody(ElasticBody):
             object.__setattr__(self, "model", self._made_model())
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """None: sections are not read from files."""
+        return ()
+
+    @property
     def along(self) -> Extent:
         """How far the section goes on."""
         raise InputError("Make a PlaneBody or an AxisymmetricBody.")
@@ -89,7 +94,7 @@ class SectionBody(ElasticBody):
     def describe(self) -> str:
         """One line: what was modelled."""
         m = self.mesh
-        return f"{self.name}: {len(m.cells)} {m.cell_type} cells, {self.state}, {self.n_unknowns} dofs"
+        return self._described(f"{len(m.cells)} {m.cell_type} cells, {self.state}, {self.n_unknowns} dofs")
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +143,11 @@ class PlaneBody(SectionBody):
         if self.plane_stress and self.integration == "selective":
             raise InputError("Plane stress does not lock: integration='selective' has no meaning there.")
         super().__post_init__()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None: sections are not read from files."""
+        return ()
 
     @property
     def along(self) -> Extent:
@@ -190,6 +200,11 @@ class AxisymmetricBody(SectionBody):
     >>> round(float(result.contacts[0].force[2]) / 3.141592653589793, 12)
     0.01
     """
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None: sections are not read from files."""
+        return ()
 
     @property
     def along(self) -> Extent:

@@ -6,6 +6,7 @@ Cartilage from the surface of a bone in one call. Every node moves along the nor
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -81,7 +82,7 @@ def extrude(
             "thinner or smooth the surface."
         ) from error
     _refuse_crossing(mesh)
-    return _named(mesh, len(facets), names)
+    return replace(_named(mesh, len(facets), names), notes=surface.notes)
 
 
 def _fractions(layers: int | Sequence[float]) -> Array:

@@ -62,6 +62,10 @@ class Mesh:
         Named sets of points, which supports may name as they do boundaries.
     midface : (n_cells, 6) int array, optional
         Point number of the mid-face node of each face, -1 where there is none; see `with_midface_nodes`.
+    notes : tuple of str
+        What was mended when the mesh was read; results repeat it.
+
+    A member that a set lists more than once counts once.
 
     Raises
     ------
@@ -82,6 +86,7 @@ class Mesh:
     groups: Mapping[str, IntArray] = field(default_factory=dict)
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     midface: IntArray | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         points = np.ascontiguousarray(self.points, dtype=float)
@@ -104,6 +109,8 @@ class Mesh:
             sets = {k: np.asarray(v, dtype=np.int64) for k, v in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(sets))
         self._check_sets()
+        for name in ("boundaries", "groups", "node_sets"):
+            object.__setattr__(self, name, sets_of_members(getattr(self, name)))
 
     def _check_sets(self) -> None:
         n_cells = len(self.cells)
@@ -348,7 +355,28 @@ class Mesh:
             {k: f[f[:, 0] >= 0] for k, f in moved.items() if (f[:, 0] >= 0).any()},
             {k: _kept(cell[g]) for k, g in self.groups.items() if len(_kept(cell[g]))},
             {k: _kept(point[n]) for k, n in self.node_sets.items() if len(_kept(point[n]))},
+            notes=self.notes,
         )
+
+
+def sets_of_members(lists: Mapping[str, IntArray]) -> Mapping[str, IntArray]:
+    """Named lists of numbers (n,) or of faces (n, 2) as sets: each member once, where it was first."""
+    out = {}
+    for name, members in lists.items():
+        keys = members if members.ndim == 1 else members @ np.array([6, 1])
+        first = np.unique(keys, return_index=True)[1]
+        out[name] = members if len(first) == len(members) else members[np.sort(first)]
+    return MappingProxyType(out)
+
+
+def first_alike(corners: IntArray) -> IntArray:
+    """For each cell (n, 8 | 4 corners) the number (n,) of the first with the same corners, whatever their order."""
+    ordered = np.sort(corners, axis=1)
+    again = ordered[:, 1:] == ordered[:, :-1]
+    ordered[:, 1:][again] = -1
+    ordered.sort(axis=1)
+    _, first, inverse = np.unique(ordered, axis=0, return_index=True, return_inverse=True)
+    return np.asarray(first[inverse.ravel()], dtype=np.int64)
 
 
 def corner_keys(corners: IntArray) -> IntArray:
@@ -420,4 +448,5 @@ def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
         boundaries={k: np.array(v, dtype=np.int64) for k, v in boundaries.items() if v},
         groups={k: np.array(v, dtype=np.int64) for k, v in groups.items()},
         node_sets={k: np.unique(v) for k, v in node_sets.items()},
+        notes=tuple(dict.fromkeys(note for m in meshes for note in m.notes)),
     )

@@ -23,7 +23,7 @@ from fecontact.mesh.formats.febio import read_febio
 from fecontact.mesh.formats.generic import read_gmsh, read_vtk
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS, Kind
-from fecontact.mesh.mesh import Mesh, corner_keys
+from fecontact.mesh.mesh import Mesh, corner_keys, first_alike
 from fecontact.mesh.reference import FACES
 
 Array = NDArray[np.float64]
@@ -122,6 +122,7 @@ def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = N
     _check_numbers(raw, blocks, source)
     points = scale * raw.points
     cells = _as_hexahedra(points, blocks, source, element)
+    cells, raw, notes = _each_once(cells, raw, source)
     used, number = np.unique(cells), np.full(len(points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
     node_sets = {name: number[nodes] for name, nodes in raw.node_sets.items()}
@@ -130,6 +131,7 @@ def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = N
         number[cells],
         groups=raw.groups,
         node_sets={name: np.unique(n[n >= 0]) for name, n in node_sets.items() if (n >= 0).any()},
+        notes=notes,
     )
     facets = {name: [number[f] for f in parts] for name, parts in raw.facets.items()}
     boundaries = _boundaries(mesh, raw.faces, facets, source)
@@ -168,6 +170,27 @@ def _as_hexahedra(points: Array, blocks: list[tuple[Kind, IntArray]], source: st
             "linear or all quadratic (27-node cells beside others: read with element='hex20')."
         )
     return np.concatenate(parts)
+
+
+def _each_once(cells: IntArray, raw: RawMesh, source: str) -> tuple[IntArray, RawMesh, tuple[str, ...]]:
+    """Leave out cells with the corners of one before them: gmsh's format 2 writes a cell once for each of its groups.
+
+    Element sets and surfaces keep what they named.
+    """
+    first = first_alike(cells[:, :8])
+    own = first == np.arange(len(cells))
+    if own.all():
+        return cells, raw, ()
+    number = (np.cumsum(own) - 1)[first]
+    faces = {}
+    for name, given in raw.faces.items():
+        keys = corner_keys(cells[given[:, 0, None], FACES[given[:, 1], :4]])
+        others = corner_keys(cells[first[given[:, 0]]][:, FACES[:, :4]].reshape(-1, 4)).reshape(-1, 6, 4)
+        local = (others == keys[:, None]).all(axis=2).argmax(axis=1)
+        faces[name] = np.stack([number[given[:, 0]], local], axis=1)
+    note = f"{source} lists {(~own).sum()} of its {len(own)} cells again: each is taken once."
+    groups = {name: np.unique(number[members]) for name, members in raw.groups.items()}
+    return cells[own], replace(raw, groups=groups, faces=faces), (note,)
 
 
 def in_order(points: Array, kind: Kind, cells: IntArray) -> IntArray:

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from fecontact.checks import positive
 from fecontact.errors import InputError, MeshError
-from fecontact.mesh.mesh import representatives
+from fecontact.mesh.mesh import first_alike, representatives, sets_of_members
 from fecontact.mesh.reference import QUAD_EDGES, quad_quadrature, quad_shapes
 
 Array = NDArray[np.float64]
@@ -120,10 +120,12 @@ class SectionMesh:
     node_sets : mapping of str to (n,) int array
         Named sets of points.
 
+    A member that a set lists more than once counts once.
+
     Raises
     ------
     MeshError
-        Wrong shapes, points off the plane or not finite, unused or doubled points, inverted or folded cells.
+        Wrong shapes, points off the plane or not finite, unused or doubled points, inverted, folded or repeated cells.
 
     Examples
     --------
@@ -168,6 +170,8 @@ class SectionMesh:
             sets = {k: np.asarray(v, dtype=np.int64) for k, v in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(sets))
         self._check()
+        for name in ("boundaries", "groups", "node_sets"):
+            object.__setattr__(self, name, sets_of_members(getattr(self, name)))
 
     def _check(self) -> None:
         """Refuse what would be found as a wrong answer or a singular matrix much later."""
@@ -187,6 +191,17 @@ class SectionMesh:
                     f"The boundary {name!r} must be (n, 2) pairs (cell, side), cells below {len(self.cells)} and sides "
                     f"0 ... 3; found the shape {sides.shape}."
                 )
+        for name, members in (*self.groups.items(), *self.node_sets.items()):
+            if members.ndim != 1:
+                raise MeshError(f"The set {name!r} of a section must be a list of numbers; found {members.shape}.")
+        again = np.flatnonzero(first_alike(self.cells[:, :4]) != np.arange(len(self.cells)))
+        middles = np.bincount(self.cells[:, 4:8].ravel(), minlength=len(self.points))
+        if len(again) or middles.max() > 2:
+            wrong = again[0] if len(again) else np.argmax((middles[self.cells[:, 4:8]] > 2).any(axis=1))
+            raise MeshError(
+                f"Cell {wrong} lies in another one: it has the corners of one before it, or a side with two others. "
+                "Its stiffness would count twice; leave the copies out."
+            )
         _, dN = quad_shapes(self.cells.shape[1], quad_quadrature()[0])
         det = jacobian_2d(self.points[self.cells], dN)[1]
         bad = ~(det > 0).all(axis=1)

@@ -34,6 +34,8 @@ class SurfaceMesh:
     facets : (n_facets, 4 | 8) int array
         Corners counter-clockwise seen from outside, then mid-side nodes; triangles as in `mesh.facets`: the last two
         corners are one node.
+    notes : tuple of str
+        What was mended when the surface was read; results repeat it.
 
     Raises
     ------
@@ -49,6 +51,7 @@ class SurfaceMesh:
 
     points: Array
     facets: IntArray
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         points = np.ascontiguousarray(self.points, dtype=float)
@@ -117,7 +120,7 @@ class SurfaceMesh:
         A layer extruded from it fits the solid node by node; `mesh.merge` joins them.
         """
         facets = replace(mesh, midface=None).face_nodes(mesh.faces(name))[:, :8]
-        return cls(mesh.points, facets)
+        return cls(mesh.points, facets, mesh.notes)
 
     def flipped(self) -> SurfaceMesh:
         """The same surface with its outside inside."""
