@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test unit verification doctest lint types examples docs gallery manual bench compare clean
+.PHONY: hertz test unit verification doctest lint types examples docs gallery manual bench mutants compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -45,6 +45,13 @@ manual: $(READY)  ## docs/verification.md from a run of the verification
 
 bench: $(READY)  ## benchmarks; ratios in one run, never part of a test
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-autosave -o python_files='bench_*.py'
+
+# which guards no test sees: half an hour; MUTANTS="--module solvers --jobs 4" judges all of some modules
+MUTANTS ?= --sample 200
+
+mutants: $(READY)  ## weakened guards, and whether a test notices; kept in out/mutation, so it may be interrupted
+	$(BIN)/python -m pip install --quiet --constraint constraints/pinned.txt --editable '.[mutation]'
+	$(BIN)/python tests/mutation $(MUTANTS)
 
 # other programs: PEERS="--peers examples/peers --peer-python PYTHON", a Python that has them
 PEERS ?= --peers examples/peers

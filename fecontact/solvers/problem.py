@@ -32,7 +32,7 @@ GAP_FLOOR = 1e-3
 """Share of the largest gap below which the elastic deflection is not used as the scale of gaps."""
 
 TERM_FLOOR = 1e-4
-"""The same for the terms of the gap, g and B^T q, one by one: where they cancel, their rounding must not count."""
+"""The same for g alone: where the motion B^T q cancels it, the rounding of both must not count."""
 
 ROW_FLOOR = 1e-6
 """Share of the largest row of B below which a row is judged by that share: such a row is a rounding residue."""
@@ -101,7 +101,7 @@ class Residuals:
     -----
     Force scale: the sum of |l|, or, if larger, the load, each F_j over the largest entry of its row of B.
     Gap scale: the largest elastic deflection |S l|, but not less than 1e-3 of the largest |g + B^T q| (rigid
-    bodies have no deflection) or 1e-4 of the largest |g| or |B^T q| (rounding). Row scale: the row's largest
+    bodies have no deflection) or 1e-4 of the largest |g| (rounding). Row scale: the row's largest
     entry times the force scale, plus |F_j|.
     All follow a change of units, and a residual that is exactly zero stays zero whatever the scales.
     """
@@ -235,11 +235,10 @@ class ComplementarityProblem:
         if not (np.isfinite(forces).all() and np.isfinite(q).all()):
             return Residuals(np.inf, np.inf, np.inf, np.inf)
         deflection = np.asarray(self.S @ forces)
-        motion = self.B.T @ q
-        rigid = self.g + motion
+        rigid = self.g + self.B.T @ q
         gap = deflection + rigid
-        terms = max(_largest(self.g), _largest(motion))
-        gap_scale = max(_largest(deflection), GAP_FLOOR * _largest(rigid), TERM_FLOOR * terms)
+        # where the motion is larger than g by more than a tenth, the floor of the sum is the higher one
+        gap_scale = max(_largest(deflection), GAP_FLOOR * _largest(rigid), TERM_FLOOR * _largest(self.g))
         row = np.abs(self.B).max(axis=1, initial=0.0)
         row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
         force_scale = max(float(np.abs(forces).sum()), _largest(_ratio(self.F, row)))
