@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import platform
+from functools import cache
 from pathlib import Path
+
+from fecontact.fingerprint import fingerprint
 
 #: Variables that tell the libraries how many threads to use; read when they are loaded.
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NGS_NUM_THREADS")
@@ -19,6 +22,23 @@ def machine() -> str:
     True
     """
     return f"{_processor()}, {os.cpu_count()} cores"
+
+
+#: Modules of the package that show what was measured, and have no part in it.
+SHOWING = ("command.py", "page.py", "picture.py", "precision.py")
+
+
+@cache
+def code() -> str:
+    """Fingerprint of the package's sources: what is measured is what they do now."""
+    root = Path(__file__).parents[1]
+    files = [p for p in sorted(root.rglob("*.py")) if not (p.parent.name == "compare" and p.name in SHOWING)]
+    return fingerprint([(str(p.relative_to(root)), p.read_bytes()) for p in files])
+
+
+def threads_as_set() -> dict[str, str | None]:
+    """The variables that tell the libraries how many threads to use."""
+    return {name: os.environ.get(name) for name in THREADS}
 
 
 def environment(threads: int) -> dict[str, str]:

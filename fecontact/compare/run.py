@@ -12,11 +12,12 @@ from typing import Any
 
 from tqdm import tqdm
 
-from fecontact.compare.machine import environment, machine
+from fecontact.compare.machine import code, environment, machine
 from fecontact.compare.methods import default_variants, variant
 from fecontact.compare.peers import Peer, ask
 from fecontact.compare.problems import PROBLEMS
 from fecontact.errors import InputError
+from fecontact.fingerprint import fingerprint
 from fecontact.jsonlines import append_row, read_rows
 
 Row = dict[str, Any]
@@ -80,8 +81,9 @@ def compare(plan: Plan, path: str | Path | None = None, peers: Sequence[Peer] = 
     ----------
     plan : Plan
     path : str or Path, optional
-        File of JSON lines, one per run, written as runs are done. Runs that it already holds, made on the same machine
-        with as many threads, are not done again.
+        File of JSON lines, one per run, written as runs are done. Runs that it already holds are not done again, if
+        they were made on the same machine with as many threads and repeats, by the same code (this package's, or the
+        adapter's and the version of its program), of the same problem.
     peers : sequence of Peer
 
     Returns
@@ -142,9 +144,9 @@ class _Job:
         return {"candidates": None, "residual": None, "wall": None, "repeats": 1, **answer, "failed": None}
 
 
-def _row(plan: Plan, **known: Any) -> Row:
+def _row(plan: Plan, made_by: str, **known: Any) -> Row:
     where = machine()
-    key = json.dumps([plan.problem, known["spec"], known["setting"], plan.threads, where])
+    key = json.dumps([plan.problem, known["spec"], known["setting"], plan.threads, plan.repeats, where, made_by])
     return {"key": key, "problem": plan.problem, **known, "threads": plan.threads, "machine": where}
 
 
@@ -158,7 +160,9 @@ def _ours(plan: Plan) -> list[list[_Job]]:
         chosen = variant(spec, plan.problem)
         jobs = []
         for setting in plan.settings(chosen.method.settings):
-            row = _row(plan, method=chosen.label, spec=spec, kind=chosen.method.kind, peer=False, setting=setting)
+            row = _row(
+                plan, code(), method=chosen.label, spec=spec, kind=chosen.method.kind, peer=False, setting=setting
+            )
             job = {
                 "problem": plan.problem,
                 "spec": spec,
@@ -179,9 +183,12 @@ def _theirs(plan: Plan, peers: Sequence[Peer]) -> list[list[_Job]]:
         if plan.problem not in peer.problems:
             continue
         jobs = []
+        # the sources beside an adapter are what it may import
+        beside = [path.read_bytes() for path in sorted(peer.script.parent.glob("_*.py"))]
+        made_by = fingerprint(peer.script.read_bytes(), beside, peer.version)
         for setting in plan.settings(peer.settings):
             label = f"{peer.method} {peer.version}"
-            row = _row(plan, method=label, spec=peer.script.stem, kind=peer.kind, peer=True, setting=setting)
+            row = _row(plan, made_by, method=label, spec=peer.script.stem, kind=peer.kind, peer=True, setting=setting)
             command = [peer.python, str(peer.script), plan.problem, str(setting)]
             jobs.append(_Job(row, command, env, plan.patience))
         curves.append(jobs)

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from tqdm import tqdm
 
-from fecontact.compare.machine import machine
+from fecontact.compare.machine import code, machine, threads_as_set
 from fecontact.errors import InputError
+from fecontact.fingerprint import fingerprint
 from fecontact.jsonlines import append_row, read_rows
 from fecontact.mesh.shapes import LEVELS
 from fecontact.report import peak_memory
 from fecontact.result import ContactResult
-from fecontact.scenefile import read_scene
+from fecontact.scenefile import SceneFile, read_scene
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -90,7 +91,8 @@ def compare_scene(path: str | Path, refinements: int, rows_path: str | Path | No
     refinements : int
         At least two.
     rows_path : str or Path, optional
-        File of JSON lines with finished runs, their sampled pressures beside it; these are not done again.
+        File of JSON lines with finished runs, their sampled pressures beside it; these are not done again. What the
+        scene says and the meshes it reads, the package's code, machine and number of threads have to be the same.
 
     Returns
     -------
@@ -111,27 +113,39 @@ def compare_scene(path: str | Path, refinements: int, rows_path: str | Path | No
     rows: list[Row] = []
     samples: list[list[Array]] = []
     for k in tqdm(range(1, refinements + 1), desc=f"compare {path.name}", unit="run", disable=None):
-        key = json.dumps([str(path.resolve()), path.read_text(encoding="utf-8"), k, machine()])
+        scene = read_scene(path, change=partial(refined, k=k))
+        model = fingerprint(scene.scene, scene.loads, scene.options)
+        key = json.dumps([path.stem, model, k, machine(), threads_as_set(), code()])
         beside = None if rows_path is None else Path(rows_path).with_suffix(f".{k}.npz")
-        if key in done and beside is not None and beside.is_file():
+        stored = _stored(beside, key) if key in done else None
+        if stored is not None:
             rows.append(done[key])
-            with np.load(beside) as stored:
-                samples.append([stored[name] for name in stored.files])
+            samples.append(stored)
             continue
-        row, found = _solved(path, k)
+        row, found = _solved(scene, k)
         row["key"] = key
         if rows_path is not None and beside is not None:
-            np.savez(beside, *found)
+            np.savez(beside, *found, key=np.array(key))
             append_row(rows_path, row)
         rows.append(row)
         samples.append(found)
     return [*(_with_errors(r, s, rows[-1], samples[-1]) for r, s in zip(rows[:-1], samples, strict=False)), rows[-1]]
 
 
-def _solved(path: Path, k: int) -> tuple[Row, list[Array]]:
+def _stored(beside: Path | None, key: str) -> list[Array] | None:
+    """Sampled pressures that were kept for this very run; the file may by now hold those of another."""
+    if beside is None or not beside.is_file():
+        return None
+    with np.load(beside) as stored:
+        if "key" not in stored or str(stored["key"]) != key:
+            return None
+        return [stored[name] for name in stored.files if name != "key"]
+
+
+def _solved(scene: SceneFile, k: int) -> tuple[Row, list[Array]]:
     """One run: its figures, and points, pressures and areas (n, 5) sampled on each contact."""
     began, cpu = time.perf_counter(), time.process_time()
-    scene = read_scene(path, change=partial(refined, k=k))
+    path, scene = scene.path, read_scene(scene.path, change=partial(refined, k=k))
     result = scene.solve()
     seconds, wall = time.process_time() - cpu, time.perf_counter() - began
     residuals = result.residuals()

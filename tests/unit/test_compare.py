@@ -3,15 +3,19 @@
 import csv
 import json
 import math
+import sys
+from dataclasses import replace
 
+import meshio
 import numpy as np
 import pytest
 
 import fecontact as fc
 from fecontact.cli import main
-from fecontact.compare import METHODS, PROBLEMS, Plan, compare, default_variants, find_peers, problem
+from fecontact.compare import METHODS, PROBLEMS, Plan, compare, default_variants, find_peers, machine, problem, run
 from fecontact.compare.methods import variant
 from fecontact.compare.precision import against_peers, cheapest, order, quickest, sentence
+from fecontact.compare.scenes import compare_scene
 
 QUICK = Plan("hertz", ("half-space",), refinements=2, repeats=1)
 
@@ -125,6 +129,42 @@ def test_runs_with_other_threads_are_others(tmp_path):
     assert [json.loads(line)["threads"] for line in path.read_text().splitlines()] == [1, 2]
 
 
+def test_runs_of_other_code_repeats_or_adapters_are_others(tmp_path, monkeypatch):
+    path, folder = tmp_path / "rows.jsonl", tmp_path / "peers"
+    folder.mkdir()
+    (folder / "other.py").write_text(ADAPTER)
+    plan = Plan("hertz", ("half-space",), refinements=1, repeats=1)
+
+    def runs(plan=plan):
+        """What was run, ours and the other program's: a kept row has the mark that it was given."""
+        rows = compare(plan, path, find_peers(folder, sys.executable)[0])
+        new = [r["peak_mb"] > 0 for r in rows]
+        lines = [json.dumps(json.loads(line) | {"peak_mb": -1.0}) for line in path.read_text().splitlines()]
+        path.write_text("\n".join(lines) + "\n")
+        return new
+
+    assert runs() == [True, True]
+    assert runs() == [False, False]
+    assert runs(replace(plan, repeats=2)) == [True, True]
+    monkeypatch.setattr(run, "code", lambda: "of tomorrow")
+    assert runs() == [True, False]
+    (folder / "other.py").write_text(ADAPTER.replace('"1.0"', '"1.1"'))
+    assert runs() == [False, True]
+    (folder / "other.py").write_text(ADAPTER.replace("0.1 / n", "0.2 / n"))
+    assert runs() == [False, True]
+    (folder / "_shared.py").write_text("R = 2\n")
+    assert runs() == [False, True]
+
+
+def test_the_code_is_told_apart_by_what_it_says(monkeypatch):
+    now = machine.code()
+    assert machine.code() == now
+    machine.code.cache_clear()
+    monkeypatch.setattr(machine.Path, "read_bytes", lambda self: b"changed")
+    assert machine.code() != now
+    machine.code.cache_clear()
+
+
 def test_a_slow_method_is_not_refined():
     rows = compare(Plan("hertz", ("half-space",), repeats=1, enough=1e-6))
     assert len(rows) == 1
@@ -170,8 +210,6 @@ def test_ratio_to_other_programs():
 
 
 def test_adapters_are_run_and_absent_ones_named(tmp_path):
-    import sys
-
     (tmp_path / "other.py").write_text(ADAPTER)
     (tmp_path / "missing.py").write_text("import no_such_program_at_all\n")
     peers, absent = find_peers(tmp_path, sys.executable)
@@ -270,6 +308,26 @@ def test_a_scene_is_compared_with_its_finest_run(tmp_path, capsys):
     assert main(command) == 0
     assert (out / "compare_scene.jsonl").read_text() == kept
     assert "largest" in capsys.readouterr().out
+
+
+def test_a_scene_that_reads_another_mesh_is_run_again(tmp_path):
+    """The scene file is the same to the letter, the mesh that it names is not."""
+    path, rows_path = tmp_path / "scene.toml", tmp_path / "rows.jsonl"
+    path.write_text(SCENE.replace('shape = {kind = "sphere", radius = 2.0}', 'surface = {file = "tip.stl"}'))
+
+    def found(half_side):
+        """Contact area below a flat square punch."""
+        corners = half_side * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+        meshio.Mesh(corners, [("triangle", [[0, 2, 1], [0, 3, 2]])]).write(tmp_path / "tip.stl")
+        return [row["found"]["area"] for row in compare_scene(path, 2, rows_path)]
+
+    first, second = found(0.3), found(0.4)
+    assert min(second) > 1.3 * max(first)
+    # samples beside the rows are those of the other punch by now: they are not mixed with rows of this one
+    assert found(0.3) == first
+    assert len(rows_path.read_text().splitlines()) == 6
+    assert found(0.3) == first
+    assert len(rows_path.read_text().splitlines()) == 6
 
 
 def test_a_scene_that_cannot_be_refined_is_named(tmp_path, capsys):
