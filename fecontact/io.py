@@ -130,7 +130,7 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
         used = np.unique(mesh.cells)
         index = np.full(len(mesh.points), -1, dtype=np.int64)
         index[used] = start + np.arange(len(used))
-        points.append(body.pose.to_world(mesh.points[used]))
+        points.append(result.given(body).pose.to_world(mesh.points[used]))
         for name, block in _blocks(mesh):
             cells.setdefault(name, []).append(index[block])
             owner.setdefault(name, []).append(np.full(len(block), k))

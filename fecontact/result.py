@@ -150,11 +150,21 @@ class ContactResult:
         assert isinstance(posed, ElasticBody)
         return k, posed
 
+    def given(self, body: Body) -> Body:
+        """The body in the pose in which it was given; `scene` holds it in its final pose after a finite motion."""
+        return self.originals[self._number(body)] if self.originals else body
+
+    def _carried(self, k: int, points: Array) -> Array:
+        """World displacements (n, 3) of points (n, 3) of body k by the change of its pose in a finite motion."""
+        now = self.scene.bodies[k]
+        return now.pose.to_world(points) - self.given(now).pose.to_world(points)
+
     def displacement(self, body: Body) -> Array:
-        """Total displacement (n_points, 3) of the body's nodes in world axes."""
+        """Total displacement (n_points, 3) of the body's nodes from where they were given, in world axes."""
         k, elastic = self._elastic(body)
         assert elastic.model is not None
-        return elastic.model.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
+        own = elastic.model.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
+        return own + self._carried(k, elastic.mesh.points) if self.originals else own
 
     def strain(self, body: Body) -> Array:
         """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
@@ -211,8 +221,14 @@ class ContactResult:
         assert elastic.model is not None
         along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
         weights = along_z.reshape(-1, 3)[:, 2]
-        total = elastic.pose.rotation @ (weights @ self.state.displacements[k].reshape(-1, 3))
-        return total / (along_z @ elastic.model.rigid_modes[:, 2])
+        area = along_z @ elastic.model.rigid_modes[:, 2]
+        total = elastic.pose.rotation @ (weights @ self.state.displacements[k].reshape(-1, 3)) / area
+        if not self.originals:
+            return total
+        # the modes of turning, x -> e x (x - c), tell the boundary's centre
+        turns = np.tensordot(weights, elastic.model.rigid_modes.reshape(-1, 3, 6), 1)[:, 3:] / area
+        centre = elastic.reference_point + np.array([-turns[2, 1], turns[2, 0], -turns[1, 0]])
+        return total + self._carried(k, centre[None])[0]
 
     def reaction(self, body: Body, boundary: str | None = None) -> Array:
         """Force and moment (6,) by which a body is held, about its reference point, in world axes.

@@ -12,22 +12,33 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody
+from fecontact.linearisation import BEARABLE, linearisation_error
 
 if TYPE_CHECKING:
     from fecontact.result import ContactResult
 
-#: Rotation (radians) and strain from which a result warns; both err by their square and by their own size.
-LARGEST_TURN, LARGEST_STRAIN = 0.03, 0.05
+#: Strain from which a result warns: small-strain elasticity errs by its own size.
+LARGEST_STRAIN = 0.05
 
 
-def large_turns(result: ContactResult) -> Iterator[str]:
-    """Rotations beyond what a linearised one bears."""
-    for body, motion in zip(result.scene.bodies, result.state.motions, strict=True):
-        turn = float(np.linalg.norm(motion[3:]))
-        if turn > LARGEST_TURN:
-            yield (
-                f"{body.name!r} turns by {turn:.3f} rad, more than a linearised rotation bears: use finite_motion=True."
+def unborne_motions(result: ContactResult) -> Iterator[str]:
+    """Rigid motions beyond what linearised ones bear."""
+    error = linearisation_error(result)
+    if error.worst > BEARABLE:
+        if not np.isfinite(error.gap):
+            what = "linearised motions lose or overlook the contact"
+        else:
+            what = (
+                f"linearised motions leave out {100 * error.gap / error.approach:.2g} % of the approach in gaps and "
+                f"{error.direction:.2g} rad in directions of forces, and stretch bodies by {100 * error.stretch:.2g} %"
             )
+        if result.originals:
+            remedy = (
+                "Poses carried along did not settle: start nearer to the contact, or hold motions that find no rest."
+            )
+        else:
+            remedy = "Use finite_motion='auto' (or True), which carries the poses along."
+        yield f"Bodies move or turn far: {what}. {remedy}"
 
 
 def large_strains(result: ContactResult) -> Iterator[str]:
@@ -46,7 +57,7 @@ def mended(result: ContactResult) -> Iterator[str]:
 
 
 #: Everything that is looked at for `ContactResult.warnings` and for `ContactResult.notes`.
-CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (large_turns, large_strains)
+CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (unborne_motions, large_strains)
 NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (mended,)
 
 

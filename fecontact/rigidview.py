@@ -38,7 +38,9 @@ def rigid_patches(result: ContactResult, scale: float) -> tuple[Array, IntArray]
         if isinstance(contact.master, RigidBody) and not contact.is_curve:
             motion = result.state.motions[result.scene.bodies.index(contact.master)]
             x, q = _patch(contact, contact.master)
-            points.append(x + scale * (motion[:3] + np.cross(motion[3:], x - contact.master.pose.translation)))
+            begin = result.given(contact.master).pose.to_world(contact.master.pose.to_body(x))
+            end = x + motion[:3] + np.cross(motion[3:], x - contact.master.pose.translation)
+            points.append(begin + scale * (end - begin))
             quads.append(q + start)
             start += len(x)
     return np.concatenate(points), np.concatenate(quads)

@@ -24,7 +24,7 @@ from fecontact.conditions import Interface, Rows
 from fecontact.coupling import matrix_free, paired_contact, well_coupled
 from fecontact.errors import InputError, SolverError
 from fecontact.fem.support import is_plane
-from fecontact.finite import solve_finite
+from fecontact.finite import follow, solve_finite
 from fecontact.interface.candidates import FEWEST, approach_for_load, choose, grow, widen
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.reach import Reach
@@ -175,7 +175,7 @@ class Scene:
         free: Mapping[Body, str] | None = None,
         pressures: Mapping[tuple[Body, str], float] | None = None,
         gravity: ArrayLike | None = None,
-        finite_motion: bool = False,
+        finite_motion: bool | str = "auto",
         solver: str = "auto",
         tolerance: float = 1e-10,
         whole: bool = True,
@@ -199,9 +199,11 @@ class Scene:
             Pressures against boundaries.
         gravity : (3,), optional
             Acceleration; bodies need densities.
-        finite_motion : bool
-            Whether bodies move and turn far: poses are carried along until they settle, and prescribed motions are
-            finite (rotation vectors). Otherwise motions are small and linearised.
+        finite_motion : {'auto', True, False}
+            Whether bodies move and turn far. True: poses are carried along until they settle, and prescribed motions
+            are finite (rotation vectors). False: motions are small and linearised. 'auto': poses are carried along
+            where linearised motions would change gaps or lines of action by more than 1e-3 of the approach, until
+            they do no more (see `linearisation`).
         solver : str
             'auto' or one of `available_solvers()`.
         tolerance : float
@@ -223,15 +225,18 @@ class Scene:
         """
         settings = Settings(solver, tolerance, options)
         settings.check()
-        if finite_motion:
-            loads = {"forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures}
-            chosen_solver = {"solver": solver, "tolerance": tolerance, "whole": whole, **options}
-            return solve_finite(self, {**loads, "gravity": gravity, **chosen_solver})
+        if finite_motion not in (True, False, "auto"):
+            raise InputError(f"finite_motion must be 'auto', True or False; found {finite_motion!r}.")
+        loads = {"forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures}
+        arguments = {
+            **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "whole": whole, **options,
+        }  # fmt: skip
+        if finite_motion is True:
+            return solve_finite(self, arguments)
         watch = Stopwatch()
         loading = make_loading(self.bodies, forces, moments, motions, free, pressures, gravity)
-        if whole:
-            return self.solved(loading, None, settings, watch)
-        return solve_partly(self, loading, settings, watch)
+        result = self.solved(loading, None, settings, watch) if whole else solve_partly(self, loading, settings, watch)
+        return follow(result, arguments) if finite_motion == "auto" else result
 
     def solved(
         self, loading: Loading, reaches: Sequence[Reach | None] | None, settings: Settings, watch: Stopwatch

@@ -348,7 +348,7 @@ def _solve_options(table: Table) -> dict[str, Any]:
     found: dict[str, Any] = {
         "solver": table.text("solver", ("auto", *available_solvers())),
         "tolerance": table.number("tolerance"),
-        "finite_motion": table.flag("finite_motion"),
+        "finite_motion": table.flag("finite_motion", "auto"),
     }
     table.finish()
     if found["tolerance"] is not None and not 0 < found["tolerance"] < 1:

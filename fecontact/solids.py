@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.bodies.pose import Pose
 from fecontact.errors import InputError
 from fecontact.fem.stress import VOIGT
 from fecontact.io import body_fields
@@ -19,7 +20,6 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section import CELL_TYPES, SectionMesh, counter_clockwise
 
 if TYPE_CHECKING:
-    from fecontact.bodies.elastic import ElasticBody
     from fecontact.result import ContactResult
 
 Array = NDArray[np.float64]
@@ -96,16 +96,17 @@ def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
         raise InputError(
             "No body of this scene is meshed inside; only its contacts can be drawn: plot 'pressure' or 'gap' instead."
         )
-    return tuple(Solid(b.name, _in_world(b), body_fields(result, b)) for b in result.elastic_bodies)
+    return tuple(
+        Solid(b.name, _in_world(b.mesh, result.given(b).pose), body_fields(result, b)) for b in result.elastic_bodies
+    )
 
 
-def _in_world(body: ElasticBody) -> Mesh | SectionMesh:
-    """The mesh of a body as it stands; a section that is turned half round keeps running counter-clockwise."""
-    mesh = body.mesh
+def _in_world(mesh: Mesh | SectionMesh, pose: Pose) -> Mesh | SectionMesh:
+    """The mesh of a body in a pose; a section that is turned half round keeps running counter-clockwise."""
     if isinstance(mesh, SectionMesh):
-        points = body.pose.to_world(mesh.points)
+        points = pose.to_world(mesh.points)
         return SectionMesh(points, counter_clockwise(points, mesh.cells))
-    return mesh.mapped(body.pose.to_world)
+    return mesh.mapped(pose.to_world)
 
 
 def solids_of_file(path: str | Path) -> tuple[Solid, ...]:

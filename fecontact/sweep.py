@@ -15,6 +15,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.errors import InputError
 from fecontact.fem.condensation import Schur
 from fecontact.fem.model import Model
+from fecontact.finite import follow
 from fecontact.interface.reach import near_nodes, plain_facets
 from fecontact.jsonlines import append_row, read_rows
 from fecontact.loading import Loading, make_loading
@@ -88,10 +89,14 @@ _GUIDE = Guide()
 def _row(name: str, case: Case, guide: Guide) -> dict[str, Any]:
     now, arguments = case
     arguments = {"whole": False, **arguments}
-    if arguments["whole"] or arguments.get("finite_motion"):
+    finite = arguments.get("finite_motion", "auto")
+    if arguments["whole"] or finite is True:
         return {"name": name, **now.scene.solve(**arguments).summary()}
     small = {key: given for key, given in arguments.items() if key not in ("whole", "finite_motion")}
-    return {"name": name, **solve_guided(now.scene, small, guide).summary()}
+    result = solve_guided(now.scene, small, guide)
+    if finite == "auto":
+        result = follow(result, {**small, "whole": False})
+    return {"name": name, **result.summary()}
 
 
 def _row_of(name: str) -> tuple[str, dict[str, Any]]:

@@ -198,11 +198,11 @@ class Table:
             return None
         return value
 
-    def flag(self, key: str) -> bool | None:
-        """True or false."""
+    def flag(self, key: str, word: str | None = None) -> bool | str | None:
+        """True or false, or a word that stands for neither."""
         value = self._take(key, False)
-        if value is not None and not isinstance(value, bool):
-            self._wrong(key, "true or false")
+        if value is not None and not isinstance(value, bool) and (word is None or value != word):
+            self._wrong(key, "true or false" if word is None else f'true, false or "{word}"')
             return None
         return value
 

@@ -207,7 +207,7 @@ class FacetSurface:
         return Feet(x, normals, gap, self._beyond(facet, local, offset), weights, facet, local, self.name)
 
     @cached_property
-    def _mean_normals(self) -> Array:
+    def mean_normals(self) -> Array:
         """Unit normals (n_nodes, 3) averaged over the facets round each surface node; zero elsewhere."""
         k = self.facets.shape[1]
         facet, column = np.nonzero(distinct_columns(self.facets))
@@ -227,7 +227,7 @@ class FacetSurface:
         """
         normals = self.normals(facet, local)
         on_edge = self._at_sides(facet, local).any(axis=1)
-        mean = np.einsum("na,nai->ni", N[on_edge], self._mean_normals[self.facets[facet[on_edge]]])
+        mean = np.einsum("na,nai->ni", N[on_edge], self.mean_normals[self.facets[facet[on_edge]]])
         mean /= np.linalg.norm(mean, axis=1, keepdims=True)
         along = offset[on_edge]
         length = np.linalg.norm(along, axis=1)

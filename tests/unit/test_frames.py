@@ -209,5 +209,5 @@ def test_large_strains_and_turns_are_warned_of():
     pressed = scene.solve(motions={soft: {"z": -0.2}})
     assert any("strained by" in text for text in pressed.warnings)
     assert "Warning:" in str(pressed)
-    turned = scene.solve(motions={soft: {"rx": 0.1}})
-    assert any("finite_motion=True" in text for text in turned.warnings)
+    turned = scene.solve(motions={soft: {"rx": 0.1}}, finite_motion=False)
+    assert any("finite_motion='auto'" in text for text in turned.warnings)

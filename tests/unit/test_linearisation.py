@@ -1,0 +1,141 @@
+"""What linearised rigid motions leave out, and poses carried along where it matters."""
+
+import meshio
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import fecontact as fc
+import fecontact.finite as finite
+from fecontact.linearisation import BEARABLE, linearisation_error
+
+SOLID = fc.Material(E=1000.0, nu=0.3)
+RADIUS = 5.0
+
+
+def pad():
+    mesh = fc.shapes.block((4.0, 4.0, 1.0), (8, 8, 2)).translated((-2.0, -2.0, -1.0))
+    return fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"}, name="pad")
+
+
+def under_ball(height=0.0, unit=1.0, **loads):
+    """A ball on a pad; loads are the ball's."""
+    plate = pad()
+    ball = fc.RigidBody(fc.Sphere(radius=RADIUS), name="ball").placed((0.0, 0.0, height))
+    given = {k: {ball: v} if k in ("forces", "motions") else v for k, v in loads.items()}
+    return fc.Scene([plate, ball], [fc.Contact(plate, ball)]).solve(**given), ball
+
+
+def test_error_of_a_shift_has_the_size_that_geometry_tells():
+    shift = 0.1
+    result, _ = under_ball(motions={"x": shift, "z": -0.05}, finite_motion=False)
+    error = linearisation_error(result)
+    # a ball that moves along itself by t changes gaps by t^2 / 2R more than linearly, and the line of action by t / R;
+    # at the distance r from the pole a shift d and a descent h give t = d + h r / R, but for terms of (r / R)^2
+    fields = result.contacts[0]
+    r = np.linalg.norm(fields.points[fields.active][:, :2], axis=1).max()
+    assert error.gap == pytest.approx((shift + 0.05 * r / RADIUS) ** 2 / (2 * RADIUS), rel=0.02)
+    assert error.direction == pytest.approx(shift / RADIUS, rel=0.02)
+    assert error.approach == pytest.approx(0.05, rel=0.1)
+
+
+def test_small_motions_are_left_as_they_are():
+    result, _ = under_ball(motions={"z": -0.05})
+    alone, _ = under_ball(motions={"z": -0.05}, finite_motion=False)
+    assert linearisation_error(result).worst < BEARABLE
+    assert result.originals == ()
+    assert result.contacts[0].total_force == alone.contacts[0].total_force
+
+
+@pytest.mark.parametrize("load", [{"forces": (0.0, 0.0, -20.0)}, {"motions": {"z": -3.05}}])
+def test_ball_that_comes_from_far_presses_as_if_placed_there(load):
+    far, ball = under_ball(3.0, **load)
+    near, other = under_ball(0.0, **({"motions": {"z": -0.05}} if "motions" in load else load))
+    # what is left of linearised motions is below 1e-3 of the approach; forces go with its power 3 / 2
+    assert abs(far.contacts[0].max_pressure / near.contacts[0].max_pressure - 1) < 2e-3
+    assert abs(far.rigid_motion(ball).translation[2] - near.rigid_motion(other).translation[2] + 3.0) < 1e-4
+    assert not any("turn far" in text for text in far.warnings)
+    linear, _ = under_ball(3.0, **load, finite_motion=False)
+    assert abs(linear.contacts[0].max_pressure / near.contacts[0].max_pressure - 1) > 0.03
+    (warning,) = (text for text in linear.warnings if "turn far" in text)
+    error = linearisation_error(linear)
+    assert f"{100 * error.gap / error.approach:.2g} % of the approach" in warning
+    assert error.worst > 10 * BEARABLE
+
+
+def test_sideways_motion_of_the_ball_presses_as_if_placed_there():
+    moved, _ = under_ball(motions={"x": 0.25, "z": -0.02})
+    plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=RADIUS)).placed((0.25, 0.0, -0.02))
+    placed = fc.Scene([plate, ball], [fc.Contact(plate, ball)]).solve(motions={ball: {"z": 0.0}})
+    # prescribed motions are finite from the start: the same pose to rounding
+    assert abs(moved.contacts[0].total_force / placed.contacts[0].total_force - 1) < 1e-9
+
+
+def test_contact_that_linearised_turns_overlook_is_found():
+    turn, gap = 1.2, 2.9
+    # about its pole a ball turned by t comes down by R (1 - cos t) and aside by R sin t, which x takes back
+    loads = {"motions": {"ry": turn, "x": -RADIUS * np.sin(turn)}}
+    result, _ = under_ball(gap, **loads)
+    linear, _ = under_ball(gap, **loads, finite_motion=False)
+    assert linear.status == "no-contact"
+    assert "lose or overlook" in linear.warnings[0]
+    placed, _ = under_ball(gap - RADIUS * (1 - np.cos(turn)), motions={"z": 0.0})
+    assert abs(result.contacts[0].total_force / placed.contacts[0].total_force - 1) < 1e-9
+
+
+def test_lever_on_a_rope_finds_its_angle():
+    lever = fc.RigidBody(fc.Plane(), name="lever")
+    rope = fc.Spring(2.0, (lever, (3.0, 0.0, 0.0)), (None, (3.0, 0.0, 4.0)), slack_length=4.0, name="rope")
+    scene = fc.Scene([lever], [], springs=[rope])
+
+    def unbalance(t):
+        tip = np.array([3 * np.cos(t), -3 * np.sin(t)])
+        line = np.array([3.0, 4.0]) - tip
+        length = np.linalg.norm(line)
+        return 2.0 * (length - 4.0) * (tip[0] * line[1] - tip[1] * line[0]) / length - 1.5
+
+    angle = brentq(unbalance, 1e-6, 1.0)
+    found = scene.solve(moments={lever: (0.0, 1.5, 0.0)})
+    assert abs(found.rigid_motion(lever).rotation[1] / angle - 1) < BEARABLE
+    linear = scene.solve(moments={lever: (0.0, 1.5, 0.0)}, finite_motion=False)
+    assert any("move or turn far" in text for text in linear.warnings)
+    # the rope's end goes down a circle: the length is off by what the tip's arc leaves out, 3 t^2 / 2 across
+    assert linearisation_error(linear).direction == pytest.approx(3 * 0.0833**2 / 2 / 4, rel=0.1)
+
+
+def test_motions_that_do_not_settle_are_warned_of(monkeypatch):
+    monkeypatch.setattr(finite, "BEARABLE", 1e-30)
+    monkeypatch.setattr(finite, "MOST_STEPS", 1)
+    result, ball = under_ball(3.0, motions={"z": -3.05, "x": 0.3}, finite_motion="auto")
+    assert abs(result.rigid_motion(ball).translation[0] - 0.3) < 1e-12
+    monkeypatch.setattr("fecontact.result_warnings.BEARABLE", -1.0)
+    assert "did not settle" in result.warnings[0]
+
+
+def test_displacements_count_from_where_bodies_were_given(tmp_path):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    body = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, name="block").placed((3.0, 1.0, 0.0))
+    plane = fc.RigidBody(fc.Plane())
+    turn = 0.7
+    result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(motions={body: {"rz": turn, "z": -1e-3}})
+    points = body.pose.to_world(body.mesh.points)
+    centre = body.pose.to_world(body.reference_point)
+    Q = fc.rotation_about((0, 0, 1), turn)
+    expected = centre + (points - centre) @ Q.T + [0, 0, -1e-3] - points
+    # besides the turn there are strains of 1e-3 of a unit block
+    assert np.abs(result.displacement(body) - expected).max() < 2e-3
+    assert np.abs(result.displacement(body)[:, :2] - expected[:, :2]).max() > 1e-5
+    top = body.mesh.boundary_nodes("top")
+    assert np.abs(result.displacement(body)[top] - expected[top]).max() < 1e-12
+    side = body.mesh.face_nodes(body.mesh.faces("x_max"))
+    middle = expected[side[:, :4]].mean(axis=(0, 1))
+    assert np.abs(result.boundary_motion(body, "x_max") - middle).max() < 2e-3
+    file = meshio.read(result.save(tmp_path / "turned.vtu"))
+    low = file.points.min(axis=0)
+    assert np.abs(low - points.min(axis=0)).max() < 1e-12
+    assert np.abs(np.linalg.norm(file.point_data["displacement"], axis=1).max() - np.sqrt(2) * np.sin(turn / 2)) < 2e-3
+
+
+def test_unknown_choice_is_refused():
+    with pytest.raises(fc.InputError, match="finite_motion must be 'auto', True or False"):
+        under_ball(motions={"z": -0.05}, finite_motion="yes")
