@@ -31,10 +31,28 @@ from touching import Touching  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-TESTS = ("tests/unit/solvers", "tests/unit/interface", "tests/unit/bodies", "tests/unit/*.py", "tests/unit/pipeline")
+TESTS = (
+    "tests/unit/solvers",
+    "tests/unit/interface",
+    "tests/unit/bodies",
+    "tests/unit/*.py",
+    "tests/verification/test_finite_motion.py",
+)
 """Tests of the contact pipeline that are fast; those not in here may kill no mutant."""
 
-SLOW = ("docs", "examples", "cli", "compare", "view", "explain", "export", "scenefile", "baselines", "savings")
+SLOW = (
+    "docs",
+    "examples",
+    "cli",
+    "compare",
+    "view",
+    "explain",
+    "export",
+    "scenefile",
+    "baselines",
+    "savings",
+    "fingerprint",
+)
 """Words in the names of test files that are about something else."""
 
 

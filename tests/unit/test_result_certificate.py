@@ -1,0 +1,99 @@
+"""What a result says of itself: violations outside the condensed problem are reported with their size."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.solvers import Residuals
+
+# what is left of a solved problem of a few points, far below every violation made here
+ROUNDING = 1e-10
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    """A block pressed on a floor, by its nodes and by a motion that is its largest displacement."""
+    body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), fc.Material(E=1000.0, nu=0.3), "bottom",
+                          {"top": "xyz"}, name="block")  # fmt: skip
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+    return scene.solve(motions={body: {"z": -0.01}})
+
+
+def with_gap(result, depth):
+    """The result with its first point so deep in the floor, and the others open."""
+    gap = np.full(len(result.contacts[0].gap), 1.0)
+    gap[0] = -depth
+    return replace(result, contacts=(replace(result.contacts[0], gap=gap),))
+
+
+@pytest.mark.parametrize("depth", [1e-9, 1e-4, 0.3])
+def test_overlap_outside_the_problem_is_reported_by_the_largest_displacement(pressed, depth):
+    clean = pressed.residuals()
+    assert clean.worst < ROUNDING
+    found = with_gap(pressed, depth).residuals()
+    # pushed down by 0.01 at the top and held at the bottom: the largest displacement is 0.01
+    assert abs(pressed.state.scale / 0.01 - 1) < 1e-9
+    assert abs(found.penetration / (depth / pressed.state.scale) - 1) < 1e-12
+    assert replace(found, penetration=clean.penetration) == clean
+
+
+def test_overlap_without_any_displacement_is_reported_as_it_is(pressed):
+    still = replace(pressed, state=replace(pressed.state, scale=0.0))
+    assert abs(with_gap(still, 0.25).residuals().penetration / 0.25 - 1) < 1e-12
+
+
+def test_the_larger_of_the_problems_penetration_and_that_outside_counts(pressed):
+    # the problem's own: no forces, so that the whole approach of 0.01 is left; nothing deflects, and the floor of the
+    # scale is a thousandth of the gaps
+    idle = replace(pressed.solution, forces=np.zeros(pressed.solution.problem.n))
+    found = with_gap(replace(pressed, solution=idle), 1e-3).residuals()
+    assert abs(found.penetration / 1e3 - 1) < 1e-9
+    assert found.equilibrium < ROUNDING
+
+
+def test_open_gaps_and_a_scene_without_contacts_have_no_penetration(pressed):
+    far = np.full(len(pressed.contacts[0].gap), 2.0)
+    apart = replace(pressed, contacts=(replace(pressed.contacts[0], gap=far),))
+    assert apart.residuals().penetration == pressed.solution.residuals.penetration
+    assert replace(pressed, contacts=()).residuals() == pressed.solution.residuals
+
+
+@pytest.mark.parametrize("shift", [1e-9, 1e-3, 0.2])
+def test_lines_of_action_that_do_not_meet_the_feet_are_reported_as_moments(pressed, shift):
+    """All feet moved sideways: every force then turns the pair by force times shift."""
+    interface = pressed.interfaces[0]
+    feet = interface.pairing.feet
+    aside = replace(feet, points=feet.points + [shift, 0.0, 0.0])
+    moved = replace(interface, pairing=replace(interface.pairing, feet=aside))
+    tampered = replace(pressed, reduction=replace(pressed.reduction, interfaces=(moved,)))
+    found, clean = tampered.residuals(), pressed.residuals()
+    # relative to the forces times the size of the slave
+    assert abs(found.equilibrium / (shift / interface.slave.size) - 1) < 1e-6
+    assert replace(found, equilibrium=clean.equilibrium) == clean
+
+
+def test_the_problems_own_equilibrium_is_not_lost_among_the_moments():
+    body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), fc.Material(E=1000.0, nu=0.3), "bottom",
+                          {"top": "xyz"}, name="block")  # fmt: skip
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(forces={body: (0.0, 0.0, -4.0)})
+    light = replace(result, solution=replace(result.solution, forces=0.5 * result.solution.forces))
+    # half of the load is not carried: 2 over the forces, taken as the load of 4 where they are less, and the load
+    assert abs(light.residuals().equilibrium / 0.25 - 1) < 1e-9
+    none = replace(result, solution=replace(result.solution, forces=0.0 * result.solution.forces),
+                   contacts=(replace(result.contacts[0], forces=0.0 * result.contacts[0].forces),))  # fmt: skip
+    assert abs(none.residuals().equilibrium / 0.5 - 1) < 1e-9
+
+
+def test_tension_and_complementarity_are_those_of_the_problem(pressed):
+    forces = pressed.solution.forces.copy()
+    forces[0] = -forces[0]
+    wrong = replace(pressed, solution=replace(pressed.solution, forces=forces))
+    own, whole = wrong.solution.residuals, wrong.residuals()
+    assert isinstance(whole, Residuals)
+    assert own.tension > 1e-3
+    assert own.complementarity > 0.01
+    assert (whole.tension, whole.complementarity) == (own.tension, own.complementarity)
