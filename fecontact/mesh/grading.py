@@ -13,11 +13,15 @@ from fecontact.mesh.lattice import check_lengths
 
 Array = NDArray[np.float64]
 
+#: Cells through the depth of a thin layer, whatever the level.
+FEWEST_LAYERS = 4
 
-def geometric(first: float, growth: float, total: float) -> Array:
+
+def geometric(first: float, growth: float, total: float, widest: float = np.inf) -> Array:
     """Positions 0 ... total of intervals that begin at `first` and grow by `growth`; the last one takes up the rest.
 
-    Nothing is stretched to fit, so two bodies of different size graded from the same point match near it.
+    None but the last is wider than `widest`. Nothing is stretched to fit, so two bodies of different size graded from
+    the same point match near it.
 
     Examples
     --------
@@ -27,7 +31,7 @@ def geometric(first: float, growth: float, total: float) -> Array:
     positions, step = [0.0], first
     while positions[-1] + 1.5 * step < total:
         positions.append(positions[-1] + step)
-        step *= growth
+        step = min(step * growth, widest)
     return np.array([*positions, total])
 
 
@@ -111,12 +115,14 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
     """Ring mesh fitted to a contact radius.
 
     Inside the contact radius the rings narrow towards it in geometric progression; outside they widen from there by
-    ``growth``, as the layers do downwards.
+    ``growth``, as the layers do downwards. Under a contact that is as wide as the body is deep, a layer on a hard base,
+    the pressure also varies with the depth b: the layers are equal there and nothing inside the contact is wider than
+    ``layer`` times sqrt(a b / 2) or a quarter of b. Between a/b = 1/2 and 1 the one turns into the other.
 
     Parameters
     ----------
     contact_radius, extent, depth : float
-        Expected contact radius and size of the contact block.
+        Expected contact radius and size of the contact block; its depth is the thickness of the layer.
     level : int or Level
         1 (coarse) to 5 (fine), or one's own.
 
@@ -132,10 +138,24 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
             "give a smaller contact radius or a larger body."
         )
     cut = as_level(level)
+    thin = float(np.clip(2 * contact_radius / depth - 1, 0, 1))
+    widest = np.inf
+    if thin:
+        layers = np.ceil(max(depth / (cut.layer * np.sqrt(contact_radius * depth / 2)), FEWEST_LAYERS) * (1 - 1e-12))
+        widest = depth / layers / thin
     inside = contact_radius * _towards_edge(cut.core, cut.rings, cut.edge)
+    if inside[0] > cut.core * widest:
+        inside = np.concatenate([[cut.core * widest], inside])
+    inside = _cut(inside, widest)
     outside = contact_radius + geometric(cut.edge * contact_radius, cut.growth, extent - contact_radius)[1:]
-    depths = geometric(cut.layer * contact_radius, cut.growth, depth)
+    depths = geometric(min(cut.layer * contact_radius, widest), cut.growth ** (1 - thin), depth, widest)
     return RingGrading(cut.core, float(inside[0]), np.concatenate([inside[1:], outside]), depths)
+
+
+def _cut(positions: Array, widest: float) -> Array:
+    """Positions with the intervals that are wider than `widest` cut into equal ones."""
+    count = np.maximum(np.ceil(np.diff(positions) / widest * (1 - 1e-12)), 1).astype(int)
+    return np.interp(np.arange(count.sum() + 1), np.concatenate([[0], np.cumsum(count)]), positions)
 
 
 def _towards_edge(core: int, rings: int, edge: float) -> Array:

@@ -182,3 +182,25 @@ def test_blocks_can_be_merged_with_a_degenerate_neighbour(degenerate):
 def test_bad_sizes(call, words):
     with pytest.raises(InputError, match=words):
         call()
+
+
+@pytest.mark.parametrize("level", sorted(fc.shapes.LEVELS))
+def test_layers_follow_the_thickness_where_the_contact_is_as_wide(level):
+    """Equal cells through a thin layer and none wider inside the contact; a deep body as it was, its sizes from a."""
+    cut = fc.shapes.as_level(level)
+    for ratio in (1.0, 2.0, 5.0, 20.0):
+        g = fc.shapes.grading(ratio, ratio + 8, 1.0, level)
+        across = np.concatenate([np.linspace(0, g.core_radius, g.core + 1), g.radii])
+        widths, depths = np.diff(across[across <= ratio * (1 + 1e-12)]), np.diff(g.depths)
+        widest = min(cut.layer * np.sqrt(ratio / 2), 0.25) * (1 + 1e-9)
+        assert np.isclose(across, ratio, rtol=1e-12).sum() == 1
+        assert np.ptp(depths) < 1e-12
+        assert max(widths.max(), depths.max()) < widest
+        assert (np.diff(across) > 0).all()
+        assert abs(across[-1] - ratio - 8) < 1e-12
+    for ratio in (0.01, 0.3, 0.5):
+        g = fc.shapes.grading(ratio, 9.0, 1.0, level)
+        assert np.array_equal(g.depths, fc.shapes.geometric(cut.layer * ratio, cut.growth, 1.0))
+    # nothing jumps between the two
+    counts = [len(fc.shapes.grading(r, 9.0, 1.0, level).depths) for r in np.linspace(0.4, 1.2, 81)]
+    assert np.abs(np.diff(counts)).max() <= 3
