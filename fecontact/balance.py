@@ -15,16 +15,24 @@ from fecontact.loading import Loading
 
 Array = NDArray[np.float64]
 
-#: Share of the largest possible opening by a rigid motion below which it is rounding: a plane's normal that is off by
-#: 1e-17 must not let a huge tangential motion open the contact, or a huge pressure balance a tangential load.
-SMALLEST_OPENING = 1e-12
 
+def opening_by_motions(rows: sp.csr_matrix, modes: Array, rounding: float) -> Array:
+    """Opening (n, k) by rigid motions with fields (n_dofs, k), rounding cut off, see `Loading.rounding`.
 
-def opening_by_motions(rows: sp.csr_matrix, modes: Array) -> Array:
-    """Opening (n, k) by rigid motions with fields (n_dofs, k), rounding cut off."""
-    opening = rows @ modes
-    largest = abs(rows).sum(axis=1).max() * np.abs(modes).max(axis=0) if rows.shape[0] else 0.0
-    opening[np.abs(opening) < SMALLEST_OPENING * largest] = 0.0
+    A motion that opens nothing but for rounding is as a rule no coordinate motion but a combination: a slide along a
+    plane that is oblique to the world. Singular vectors find it in any axes, so that a turned scene is the same scene.
+    """
+    opening = np.asarray(rows @ modes)
+    if not opening.size or not opening.any():
+        return opening
+    largest = abs(rows).sum(axis=1).max() * np.abs(modes).max(axis=0)
+    largest[largest == 0] = 1.0
+    n, m = opening.shape
+    _, singular, Vt = np.linalg.svd(np.linalg.qr(opening / largest, mode="r"))
+    none = np.concatenate([singular, np.zeros(m - len(singular))]) < rounding * np.sqrt(n)
+    if none.any():
+        opening -= ((opening / largest) @ Vt[none].T) @ Vt[none] * largest
+    opening[np.abs(opening) < rounding * largest] = 0.0
     return opening
 
 
@@ -46,16 +54,17 @@ def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
         modes = frame.modes(frame.released)
         parts = [i.rows(frame.body) for i in interfaces]
         columns = [
-            np.zeros((len(i.gap), modes.shape[1])) if r is None else opening_by_motions(r, modes)
+            np.zeros((len(i.gap), modes.shape[1])) if r is None else opening_by_motions(r, modes, loading.rounding)
             for i, r in zip(interfaces, parts, strict=True)
         ]
         blocks.append(np.concatenate(columns).T)
-        load.append(-frame.released.T @ loading.resultant(k))
+        load.append(-loading.driving(k, frame.released))
     if not blocks:
         return
     B, F = np.concatenate(blocks), np.concatenate(load)
-    scale = np.abs(B).max(axis=1)
-    scale[scale == 0] = 1.0
+    scale = np.abs(B).max(axis=1, initial=0.0)
+    # a row that says nothing is compared with the others, in whatever unit they are
+    scale[scale == 0] = scale.max() or 1.0
     if not F.any():
         return
     B, F = B / scale[:, None], F / scale

@@ -29,6 +29,36 @@ def positive(name: str, value: float) -> float:
     return number
 
 
+def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
+    """Refuse numbers whose largest is so large or so small that squares and products leave floating-point numbers.
+
+    Beyond 1e308 they overflow and below 1e-308 they become zero, both without a word; zero itself is fine.
+
+    Parameters
+    ----------
+    name : str
+        What they are, for the message.
+    values : array_like
+    power : int
+        Numbers from 10^-power to 10^power can be worked with.
+
+    Raises
+    ------
+    InputError
+        If the largest lies outside.
+
+    Examples
+    --------
+    >>> reckonable("the force", (0.0, 0.0, 2.0))
+    """
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest != 0 and not 10.0**-power <= largest <= 10.0**power:
+        raise InputError(
+            f"{_sentence(name)} is {'too large' if largest > 1 else 'too small'} to be worked with: found {largest:g}, "
+            f"expected a size from 1e-{power} to 1e{power}. Choose other units (or zero)."
+        )
+
+
 def finite(name: str, value: float) -> float:
     """Return `value` as a float, or refuse it if it is not a finite number.
 

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
+from fecontact.checks import reckonable
 from fecontact.errors import InputError
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
 
@@ -74,20 +75,22 @@ class Frame:
 
 
 def vector(value: ArrayLike, what: str) -> Array:
-    """Three finite numbers, or an InputError that begins with `what`."""
+    """Three finite numbers of a size to be worked with, or an InputError that begins with `what`."""
     try:
         v = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         v = np.zeros(0)
     if v.shape != (3,) or not np.isfinite(v).all():
         raise InputError(f"{what} must be three finite numbers; found {value!r}.")
+    reckonable(what, v)
     return v
 
 
 def number(value: float, what: str) -> float:
-    """A finite number, or an InputError that begins with `what`."""
+    """A finite number of a size to be worked with, or an InputError that begins with `what`."""
     if not isinstance(value, int | float | np.number) or not np.isfinite(value):
         raise InputError(f"{what} must be a finite number; found {value!r}.")
+    reckonable(what, value)
     return float(value)
 
 

@@ -17,6 +17,14 @@ from fecontact.setting import Setting, setting_of
 
 Array = NDArray[np.float64]
 
+#: Share of the largest possible opening by a rigid motion, and of the work that loads could do at the most, up to which
+#: they are rounding: a plane's normal that is off by 1e-17 must not let a huge tangential motion open the contact, or a
+#: huge pressure balance a tangential load.
+SMALLEST = 1e-12
+#: The same for coordinates far from the origin of a mesh, in units of their last digit over the body's size: facets of
+#: a tenth or a hundredth of that size have normals that are off by as much more.
+LAST_DIGITS = 100 * float(np.finfo(float).eps)
+
 
 @dataclass(frozen=True, eq=False)
 class Loading:
@@ -28,10 +36,13 @@ class Loading:
         One for each body.
     distributed : tuple of (n_dofs,) array or None
         Nodal forces on each body, in its axes.
+    rounding : float
+        Share of the largest possible up to which openings and work by rigid motions are rounding.
     """
 
     frames: tuple[Frame, ...]
     distributed: tuple[Array | None, ...]
+    rounding: float = SMALLEST
 
     @property
     def magnitude(self) -> float:
@@ -50,6 +61,36 @@ class Loading:
         if nodal is not None:
             total += frame.modes(np.eye(6)).T @ nodal
         return total
+
+    def driving(self, k: int, motions: Array) -> Array:
+        """Work (m,) of the loads on body k along world motions (6, m), rounding cut off.
+
+        Nodal forces that cancel leave a share of 1e-16 of their sizes, which must not count as a load that nothing
+        balances.
+        """
+        frame, nodal = self.frames[k], self.distributed[k]
+        sizes = (
+            np.zeros(motions.shape[1]) if frame.spread else _lengths(motions).T @ _lengths(frame.load[:, None])[:, 0]
+        )
+        if nodal is not None:
+            sizes += _lengths(frame.modes(motions)).T @ _lengths(nodal[:, None])[:, 0]
+        work = motions.T @ self.resultant(k)
+        work[np.abs(work) < self.rounding * sizes] = 0.0
+        return work
+
+
+def _farness(body: Body) -> float:
+    """Largest coordinate of a body's mesh over its size; zero where there is none."""
+    for holder in (body, getattr(body, "shape", None)):
+        mesh = getattr(holder, "mesh", None)
+        if mesh is not None:
+            return float(np.abs(mesh.points).max() / body.size)
+    return 0.0
+
+
+def _lengths(vectors: Array) -> Array:
+    """Lengths (n, k) of the vectors in columns (3 n, k)."""
+    return np.asarray(np.linalg.norm(vectors.reshape(len(vectors) // 3, 3, vectors.shape[1]), axis=1))
 
 
 def make_loading(
@@ -93,7 +134,7 @@ def make_loading(
             parts.append(_spread(frame))
         frames.append(frame)
         distributed.append(np.sum(parts, axis=0) if parts else None)
-    return Loading(tuple(frames), tuple(distributed))
+    return Loading(tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * max(map(_farness, bodies))))
 
 
 def _check_forces(setting: Setting, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
@@ -121,11 +162,19 @@ def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLik
 
 
 def _check_member(key: object, bodies: Sequence[Body]) -> None:
+    """Refuse what is no body of the scene, a body's name among it."""
     if not any(key is b for b in bodies):
         names = ", ".join(repr(b.name) for b in bodies)
-        name = getattr(key, "name", key)
+        if isinstance(key, str):
+            raise InputError(
+                f"A load or motion is given for the string {key!r}; pass the body object itself, not its name "
+                f"(this scene's bodies are named {names})."
+            )
+        name, namesake = getattr(key, "name", key), ""
+        if any(name == b.name for b in bodies):
+            namesake = " One of that name is, but it is another object: a body that was placed or made again is new."
         raise InputError(
-            f"A load or motion is given for {name!r}, which is not a body of this scene (they are {names})."
+            f"A load or motion is given for {name!r}, which is not a body of this scene (they are {names}).{namesake}"
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fecontact.checks import positive
+from fecontact.checks import positive, reckonable
 from fecontact.errors import InputError
 
 
@@ -39,14 +39,14 @@ class Material:
     density: float | None = None
 
     def __post_init__(self) -> None:
-        positive("Young's modulus E", self.E)
+        reckonable("Young's modulus E", positive("Young's modulus E", self.E))
         if not (math.isfinite(self.nu) and -1 < self.nu < 0.5):
             raise InputError(
                 f"Poisson's ratio must lie strictly between -1 and 0.5; found nu = {self.nu!r}. "
                 "For a nearly incompressible material use a value such as 0.4999."
             )
         if self.density is not None:
-            positive("the density", self.density)
+            reckonable("the density", positive("the density", self.density))
 
     @property
     def lame(self) -> float:

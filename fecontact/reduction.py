@@ -22,6 +22,9 @@ from fecontact.stopwatch import Stopwatch
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+#: Share of the largest compliance, pairs made equal in size, up to which one is rounding: normals are right to 1e-10.
+NO_COMPLIANCE = 1e-20
+
 
 @dataclass(frozen=True, eq=False)
 class MeanHold:
@@ -181,7 +184,10 @@ def assemble(
                 shares.append((part.index, compliance))
             g[part.index] += response
     with watch("condense"):
-        problem = ComplementarityProblem(_total(bare.own, shares), g, bare.B, bare.F)
+        S = _total(bare.own, shares)
+        if isinstance(S, np.ndarray):
+            _drop_rounding(S, bare.parts)
+        problem = ComplementarityProblem(S, g, bare.B, bare.F)
     return Reduction(problem, tuple(bare.parts), tuple(interfaces), by_products)
 
 
@@ -219,10 +225,10 @@ def uncondensed(
     for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
         part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
         columns = np.zeros((part.released.shape[1], n))
-        columns[:, part.index] = opening_by_motions(part.rows, frame.modes(part.released)).T
+        columns[:, part.index] = opening_by_motions(part.rows, frame.modes(part.released), loading.rounding).T
         g[part.index] += part.rows @ frame.modes(frame.moved[:, None])[:, 0]
         B.append(columns)
-        F.append(-part.released.T @ loading.resultant(k))
+        F.append(-loading.driving(k, part.released))
         parts.append(part)
     return Uncondensed(parts, own, g, np.concatenate(B), np.concatenate(F))
 
@@ -245,6 +251,21 @@ def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]
         return out
 
     return LinearOperator((n, n), matvec=product, dtype=float)
+
+
+def _drop_rounding(S: Array, parts: Sequence[Part]) -> None:
+    """Make the compliance of pairs that nothing but rounding lets give zero, in place.
+
+    Where a node is grounded along its normal, the rounding of a turned normal lets its square of the compliance across
+    the normal through, 1e-32 of it. Solvers scale pairs by what they give: such a pair would count as 1e16 others.
+    """
+    sizes = np.zeros(len(S))
+    for part in parts:
+        sizes[part.index] += np.asarray(part.rows.multiply(part.rows).sum(axis=1)).ravel()
+    given = np.divide(S.diagonal(), sizes, out=np.zeros(len(S)), where=sizes > 0)
+    none = given < NO_COMPLIANCE * given.max(initial=0.0)
+    S[none] = 0.0
+    S[:, none] = 0.0
 
 
 def _condense_shared(

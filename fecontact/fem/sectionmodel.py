@@ -16,6 +16,7 @@ from fecontact.fem.section import Section
 from fecontact.fem.stress import hooke
 from fecontact.fem.support import Holds
 from fecontact.material import Material
+from fecontact.mesh.check import check_size
 from fecontact.mesh.section import Extent, SectionMesh
 
 Array = NDArray[np.float64]
@@ -51,6 +52,7 @@ class SectionModel(Model):
         backend: str,
         integration: str,
     ) -> None:
+        check_size(mesh.points)
         _check_supports(mesh, supports)
         self.section, self.plane_stress = Section(mesh, along), plane_stress
         self.mesh = mesh  # type: ignore[assignment]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from fecontact.checks import reckonable
 from fecontact.errors import MeshError
 from fecontact.mesh.basis import element_basis
 from fecontact.mesh.mesh import CellGroup, Mesh, corner_keys, first_alike
@@ -24,15 +25,17 @@ MIX = np.array([0x6A09E667F3BCC909, 0xBB67AE8584CAA73B, 0x3C6EF372FE94F82B, 0xA5
 def check_mesh(mesh: Mesh) -> None:
     """Refuse a mesh that cannot be computed with.
 
-    Checked are: unused points, points in the same place that are not one node, cells that are there twice, Jacobians
-    that change sign or are not positive at a quadrature point (scikit-fem takes the absolute value and says nothing),
-    mid-edge nodes outside the middle half of a straight edge (beyond the quarter points the mapping folds).
+    Checked are: a size in units that no number can be worked with in, unused points, points in the same place that are
+    not one node, cells that are there twice, Jacobians that change sign or are not positive at a quadrature point
+    (scikit-fem takes the absolute value and says nothing), mid-edge nodes outside the middle half of a straight edge
+    (beyond the quarter points the mapping folds).
 
     Raises
     ------
     MeshError
         Says which point or cell, and what to do.
     """
+    check_size(mesh.points)
     used = np.zeros(len(mesh.points), bool)
     used[mesh.cells] = True
     if mesh.midface is not None:
@@ -44,6 +47,16 @@ def check_mesh(mesh: Mesh) -> None:
         )
     _check_duplicates(mesh)
     check_cells(mesh)
+
+
+def check_size(points: Array) -> None:
+    """Refuse points (n, 3) in units so small or large that volumes and their squares are no numbers.
+
+    Raises
+    ------
+    InputError
+    """
+    reckonable("the size of the mesh", np.ptp(points, axis=0), power=30)
 
 
 def check_cells(mesh: Mesh) -> None:

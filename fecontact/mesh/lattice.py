@@ -12,6 +12,9 @@ from fecontact.mesh.mesh import Mesh
 
 Array = NDArray[np.float64]
 
+#: Share of a size up to which the ends of given positions are off it by rounding; they are put where they belong.
+SAME_POSITION = 1e-9
+
 _NODES = {"hex8": 8, "hex20": 20, "hex27": 27}
 
 
@@ -55,14 +58,15 @@ def division(size: float, given: int | ArrayLike, what: str) -> Array:
     """
     if isinstance(given, int | np.integer):
         return np.linspace(0.0, size, int(given) + 1)
-    positions = np.asarray(given, dtype=float)
+    positions = np.array(given, dtype=float)
     if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
         raise InputError(f"The {what} must be a count or increasing positions; found {given!r}.")
-    if positions[0] != 0 or abs(positions[-1] - size) > 1e-9 * size:
+    if np.abs(positions[[0, -1]] - [0.0, size]).max() > SAME_POSITION * size:
         raise InputError(
             f"The positions of the {what} must run from 0 to {size:g}; found {positions[0]:g} to {positions[-1]:g}."
         )
-    return positions
+    inner = positions[1:-1]
+    return np.concatenate([[0.0], inner[(inner > 0) & (inner < size)], [size]])
 
 
 def check_lengths(**lengths: float) -> None:

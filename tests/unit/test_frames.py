@@ -1,5 +1,7 @@
 """Which rigid components of a body are held, moved, loaded or free; and the loads."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -150,7 +152,15 @@ def test_bad_loads():
 
     for given, words in [
         ({"forces": {other: (0, 0, 1)}}, r"'other'"),
-        ({"forces": {"body": (0, 0, 1)}}, r"'body'"),
+        ({"forces": {"body": (0, 0, 1)}}, r"string 'body'; pass the body object itself.*named 'body', 'rigid'"),
+        ({"forces": {("body", "top"): (0, 0, 1)}}, r"string 'body'; pass the body object itself"),
+        ({"forces": {("body", (0, 0, 0)): (0, 0, 1)}}, r"string 'body'; pass the body object itself"),
+        ({"moments": {"body": (0, 0, 1)}}, r"string 'body'; pass the body object itself"),
+        ({"motions": {"body": {"z": 1.0}}}, r"string 'body'; pass the body object itself"),
+        ({"free": {"body": "z"}}, r"string 'body'; pass the body object itself"),
+        ({"pressures": {("body", "top"): 1.0}}, r"string 'body'; pass the body object itself"),
+        ({"forces": {(other, "top"): (0, 0, 1)}}, r"'other'"),
+        ({"forces": {body.placed(): (0, 0, 1)}}, r"One of that name is, but it is another object"),
         ({"moments": {other: (0, 0, 1)}}, r"'other'"),
         ({"motions": {other: {"z": 1.0}}}, r"'other'"),
         ({"free": {other: "z"}}, r"'other'"),
@@ -211,3 +221,59 @@ def test_large_strains_and_turns_are_warned_of():
     assert "Warning:" in str(pressed)
     turned = scene.solve(motions={soft: {"rx": 0.1}}, finite_motion=False)
     assert any("finite_motion='auto'" in text for text in turned.warnings)
+
+
+EXTREME = [1e300, 1e150, 1e101, 1e-101, 1e-160, 1e-300, 5e-324]
+
+
+@pytest.mark.parametrize("size", EXTREME)
+def test_numbers_beyond_reckoning_are_refused(size):
+    # their squares overflow or vanish: a force of 1e300 came back as F = 0
+    body = cube(HELD)
+    plane = fc.RigidBody(fc.Plane()).placed((0, 0, 0.9), fc.rotation_about((1, 0, 0), np.pi))
+    scene = fc.Scene([body, plane], [fc.Contact(body, plane)])
+    what = r"too large|too small"
+    with pytest.raises(
+        InputError, match=rf"The force on 'body' is ({what}) to be worked with: found {re.escape(f'{size:g}')}"
+    ):
+        scene.solve(forces={body: (0, 0, size)})
+    with pytest.raises(InputError, match=rf"The force on 'top'.*({what})"):
+        scene.solve(forces={(body, "top"): (0, 0, size)})
+    with pytest.raises(InputError, match=rf"The moment on 'body' is ({what})"):
+        scene.solve(moments={body: (0, size, 0)})
+    with pytest.raises(InputError, match=rf"The motion 'z' of 'body' is ({what})"):
+        scene.solve(motions={body: {"z": size}})
+    with pytest.raises(InputError, match=rf"The pressure on 'top'.*({what})"):
+        scene.solve(pressures={(body, "top"): size})
+    with pytest.raises(InputError, match=rf"Gravity is ({what})"):
+        scene.solve(gravity=(0, 0, size))
+    with pytest.raises(InputError, match=rf"Young's modulus E is ({what})"):
+        fc.Material(E=size, nu=0.3)
+
+
+@pytest.mark.parametrize("force", [1e-100, 1e-99, 1e99, 1e100])
+def test_forces_up_to_the_limits_are_carried(force):
+    # two-sided: the last decades that are accepted give the force, not zero; small components beside it are fine
+    body = cube(HELD)
+    plane = fc.RigidBody(fc.Plane()).placed((0, 0, 0.9), fc.rotation_about((1, 0, 0), np.pi))
+    scene = fc.Scene([body, plane], [fc.Contact(body, plane)])
+    result = scene.solve(forces={body: (1e-320, 0, force)})
+    assert abs(result.contacts[0].total_force / force - 1) < 1e-12
+
+
+@pytest.mark.parametrize("length", [1e-100, 1e-31, 1e31, 1e100])
+def test_meshes_beyond_reckoning_are_refused(length):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)).scaled(length)
+    with pytest.raises(InputError, match=r"size of the mesh is too (large|small)"):
+        fc.ElasticBody(mesh, STEEL)
+    section = fc.sections.rectangle((1.0, 1.0), (1, 1))
+    with pytest.raises(InputError, match=r"size of the mesh is too (large|small)"):
+        fc.PlaneBody(type(section)(section.points * length, section.cells), STEEL)
+
+
+@pytest.mark.parametrize("length", [1e-28, 1e28])
+def test_meshes_up_to_the_limits_are_solved(length):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).scaled(length)
+    body, plane = fc.ElasticBody(mesh, STEEL, "bottom", {"top": "xyz"}), fc.RigidBody(fc.Plane())
+    result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(forces={body: (0, 0, -1.0)})
+    assert abs(result.contacts[0].total_force - 1) < 1e-12

@@ -153,6 +153,18 @@ def test_block_divisions_by_positions():
     assert len(mesh.cells) == 4
 
 
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_divisions_whose_ends_are_off_by_rounding_are_taken(scale):
+    # graded towards an end: 1 - cos(0) and the like leave 1e-16 of the size; a thousandth of it is no rounding
+    for first, last in [(1.4e-16, 1.0), (-1.4e-16, 1 - 2e-16), (0.0, 1 + 3e-16)]:
+        given = scale * np.array([first, 0.3, last])
+        mesh = shapes.block((scale, scale, scale), (given, 1, 1), element="hex8")
+        assert np.unique(mesh.points[:, 0]).tolist() == [0.0, given[1], scale]
+    for wrong in ([1e-3, 0.3, 1.0], [0.0, 0.3, 1.001]):
+        with pytest.raises(InputError, match=r"must run from 0 to"):
+            shapes.block((scale, scale, scale), (scale * np.array(wrong), 1, 1))
+
+
 def test_blocks_can_be_merged_with_a_degenerate_neighbour(degenerate):
     wedge = degenerate("wedge")
     moved = wedge.translated((5.0, 0.0, 0.0))
