@@ -115,9 +115,9 @@ def make_loading(
             raise InputError(f"A pressure acts on (body, 'boundary'); found the key {pressed!r}.")
     for given in (whole, moments or {}, motions or {}, free or {}):
         for key in given:
-            _check_member(key, bodies)
+            check_member(key, bodies)
     for member, _ in [*boundary, *(pressures or {})]:
-        _check_member(member, bodies)
+        check_member(member, bodies)
     setting = setting_of(bodies)
     _check_forces(setting, boundary, gravity)
     frames, distributed = [], []
@@ -161,20 +161,20 @@ def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLik
     return whole, boundary
 
 
-def _check_member(key: object, bodies: Sequence[Body]) -> None:
+def check_member(key: object, bodies: Sequence[Body], what: str = "A load or motion") -> None:
     """Refuse what is no body of the scene, a body's name among it."""
     if not any(key is b for b in bodies):
         names = ", ".join(repr(b.name) for b in bodies)
         if isinstance(key, str):
             raise InputError(
-                f"A load or motion is given for the string {key!r}; pass the body object itself, not its name "
+                f"{what} is given for the string {key!r}; pass the body object itself, not its name "
                 f"(this scene's bodies are named {names})."
             )
         name, namesake = getattr(key, "name", key), ""
         if any(name == b.name for b in bodies):
             namesake = " One of that name is, but it is another object: a body that was placed or made again is new."
         raise InputError(
-            f"A load or motion is given for {name!r}, which is not a body of this scene (they are {names}).{namesake}"
+            f"{what} is given for {name!r}, which is not a body of this scene (they are {names}).{namesake}"
         )
 
 

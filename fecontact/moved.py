@@ -13,6 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
+from fecontact.errors import InputError
+from fecontact.loading import check_member
 
 if TYPE_CHECKING:
     from fecontact.scene import Scene
@@ -57,7 +59,19 @@ class Moved:
 
 
 def moved(scene: Scene, poses: Mapping[Body, Pose]) -> Moved:
-    """The scene with some bodies in new poses; contacts and springs follow."""
+    """The scene with some bodies in new poses; contacts and springs follow.
+
+    Raises
+    ------
+    InputError
+        If a pose is given for something else than a body of the scene, or is none.
+    """
+    for body, pose in poses.items():
+        check_member(body, scene.bodies, "A pose")
+        if not isinstance(pose, Pose):
+            raise InputError(
+                f"The pose of {body.name!r} must be a fecontact.Pose(rotation, translation); found {pose!r}."
+            )
     new = {id(b): _posed(b, poses[b]) if b in poses else b for b in scene.bodies}
 
     def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:

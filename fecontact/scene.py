@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -283,12 +284,16 @@ class Scene:
         return make_result(self, interfaces, chosen, loading, reduction, solution, state, watch, rounds)
 
     def sweep(
-        self, cases: Sequence[Mapping[str, Any]], path: str | Path | None = None, processes: int = 1
+        self,
+        cases: Sequence[Mapping[str, Any]],
+        path: str | Path | None = None,
+        processes: int = 1,
+        executor: Executor | None = None,
     ) -> list[dict[str, Any]]:
         """Solve many load cases and poses with one condensation; see `fecontact.sweep.run_sweep`."""
         from fecontact.sweep import run_sweep
 
-        return run_sweep(self, cases, path, processes)
+        return run_sweep(self, cases, path, processes, executor)
 
     def prepared(
         self, loading: Loading, reaches: Sequence[Reach | None] | None = None

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-import multiprocessing
+import os
+import uuid
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,14 +18,15 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.errors import InputError
 from fecontact.fem.condensation import Schur
 from fecontact.fem.model import Model
-from fecontact.finite import follow
 from fecontact.interface.reach import near_nodes, plain_facets
-from fecontact.jsonlines import append_row, read_rows
-from fecontact.loading import Loading, make_loading
-from fecontact.moved import KEYED, Moved, moved
-from fecontact.partly import Guide, solve_guided
+from fecontact.jsonlines import append_row
+from fecontact.loading import Loading
+from fecontact.partly import Guide
+from fecontact.sending import packed_case, packed_scene, solved_there
 from fecontact.springs import spring_rows
 from fecontact.stopwatch import Stopwatch
+from fecontact.sweepcase import Case, Posed, fingerprints, finished, naming, summary_of
+from fecontact.workers import FreshInterpreters
 
 if TYPE_CHECKING:
     from fecontact.scene import Scene
@@ -31,7 +35,11 @@ IntArray = NDArray[np.int64]
 
 
 def run_sweep(
-    scene: Scene, cases: Sequence[Mapping[str, Any]], path: str | Path | None = None, processes: int = 1
+    scene: Scene,
+    cases: Sequence[Case],
+    path: str | Path | None = None,
+    processes: int = 1,
+    executor: Executor | None = None,
 ) -> list[dict[str, Any]]:
     """Solve all cases.
 
@@ -46,110 +54,136 @@ def run_sweep(
         Pose.
     path : str or Path, optional
         File of JSON lines, one per case, written as cases are done. Cases whose name it already holds are not solved
-        again, so an interrupted sweep goes on where it stopped.
+        again, so an interrupted sweep goes on where it stopped. Every row has a fingerprint of its model, its case and
+        its settings; a row of the same name with another one is refused.
     processes : int
-        Worker processes, forked after the condensation so that they share it. Answers are the same whatever the
-        number; what a row says of the way there (candidates, rounds, seconds) depends on the case solved before. In
-        the file rows stand in the order in which they were done.
+        Cases under way at a time. More than one are solved by as many worker processes on this machine, which are
+        sent the scene with its condensed compliance (`fecontact.workers`, `fecontact.sending`): so what only the main
+        script knows, such as a rigid surface by a lambda, is refused. No ``__main__`` guard is needed.
+    executor : concurrent.futures.Executor, optional
+        Has the cases solved elsewhere: a pool of the standard library (not one that forks), loky's, the one that
+        ``dask.distributed.Client.get_executor()`` gives, mpi4py's. Cases under way are then `processes`, or its
+        number of workers if that is 1. It is not shut down.
 
     Returns
     -------
     list of dict
-        `ContactResult.summary` of each case with its ``name``, in the order of the cases.
+        `ContactResult.summary` of each case with its ``name`` and ``fingerprint``, in the order of the cases. Answers
+        are the same whoever finds them; what a row says of the way there (candidates, rounds, iterations, seconds,
+        memory) depends on the case solved before. In the file rows stand in the order in which they were done.
 
     Raises
     ------
     InputError
-        If two cases have one name, the file is not of this kind or the number of processes makes no sense.
+        If two cases have one name, a case names bodies that are not in the scene, the file is not of this kind or of
+        other cases, the number of processes makes no sense, or the scene cannot be sent to other processes.
     """
     named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
     if len(named) != len(cases):
         raise InputError("Two cases of the sweep have the same name; names tell the rows apart.")
     if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
         raise InputError(f"processes must be a whole number of at least 1; found {processes!r}.")
-    done = {} if path is None else read_rows(path, "name", "a row of a sweep")
-    left = {name: _posed(scene, case) for name, case in named.items() if name not in done}
+    prints = fingerprints(scene, named)
+    done = finished(path, prints)
+    left = {name: case for name, case in named.items() if name not in done}
     for name, row in tqdm(
-        _solved(left, processes) if left else (), total=len(left), desc="sweep", unit="case", disable=None
+        _solved(scene, left, processes, executor) if left else (),
+        total=len(left),
+        desc="sweep",
+        unit="case",
+        disable=None,
     ):
-        done[name] = row
+        done[name] = {"name": name, **row, "fingerprint": prints[name]}
         if path is not None:
-            append_row(path, row)
+            append_row(path, done[name])
     return [done[name] for name in named]
 
 
-Case = tuple[Moved, dict[str, Any]]
-
-#: Cases that the worker processes find in their copy of the memory; models and factors are shared that way.
-_CASES: dict[str, Case] = {}
-#: What a process knows from the case it has solved last; it starts with what the parent knows.
-_GUIDE = Guide()
+Rows = Iterator[tuple[str, dict[str, Any]]]
 
 
-def _row(name: str, case: Case, guide: Guide) -> dict[str, Any]:
-    now, arguments = case
-    arguments = {"whole": False, **arguments}
-    finite = arguments.get("finite_motion", "auto")
-    if arguments["whole"] or finite is True:
-        return {"name": name, **now.scene.solve(**arguments).summary()}
-    small = {key: given for key, given in arguments.items() if key not in ("whole", "finite_motion")}
-    result = solve_guided(now.scene, small, guide)
-    if finite == "auto":
-        result = follow(result, {**small, "whole": False})
-    return {"name": name, **result.summary()}
-
-
-def _row_of(name: str) -> tuple[str, dict[str, Any]]:
-    return name, _row(name, _CASES[name], _GUIDE)
-
-
-def _solved(left: Mapping[str, Case], processes: int) -> Iterator[tuple[str, dict[str, Any]]]:
+def _solved(scene: Scene, left: Mapping[str, Case], processes: int, executor: Executor | None) -> Rows:
     """Rows as they are done: the case of the largest load first, as it tells what the others may touch.
 
-    Workers are forks, so that they share the condensed models without copying. What a process has found for one pose
-    tells it where to look in the next, and no more: answers do not depend on who finds them.
+    What a process has found for one pose tells it where to look in the next, and no more: answers do not depend on who
+    finds them.
     """
-    if processes > 1 and "fork" not in multiprocessing.get_all_start_methods():
-        raise InputError("Several processes need a system that can fork (Linux, macOS); leave out processes= here.")
-    loadings = {name: _loading(case) for name, case in left.items()}
+    posed, loadings = {}, {}
+    for name, case in left.items():
+        with naming(name):
+            posed[name] = Posed.of(scene, case)
+            loadings[name] = posed[name].loading()
     lead = max(left, key=lambda name: loadings[name].magnitude)
-    guide = Guide()
-    yield lead, _row(lead, left[lead], guide)
     rest = {name: case for name, case in left.items() if name != lead}
-    if not rest:
-        return
-    _condense_all(rest, loadings, guide)
-    if processes == 1 or len(rest) < 2:
+    guide = Guide()
+    away = bool(rest) and (executor is not None or processes > 1)
+    if away:
+        # what cannot be sent is refused before any work
+        packed_scene(scene, guide)
+        packed = {name: packed_case(name, case, scene.bodies) for name, case in rest.items()}
+    yield lead, _row(scene, lead, left[lead], guide)
+    if rest:
+        _condense_all({name: (posed[name].scene, loadings[name]) for name in rest}, guide)
+    if not away:
         for name, case in rest.items():
-            yield name, _row(name, case, guide)
-        return
-    _CASES.update(rest)
-    _GUIDE.reaches = guide.reaches
+            yield name, _row(scene, name, case, guide)
+    elif executor is None:
+        with FreshInterpreters(min(processes, len(rest))) as pool:
+            yield from _carried(packed_scene(scene, guide), packed, pool, processes)
+    else:
+        _check_executor(executor)
+        yield from _carried(packed_scene(scene, guide), packed, executor, _lanes(executor, processes))
+
+
+def _row(scene: Scene, name: str, case: Case, guide: Guide) -> dict[str, Any]:
+    with naming(name):
+        return summary_of(scene, case, guide)
+
+
+def _check_executor(executor: Executor) -> None:
+    """Refuse a pool of forks: threads of the numerical libraries live here, and their locks would hold for ever."""
+    context = getattr(executor, "_mp_context", None)
+    if isinstance(executor, ProcessPoolExecutor) and context is not None and context.get_start_method() == "fork":
+        raise InputError(
+            "This executor forks its workers, which then wait for ever for threads that were not forked with them; "
+            'give it mp_context=multiprocessing.get_context("spawn"), or use processes= instead.'
+        )
+
+
+def _lanes(executor: Executor, processes: int) -> int:
+    """Cases to be under way at a time."""
+    told = (getattr(executor, name, None) for name in ("_max_workers", "num_workers"))
+    return processes if processes > 1 else next((n for n in told if isinstance(n, int) and n > 0), os.cpu_count() or 1)
+
+
+def _carried(scene: bytes, packed: Mapping[str, bytes], executor: Executor, lanes: int) -> Rows:
+    """Rows from an executor. The scene goes with the first cases, and with those that meet a process without it."""
+    token = uuid.uuid4().hex
+    waiting = iter(packed)
+    under_way = {executor.submit(solved_there, token, packed[k], scene): k for k in islice(waiting, lanes)}
     try:
-        with multiprocessing.get_context("fork").Pool(min(processes, len(rest))) as pool:
-            yield from pool.imap_unordered(_row_of, rest)
+        while under_way:
+            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                name = under_way.pop(future)
+                with naming(name):
+                    row = future.result()
+                if row is None:
+                    under_way[executor.submit(solved_there, token, packed[name], scene)] = name
+                    continue
+                for following in islice(waiting, 1):
+                    under_way[executor.submit(solved_there, token, packed[following], None)] = following
+                yield name, row
     finally:
-        for name in rest:
-            _CASES.pop(name, None)
+        for future in under_way:
+            future.cancel()
 
 
-def _loading(case: Case) -> Loading:
-    now, arguments = case
-    return make_loading(now.scene.bodies, **{name: arguments.get(name) for name in (*KEYED, "gravity")})
-
-
-def _posed(scene: Scene, case: Mapping[str, Any]) -> tuple[Moved, dict[str, Any]]:
-    arguments = {k: v for k, v in case.items() if k not in ("name", "poses")}
-    now = moved(scene, case.get("poses") or {})
-    return now, now.loads(arguments)
-
-
-def _condense_all(left: Mapping[str, Case], loadings: Mapping[str, Loading], guide: Guide) -> None:
+def _condense_all(left: Mapping[str, tuple[Scene, Loading]], guide: Guide) -> None:
     """Condense every model once onto what all cases may need, and take its compliance, which all of them use."""
     nodes: dict[int, list[IntArray]] = {}
     models: dict[int, Model] = {}
-    for name, (now, _) in left.items():
-        for body, touched in _touched(now.scene, loadings[name], guide):
+    for scene, loading in left.values():
+        for body, touched in _touched(scene, loading, guide):
             assert body.model is not None
             models[id(body.model)] = body.model
             nodes.setdefault(id(body.model), []).append(touched)

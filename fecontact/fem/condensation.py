@@ -14,7 +14,9 @@ Which is the quickest is measured in `docs/scale.md`; `choose_route` goes by it 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
@@ -166,10 +168,12 @@ class Schur:
         """Whether all of them are retained."""
         return bool((self.position[dofs] >= 0).all())
 
+    def carried(self, factorised: Callable[[], Factor]) -> Carried | None:
+        """What of it goes to another process; nothing without the inverse."""
+        return Carried(self.position, self._inverse[0], factorised, self.why) if self._inverse else None
+
     def _local(self, C: sp.csr_matrix) -> sp.csr_matrix:
-        """Rows over the retained degrees of freedom."""
-        shape = (C.shape[0], len(self.cholesky))
-        return sp.csr_matrix((C.data, self.position[C.indices], C.indptr), shape=shape)
+        return _over_retained(C, self.position, len(self.cholesky))
 
     @property
     def n_retained(self) -> int:
@@ -179,11 +183,7 @@ class Schur:
     def compliance(self, C: sp.csr_matrix) -> Array:
         """S = Y^T Y with Y = L^-1 C^T, or C K_hat^-1 C^T where the inverse has been taken."""
         if self._inverse:
-            own = self._local(C)
-            used = np.unique(own.indices)
-            own = own[:, used]
-            S = own @ (own @ self._inverse[0][np.ix_(used, used)]).T
-            return np.asarray(S + S.T) / 2
+            return _by_inverse(self._local(C), self._inverse[0])
         right = self._local(C).T.toarray(order="F")
         Y = scipy.linalg.solve_triangular(self.cholesky, right, lower=True, overwrite_b=True, check_finite=False)
         return np.asarray(Y.T @ Y)
@@ -198,6 +198,78 @@ class Schur:
     def solve(self, f: Array) -> Array:
         """K^-1 f."""
         return self.factor.expand(self._retained(f), f[:, None])[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """Condensed by another process: the inverse of the condensed stiffness by value, without the factor.
+
+    What lies beyond the retained degrees of freedom is found by a plain factor, made on first use.
+
+    Attributes
+    ----------
+    position : (n,) array
+        As of `Schur`.
+    inverse : (n_c, n_c) array
+        K_hat^-1.
+    factorised : callable
+        Makes the plain factor.
+    why : str
+    """
+
+    position: IntArray
+    inverse: Array
+    factorised: Callable[[], Factor]
+    why: str
+    route: str = "schur"
+    inverted: bool = True
+
+    @cached_property
+    def _factor(self) -> Factor:
+        return self.factorised()
+
+    def carried(self, factorised: Callable[[], Factor]) -> Carried:
+        """The same for yet another process."""
+        return replace(self, factorised=factorised)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation, where one was needed."""
+        return self._factor.memory if "_factor" in vars(self) else 0
+
+    @property
+    def n_retained(self) -> int:
+        """Degrees of freedom that are retained."""
+        return len(self.inverse)
+
+    def covers(self, dofs: IntArray) -> bool:
+        """Whether all of them are retained."""
+        return bool((self.position[dofs] >= 0).all())
+
+    def compliance(self, C: sp.csr_matrix) -> Array:
+        """S = C K_hat^-1 C^T."""
+        return _by_inverse(_over_retained(C, self.position, self.n_retained), self.inverse)
+
+    def response(self, C: sp.csr_matrix, f: Array) -> Array:
+        """C K^-1 f."""
+        return np.asarray(C @ self.solve(f))
+
+    def solve(self, f: Array) -> Array:
+        """K^-1 f."""
+        return self._factor.solve(f[None])[0]
+
+
+def _over_retained(C: sp.csr_matrix, position: IntArray, n_retained: int) -> sp.csr_matrix:
+    """Rows over the retained degrees of freedom."""
+    return sp.csr_matrix((C.data, position[C.indices], C.indptr), shape=(C.shape[0], n_retained))
+
+
+def _by_inverse(own: sp.csr_matrix, inverse: Array) -> Array:
+    """Compliance of rows over the retained degrees of freedom from the inverse of the condensed stiffness."""
+    used = np.unique(own.indices)
+    own = own[:, used]
+    S = own @ (own @ inverse[np.ix_(used, used)]).T
+    return np.asarray(S + S.T) / 2
 
 
 @dataclass(frozen=True, eq=False)

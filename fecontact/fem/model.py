@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from fecontact.errors import InputError, MeshError
-from fecontact.fem.condensation import Condensation, Plain, Schur, choose_route, memory_budget
-from fecontact.fem.factor import condense, factorise
+from fecontact.fem.condensation import Carried, Condensation, Plain, Schur, choose_route, memory_budget
+from fecontact.fem.factor import Factor, condense, factorise
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import AmgFactor, Multigrid
 from fecontact.fem.rigid import rigid_modes, unresisted
@@ -100,6 +101,19 @@ class Model:
     def fingerprinted(self) -> tuple[object, ...]:
         """What it is made of, without what was computed from that; see `fingerprint`."""
         return self.mesh, self.materials, self.material_of_cell, self.supports, self.selective
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to another process, or into a copy: no factor, which is a library's memory, but its inverse."""
+        state = {k: v for k, v in vars(self).items() if k != "stiffness"}
+        last = self.condensation
+        state["condensation"] = last.carried(self.factorised) if isinstance(last, (Schur, Carried)) else None
+        return state
+
+    def factorised(self) -> Factor:
+        """A plain factor of the stiffness over the solved degrees of freedom."""
+        K = self.solved_stiffness()
+        vars(self).pop("stiffness", None)
+        return factorise(K, self.backend)
 
     def _check_connected(self) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""
@@ -267,21 +281,21 @@ class Model:
             with watch("factorise"):
                 self.condensation = Plain(factorise(K, self.backend), route, why)
             return self.condensation
-        if isinstance(last, Schur):
+        if isinstance(last, (Schur, Carried)):
             # candidates that were worth keeping before are likely to come back in a sweep
             dofs = np.union1d(dofs, np.flatnonzero(last.position >= 0))
         with watch("factorise"):
             factor = condense(K, dofs, self.backend)
         with watch("condense"):
             self.condensation = Schur.of(factor, len(self.solved_dofs), dofs, why)
-            if isinstance(last, Schur) and last.inverted:
+            if isinstance(last, (Schur, Carried)) and last.inverted:
                 self.condensation.invert()
         return self.condensation
 
     def has_condensed(self, rows: sp.csr_matrix) -> NDArray[np.bool_]:
         """Which rows (n, n_dofs) the present condensation has in a dense matrix; none before there is one."""
         own = self.solved_rows(rows)
-        if not isinstance(self.condensation, Schur):
+        if not isinstance(self.condensation, (Schur, Carried)):
             return np.zeros(own.shape[0], bool)
         missing = sp.csr_matrix((self.condensation.position[own.indices] < 0, own.indices, own.indptr), shape=own.shape)
         return np.asarray(missing.sum(axis=1)).ravel() == 0

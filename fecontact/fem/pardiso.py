@@ -11,7 +11,7 @@ import os
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import scipy.sparse as sp
@@ -88,6 +88,9 @@ class _Handle:
             )
         if error.value != 0:
             raise FecontactError(f"PARDISO failed in phase {phase} with error {error.value}. {SINGULAR}")
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("A factor of PARDISO cannot be copied or sent: it is memory of the library.")
 
     def __del__(self) -> None:
         if not sys.is_finalizing() and getattr(self, "_pt", None) is not None and self._pt.any():

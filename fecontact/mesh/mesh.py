@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -126,6 +127,11 @@ class Mesh:
         for name, nodes in self.node_sets.items():
             if nodes.ndim != 1 or (nodes < 0).any() or (nodes >= len(self.points)).any():
                 raise MeshError(f"The node set {name!r} must be a list of point numbers 0 ... {len(self.points) - 1}.")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What goes to another process, or into a copy: what it was made from."""
+        given = (getattr(self, f.name) for f in fields(self))
+        return type(self), tuple(dict(v) if isinstance(v, Mapping) else v for v in given)
 
     def __repr__(self) -> str:
         names = ", ".join(self.boundaries) or "none"

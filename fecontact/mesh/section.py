@@ -10,9 +10,10 @@ that of space. Sides run counter-clockwise seen with x to the right and z upward
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -212,6 +213,11 @@ class SectionMesh:
                 f"Cell {cell} is {kind} (smallest Jacobian {det[cell].min():.3g}); {bad.sum()} cells in all. Corners "
                 "must run counter-clockwise seen with x to the right and z upwards."
             )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What goes to another process, or into a copy: what it was made from."""
+        given = (getattr(self, f.name) for f in fields(self))
+        return type(self), tuple(dict(v) if isinstance(v, Mapping) else v for v in given)
 
     def __repr__(self) -> str:
         names = ", ".join(self.boundaries) or "none"

@@ -92,10 +92,90 @@ def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
     scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
     cases = [{"name": str(p), "forces": {ball: (0, 0, -p)}} for p in (1.0, 2.0)]
     path = tmp_path / "sweep.jsonl"
-    path.write_text(json.dumps({"name": "1.0", "kept": True}) + '\n{"name": "2.0", "cut o')
+    first = scene.sweep(cases[:1], path)[0]
+    path.write_text(json.dumps({**first, "kept": True}) + '\n{"name": "2.0", "cut o')
     rows = scene.sweep(cases, path)
-    assert rows[0] == {"name": "1.0", "kept": True}
+    assert rows[0] == {**json.loads(json.dumps(first)), "kept": True}
     assert abs(rows[1]["contacts"][0]["force"][2] + 2.0) < 1e-9 or abs(rows[1]["contacts"][0]["force"][2] - 2.0) < 1e-9
+
+
+def pressed(E=1000.0, divisions=4, support="xyz", radius=5.0, coupling="auto", height=0.0, spring=2.0):
+    """A ball on a pad on a spring, and one case: everything that a row of a sweep depends on can be varied."""
+    mesh = fc.shapes.block((4.0, 4.0, 1.0), (divisions, 4, 1)).translated((-2.0, -2.0, -1.0))
+    plate = fc.ElasticBody(mesh, fc.Material(E=E, nu=0.3, density=1.0), "top", {"bottom": support}, name="pad")
+    ball = fc.RigidBody(fc.Sphere(radius=radius), name="ball").placed((0.0, 0.0, height))
+    rope = fc.Spring(spring, (ball, (0.0, 0.0, 5.0)), (None, (0.0, 0.0, 9.0)), slack_length=4.0)
+    scene = fc.Scene([plate, ball], [fc.Contact(plate, ball, coupling=coupling)], [rope])
+    return scene, ball, {"name": "a", "motions": {ball: {"z": -0.02}}}
+
+
+@pytest.mark.parametrize(
+    ("model", "case", "what"),
+    [
+        ({"E": 1001.0}, {}, "body 'pad'"),
+        ({"divisions": 5}, {}, "body 'pad'"),
+        ({"support": "z"}, {}, "body 'pad'"),
+        ({"radius": 5.1}, {}, "body 'ball'"),
+        ({"height": 0.001}, {}, "body 'ball'"),
+        ({"coupling": "nodal"}, {}, "contacts"),
+        ({"spring": 2.1}, {}, "springs"),
+        ({}, {"motions": {"z": -0.03}}, "motions"),
+        ({}, {"gravity": (0.0, 0.0, -1.0)}, "gravity"),
+        ({}, {"poses": fc.Pose(translation=(0.1, 0.0, 0.0))}, "poses"),
+        ({}, {"tolerance": 1e-8}, "tolerance"),
+        ({}, {"solver": "lemke"}, "solver"),
+        ({"E": 1001.0}, {"gravity": (0.0, 0.0, -1.0)}, "body 'pad', gravity"),
+    ],
+)
+def test_rows_of_another_model_or_case_are_refused_by_name(model, case, what, tmp_path):
+    path = tmp_path / "sweep.jsonl"
+    scene, _, first = pressed()
+    rows = scene.sweep([first], path)
+    scene, ball, same = pressed()
+    again = scene.sweep([{**same, "gravity": None, "solver": "auto", "forces": {}}], path)
+    assert again == json.loads(json.dumps(rows))
+    scene, ball, other = pressed(**model)
+    case = {k: {ball: v} if k in ("motions", "poses") else v for k, v in case.items()}
+    with pytest.raises(fc.InputError, match=r"row 'a' in .*sweep\.jsonl is of another model or case") as caught:
+        scene.sweep([{**other, **case}], path)
+    assert f"({what})" in str(caught.value)
+    assert "another path" in str(caught.value)
+    assert len(path.read_text().splitlines()) == 1
+
+
+def test_rows_without_a_fingerprint_are_refused(tmp_path):
+    scene, _, case = pressed()
+    path = tmp_path / "sweep.jsonl"
+    path.write_text(json.dumps({"name": "a", "status": "solved"}) + "\n")
+    with pytest.raises(fc.InputError, match=r"row 'a' in .* has no fingerprint"):
+        scene.sweep([case], path)
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_cases_for_bodies_that_are_not_in_the_scene_are_refused_by_name(processes, monkeypatch):
+    monkeypatch.setattr(fc.Scene, "solved", lambda *args: pytest.fail("solved before it was refused"))
+    scene, ball, good = pressed()
+    stranger = fc.RigidBody(fc.Sphere(radius=5.0), name="stranger")
+    twin = ball.placed((0.0, 0.0, 0.0))  # equal, but another body
+    for other, name in ((stranger, "stranger"), (twin, "ball")):
+        for bad in (
+            {"poses": {other: fc.Pose()}},
+            {"forces": {other: (0.0, 0.0, -1.0)}},
+            {"forces": {(other, "top"): (0.0, 0.0, -1.0)}},
+            {"moments": {other: (0.0, 0.0, 1.0)}},
+            {"motions": {other: {"z": 0.1}}},
+            {"motions": {other: {"z": 0.1}}, "finite_motion": True},
+            {"free": {other: "x"}},
+            {"pressures": {(other, "top"): 1.0}},
+        ):
+            with pytest.raises(fc.InputError, match=f"Case 'bad': .* given for '{name}', which is not a body of this"):
+                scene.sweep([good, {**bad, "name": "bad"}], processes=processes)
+    with pytest.raises(fc.InputError, match=r"Case 'bad': A pose is given for the string 'ball'; pass the body"):
+        scene.sweep([good, {"name": "bad", "poses": {"ball": fc.Pose()}}], processes=processes)
+    with pytest.raises(fc.InputError, match=r"Case 'bad': The pose of 'ball' must be a fecontact\.Pose"):
+        scene.sweep([good, {"name": "bad", "poses": {ball: (0.0, 0.0, 1.0)}}], processes=processes)
+    with pytest.raises(fc.InputError, match=r"Case 'bad': .*force"):
+        scene.sweep([good, {"name": "bad", "force": {ball: (0.0, 0.0, 1.0)}}], processes=processes)
 
 
 def plain(row):
