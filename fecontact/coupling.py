@@ -12,6 +12,7 @@ from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.conditions import Interface
 from fecontact.errors import InputError
+from fecontact.faced import check_faced
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.hats import hats_exist
 from fecontact.interface.mortar import pair_mortar
@@ -61,7 +62,9 @@ def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
             "out: use coupling='auto' or 'mortar', or make the other body the slave."
         )
     coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
-    return _made(slave, master, names, coupling, note, reach)
+    interface = _made(slave, master, names, coupling, note, reach)
+    check_faced(interface)
+    return interface
 
 
 def near_of(slave: Body, master: Body, names: tuple[str, str], coupling: str, reach: Reach | None) -> Near | None:
@@ -144,7 +147,9 @@ def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, re
         note += f"; {slave.name!r} {reason} and was made the slave"
     elif coupling == interface.pairing.coupling:
         return replace(interface, note=note)
-    return _made(slave, master, names, coupling, note, reach)
+    interface = _made(slave, master, names, coupling, note, reach)
+    check_faced(interface, first=False)
+    return interface
 
 
 def _spreads_on_cells(slave: Surface, master: Surface) -> bool:
@@ -169,9 +174,4 @@ def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, ne
         pairing = surface.pair(master.surface(names[1]), relative.rotation, relative.translation)
     else:
         pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near)
-    if len(pairing.nodes) == 0:
-        raise InputError(
-            f"The surfaces {names[0]!r} of {slave.name!r} and {names[1]!r} of {master.name!r} do not face each other: "
-            "no point of the one has its foot on the other. Check the poses and which boundaries are named."
-        )
     return pairing

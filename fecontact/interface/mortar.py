@@ -25,6 +25,7 @@ from scipy.spatial import cKDTree
 from fecontact.errors import InputError
 from fecontact.interface.chart import charts, nearest_in_chart
 from fecontact.interface.curve import CurveSurface, curve_samples
+from fecontact.interface.facing import STEEPEST
 from fecontact.interface.hats import hat_shapes, hats_exist, own_samples
 from fecontact.interface.near import Near
 from fecontact.interface.overlap import SLACK, overlap_samples
@@ -115,8 +116,9 @@ def _samples(
     else:
         assert isinstance(master, FacetSurface)
         feet = _feet_on(master, on_master, x)
-    facing = (np.einsum("ni,ni->n", normal, feet.normals) < 0) & ~feet.beyond
-    area = weight * np.linalg.norm(normal, axis=1) * slave.extent(own)
+    length = np.linalg.norm(normal, axis=1)
+    facing = (np.einsum("ni,ni->n", normal, feet.normals) < -STEEPEST * length) & ~feet.beyond
+    area = weight * length * slave.extent(own)
     kept = np.flatnonzero(facing)
     facet, local, k = facet[kept], local[kept], slave.facets.shape[1]
     columns = slave.facets[facet].ravel()

@@ -6,7 +6,7 @@ line (the foot lies on the normal through the node), so that forces and moments 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fecontact.errors import MeshError
 from fecontact.interface.curve import CurveSurface
+from fecontact.interface.facing import NONE_AVERTED, Averted, unopposed
 from fecontact.interface.near import Near
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.facets import facet_centres, nodal_areas, tributary_areas
@@ -83,7 +84,7 @@ class Pairing:
     feet : Feet
         Of the samples, in the master's axes.
     n_beyond : int
-        Slave nodes left out because they lie beyond the master's rim.
+        Slave nodes left out because they lie beyond the master's rim or do not face it.
     rotation, translation : (3, 3) and (3,) arrays
         Pose of the slave's axes seen from the master's.
     covered : (k,) int array
@@ -96,6 +97,8 @@ class Pairing:
         Pressure at all of the slave's nodes by that of the contact points; without it a point is a node.
     sums : Sums, optional
         Given in place of the samples, of which there are none then.
+    averted : Averted
+        The nearest of the pairs of nodes left out because they do not face each other.
     """
 
     nodes: IntArray
@@ -114,6 +117,7 @@ class Pairing:
     slave_local: Array | None = None
     spread: sp.csr_matrix | None = None
     sums: Sums | None = None
+    averted: Averted = NONE_AVERTED
 
     @cached_property
     def at_nodes(self) -> sp.csr_matrix:
@@ -178,7 +182,7 @@ def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
 def pair(
     slave: FacetSurface, master: Surface, rotation: Array, translation: Array, near: Near | None = None
 ) -> Pairing:
-    """Pair every slave node with its foot.
+    """Pair every slave node with its foot, if it faces it.
 
     Parameters
     ----------
@@ -197,7 +201,10 @@ def pair(
     nodes = slave.nodes if near is None else np.flatnonzero(near.nodes)
     points = slave.points[nodes]
     feet = master.project(points @ rotation.T + translation)
-    return nodal_pairing(slave, nodes, contact_weights(slave)[nodes], feet, rotation, translation)
+    out, nearest = unopposed(slave, nodes, feet, rotation)
+    feet = replace(feet, beyond=feet.beyond | out)
+    pairing = nodal_pairing(slave, nodes, contact_weights(slave)[nodes], feet, rotation, translation)
+    return replace(pairing, averted=nearest)
 
 
 def nodal_pairing(

@@ -9,14 +9,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace.grid import Grid
+from fecontact.interface.facing import STEEPEST
 from fecontact.interface.pairing import Pairing, nodal_pairing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-STEEPEST = 0.1
-"""Cosine between the half-space's normal and another surface's below which the two do not face each other."""
 
 CLOSE = 1e-14
 """Distance, relative to the size of the surfaces, at which a vertical line has met the other surface."""

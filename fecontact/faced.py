@@ -1,0 +1,55 @@
+"""Refusal of contacts whose surfaces do not face each other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fecontact.bodies.halfspace.surface import GridSurface
+from fecontact.conditions import Interface
+from fecontact.errors import InputError
+from fecontact.interface.facing import TIE, Averted, unopposed
+from fecontact.interface.surface import FacetSurface
+
+
+def check_faced(interface: Interface, first: bool = True) -> None:
+    """Refuse a contact of which no part faces the other body, or where other parts would touch before.
+
+    Parameters
+    ----------
+    interface : Interface
+    first : bool
+        Whether the sides are paired for the first time, so that nodal forces have not looked at the normals before.
+
+    Raises
+    ------
+    InputError
+    """
+    surface, pairing = interface.slave.surface(interface.surfaces[0]), interface.pairing
+    assert isinstance(surface, FacetSurface)
+    empty = len(pairing.nodes) == 0
+    found = pairing.averted
+    if empty or (first and pairing.coupling == "mortar" and not isinstance(surface, GridSurface)):
+        found = _averted(interface, surface)
+    one = f"{interface.surfaces[0]!r} of {interface.slave.name!r}"
+    other = f"{interface.surfaces[1]!r} of {interface.master.name!r}"
+    if np.isfinite(found.gap) and (empty or found.gap < found.facing - TIE * surface.size):
+        nearest = "where they are nearest " if np.isfinite(found.facing) else ""
+        raise InputError(
+            f"The surfaces {one} and {other} do not face each other: {nearest}their outward normals are "
+            f"{found.angle:.0f} degrees apart; expected about 180. Check the poses, and name as contact the boundaries "
+            "that look at each other."
+        )
+    if empty:
+        raise InputError(
+            f"The surfaces {one} and {other} do not face each other: no point of the one has its foot on the other. "
+            "Check the poses and which boundaries are named."
+        )
+
+
+def _averted(interface: Interface, surface: FacetSurface) -> Averted:
+    """Of the slave's nodes, whatever the coupling."""
+    near, relative = interface.near, interface.slave.pose.relative_to(interface.master.pose)
+    nodes = surface.nodes if near is None else np.flatnonzero(near.nodes)
+    points = surface.points[nodes] @ relative.rotation.T + relative.translation
+    feet = interface.master.surface(interface.surfaces[1]).project(points)
+    return unopposed(surface, nodes, feet, relative.rotation)[1]
