@@ -63,8 +63,17 @@ def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
         )
     coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
     interface = _made(slave, master, names, coupling, note, reach)
+    if not len(interface.pairing.nodes) and contact.coupling == "auto" and _can_mortar(surface, other):
+        # nodes of faces larger than the master may all lie beside it
+        interface = _made(slave, master, names, "mortar", note, reach)
     check_faced(interface)
     return interface
+
+
+def _can_mortar(slave: Surface, master: Surface) -> bool:
+    """Whether mortar coupling of two surfaces of facets is possible."""
+    facets = all(isinstance(s, FacetSurface) and not isinstance(s, GridSurface) for s in (slave, master))
+    return facets and isinstance(slave, FacetSurface) and hats_exist(slave)
 
 
 def near_of(slave: Body, master: Body, names: tuple[str, str], coupling: str, reach: Reach | None) -> Near | None:
@@ -117,7 +126,7 @@ def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Inte
         better = mine if mine != its else ratio > COARSER
         swapped = swappable and hats_exist(m) and (better or not hats_exist(s))
         reason = "has the quadrilaterals" if mine != its else "is coarser"
-        return _recoupled(interface, swapped, "mortar", _why_mortar(s, ring), reason)
+        return _recoupled(interface, swapped, "mortar", _why_mortar(s), reason)
     if grid and contact.coupling == "auto" and (swappable or not isinstance(s, GridSurface)):
         cells, faces = (ours.mean(), theirs.mean()) if isinstance(s, GridSurface) else (theirs.mean(), ours.mean())
         body = m if isinstance(s, GridSurface) else s
@@ -131,10 +140,11 @@ def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Inte
     return _recoupled(interface, swappable and ratio < 1 / COARSER, "nodal", note)
 
 
-def _why_mortar(slave: FacetSurface, coupled: bool) -> str:
+def _why_mortar(slave: FacetSurface) -> str:
     if slave.eight_hats:
         return "gradient coordinates, mortar"
-    return "rings, mortar" if coupled else "faces do not match, mortar"
+    ring = isinstance(slave, CurveSurface) and slave.along.revolved
+    return "rings, mortar" if ring else "faces do not match, mortar"
 
 
 def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:

@@ -1,4 +1,4 @@
-"""Refusal of contacts whose surfaces do not face each other."""
+"""Refusal of contacts whose surfaces do not face each other, or meet on a line, a point or a sliver only."""
 
 from __future__ import annotations
 
@@ -7,8 +7,15 @@ import numpy as np
 from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.conditions import Interface
 from fecontact.errors import InputError
+from fecontact.interface.curve import CurveSurface
 from fecontact.interface.facing import TIE, Averted, unopposed
+from fecontact.interface.mortar import hat_areas
+from fecontact.interface.pairing import contact_weights
 from fecontact.interface.surface import FacetSurface
+
+#: Share of the faces that have to lie over the other body: less is what rounding and the chords of curved sides make of
+#: bodies that meet on a line.
+LEAST_SHARE = 1e-3
 
 
 def check_faced(interface: Interface, first: bool = True) -> None:
@@ -23,6 +30,7 @@ def check_faced(interface: Interface, first: bool = True) -> None:
     Raises
     ------
     InputError
+        With the angle between the normals, or the share of the faces that lies over the other body.
     """
     surface, pairing = interface.slave.surface(interface.surfaces[0]), interface.pairing
     assert isinstance(surface, FacetSurface)
@@ -39,11 +47,31 @@ def check_faced(interface: Interface, first: bool = True) -> None:
             f"{found.angle:.0f} degrees apart; expected about 180. Check the poses, and name as contact the boundaries "
             "that look at each other."
         )
-    if empty:
+    if empty and found.facing == np.inf:
         raise InputError(
             f"The surfaces {one} and {other} do not face each other: no point of the one has its foot on the other. "
             "Check the poses and which boundaries are named."
         )
+    share = 0.0 if empty else _covered_share(interface, surface)
+    if share < LEAST_SHARE:
+        raise InputError(
+            f"The surfaces {one} and {other} meet on a line, a point or a sliver only: the area in which they face "
+            f"each other is {pairing.weights.sum():.3g}, {share:.1e} of the faces there; expected "
+            f"{LEAST_SHARE:g} or more. Check the poses and which boundaries are named, or cut finer faces there."
+        )
+
+
+def _covered_share(interface: Interface, surface: FacetSurface) -> float:
+    """Area of overlap relative to that of the slave's faces there, or of the whole master if that is less."""
+    pairing = interface.pairing
+    if isinstance(surface, GridSurface):
+        return 1.0
+    whole = hat_areas(surface) if pairing.coupling == "mortar" else contact_weights(surface)
+    area = float(whole[pairing.nodes].sum())
+    master = interface.master.surface(interface.surfaces[1])
+    if isinstance(master, FacetSurface) and not isinstance(master, CurveSurface):
+        area = min(area, float((master.mean_facet_size**2).sum()))
+    return float(pairing.weights.sum()) / area
 
 
 def _averted(interface: Interface, surface: FacetSurface) -> Averted:

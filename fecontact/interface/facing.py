@@ -101,10 +101,11 @@ def unopposed(slave: FacetSurface, nodes: IntArray, feet: Feet, rotation: Array)
     cosines = opposition(slave, nodes, feet.normals @ rotation)
     facing = cosines >= STEEPEST
     out = ~facing & ~feet.beyond
+    least = float(feet.gap[facing & ~feet.beyond].min(initial=np.inf))
     if not out.any():
-        return out, NONE_AVERTED
+        return out, Averted(facing=least)
     gap = feet.gap[out]
     # of those equally near, the ones that face each other best speak for the rest
     near = gap - gap.min() <= TIE * slave.size
     angle = float(np.degrees(np.arccos(-np.clip(cosines[out][near].max(), -1.0, 1.0))))
-    return out, Averted(float(gap.min()), angle, float(feet.gap[facing & ~feet.beyond].min(initial=np.inf)))
+    return out, Averted(float(gap.min()), angle, least)

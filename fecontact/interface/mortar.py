@@ -231,9 +231,10 @@ def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray
     nothing. Joined to the nearest fuller hat the pressures still sum to one and stay non-negative.
     """
     used = np.flatnonzero(weights > 0)
-    full = weights[used] >= SLIVER * whole[used]
-    if not full.any():
-        full[:] = True
+    share = weights[used] / whole[used]
+    # where all are slivers, as in a narrow strip of overlap, the fuller ones carry it
+    most = float(share.max(initial=0.0))
+    full = share >= SLIVER * (1.0 if most >= SLIVER else most)
     nodes, slivers = used[full], used[~full]
     owner = np.arange(len(nodes))
     if len(slivers):

@@ -175,7 +175,7 @@ class _Place:
         own, other, centre = self.own, self.other, self.centre
         found = []
         for members, largest, tree in other.trees:
-            which, hit = _flat(tree.query_ball_point(centre[chosen], radius + own.radius[chosen] + largest))
+            which, hit = flattened(tree.query_ball_point(centre[chosen], radius + own.radius[chosen] + largest))
             found.append((chosen[which], members[hit]))
         s, m = (np.concatenate(f) for f in zip(*found, strict=True))
         apart = self._apart(s, m)
@@ -192,7 +192,7 @@ class _Place:
         farthest = self.to_node[chosen] + 2 * radius
         out = np.zeros(len(self.other.centre), bool)
         for members, largest, tree in self.other.trees:
-            out[members[_flat(tree.query_ball_point(centre, farthest + largest))[1]]] = True
+            out[members[flattened(tree.query_ball_point(centre, farthest + largest))[1]]] = True
         return out
 
     def _apart(self, s: IntArray, m: IntArray) -> Array:
@@ -211,7 +211,7 @@ class _Place:
         return apart
 
 
-def _flat(lists: NDArray[np.object_]) -> tuple[IntArray, IntArray]:
+def flattened(lists: NDArray[np.object_]) -> tuple[IntArray, IntArray]:
     """Lists of numbers as two arrays: which list, and the number."""
     count = np.fromiter(map(len, lists), dtype=np.int64, count=len(lists))
     if not count.sum():

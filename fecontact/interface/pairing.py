@@ -6,7 +6,7 @@ line (the foot lies on the normal through the node), so that forces and moments 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.errors import MeshError
+from fecontact.interface.covering import Rim, rim_of
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.facing import NONE_AVERTED, Averted, unopposed
 from fecontact.interface.near import Near
@@ -30,6 +31,8 @@ IntArray = NDArray[np.int64]
 
 #: Overhang of a slave face over its master face, relative to the latter's size, that still counts as nested.
 NESTED_TOLERANCE = 0.02
+#: Share of a node's area below which none of it is covered: beyond the digits of poses and coordinates.
+NOTHING = 1e-6
 #: Slave faces that are looked at first to see whether any is not nested.
 FEW = 8
 
@@ -99,6 +102,8 @@ class Pairing:
         Given in place of the samples, of which there are none then.
     averted : Averted
         The nearest of the pairs of nodes left out because they do not face each other.
+    hanging : (k,) int array
+        Slave facets that lie over the master in part; known for nodal coupling.
     """
 
     nodes: IntArray
@@ -118,6 +123,7 @@ class Pairing:
     spread: sp.csr_matrix | None = None
     sums: Sums | None = None
     averted: Averted = NONE_AVERTED
+    hanging: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @cached_property
     def at_nodes(self) -> sp.csr_matrix:
@@ -202,9 +208,36 @@ def pair(
     points = slave.points[nodes]
     feet = master.project(points @ rotation.T + translation)
     out, nearest = unopposed(slave, nodes, feet, rotation)
-    feet = replace(feet, beyond=feet.beyond | out)
-    pairing = nodal_pairing(slave, nodes, contact_weights(slave)[nodes], feet, rotation, translation)
-    return replace(pairing, averted=nearest)
+    inside, beyond = np.zeros(len(slave.points), bool), np.zeros(len(slave.points), bool)
+    inside[nodes], beyond[nodes] = ~feet.beyond, feet.beyond
+    rim = rim_of(slave, master, rotation, translation, inside, beyond)
+    whole = contact_weights(slave)[nodes]
+    weights = covered_weights(slave, rim, inside)[nodes]
+    feet = replace(feet, beyond=feet.beyond | out | (weights <= NOTHING * whole))
+    pairing = nodal_pairing(slave, nodes, weights, feet, rotation, translation)
+    return replace(pairing, averted=nearest, hanging=rim.partly)
+
+
+def covered_weights(slave: FacetSurface, rim: Rim, inside: NDArray[np.bool_]) -> Array:
+    """`contact_weights` (n_nodes,) of the area that the master covers.
+
+    The covered part of a facet at the rim is shared out among its nodes `inside` (n_nodes,), so that force over area is
+    a mean pressure; how it varies over such a facet is for mortar coupling to tell.
+    """
+    weights = contact_weights(slave)
+    if len(rim.facets) == 0:
+        return weights
+    facets = slave.facets[rim.facets]
+    # facets that share no node, with a triangle's repeated columns at the first
+    first = (facets[:, :, None] == facets[:, None, :]).argmax(axis=2)
+    alone = np.arange(len(facets))[:, None] * facets.shape[1] + first
+    parts = _contact_weights(replace(slave, points=slave.points[facets].reshape(-1, 3), facets=alone))
+    parts = parts.reshape(facets.shape)
+    there = np.where(inside[facets], parts, 0.0)
+    there *= (rim.share * parts.sum(axis=1) / there.sum(axis=1))[:, None]
+    weights = weights.copy()
+    np.add.at(weights, facets, there - parts)
+    return weights
 
 
 def nodal_pairing(
@@ -271,7 +304,7 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
 
     On curved surfaces feet shift sideways by a share of the facet that vanishes with (r/R)^2; `NESTED_TOLERANCE` of a
     facet's size is let pass. A triangle's weights are exact to degree three, so it does not count as nested in a
-    quadrilateral, whose functions are of degree four.
+    quadrilateral, whose functions are of degree four. Nor does a face that hangs over the master's rim.
 
     Parameters
     ----------
@@ -280,9 +313,15 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
     """
     near_node = np.zeros(len(slave.points), bool)
     near_node[pairing.nodes[near]] = True
+    if near_node[slave.facets[pairing.hanging]].any():
+        return False
     faces = np.flatnonzero(near_node[slave.facets].all(axis=1))
     if len(faces) == 0:
-        return True
+        paired = np.zeros(len(slave.points), bool)
+        paired[pairing.nodes] = True
+        faces = np.flatnonzero(near_node[slave.facets].any(axis=1) & paired[slave.facets].all(axis=1))
+    if len(faces) == 0:
+        return False
     # one face that is not nested will do
     return all(_nested(slave, master, pairing, part) for part in (faces[:FEW], faces[FEW:]) if len(part))
 

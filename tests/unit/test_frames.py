@@ -193,7 +193,7 @@ def test_an_oblique_load_releases_its_own_direction_only():
 def test_force_at_a_point_of_the_frame_has_its_moment():
     # statics: a force beside the centre of a supported block is that force and its moment on the frame
     body = cube(HELD, name="block")
-    plane = fc.RigidBody(fc.Plane()).placed((0, 0, -5.0))
+    plane = fc.RigidBody(fc.Plane()).placed((0, 0, 5.0), fc.rotation_about((1, 0, 0), np.pi))
     point, force = np.array([2.0, -1.0, 0.0]), np.array([1.0, 2.0, 3.0])
     result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(forces={(body, tuple(point)): force})
     reaction = result.reaction(body)
@@ -203,7 +203,7 @@ def test_force_at_a_point_of_the_frame_has_its_moment():
 
 def test_force_at_a_node_is_carried_by_the_body():
     body = cube(HELD, name="block")
-    plane = fc.RigidBody(fc.Plane()).placed((0, 0, -5.0))
+    plane = fc.RigidBody(fc.Plane()).placed((0, 0, 5.0), fc.rotation_about((1, 0, 0), np.pi))
     scene = fc.Scene([body, plane], [fc.Contact(body, plane)])
     result = scene.solve(forces={(body, (1.0, 1.2, 0.9)): (0, 0, -1.0)})
     corner = np.argmin(np.linalg.norm(body.mesh.points - [1.0, 1.2, 0.9], axis=1))

@@ -29,7 +29,8 @@ def test_patches_lie_on_the_surface_and_reach_as_far_as_the_contact():
 
 def test_quadrilaterals_beyond_the_surface_are_left_out():
     # heights known on 1.2 x 1.2 only, where the whole patch would be 1.3 x 1.3 or more
-    result = pressed(fc.RigidBody.from_heights(np.zeros((12, 12)), (1.2, 1.2)).shape)
+    heights = fc.RigidBody.from_heights(np.zeros((12, 12)), (1.2, 1.2)).shape
+    result = pressed(heights, fc.rotation_about((1, 0, 0), np.pi))
     points, quads = rigid_patches(result, 1.0)
     assert len(quads) > 0
     assert np.abs(points[quads][..., :2]).max() < 0.6 + 1e-12
