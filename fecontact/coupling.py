@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace.surface import GridSurface
+from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.protocol import Body
 from fecontact.conditions import Interface
 from fecontact.errors import InputError
@@ -17,7 +18,7 @@ from fecontact.interface.curve import CurveSurface
 from fecontact.interface.hats import hats_exist
 from fecontact.interface.mortar import pair_mortar
 from fecontact.interface.near import Near, near_parts
-from fecontact.interface.pairing import Pairing, nested, pair
+from fecontact.interface.pairing import Pairing, contact_weights, nested, pair
 from fecontact.interface.reach import Reach, plain_facets
 from fecontact.interface.surface import FacetSurface, Surface
 from fecontact.setting import check_rigid_surface
@@ -184,4 +185,7 @@ def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, ne
         pairing = surface.pair(master.surface(names[1]), relative.rotation, relative.translation)
     else:
         pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near)
+    if isinstance(slave, ElasticLayer) and pairing.coupling == "nodal":
+        # a node of a foundation gives by its whole area
+        pairing = replace(pairing, weights=contact_weights(surface)[pairing.nodes])
     return pairing
