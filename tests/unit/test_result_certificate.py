@@ -66,7 +66,7 @@ def test_lines_of_action_that_do_not_meet_the_feet_are_reported_as_moments(press
     """All feet moved sideways: every force then turns the pair by force times shift."""
     interface = pressed.interfaces[0]
     feet = interface.pairing.feet
-    aside = replace(feet, points=feet.points + [shift, 0.0, 0.0])
+    aside = replace(feet, points=feet.points + np.array([shift, 0.0, 0.0]))
     moved = replace(interface, pairing=replace(interface.pairing, feet=aside))
     tampered = replace(pressed, reduction=replace(pressed.reduction, interfaces=(moved,)))
     found, clean = tampered.residuals(), pressed.residuals()
