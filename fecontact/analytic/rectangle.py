@@ -20,6 +20,8 @@ from fecontact.errors import InputError
 from fecontact.material import Material
 
 FAR = 6.0
+#: Distance from an edge, relative to the half-side, that is rounding.
+ROUNDING = 4 * float(np.finfo(float).eps)
 # The quadrature error falls as (size/distance)^(2 * order): 12^-16 = 5e-18 for 8 points per side at FAR half-sides.
 _ORDER = 8
 
@@ -126,7 +128,12 @@ def displacement(
 
 
 def stress(
-    points: ArrayLike, *, half_sides: tuple[float, float], pressure: float, material: Material
+    points: ArrayLike,
+    *,
+    half_sides: tuple[float, float],
+    pressure: float,
+    material: Material,
+    corner_distance: float = 0.0,
 ) -> NDArray[np.float64]:
     """Return the stress in the half-space and on its surface.
 
@@ -140,12 +147,15 @@ def stress(
         Pressure, positive into the body.
     material : Material
         Material of the half-space.
+    corner_distance : float
+        At the four corners xy is infinite, as the logarithm of the distance; there it is taken as if at this one.
 
     Returns
     -------
     numpy.ndarray, shape (..., 3, 3)
-        Stress tensors, tension positive. On the edges of the rectangle, where some components jump, their mean; at its
-        four corners xy is infinite.
+        Stress tensors, tension positive. On the edges and at the corners of the rectangle, where some components jump,
+        the mean of their limits along the surface from all sides; on the surface z is free of shear. What is an edge
+        but for rounding of the coordinates is taken for one.
 
     Raises
     ------
@@ -168,7 +178,7 @@ def stress(
     scale = checks.finite("the pressure", pressure) / (2 * np.pi)
 
     def near(close: NDArray[np.float64]) -> NDArray[np.float64]:
-        f = _potentials(close, sides)
+        f = _potentials(close, sides, corner_distance if scale else 1.0)
         tensor = np.empty((*close.shape[:-1], 3, 3))
         tensor[..., 0, 0] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_xx - f.W_xx
         tensor[..., 1, 1] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_yy - f.W_yy
@@ -205,11 +215,14 @@ class _Potentials:
     chi_xy: NDArray[np.float64]
 
 
-def _potentials(points: NDArray[np.float64], sides: tuple[float, float]) -> _Potentials:
+def _potentials(points: NDArray[np.float64], sides: tuple[float, float], corner_distance: float = 0.0) -> _Potentials:
     """Sum the corner functions; log(Y + rho) enters as asinh(Y/sqrt(X^2 + z^2)), equal in the sum and free of loss."""
     signs = np.array([1.0, -1.0])
-    X = points[..., 0, None, None] + sides[0] * signs[:, None]
-    Y = points[..., 1, None, None] + sides[1] * signs[None, :]
+    X, Y = (
+        points[..., 0, None, None] + sides[0] * signs[:, None],
+        points[..., 1, None, None] + sides[1] * signs[None, :],
+    )
+    X, Y = np.where(np.abs(X) <= ROUNDING * sides[0], 0.0, X), np.where(np.abs(Y) <= ROUNDING * sides[1], 0.0, Y)
     Z = points[..., 2, None, None]
     weight = signs[:, None] * signs[None, :]
     rho = np.sqrt(X**2 + Y**2 + Z**2)
@@ -218,7 +231,7 @@ def _potentials(points: NDArray[np.float64], sides: tuple[float, float]) -> _Pot
         # On an edge line (X = Z = 0) the logarithm is infinite but comes times X or Z, hence zero there.
         log_y = np.where(square_x > 0, np.arcsinh(Y / np.sqrt(square_x)), 0.0)
         log_x = np.where(square_y > 0, np.arcsinh(X / np.sqrt(square_y)), 0.0)
-        log_z = np.log(rho + Z)
+        log_z = np.log(np.where(rho > 0, rho + Z, corner_distance))
         by_x = np.where(square_x > 0, 1 / (square_x * rho), 0.0)
         by_y = np.where(square_y > 0, 1 / (square_y * rho), 0.0)
         z_by_rho = np.where(rho > 0, Z / rho, 0.0)
@@ -285,4 +298,4 @@ def _inside(points: ArrayLike) -> NDArray[np.float64]:
     coordinates = checks.point_array("points", points, 3)
     if np.any(coordinates[..., 2] < 0):
         raise InputError(f"Expected points with z >= 0, inside the body; found z = {coordinates[..., 2].min()}.")
-    return coordinates
+    return coordinates + 0.0  # an angle from z = -0.0 would be that of the other side

@@ -184,7 +184,10 @@ class HalfSpaceContact:
         Parameters
         ----------
         points : (n, 3) array_like
-            Points with z <= 0. On an interface between layers the stress of the upper one is given.
+            Points with z <= 0. On an interface between layers the stress of the upper one is given; on an edge or a
+            corner of a cell, on the surface, the mean of the limits from all sides, where the pressure jumps. At corners
+            xy is infinite there, as a logarithm times the mixed difference of the four pressures: that logarithm's mean
+            over a cell is taken.
         chunk : int
             Pairs of point and cell that are treated together.
 

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from fecontact.analytic import rectangle
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.bodies.halfspace.layered import Layer, wave_stress
+from fecontact.bodies.halfspace.layered import ON_INTERFACE, Layer, wave_stress
 from fecontact.material import Material
 
 Array = NDArray[np.float64]
@@ -34,6 +34,12 @@ GAUSS_WEIGHTS = np.outer([5 / 18, 8 / 18, 5 / 18], [5 / 18, 8 / 18, 5 / 18]).rav
 
 NEARBY = 4.0
 """Distance in cells within which that rule gives way to Love's closed form; beyond, it errs by 1e-6 of the cell."""
+
+CORE = 0.1
+"""Distance in cells within which the point force is left out: there it is replaced, and would leave its rounding."""
+
+ON_EDGE = 1e-9
+"""Distance in cells from an edge of a cell, or from the surface, that is rounding of the coordinates."""
 
 OUTWARDS = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 """Signs of xx, yy, zz, xy, yz, xz when z turns from into the body to out of it."""
@@ -64,7 +70,7 @@ class Loaded:
             assert self.material is not None
             return self._love(points, self.material, chunk)
         out = np.zeros((len(points), 6))
-        near = points[:, 2] <= top.thickness
+        near = points[:, 2] <= top.thickness * (1 + ON_INTERFACE)
         out[near] = self._love(points[near], top.material, chunk)
         reach = math.hypot(*(float(np.ptp(points[:, k])) + self.grid.size[k] for k in (0, 1)))
         reach += float(np.abs(points[:, :2]).max())
@@ -72,7 +78,7 @@ class Loaded:
         for z in np.unique(points[:, 2]):
             here = points[:, 2] == z
             spectrum = wave_stress(waves.k, float(z), self.layers, self.material)
-            if z <= top.thickness:
+            if z <= top.thickness * (1 + ON_INTERFACE):
                 alone = [Layer(top.material, top.thickness)]
                 spectrum = spectrum - wave_stress(waves.k, float(z), alone, top.material)
             out[here] += self._summed(waves.field(spectrum), points[here], chunk)
@@ -85,22 +91,39 @@ class Loaded:
 
     def _love(self, points: Array, material: Material, chunk: int) -> Array:
         """Of a homogeneous half-space: point forces on the cells, and Love's rectangles for the cells nearby."""
-        out = self._summed(lambda x, y, z: _point_force(x, y, z, material.nu), points, chunk)
+        core = CORE * min(self.grid.cell)
+        out = self._summed(lambda x, y, z: _point_force(x, y, z, material.nu, core), points, chunk)
         centres, loads = self._cells()
+        ix, iy = np.nonzero(self.pressure)
+        number, place = np.stack([ix, iy], axis=1), self._in_cells(points)
+        depth = np.where(points[:, 2] < ON_EDGE * min(self.grid.cell), 0.0, points[:, 2])
         near = cKDTree(points).sparse_distance_matrix(
             cKDTree(centres), NEARBY * max(self.grid.cell), output_type="ndarray"
         )
         half_sides = (self.grid.cell[0] / 2, self.grid.cell[1] / 2)
         for first in range(0, len(near), chunk):
             i, j = near["i"][first : first + chunk], near["j"][first : first + chunk]
-            offsets = points[i] - centres[j]
-            unit = rectangle.stress(offsets, half_sides=half_sides, pressure=1.0, material=material)
+            offsets = np.column_stack([(place[i] - number[j] - 0.5) * self.grid.cell, depth[i]])
+            unit = rectangle.stress(
+                offsets,
+                half_sides=half_sides,
+                pressure=1.0,
+                material=material,
+                corner_distance=_mean_distance(*half_sides),
+            )
             better = np.stack([unit[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
-            places = offsets[:, None, :2] - self._gauss
-            gauss = _point_force(places[..., 0], places[..., 1], offsets[:, None, 2], material.nu)
+            # as in `_summed`, so that both leave out the same
+            places = points[i, None, :2] - (centres[j, None, :2] + self._gauss)
+            gauss = _point_force(places[..., 0], places[..., 1], points[i, 2, None], material.nu, core)
             change = better - self.grid.area * np.einsum("nci,c->ni", gauss, GAUSS_WEIGHTS)
             np.add.at(out, i, change * loads[j, None])
         return out
+
+    def _in_cells(self, points: Array) -> Array:
+        """Places (n, 2) counted in cells from the corner of the grid; on an edge between cells a whole number."""
+        place = points[:, :2] / self.grid.cell + np.array(self.grid.shape) / 2
+        edge = np.rint(place)
+        return np.where(np.abs(place - edge) < ON_EDGE, edge, place)
 
     @property
     def _gauss(self) -> Array:
@@ -144,11 +167,19 @@ class Loaded:
         return out
 
 
-def _point_force(x: Array, y: Array, z: Array, nu: float) -> Array:
-    """Stress (..., 6) by a unit force on the surface, into the body (Boussinesq; Johnson 1985, section 3.2)."""
+def _mean_distance(a: float, b: float) -> float:
+    """Geometric mean of the distances of the points of a rectangle with half-sides a, b from its middle."""
+    return math.hypot(a, b) * math.exp(-1.5 + a / (2 * b) * math.atan(b / a) + b / (2 * a) * math.atan(a / b))
+
+
+def _point_force(x: Array, y: Array, z: Array, nu: float, core: float = 0.0) -> Array:
+    """Stress (..., 6) by a unit force on the surface, into the body (Boussinesq; Johnson 1985, section 3.2).
+
+    Zero within a distance `core` of the force.
+    """
     r2 = x**2 + y**2
     rho2 = r2 + z**2
-    deep = rho2 > 0
+    deep = rho2 > core**2
     rho = np.sqrt(np.where(deep, rho2, 1.0))
     i1 = 1 / rho
     i3 = i1**3
@@ -156,7 +187,7 @@ def _point_force(x: Array, y: Array, z: Array, nu: float) -> Array:
     f = i1 / (rho + z)
     g = f * f * (2 * rho + z) * i1
     lateral = (1 - 2 * nu) * deep
-    axial = 3 * z * i3 * i1 * i1
+    axial = 3 * z * i3 * i1 * i1 * deep
     xx = lateral * (f - y * y * g) - axial * x * x
     yy = lateral * (f - x * x * g) - axial * y * y
     xy = x * y * (lateral * g - axial)
@@ -194,7 +225,7 @@ def _material_at(z: float, layers: Sequence[Layer], base: Material | None) -> Ma
     above = 0.0
     for layer in layers:
         above += layer.thickness
-        if z <= above:
+        if z <= above * (1 + ON_INTERFACE):
             return layer.material
     return _some(base)
 

@@ -32,6 +32,9 @@ SMALLEST_WAVE = 1e-4
 LARGEST_WAVE = 22.0
 """Wave number times thickness of the top layer at which its base is no longer felt: exp(-2 22) = 8e-20."""
 
+ON_INTERFACE = 1e-12
+"""Distance from an interface, relative to its depth, that is rounding of sums of thicknesses."""
+
 MIRROR = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
 """Signs of u, w, sigma and tau of a field turned upside down."""
 
@@ -169,7 +172,7 @@ def wave_stress(k: Array, depth: float, layers: Sequence[Layer], base: Material 
     factors = _factors(waves, layers, base)
     above = 0.0
     for j, layer in enumerate(layers):
-        if depth <= above + layer.thickness:
+        if depth <= (above + layer.thickness) * (1 + ON_INTERFACE):
             down = _decaying(waves, waves * (depth - above), layer.material)
             up = MIRROR * _decaying(waves, waves * (above + layer.thickness - depth), layer.material)
             rows, share = np.concatenate([down, up], axis=2), factors[:, 4 * j : 4 * j + 4]

@@ -143,3 +143,34 @@ def test_bad_input_is_named():
         rectangle.displacement([0, 0, -1.0], half_sides=SIDES, pressure=1.0, material=material)
     with pytest.raises(InputError, match="pressure"):
         rectangle.surface_displacement(0.0, 0.0, half_sides=SIDES, pressure=np.nan, modulus=1.0)
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+@pytest.mark.parametrize(("a", "x"), [(0.3, 0.1 + 0.2), (1.0, 1.0), (1e-9, 1e-9)])
+def test_edges_and_corners_are_the_mean_of_their_sides(zero, a, x):
+    """Whatever the sign of zero, and where the edge is met but for rounding."""
+    b, steel = 2 * a, Material(E=1.0, nu=0.3)
+    options = {"half_sides": (a, b), "pressure": 1.0, "material": steel}
+    for sx, sy in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        for point, share in (((sx * x, 0.3 * b), 0.5), ((0.3 * a, sy * b), 0.5), ((sx * x, sy * b), 0.25)):
+            found = rectangle.stress([*point, zero], **options)
+            h = 1e-7 * a
+            sides = [[point[0] + i * h, point[1] + j * h, 0.0] for i in (-1, 1) for j in (-1, 1)]
+            mean = rectangle.stress(sides, **options).mean(axis=0)
+            # the field changes by about p over a, and is rounded to 1e-16 / 1e-7
+            assert abs(found[2, 2] + share) < 1e-12
+            assert np.abs(found - mean)[[0, 1, 2], [0, 1, 2]].max() < 1e-6
+            assert np.abs(found[2, :2]).max() < 1e-12
+            if share == 0.5:
+                assert abs(found[0, 1] - mean[0, 1]) < 1e-6
+            else:  # infinite, or as at a distance that is given
+                assert abs(found[0, 1]) == np.inf
+                near = rectangle.stress([*point, zero], corner_distance=h * 2**0.5, **options)
+                assert abs(near[0, 1] - mean[0, 1]) < 1e-6
+            moved = rectangle.displacement([*point, zero], **options)
+            assert np.abs(moved - rectangle.displacement(sides, **options).mean(axis=0)).max() < 1e-6 * a
+
+
+def test_no_pressure_is_no_stress_at_a_corner():
+    found = rectangle.stress([1.0, 1.0, 0.0], half_sides=(1.0, 1.0), pressure=0.0, material=Material(E=1.0, nu=0.3))
+    assert not found.any()

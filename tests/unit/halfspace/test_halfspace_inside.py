@@ -1,11 +1,13 @@
 """Stress inside half-spaces, contact stiffness and the area with its edge fitted, each against something else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import fecontact as fc
 from fecontact.analytic import boussinesq
-from fecontact.bodies.halfspace.inside import _point_force
+from fecontact.bodies.halfspace.inside import _mean_distance, _point_force
 from fecontact.surfaces import FlatPunch, Paraboloid, self_affine
 
 UNIT = fc.Material(E=2.0, nu=0.3)
@@ -123,3 +125,124 @@ def test_the_edge_of_a_flat_punch_is_known():
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(64, 64))
     contact = half.press(FlatPunch(radius=1.0), force=2.0)
     assert contact.edge_area == contact.area
+
+
+def crowded(n=30, side=0.3, layers=(), size_y=None):
+    """Pressures on cells whose edges are no round numbers in binary."""
+    half = fc.HalfSpace(UNIT, size=(side, size_y or side), shape=(n, n), layers=layers)
+    return half, half.press(Paraboloid(side), approach=side / 40)
+
+
+def edges(grid):
+    return [(np.arange(n + 1) - n / 2) * cell for n, cell in zip(grid.shape, grid.cell, strict=True)]
+
+
+LAYERS = [[], [fc.Layer(fc.Material(E=9.0, nu=0.2), 0.02)]]
+
+
+@pytest.mark.parametrize("layers", LAYERS, ids=["homogeneous", "layered"])
+@pytest.mark.parametrize("size_y", [0.3, 0.41], ids=["square", "oblong"])
+def test_stress_on_edges_and_corners_of_cells_is_the_mean_of_the_sides(layers, size_y):
+    half, contact = crowded(12, layers=layers, size_y=size_y)
+    x, y = edges(half.grid)
+    p = np.pad(contact.pressure, 1)
+    mean = {
+        "edges across x": (np.meshgrid(x, half.grid.y, indexing="ij"), (p[1:, 1:-1] + p[:-1, 1:-1]) / 2),
+        "edges across y": (np.meshgrid(half.grid.x, y, indexing="ij"), (p[1:-1, 1:] + p[1:-1, :-1]) / 2),
+        "corners": (np.meshgrid(x, y, indexing="ij"), (p[1:, 1:] + p[:-1, 1:] + p[1:, :-1] + p[:-1, :-1]) / 4),
+    }
+    step = 1e-4 * np.array([*half.grid.cell, 0.0])
+    for where, (places, pressure) in mean.items():
+        points = np.stack([*(c.ravel() for c in places), np.zeros(pressure.size)], axis=1)
+        found = contact.stress(points)
+        assert np.isfinite(found).all(), where
+        # zz is the applied pressure; a layer's part of it is that of its transforms, to 1e-6
+        least = 1e-12 if not layers else 1e-6
+        assert np.abs(found[:, 2] + pressure.ravel()).max() < least * contact.max_pressure, where
+        assert np.abs(found[:, 4:]).max() < least * contact.max_pressure, where
+        # along x and y against the four sides, a ten-thousandth of a cell away: fields vary by some p0 over a cell
+        sides = [step * (sx, sy, 0) for sx in (-1, 1) for sy in (-1, 1)]
+        around = [contact.stress(points + side) for side in sides]
+        difference = np.abs(found - np.mean(around, axis=0)) / contact.max_pressure
+        assert difference[:, :2].max() < 1e-3, where
+        if where != "corners":
+            assert difference[:, 3].max() < 2e-3, where
+
+
+def test_shear_at_a_corner_of_cells_is_that_of_its_neighbourhood():
+    """Where the mixed difference of four pressures vanishes there is no logarithm, and xy has a limit."""
+    half, contact = crowded()
+    x = half.grid.x
+    plane = replace(contact, pressure=1 + 2 * x[:, None] / 0.15 + 1 * x / 0.15)  # a plane: no mixed differences
+    x, y = (e[5:-5] for e in edges(half.grid))
+    X, Y = np.meshgrid(x, y, indexing="ij")
+    points = np.stack([X.ravel(), Y.ravel(), 0 * X.ravel()], axis=1)[::7]
+    around = [plane.stress(points + np.array([sx * 1e-6, sy * 1e-6, 0.0])) for sx in (-1, 1) for sy in (-1, 1)]
+    found = plane.stress(points)
+    # a ten-thousandth of a cell away, where the field changes by about its size over a cell
+    assert np.abs(found - np.mean(around, axis=0)).max() < 1e-3 * np.abs(found).max()
+
+
+@pytest.mark.parametrize("shape", [(1.0, 1.0), (1.0, 0.4), (1e-6, 3e-6)])
+def test_the_distance_at_which_shear_at_a_corner_is_taken(shape):
+    """Where xy is infinite, its logarithm counts with its mean over a cell about the corner."""
+    a, b = shape
+    # 400 x 400 midpoints: the middle cell of the rule errs by about 1/400^2, the kink of its neighbours no more
+    t = (np.arange(400) + 0.5) / 400 * 2 - 1
+    mean = np.log(np.hypot(a * t[:, None], b * t[None, :])).mean()
+    assert abs(np.log(_mean_distance(a, b)) - mean) < 1e-4
+    half = fc.HalfSpace(UNIT, size=(8 * a, 8 * b), shape=(4, 4))
+    contact = half.press(np.pad(np.zeros((2, 2)), 1, constant_values=np.inf), approach=0.01 * a)
+    alone = replace(contact, pressure=np.pad([[1.0]], ((1, 2), (1, 2))))  # one cell, its corner at the origin
+    r = _mean_distance(a, b) / 2**0.5
+    near = [alone.stress([[i * r, j * r, 0.0]])[0, 3] for i in (-1, 1) for j in (-1, 1)]
+    # the other corners' logarithms are not constant so far away: a tenth of (1 - 2 nu)/(2 pi) p
+    assert abs(alone.stress([[0.0, 0.0, 0.0]])[0, 3] - np.mean(near)) < 0.1 * 0.4 / (2 * np.pi)
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-18, 1e-15, 1e-12, 1e-10])
+def test_points_next_to_places_that_stand_for_a_cell(off):
+    """Point forces at nine places of a cell are replaced nearby, and leave nothing of their size behind."""
+    half, contact = crowded()
+    x, y = half.grid.x[15], half.grid.y[14]
+    for shift in (0.0, np.sqrt(0.15) * half.grid.cell[0]):
+        for depth in (0.0, off):
+            here = contact.stress([[x + shift + off, y - off, -depth]])
+            beside = contact.stress([[x + shift + 1e-5, y, 0.0]])
+            # a thousandth of a cell away, where the field changes by about its size over a cell
+            assert np.abs(here - beside).max() < 3e-3 * contact.max_pressure
+
+
+def test_points_above_corners_of_cells_tend_to_the_surface():
+    half, contact = crowded()
+    x, y = edges(half.grid)
+    X, Y = np.meshgrid(x[10:-10], y[10:-10], indexing="ij")
+    points = np.stack([X.ravel(), Y.ravel(), 0 * X.ravel()], axis=1)
+    found, below = contact.stress(points), contact.stress(points - [0.0, 0.0, 1e-6])
+    p = np.pad(contact.pressure, 1)
+    jump = max(np.abs(np.diff(p, axis=k)).max() for k in (0, 1))
+    # zz tends to the mean; the others jump there by the pressures' differences, and shear is no longer nought
+    assert np.abs(found[:, 2] - below[:, 2]).max() < 1e-3 * contact.max_pressure
+    assert np.abs(found[:, :2] - below[:, :2]).max() < jump
+    assert np.isfinite(below).all()
+
+
+def test_an_interface_is_where_the_thicknesses_add_up_to():
+    """0.1 + 0.7 is less than 0.8 in binary: there the upper layer counts all the same."""
+    stiff = fc.Material(E=20.0, nu=0.2)
+    assert 0.1 + 0.7 < 0.8
+    for periodic in (False, True):
+        _, contact = ball(layers=[fc.Layer(UNIT, 0.1), fc.Layer(stiff, 0.7)], periodic=periodic)
+        on, above, below = contact.stress([[0.1, 0.2, z] for z in (-0.8, -0.8 + 1e-9, -0.8 - 1e-9)])
+        assert np.abs(on - above).max() < 1e-6 * contact.max_pressure
+        assert np.abs(on - below).max() > 1e-3 * contact.max_pressure
+
+
+def test_periodic_stress_at_corners_of_cells_is_that_of_its_neighbourhood():
+    half = fc.HalfSpace(UNIT, size=(0.3, 0.3), shape=(30, 30), periodic=True, layers=LAYERS[1])
+    waves = 1e-3 * np.cos(2 * np.pi * half.grid.x / 0.3)
+    contact = half.press(waves[:, None] + waves, force=2e-4)
+    points = np.array([[0.0, 0.0, 0.0], [0.15, 0.15, 0.0], [0.01, 0.15, 0.0], [0.01, 0.01, -0.02]])
+    moved = contact.stress(points + np.array([1e-7, -1e-7, 0.0]))
+    # a hundred-thousandth of a cell away
+    assert np.abs(contact.stress(points) - moved).max() < 1e-3 * contact.max_pressure
