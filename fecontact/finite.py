@@ -39,6 +39,8 @@ LARGEST_STEP = 0.2
 MOST_STEPS = 60
 #: Steps without a better result after which motions are taken not to settle.
 PATIENCE = 8
+#: Correction, relative to the first motion, from which motions are taken to run away.
+GROWTH = 3.0
 
 
 def solve_finite(scene: Scene, arguments: Mapping[str, Any]) -> ContactResult:
@@ -101,7 +103,7 @@ def follow(result: ContactResult, arguments: Mapping[str, Any]) -> ContactResult
             waited = 0 if error < least else waited + 1
             if error < least:
                 best, least = now, error
-            if waited > PATIENCE:
+            if waited > PATIENCE or path.runs_away(now):
                 break
             path.go_on(now)
     except FecontactError:
@@ -128,9 +130,7 @@ def _elastic_size(result: ContactResult) -> float:
     """Largest elastic displacement, but not less than 1e-9 of a body."""
     rest = [
         u - frame.modes(motion[:, None])[:, 0]
-        for u, frame, motion in zip(
-            result.state.displacements, result.loading.frames, result.state.motions, strict=True
-        )
+        for u, frame, motion in zip(result.state.displacements, result.loading.frames, result.motions, strict=True)
     ]
     floor = 1e-9 * min(frame.body.size for frame in result.loading.frames)
     return max(floor, *(float(np.abs(r).max(initial=0.0)) for r in rest))
@@ -177,12 +177,18 @@ class _Path:
 
     def begin(self, result: ContactResult) -> None:
         """Go to where a result of small motions leads, besides what is prescribed."""
-        steps = np.stack([m - f.moved for m, f in zip(result.state.motions, result.loading.frames, strict=True)])
+        steps = np.stack([m - f.moved for m, f in zip(result.motions, result.loading.frames, strict=True)])
+        self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
+
+    def runs_away(self, result: ContactResult) -> bool:
+        """Whether the next step is far larger than the motion it is to correct, and than a step may be."""
+        relative = np.abs(self.steps(result) * self._scale) / self._scale[:, 3:4]
+        return bool(self.size_of(self.steps(result)) > GROWTH * self._first and relative.max() > LARGEST_STEP)
 
     def steps(self, result: ContactResult) -> Array:
         """Change of the places (n_bodies, 6) that the present problem asks for."""
-        return np.stack([_advance(p, m) for p, m in zip(self._place, result.state.motions, strict=True)])
+        return np.stack([_advance(p, m) for p, m in zip(self._place, result.motions, strict=True)])
 
     def size_of(self, steps: Array) -> float:
         """Largest displacement that steps (n_bodies, 6) mean."""

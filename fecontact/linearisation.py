@@ -32,6 +32,8 @@ IntArray = NDArray[np.int64]
 BEARABLE = 1e-3
 #: Points of a contact that are looked at: so many of those in contact, and so many of the nearest others.
 MOST_POINTS = 400
+#: Share of a foot that nodes inside the surface have at the most if it lies on the rim.
+ON_RIM = 1e-9
 #: Least approach, relative to the smallest body, by which changes are judged: less is rounding.
 LEAST_APPROACH = 1e-9
 
@@ -76,14 +78,13 @@ def linearisation_error(result: ContactResult) -> LinearisationError:
     """
     least = LEAST_APPROACH * min(b.size for b in result.scene.bodies)
     found = [LinearisationError(0.0, least, 0.0)]
-    if np.any(result.state.motions):
+    if np.any(result.motions):
         after = {
-            id(f.body): _Motion(f.body, f.point, m)
-            for f, m in zip(result.loading.frames, result.state.motions, strict=True)
+            id(f.body): _Motion(f.body, f.point, m) for f, m in zip(result.loading.frames, result.motions, strict=True)
         }
         found += [_of_contact(i, c, after) for i, c in zip(result.interfaces, result.contacts, strict=True)]
         found += [_of_spring(s, after) for s in result.springs]
-    stretch = max(float(m[3:] @ m[3:]) / 2 for m in result.state.motions)
+    stretch = max(float(m[3:] @ m[3:]) / 2 for m in result.motions)
     approach = max(e.approach for e in found)
     return LinearisationError(max(e.gap for e in found), approach, max(e.direction for e in found), stretch)
 
@@ -120,6 +121,9 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
     foot = interface.master.pose.to_world(before.points)
     linear = before.gap + np.einsum("ni,ni->n", lines, slave.linear(x) - master.linear(foot))
     seen = ~(before.beyond | feet.beyond)
+    inside = seen & ~(_at_rim(surface, before) | _at_rim(surface, feet))
+    # a foot on the rim tells nothing of how the surface goes on
+    seen = inside if (active & inside).any() else seen
     if not active.any():
         overlooked = bool((feet.gap[seen] < -LEAST_APPROACH * interface.slave.size).any())
         return LinearisationError(np.inf if overlooked else 0.0, 1.0, 0.0)
@@ -143,10 +147,22 @@ def _looked_at(fields: ContactFields) -> IntArray:
     return np.concatenate([active[:: 1 + len(active) // MOST_POINTS], nearest])
 
 
+def _at_rim(surface: Surface, feet: Feet) -> NDArray[np.bool_]:
+    """Which feet (n,) lie on the rim: those that nodes of the rim alone interpolate."""
+    if not isinstance(surface, FacetSurface) or feet.weights is None:
+        return np.zeros(len(feet.gap), bool)
+    inner = abs(feet.weights) @ ~surface.rim_nodes
+    return np.asarray(inner <= ON_RIM)
+
+
 def _smooth(surface: Surface, feet: Feet) -> Array:
     """Normals (n, 3) at feet without the kinks between facets, over which a point slides without consequence."""
-    if not isinstance(surface, FacetSurface) or isinstance(surface, CurveSurface) or feet.weights is None:
+    if not isinstance(surface, FacetSurface) or feet.weights is None:
         return feet.normals
+    if isinstance(surface, CurveSurface):
+        assert feet.facet is not None
+        assert feet.local is not None
+        return surface.normals(feet.facet, feet.local)
     mean = feet.weights @ surface.mean_normals
     length = np.linalg.norm(mean, axis=1, keepdims=True)
     return np.divide(mean, length, out=feet.normals.copy(), where=length > 0)

@@ -222,16 +222,10 @@ def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
 
 
 def mass_weighted(frame: Frame, motions: Array) -> Array:
-    """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R, column by column."""
+    """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R."""
     body = _elastic(frame.body, "A floating body")
     assert body.model is not None
-    model, centre = body.model, body.reference_point
-
-    def column(motion: Array) -> Array:
-        return model.body_force(lambda x: motion[:3] + np.cross(motion[3:], x - centre))
-
-    columns = [column(motion) for motion in frame.in_body_axes(motions).T]
-    return np.stack(columns, axis=1) if columns else np.zeros((body.n_dofs, 0))
+    return np.asarray(body.model.weighted_modes @ frame.in_body_axes(motions))
 
 
 def _spread(frame: Frame) -> Array:

@@ -192,6 +192,22 @@ class ContactResult:
             raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
         return elastic.model.nodal_stress(self.state.displacements[k], None if group is None else groups[group])
 
+    @cached_property
+    def motions(self) -> Array:
+        """Rigid motions (n_bodies, 6) in the present problem, as in `rigid_motion`, in the order of the scene."""
+        return np.stack([self._motion(k) for k in range(len(self.scene.bodies))])
+
+    def _motion(self, k: int) -> Array:
+        body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.state.motions[k]
+        if body.free_motions.shape[1] == 0:
+            return motion
+        Q = body.pose.rotation
+        floating = np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+        modes = frame.modes(floating)
+        weighted = mass_weighted(frame, floating)
+        elastic = self.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
+        return np.asarray(motion + floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic))
+
     def rigid_motion(self, body: Body) -> RigidMotion:
         """Rigid motion of a body about its reference point.
 
@@ -199,15 +215,7 @@ class ContactResult:
         eq. A-17), where it floats. After a finite motion: from the original pose, with a rotation vector.
         """
         k = self._number(body)
-        body = self.scene.bodies[k]
-        frame, motion = self.loading.frames[k], self.state.motions[k].copy()
-        if body.free_motions.shape[1]:
-            Q = body.pose.rotation
-            floating = np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
-            modes = frame.modes(floating)
-            weighted = mass_weighted(frame, floating)
-            elastic = self.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
-            motion += floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic)
+        body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.motions[k]
         if not self.originals:
             return RigidMotion(motion[:3], motion[3:], frame.point)
         start = self.originals[k].pose

@@ -171,6 +171,16 @@ class Model:
         """Displacements (n_dofs, 6) of the rigid motions about the centre of mass."""
         return rigid_modes(self.mesh.points, self.mass_and_centre[1])
 
+    @cached_property
+    def weighted_modes(self) -> Array:
+        """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions about the centre of mass: M R."""
+        centre = self.mass_and_centre[1]
+
+        def column(motion: Array) -> Array:
+            return self.body_force(lambda x: motion[:3] + np.cross(motion[3:], x - centre))
+
+        return np.stack([column(motion) for motion in np.eye(6)], axis=1)
+
     @property
     def held(self) -> IntArray:
         """Degrees of freedom held by the supports, in nodal axes."""

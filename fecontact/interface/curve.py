@@ -56,6 +56,11 @@ class CurveSurface(FacetSurface):
         return np.zeros(len(self.facets), bool)
 
     @cached_property
+    def rim_nodes(self) -> NDArray[np.bool_]:
+        """Which nodes of the section (n_nodes,) are ends of the surface."""
+        return np.bincount(self.facets[:, :2].ravel(), minlength=len(self.points)) == 1
+
+    @cached_property
     def mean_facet_size(self) -> Array:
         """Length (n_facets,) of the chord of each side."""
         ends = self.points[self.facets[:, :2]]

@@ -162,6 +162,17 @@ class FacetSurface:
         _, inverse, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
         return (count[inverse.ravel()] == 1).reshape(-1, 4)
 
+    @cached_property
+    def rim_nodes(self) -> NDArray[np.bool_]:
+        """Which nodes of the mesh (n_nodes,) lie on the surface's rim."""
+        facet, side = np.nonzero(self.on_rim)
+        ends = [self.facets[facet, side], self.facets[facet, (side + 1) % 4]]
+        if self.facets.shape[1] > 4:
+            ends.append(self.facets[facet, 4 + side])
+        out = np.zeros(len(self.points), bool)
+        out[np.concatenate(ends)] = True
+        return out
+
     def extent(self, points: Array) -> Array:
         """What a piece of area at points (n, 3) stands for, over that area (n,): one; more for sections."""
         return np.ones(len(points))

@@ -242,7 +242,7 @@ def test_a_spring_in_a_plane():
     floor = fc.RigidBody(fc.Plane())
     rope = fc.Spring(0.5, (block, (1.0, 0.0, 1.0)), (None, (3.0, 0.0, 1.0)), name="rope")
     scene = fc.Scene([block, floor], [fc.Contact(block, floor)], springs=[rope])
-    result = scene.solve(forces={block: (-0.01, 0.0, -2.0)})
+    result = scene.solve(forces={block: (-0.01, 0.0, -2.0)}, finite_motion=False)  # the rope keeps its direction
     assert abs(result.springs[0].tension - 0.01) < 1e-10
     leaving = fc.Spring(0.5, (block, (1.0, 0.0, 1.0)), (None, (1.0, 3.0, 1.0)))
     with pytest.raises(fc.InputError, match="leaves the plane"):
