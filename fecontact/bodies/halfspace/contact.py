@@ -185,9 +185,9 @@ class HalfSpaceContact:
         ----------
         points : (n, 3) array_like
             Points with z <= 0. On an interface between layers the stress of the upper one is given; on an edge or a
-            corner of a cell, on the surface, the mean of the limits from all sides, where the pressure jumps. At corners
-            xy is infinite there, as a logarithm times the mixed difference of the four pressures: that logarithm's mean
-            over a cell is taken.
+            corner of a cell, on the surface, the mean of the limits from all sides, where the pressure jumps. There, at
+            corners, xy is infinite as a logarithm times the mixed difference of the four pressures: its mean over a
+            cell is taken.
         chunk : int
             Pairs of point and cell that are treated together.
 
