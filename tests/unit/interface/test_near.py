@@ -114,6 +114,50 @@ def test_displacements_between_nodes_are_bounded(quadratic):
     )
 
 
+def arc(half_angle):
+    """A strip round a cylinder of radius 1 with its axis along y, of two facets with nine nodes."""
+    flat = grid(2, lambda x, y: 0 * x, side=1.0, quadratic=True)
+    x, y, _ = flat.points.T
+    angle = half_angle * x
+    strip = FacetSurface(np.stack([np.sin(angle), 0.5 * y, np.cos(angle)], axis=1), flat.facets)
+    keep = strip.points[strip.facets[:, 8], 1] > 0
+    return FacetSurface(strip.points, strip.facets[keep])
+
+
+def test_a_curved_facet_may_be_met_along_normals_that_are_not_its_middles():
+    """A small plate beside the flank of a strip, parallel to the middle of the facet there, and driven sideways.
+
+    Along the normal in the middle of the facet it hardly comes nearer, along that at its foot it goes through: only the
+    cone of normals tells that.
+    """
+    master = arc(0.422)
+    foot, distance = -0.399, 0.467
+    centre = (1 + distance) * np.array([np.sin(foot), 0.0, np.cos(foot)]) + [0.0, 0.25, 0.0]
+    known = bounds.bounds_of(master)
+    axis = known.normal[np.linalg.norm(known.centre - centre, axis=1).argmin()]
+    aside = np.cross([0.0, 1.0, 0.0], -axis)
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * 0.01
+    slave = FacetSurface(centre + corners[:, :1] * aside + corners[:, 1:] * np.cross(-axis, aside), np.arange(4)[None])
+    drift = near.Drift(1.631 * np.array([np.sin(1.602), 0.0, np.cos(1.602)]), np.zeros(3))
+    feet = master.project(slave.points)
+    opening = feet.gap + feet.normals @ drift.shift
+    assert not feet.beyond.any()
+    assert feet.gap.min() > 0.45
+    # it goes through at its foot, and would stay clear along the normal in the middle
+    assert opening.max() < -0.15
+    assert feet.gap.min() + axis @ drift.shift > 0.05
+    assert near.near_parts(slave, master, *HERE, 0.0, drift).within.all()
+    # left out where nothing moves, it is missed when it does
+    still = near.near_parts(slave, master, *HERE, 0.0)
+    assert not still.within.any()
+    none = np.zeros(1), np.zeros(len(master.facets))
+    assert near.bridged(still, slave, master, *HERE, near.STILL, none) == (False, 0.0)
+    assert near.bridged(still, slave, master, *HERE, drift, none)[0]
+    # and the bound is not so cautious as to keep what moves away
+    away = near.Drift(axis, np.zeros(3))
+    assert not near.near_parts(slave, master, *HERE, 0.0, away).within.any()
+
+
 def test_what_was_missed_is_seen_and_the_reach_that_suits_it():
     slave, master = turned_over(grid(10, lambda x, y: 0 * x + 0.1)), grid(13, lambda x, y: 0 * x)
     part = near.near_parts(slave, master, *HERE, reach=0.05)
