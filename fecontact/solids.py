@@ -125,7 +125,7 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
         raise InputError(f"Cannot show {path}: there is no such file.")
     import meshio
 
-    file = load(path, meshio.read)
+    file, _ = load(path, meshio.read)
     numbers = file.cell_data.get("body", [np.zeros(len(block.data), dtype=np.int64) for block in file.cells])
     fields = {name: np.asarray(values, dtype=float) for name, values in file.point_data.items()}
     out: list[Solid] = []

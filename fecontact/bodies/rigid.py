@@ -141,6 +141,8 @@ class RigidBody(Placed):
     def from_surface(cls, path: str | Path, scale: float = 1.0, name: str = "rigid") -> RigidBody:
         """The rigid surface in an .stl, .ply or .obj file, as it stands there; its facets face outwards.
 
+        What `read_surface` had to mend is in `notes`, in `describe` and in the notes of results.
+
         Examples
         --------
         >>> import fecontact as fc, meshio, numpy as np, tempfile
@@ -148,7 +150,8 @@ class RigidBody(Placed):
         ...     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
         ...     meshio.Mesh(points, [("triangle", [[0, 1, 2]])]).write(f"{folder}/one.stl")
         ...     fc.RigidBody.from_surface(f"{folder}/one.stl").describe()
-        'rigid: rigid Facets'
+        'rigid: rigid Facets; one.stl: the surface is open: its outside is where the corners of most facets run \
+counter-clockwise.'
         """
         return cls(Facets(read_surface(path, scale)), name)
 
@@ -167,7 +170,7 @@ class RigidBody(Placed):
     @property
     def notes(self) -> tuple[str, ...]:
         """What was mended in its surface when that was read."""
-        return self.shape.mesh.notes if isinstance(self.shape, Facets) else ()
+        return self.shape.notes if isinstance(self.shape, Facets) else ()
 
     @property
     def n_dofs(self) -> int:

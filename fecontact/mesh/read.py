@@ -131,7 +131,7 @@ def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = N
         number[cells],
         groups=raw.groups,
         node_sets={name: np.unique(n[n >= 0]) for name, n in node_sets.items() if (n >= 0).any()},
-        notes=notes,
+        notes=(*raw.notes, *notes),
     )
     facets = {name: [number[f] for f in parts] for name, parts in raw.facets.items()}
     boundaries = _boundaries(mesh, raw.faces, facets, source)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,8 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.checks import positive
 from fecontact.errors import InputError, MeshError
 from fecontact.mesh.facets import distinct_columns, facet_integrals, facet_nodes, facet_shapes, triangular
-from fecontact.mesh.formats.generic import FACET_CORNERS, load, points_in_space
-from fecontact.mesh.mesh import Mesh, representatives
+from fecontact.mesh.formats.generic import load, points_in_space
+from fecontact.mesh.formats.triangulated import read_obj, read_stl
+from fecontact.mesh.mesh import Mesh, first_alike, representatives
+from fecontact.mesh.orient import oriented, shared_sides, turned
+from fecontact.mesh.polygons import cut
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -40,7 +42,8 @@ class SurfaceMesh:
     Raises
     ------
     MeshError
-        If a facet refers to a point that does not exist, has no area, or a side belongs to more than two facets.
+        If a facet refers to a point that does not exist or has no area, a side belongs to more than two facets, or
+        neighbours face opposite ways.
 
     Examples
     --------
@@ -69,6 +72,13 @@ class SurfaceMesh:
             raise MeshError(f"Facet {np.argmin(self.areas)} has no area; {(self.areas <= 0).sum()} facets in all.")
         if (self._side_count > 2).any():
             raise MeshError("A side belongs to more than two facets: the surface branches there, so it has no outside.")
+        pairs, against = shared_sides(facets[:, :4])
+        if against.any():
+            one, other = pairs[np.argmax(against)]
+            raise MeshError(
+                f"Facets {one} and {other} run along their common side the same way, so they face opposite ways; "
+                f"{against.sum()} sides in all. fecontact.mesh.orient.oriented(points, facets) turns facets one way."
+            )
 
     def __repr__(self) -> str:
         return (
@@ -124,11 +134,7 @@ class SurfaceMesh:
 
     def flipped(self) -> SurfaceMesh:
         """The same surface with its outside inside."""
-        order = [1, 0, 3, 2] if self.facets.shape[1] == 4 else [1, 0, 3, 2, 4, 7, 6, 5]
-        turned = self.facets[:, order]
-        triangle = triangular(self.facets)
-        three = [0, 2, 1, 1] if self.facets.shape[1] == 4 else [0, 2, 1, 1, 7, 5, 1, 4]
-        return replace(self, facets=np.where(triangle[:, None], self.facets[:, three], turned))
+        return replace(self, facets=turned(self.facets))
 
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> SurfaceMesh:
         """Move every point by ``mapping(points) -> points``."""
@@ -195,36 +201,62 @@ def read_surface(path: str | Path, scale: float = 1.0) -> SurfaceMesh:
     -------
     SurfaceMesh
         Points in the same place are joined (.stl lists each corner once per triangle); triangles that shrink to a line
-        by that are left out.
+        by that are left out, and so are copies. Polygons are cut into triangles. Facets that face against their
+        neighbours, and closed surfaces that face inwards, are turned (`mesh.orient.oriented`); `notes` says so.
 
     Raises
     ------
     InputError, MeshError
-        Unknown file type, damaged file, branching surface, no surface cells.
+        Unknown file type, damaged file, branching or one-sided surface, no surface cells.
     """
-    import meshio
-
     path = Path(path)
-    readers: dict[str, Callable[[str], Any]] = {
-        ".stl": meshio.stl.read,
-        ".ply": meshio.ply.read,
-        ".obj": meshio.obj.read,
-    }
-    if path.suffix.lower() not in readers:
-        raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {', '.join(readers)}.")
+    suffix = path.suffix.lower()
+    if suffix not in READERS:
+        raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {', '.join(READERS)}.")
     positive("the scale", scale)
     if not path.is_file():
         raise InputError(f"There is no file {path}.")
-    mesh = load(path, readers[path.suffix.lower()])
-    points = scale * points_in_space(np.asarray(mesh.points, dtype=float), path.name)
-    corners = [np.asarray(b.data, dtype=np.int64) for b in mesh.cells if b.type in FACET_CORNERS]
-    if not corners or not sum(map(np.size, corners)):
-        raise MeshError(f"{path.name} holds no triangles or quadrilaterals.")
-    return joined(points, np.concatenate([c[:, [0, 1, 2, -1]] for c in corners]))
+    try:
+        points, polygons = READERS[suffix](path)
+    except (ValueError, OverflowError) as error:
+        if isinstance(error, MeshError):
+            raise
+        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.") from error
+    if not sum(map(np.size, polygons)):
+        raise MeshError(f"{path.name} holds no triangles or polygons.")
+    if not np.isfinite(points).all():
+        raise MeshError(f"{path.name}: point {np.argmin(np.isfinite(points).all(axis=1))} is not finite.")
+    numbers = np.concatenate([p.ravel() for p in polygons])
+    if numbers.min() < 0 or numbers.max() >= len(points):
+        raise MeshError(f"{path.name}: a polygon refers to a point that is not among its {len(points)} points.")
+    points = scale * points_in_space(points, path.name)
+    surface = joined(points, np.concatenate([cut(points, p) for p in polygons]))
+    return replace(surface, notes=tuple(f"{path.name}: {note}" for note in surface.notes))
+
+
+def _read_ply(path: Path) -> tuple[Array, list[IntArray]]:
+    import meshio
+
+    mesh, _ = load(path, meshio.ply.read)
+    polygons = [np.asarray(b.data, dtype=np.int64) for b in mesh.cells if b.type in ("triangle", "quad", "polygon")]
+    return np.asarray(mesh.points, dtype=float), polygons
+
+
+READERS: dict[str, Callable[[Path], tuple[Array, list[IntArray]]]] = {
+    ".stl": read_stl,
+    ".ply": _read_ply,
+    ".obj": read_obj,
+}
 
 
 def joined(points: Array, facets: IntArray) -> SurfaceMesh:
-    """Surface of facets (n, 4) whose points in the same place have become one."""
+    """Surface of facets (n, 4) whose points in the same place have become one, each facet once, all facing one way.
+
+    Raises
+    ------
+    MeshError
+        A facet refers to a point that does not exist; the outside cannot be told (`mesh.orient.oriented`).
+    """
     if facets.min() < 0 or facets.max() >= len(points):
         raise MeshError(f"A facet refers to point {facets.max()}, but there are only {len(points)} points.")
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -232,4 +264,21 @@ def joined(points: Array, facets: IntArray) -> SurfaceMesh:
     facets = target[facets]
     distinct = 1 + (np.diff(np.sort(facets, axis=1), axis=1) > 0).sum(axis=1)
     used, number = np.unique(facets[distinct >= 3], return_inverse=True)
-    return SurfaceMesh(points[used], number.reshape(-1, 4))
+    # a quadrilateral of which two corners have met is a triangle
+    facets = _as_triangles(number.reshape(-1, 4))
+    first = first_alike(facets)
+    own = first == np.arange(len(first))
+    notes = () if own.all() else (f"{(~own).sum()} of {len(own)} facets are there again: each is taken once.",)
+    facets, said = oriented(points[used], facets[own])
+    return SurfaceMesh(points[used], facets, (*notes, *said))
+
+
+def _as_triangles(facets: IntArray) -> IntArray:
+    """Facets (n, 4) of which those with two corners in one turn so that these come last."""
+    out = facets.copy()
+    for k in range(3):
+        rows = facets[:, k] == facets[:, (k + 1) % 4]
+        out[rows] = np.roll(facets[rows], 2 - k, axis=1)
+    rows = facets[:, 3] == facets[:, 0]
+    out[rows] = np.roll(facets[rows], -1, axis=1)
+    return out

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fecontact.errors import InputError
 from fecontact.interface.surface import FacetSurface, Feet
 from fecontact.mesh.facets import triangular
+from fecontact.mesh.orient import signed_volume
 from fecontact.mesh.surfaces import SurfaceMesh
 
 Array = NDArray[np.float64]
@@ -51,6 +52,16 @@ class Facets:
     @cached_property
     def _facets(self) -> FacetSurface:
         return FacetSurface(self.mesh.points, self.mesh.facets, "rigid surface")
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What was mended when the surface was read, and whether it is a cavity."""
+        cavity = self.mesh.is_closed and signed_volume(self.mesh.points, self.mesh.facets) < 0
+        return (
+            (*self.mesh.notes, "the rigid surface is closed and faces inwards: a cavity.")
+            if cavity
+            else self.mesh.notes
+        )
 
     @cached_property
     def size(self) -> float:

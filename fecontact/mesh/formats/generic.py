@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,21 +37,26 @@ def teach_meshio() -> None:
         topological_dimension.setdefault(kind, 3)
 
 
-def load(path: Path, reader: Callable[[str], Any]) -> Any:
-    """Read a file with meshio, its many ways of failing turned into one error.
+def load(path: Path, reader: Callable[[str], Any]) -> tuple[Any, tuple[str, ...]]:
+    """Read a file with meshio, its many ways of failing turned into one error, and what it warns of into notes.
 
     Raises
     ------
     MeshError, MissingPackageError
     """
     teach_meshio()
+    printed = io.StringIO()
     try:
-        return reader(str(path))
+        with warnings.catch_warnings(record=True) as caught, contextlib.redirect_stderr(printed):
+            warnings.simplefilter("always")
+            mesh = reader(str(path))
     except ImportError as error:
         raise MissingPackageError(f"{path.name} needs the package {error.name!r} to be read; install it.") from error
     except (Exception, SystemExit) as error:
         reason = str(error).strip() or type(error).__name__
         raise MeshError(f"{path.name} could not be read: {reason}. The file is damaged or of another type.") from error
+    said = [" ".join(printed.getvalue().split()), *(str(w.message) for w in caught)]
+    return mesh, tuple(f"{path.name}, says meshio: {text}" for text in said if text)
 
 
 def points_in_space(points: NDArray[np.float64], source: str) -> NDArray[np.float64]:
@@ -61,7 +70,7 @@ def read_gmsh(path: Path) -> RawMesh:
     """Gmsh: physical volumes become element sets, physical surfaces boundaries, by their names or as 'surface_5'."""
     import meshio
 
-    mesh = load(path, meshio.gmsh.read)
+    mesh, notes = load(path, meshio.gmsh.read)
     names = {(int(dim), int(tag)): name for name, (tag, dim) in mesh.field_data.items()}
     physical = mesh.cell_data.get("gmsh:physical")
     tags = mesh.cell_data.get("gmsh:geometrical") if physical is None else physical
@@ -76,7 +85,7 @@ def read_gmsh(path: Path) -> RawMesh:
         values = np.asarray(tags[block])
         return [(named(dim, int(tag)), np.flatnonzero(values == tag)) for tag in np.unique(values) if tag != 0]
 
-    return _collect(mesh, path.name, regions)
+    return replace(_collect(mesh, path.name, regions), notes=notes)
 
 
 def read_vtk(path: Path) -> RawMesh:
@@ -84,7 +93,7 @@ def read_vtk(path: Path) -> RawMesh:
     import meshio
 
     reader = {".vtk": meshio.vtk.read, ".vtu": meshio.vtu.read}.get(path.suffix.lower(), meshio.xdmf.read)
-    mesh = load(path, reader)
+    mesh, notes = load(path, reader)
     data = {
         name: blocks
         for name, blocks in mesh.cell_data.items()
@@ -100,7 +109,7 @@ def read_vtk(path: Path) -> RawMesh:
         ]
 
     raw = _collect(mesh, path.name, regions)
-    return RawMesh(raw.points, [_right_handed(raw.points, *b) for b in raw.blocks], raw.groups, raw.facets)
+    return replace(raw, blocks=[_right_handed(raw.points, *b) for b in raw.blocks], notes=notes)
 
 
 def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[str, IntArray]]]) -> RawMesh:

@@ -30,6 +30,8 @@ class RawMesh:
     faces : mapping of str to (n, 2) int array
         Surfaces given by cell and local face of the hexahedron.
     node_sets : mapping of str to int array
+    notes : tuple of str
+        What the reader had to say.
     """
 
     points: Array
@@ -38,6 +40,7 @@ class RawMesh:
     facets: Mapping[str, list[IntArray]] = field(default_factory=dict)
     faces: Mapping[str, IntArray] = field(default_factory=dict)
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def numbers_of(ids: IntArray, wanted: IntArray, what: str, source: str) -> IntArray:

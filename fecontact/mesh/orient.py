@@ -1,0 +1,156 @@
+"""Which side of a surface is its outside: facets turned so that neighbours agree and closed surfaces face outwards."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from fecontact.errors import MeshError
+from fecontact.mesh.facets import triangular
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+#: Share of an open sheet's area up to which facets against the others are taken for a mistake and turned.
+MISTAKE = 0.25
+#: Volume of a closed surface, relative to the cube of its size, that is none.
+NO_VOLUME = 1e-9
+
+
+def shared_sides(facets: IntArray) -> tuple[IntArray, Mask]:
+    """Pairs (n, 2) of facets (n_facets, 4) with a side in common, and whether (n,) both run along it the same way.
+
+    Neighbours that agree about the outside run along their side in opposite ways.
+    """
+    ends = np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2)
+    owner = np.arange(len(ends)) // 4
+    real = ends[:, 0] != ends[:, 1]
+    ends, owner = ends[real], owner[real]
+    key = np.sort(ends, axis=1) @ np.array([facets.max() + 1, 1])
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(key[order][1:] == key[order][:-1])
+    one, other = order[first], order[first + 1]
+    return np.stack([owner[one], owner[other]], axis=1), ends[one, 0] == ends[other, 0]
+
+
+def turned(facets: IntArray) -> IntArray:
+    """Facets (n, 4 | 8) with their corners in the opposite order."""
+    wide = facets.shape[1] == 8
+    four = [1, 0, 3, 2, 4, 7, 6, 5] if wide else [1, 0, 3, 2]
+    three = [0, 2, 1, 1, 7, 5, 1, 4] if wide else [0, 2, 1, 1]
+    return np.where(triangular(facets)[:, None], facets[:, three], facets[:, four])
+
+
+def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]]:
+    """Facets (n, 4) of which neighbours agree and closed surfaces face outwards, and what was done.
+
+    Sheets that are closed are told by the sign of their volume, unless they lie in another one: there they may be the
+    wall of a cavity and stay. Open sheets keep the side that most of their facets have.
+
+    Raises
+    ------
+    MeshError
+        If a sheet has one side only, or so many facets of an open one disagree that its outside cannot be told.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> oriented(corners, np.array([[0, 2, 1, 1], [0, 1, 3, 3], [0, 3, 2, 2], [1, 3, 2, 2]]))[1]
+    ('1 of 4 facets were turned to face as their neighbours do.',)
+    """
+    n = len(facets)
+    pairs, against = shared_sides(facets)
+    sheet, against_first = _sides_of_sheets(n, pairs, against)
+    count = sheet.max() + 1
+    area = _areas(points, facets)
+    total, turn_area = (np.bincount(sheet, w, count) for w in (area, area * against_first))
+    # first the way that most of the area has
+    turn = against_first ^ (turn_area > total / 2)[sheet]
+    minority = np.minimum(turn_area, total - turn_area) / total
+    closed = 2 * np.bincount(sheet[pairs[:, 0]], minlength=count) == np.bincount(sheet, _side_number(facets), count)
+    unclear = ~closed & (minority > MISTAKE)
+    if unclear.any():
+        k = int(np.argmax(unclear))
+        raise MeshError(
+            f"{100 * minority[k]:.0f} % of the area of the open surface that begins with facet {np.argmax(sheet == k)} "
+            "faces the other way than the rest, so its outside cannot be told. Make its facets run the same way round."
+        )
+    notes = [f"{turn.sum()} of {n} facets were turned to face as their neighbours do."] if turn.any() else []
+    facets = np.where(turn[:, None], turned(facets), facets)
+    inside_out = _inside_out(points, facets, sheet, closed)
+    if inside_out.any():
+        part = "" if count == 1 else f" part of it ({np.isin(sheet, np.flatnonzero(inside_out)).sum()} facets)"
+        notes.append(f"the closed surface{part} faced inwards and was turned; flipped() makes it a cavity.")
+        facets = np.where(inside_out[sheet][:, None], turned(facets), facets)
+    if not closed.all():
+        notes.append("the surface is open: its outside is where the corners of most facets run counter-clockwise.")
+    return facets, tuple(notes)
+
+
+def _side_number(facets: IntArray) -> Array:
+    return np.where(triangular(facets), 3.0, 4.0)
+
+
+def _sides_of_sheets(n: int, pairs: IntArray, against: Mask) -> tuple[IntArray, Mask]:
+    """Sheet (n,) of each facet, and whether it faces against the sheet's first facet.
+
+    Every facet is there twice, as it is and turned; neighbours are joined side to side. A sheet with two sides makes
+    two parts of this cover, one with a single side makes one.
+    """
+    i, j = pairs.T
+    start, end = np.concatenate([i, i + n]), np.concatenate([np.where(against, j + n, j), np.where(against, j, j + n)])
+    cover = sp.csr_matrix((np.ones(len(start)), (start, end)), shape=(2 * n, 2 * n))
+    part = connected_components(cover, directed=False)[1]
+    if (part[:n] == part[n:]).any():
+        raise MeshError(
+            f"The surface with facet {np.argmax(part[:n] == part[n:])} has one side only (a Moebius strip), so it has "
+            "no outside."
+        )
+    own, other = part[:n], part[n:]
+    _, first, sheet = np.unique(np.minimum(own, other), return_index=True, return_inverse=True)
+    return sheet.ravel(), own != own[first][sheet.ravel()]
+
+
+def _triangles(points: Array, facets: IntArray) -> Array:
+    """Corners (2 n, 3, 3) of the triangles that facets are cut into; the second of a triangle has no area."""
+    return points[np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])]
+
+
+def _areas(points: Array, facets: IntArray) -> Array:
+    x = _triangles(points, facets)
+    area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1) / 2
+    return area.reshape(2, -1).sum(axis=0)
+
+
+def signed_volume(points: Array, facets: IntArray) -> float:
+    """Volume inside a closed surface of facets (n, 4 | 8), cut at their corners; negative if it faces inwards."""
+    x = _triangles(points - points[facets[:, :4]].mean(axis=(0, 1)), facets)
+    return float(np.einsum("ni,ni->n", x[:, 0], np.cross(x[:, 1], x[:, 2])).sum() / 6)
+
+
+def _inside_out(points: Array, facets: IntArray, sheet: IntArray, closed: Mask) -> Mask:
+    """Sheets that are closed, lie in no other and enclose a negative volume."""
+    middle = points[np.unique(facets)].mean(axis=0)
+    x = _triangles(points - middle, facets)
+    volume = np.bincount(np.tile(sheet, 2), np.einsum("ni,ni->n", x[:, 0], np.cross(x[:, 1], x[:, 2])) / 6)
+    low, high = np.full((len(closed), 3), np.inf), np.full((len(closed), 3), -np.inf)
+    np.minimum.at(low, sheet, points[facets].min(axis=1))
+    np.maximum.at(high, sheet, points[facets].max(axis=1))
+    wrong = closed & (volume < -NO_VOLUME * np.linalg.norm(high - low, axis=1) ** 3)
+    for k in np.flatnonzero(wrong):
+        others = np.flatnonzero(closed & (low < low[k]).all(axis=1) & (high > high[k]).all(axis=1))
+        inside = x[np.isin(np.tile(sheet, 2), others)] - (points[facets[np.argmax(sheet == k), 0]] - middle)
+        wrong[k] = abs(_solid_angle(inside)) < 2 * np.pi
+    return wrong
+
+
+def _solid_angle(x: Array) -> float:
+    """Solid angle of triangles (n, 3, 3) seen from the origin (van Oosterom & Strackee 1983)."""
+    a, b, c = x.swapaxes(0, 1)
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    triple = np.einsum("ni,ni->n", a, np.cross(b, c))
+    below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+    return float(2 * np.arctan2(triple, below).sum())
