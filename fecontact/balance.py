@@ -1,19 +1,28 @@
-"""Whether any contact forces can balance the loads, known before anything is condensed."""
+"""Whether contact forces can balance the loads: by statics, before anything is condensed, and by the motion found."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.optimize
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fecontact.bodies.rigid import RigidBody
 from fecontact.conditions import Rows
 from fecontact.errors import SupportError
 from fecontact.loading import Loading
 
+if TYPE_CHECKING:
+    from fecontact.result import ContactResult
+
 Array = NDArray[np.float64]
+
+#: Rotation (radians) and translation (of the largest body, and of the largest gap) by which a body that the contacts
+#: found at rest can have moved; beyond, nothing but rounding or the corners of facets has stopped it.
+LARGEST_TURN, LARGEST_SHIFT = 1.0, 1e3
 
 
 def opening_by_motions(rows: sp.csr_matrix, modes: Array, rounding: float) -> Array:
@@ -86,4 +95,36 @@ def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
         + ". "
         + "".join(i.says_of_balance for i in interfaces if i.says_of_balance)
         + "Support the body in that motion, prescribe it with motions=, or change the load."
+    )
+
+
+def check_rest(result: ContactResult) -> ContactResult:
+    """The result, unless a body has found no rest within any distance that its scene knows of.
+
+    A load that drives a motion which only rounding or the corners of facets resist (a ring on a round shaft that does
+    not match it) has an answer by the algebra: the body turns until a slope of 1e-8 has given way.
+
+    Raises
+    ------
+    SupportError
+        Names the motion in words.
+    """
+    bodies = result.scene.bodies
+    sizes = [b.size for b in bodies if not isinstance(b, RigidBody)] or [b.size for b in bodies]
+    gaps = np.concatenate([i.gap for i in result.reduction.interfaces])
+    known = max(sizes) + float(np.abs(gaps[np.isfinite(gaps)]).max(initial=0.0))
+    texts = []
+    for frame, motion in zip(result.loading.frames, result.state.motions, strict=True):
+        found = motion - frame.moved
+        turn, shift = float(np.linalg.norm(found[3:])), float(np.linalg.norm(found[:3]))
+        if turn > LARGEST_TURN:
+            texts.append(f"{frame.describe(found)}, by {turn:.3g} rad")
+        elif shift > LARGEST_SHIFT * known:
+            texts.append(f"{frame.describe(found)}, by {shift:.3g}")
+    if not texts:
+        return result
+    raise SupportError(
+        "The load drives a motion that nothing resists but rounding or the corners of facets; what was found is no "
+        f"rest - {'; '.join(texts)}. Support the body in that motion, prescribe it with motions=, change the load, or "
+        "start nearer to the rest that finite_motion=True is to find."
     )

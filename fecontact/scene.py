@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.balance import check_balance
+from fecontact.balance import check_balance, check_rest
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.conditions import Interface, Rows
@@ -237,7 +237,7 @@ class Scene:
         watch = Stopwatch()
         loading = make_loading(self.bodies, forces, moments, motions, free, pressures, gravity)
         result = self.solved(loading, None, settings, watch) if whole else solve_partly(self, loading, settings, watch)
-        return follow(result, arguments) if finite_motion == "auto" else result
+        return check_rest(follow(result, arguments) if finite_motion == "auto" else result)
 
     def solved(
         self, loading: Loading, reaches: Sequence[Reach | None] | None, settings: Settings, watch: Stopwatch

@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fecontact.balance import check_rest
 from fecontact.bodies.protocol import Body
 from fecontact.errors import FecontactError, InputError
 from fecontact.fingerprint import fingerprint
@@ -66,7 +67,7 @@ def summary_of(scene: Scene, case: Case, guide: Guide) -> dict[str, Any]:
     result = solve_guided(posed.scene, small, guide)
     if finite == "auto":
         result = follow(result, {**small, "whole": False})
-    return result.summary()
+    return check_rest(result).summary()
 
 
 @contextmanager
