@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Rotation (radians) and translation (of the largest body, and of the largest gap) by which a body that the contacts
-#: found at rest can have moved; beyond, nothing but rounding or the corners of facets has stopped it.
+#: Rotation (radians) and translation (of the largest body, gap and elastic displacement) by which a body that contacts
+#: hold at rest can have moved; beyond, nothing but rounding or the corners of facets has stopped it.
 LARGEST_TURN, LARGEST_SHIFT = 1.0, 1e3
 
 
@@ -109,18 +109,23 @@ def check_rest(result: ContactResult) -> ContactResult:
     SupportError
         Names the motion in words.
     """
-    bodies = result.scene.bodies
+    bodies, frames, state = result.scene.bodies, result.loading.frames, result.state
     sizes = [b.size for b in bodies if not isinstance(b, RigidBody)] or [b.size for b in bodies]
     gaps = np.concatenate([i.gap for i in result.reduction.interfaces])
     known = max(sizes) + float(np.abs(gaps[np.isfinite(gaps)]).max(initial=0.0))
+    found = [motion - frame.moved for frame, motion in zip(frames, state.motions, strict=True)]
+    shifts, turns = np.linalg.norm(np.reshape(found, (-1, 2, 3)), axis=2).T
+    if turns.max() <= LARGEST_TURN and shifts.max() <= LARGEST_SHIFT * known:
+        return result
+    # under a load that deforms the bodies by as much there is a rest, though an absurd one; strains tell of that
+    rest = [u - f.modes(m[:, None])[:, 0] for u, f, m in zip(state.displacements, frames, state.motions, strict=True)]
+    elastic = max(float(np.abs(r).max(initial=0.0)) for r in rest)
     texts = []
-    for frame, motion in zip(result.loading.frames, result.state.motions, strict=True):
-        found = motion - frame.moved
-        turn, shift = float(np.linalg.norm(found[3:])), float(np.linalg.norm(found[:3]))
-        if turn > LARGEST_TURN:
-            texts.append(f"{frame.describe(found)}, by {turn:.3g} rad")
-        elif shift > LARGEST_SHIFT * known:
-            texts.append(f"{frame.describe(found)}, by {shift:.3g}")
+    for frame, motion, turn, shift in zip(frames, found, turns, shifts, strict=True):
+        if turn > LARGEST_TURN * max(1.0, elastic / max(sizes)):
+            texts.append(f"{frame.describe(motion)}, by {turn:.3g} rad")
+        elif shift > LARGEST_SHIFT * max(known, elastic):
+            texts.append(f"{frame.describe(motion)}, by {shift:.3g}")
     if not texts:
         return result
     raise SupportError(
