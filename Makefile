@@ -10,16 +10,21 @@ hertz: $(READY)  ## the main job: two spheres, table and picture
 	$(BIN)/fecontact hertz --plot out/hertz.png --vtu out/hertz.vtu
 	@if [ -n "$$DISPLAY" ] && command -v xdg-open >/dev/null; then xdg-open out/hertz.png; fi
 
-test: unit verification doctest  ## unit tests, verification, docstring examples
+# processes that test at once, one thread each (conftest.py)
+JOBS ?= 2
+PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist loadscope
+
+test: $(READY)  ## unit tests, verification, docstring examples
+	$(PYTEST) --doctest-modules fecontact tests/unit tests/verification
 
 unit: $(READY)
-	$(BIN)/python -m pytest tests/unit
+	$(PYTEST) tests/unit
 
 verification: $(READY)
-	$(BIN)/python -m pytest tests/verification
+	$(PYTEST) tests/verification
 
 doctest: $(READY)
-	$(BIN)/python -m pytest --doctest-modules fecontact
+	$(PYTEST) --doctest-modules fecontact
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import resource
+import ctypes
 import sys
 import time
 from collections.abc import Iterator
@@ -46,7 +46,27 @@ class Stopwatch:
             self.memory[stage] = peak_memory()
 
 
+class _Counters(ctypes.Structure):
+    """PROCESS_MEMORY_COUNTERS of Windows."""
+
+    _fields_ = (
+        ("cb", ctypes.c_uint32),
+        ("page_faults", ctypes.c_uint32),
+        ("peak", ctypes.c_size_t),
+        ("rest", ctypes.c_size_t * 7),
+    )
+
+
 def peak_memory() -> float:
-    """Largest resident memory of this process so far, in MB, as the operating system counts it (getrusage)."""
+    """Largest resident memory of this process so far, in MB, as the operating system counts it."""
+    if sys.platform == "win32":
+        counters = _Counters(cb=ctypes.sizeof(_Counters))
+        kernel = ctypes.WinDLL("kernel32")
+        kernel.GetCurrentProcess.restype = ctypes.c_void_p
+        kernel.K32GetProcessMemoryInfo.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint32)
+        kernel.K32GetProcessMemoryInfo(kernel.GetCurrentProcess(), ctypes.byref(counters), counters.cb)
+        return counters.peak / 1024**2
+    import resource
+
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / 1024 if sys.platform != "darwin" else peak / 1024**2

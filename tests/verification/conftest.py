@@ -51,17 +51,31 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     config.stash[FIGURES] = []
     config.stash[ENDS] = []
+    config.pluginmanager.register(_Record(config), "record-of-figures")
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item, call):
-    report = yield
-    if report.when == "call" or report.skipped or (report.when == "setup" and report.failed):
-        reason = report.longrepr[2] if report.skipped and isinstance(report.longrepr, tuple) else ""
-        text = item.obj.__doc__ or item.name.removeprefix("test_").split("[")[0].replace("_", " ")
-        end = {"test": item.nodeid, "text": text, "outcome": report.outcome, "reason": reason}
-        item.config.stash[ENDS].append(end)
-    return report
+def pytest_runtest_setup(item):
+    text = item.obj.__doc__ or item.name.removeprefix("test_").split("[")[0].replace("_", " ")
+    item.user_properties.append(("text", text))
+    return (yield)
+
+
+class _Record:
+    """Collects what tests say of themselves, whichever process runs them: their properties come with the reports."""
+
+    def __init__(self, config):
+        self.config = config
+
+    def pytest_runtest_logreport(self, report):
+        if report.when == "call" or report.skipped or (report.when == "setup" and report.failed):
+            reason = report.longrepr[2] if report.skipped and isinstance(report.longrepr, tuple) else ""
+            text = dict(report.user_properties).get("text", report.nodeid)
+            end = {"test": report.nodeid, "text": text, "outcome": report.outcome, "reason": reason}
+            self.config.stash[ENDS].append(end)
+        if report.when == "teardown":
+            told = [value for key, value in report.user_properties if key == "figure"]
+            self.config.stash[FIGURES] += [Figure(**json.loads(value)) for value in told]
 
 
 def pytest_terminal_summary(terminalreporter, config):
@@ -86,8 +100,9 @@ def row(request):
         target, obtained = float(target), float(obtained)
         error = abs(obtained / target - 1) if target else abs(obtained)
         seconds = time.process_time() - start
+        dofs = None if dofs is None else int(dofs)
         figure = Figure(request.node.nodeid, case, quantity, target, obtained, error, within, dofs, seconds)
-        request.config.stash[FIGURES].append(figure)
+        request.node.user_properties.append(("figure", json.dumps(asdict(figure))))  # plain, to go between processes
         if within is not None:
             assert error < within, f"{case}: {quantity} is {obtained:.8g}, not {target:.8g} within {within:g}"
         return error
