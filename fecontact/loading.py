@@ -134,7 +134,9 @@ def make_loading(
             parts.append(_spread(frame))
         frames.append(frame)
         distributed.append(np.sum(parts, axis=0) if parts else None)
-    return Loading(tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * max(map(_farness, bodies))))
+    return Loading(
+        tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * max(map(_farness, bodies), default=0.0))
+    )
 
 
 def _check_forces(setting: Setting, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
