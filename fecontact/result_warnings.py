@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody
+from fecontact.contact_checks import contact_at_rims
 from fecontact.linearisation import BEARABLE, linearisation_error
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def mended(result: ContactResult) -> Iterator[str]:
 
 
 #: Everything that is looked at for `ContactResult.warnings` and for `ContactResult.notes`.
-CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (unborne_motions, large_strains)
+CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (unborne_motions, large_strains, contact_at_rims)
 NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (mended,)
 
 

@@ -182,7 +182,8 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
     start = _point(seed, "seed")
 
     def chosen(mesh: Mesh, faces: IntArray) -> Mask:
-        first, second, cosine = _neighbours(mesh, faces)
+        first, second, cosine = neighbouring_sides(mesh, faces)
+        first, second = first // 4, second // 4
         smooth = cosine >= np.cos(np.radians(angle))
         n = len(faces)
         graph = sp.coo_matrix((np.ones(smooth.sum()), (first[smooth], second[smooth])), shape=(n, n))
@@ -194,8 +195,8 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
     return Pick(chosen)
 
 
-def _neighbours(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray, Array]:
-    """Pairs of outer faces that share a side, and the cosine between their normals at its middle."""
+def neighbouring_sides(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray, Array]:
+    """Sides that two of some faces share, as 4 face + side of either, and the cosine between the normals there."""
     facets = mesh.face_nodes(faces)
     triangle = triangular(facets)
     corners = facets[:, :4]
@@ -205,7 +206,7 @@ def _neighbours(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray, Array]
     order = real[np.lexsort((ends[real, 1], ends[real, 0]))]
     same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
     a, b = order[:-1][same], order[1:][same]
-    return a // 4, b // 4, np.einsum("ni,ni->n", normals[a], normals[b])
+    return a, b, np.einsum("ni,ni->n", normals[a], normals[b])
 
 
 def _side_normals(mesh: Mesh, facets: IntArray, triangle: Mask) -> Array:
