@@ -75,8 +75,8 @@ def _sentence(contact: ContactFields, body: Body, name: str, share: float) -> st
         beyond, remedy = "nothing is known of the body", "Take a larger surface"
     return (
         f"{100 * share:.3g} % of the force between {contact.slave.name!r} and {contact.master.name!r} acts "
-        f"within one face of the rim of {name!r} of {body.name!r}, beyond which {beyond}: the contact is cut off there, "
-        f"its area too small and its pressures too high. {remedy}."
+        f"within one face of the rim of {name!r} of {body.name!r}, beyond which {beyond}: the contact is cut off "
+        f"there, its area too small and its pressures too high. {remedy}."
     )
 
 

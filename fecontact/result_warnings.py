@@ -14,6 +14,7 @@ import numpy as np
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.contact_checks import contact_at_rims
 from fecontact.linearisation import BEARABLE, linearisation_error
+from fecontact.overlaps import undeclared_overlaps
 
 if TYPE_CHECKING:
     from fecontact.result import ContactResult
@@ -58,7 +59,12 @@ def mended(result: ContactResult) -> Iterator[str]:
 
 
 #: Everything that is looked at for `ContactResult.warnings` and for `ContactResult.notes`.
-CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (unborne_motions, large_strains, contact_at_rims)
+CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
+    unborne_motions,
+    large_strains,
+    contact_at_rims,
+    undeclared_overlaps,
+)
 NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (mended,)
 
 

@@ -88,7 +88,7 @@ def rim_of_surface(body: Body, name: str) -> Rim | None:
     if isinstance(surface, CurveSurface):
         assert isinstance(body, ElasticBody)
         return _of_section(surface, body.mesh, name)  # type: ignore[arg-type]
-    facet, side = np.nonzero(surface.on_rim & ~(surface.triangle[:, None] & (np.arange(4) == 2)))
+    facet, side = surface.rim_sides
     if len(facet) == 0:
         return None
     nodes = np.stack([surface.facets[facet, side], surface.facets[facet, (side + 1) % 4]], axis=1)

@@ -173,6 +173,13 @@ class FacetSurface:
         out[np.concatenate(ends)] = True
         return out
 
+    @cached_property
+    def rim_sides(self) -> tuple[IntArray, IntArray]:
+        """Facets (n,) and which of their sides (n,) are on the rim; the third side of a triangle is none."""
+        real = ~(self.triangle[:, None] & (np.arange(4) == 2))
+        facet, side = np.nonzero(self.on_rim & real)
+        return facet, side
+
     def extent(self, points: Array) -> Array:
         """What a piece of area at points (n, 3) stands for, over that area (n,): one; more for sections."""
         return np.ones(len(points))

@@ -68,6 +68,11 @@ class Facets:
         """Diagonal of the bounding box."""
         return self._facets.size
 
+    @property
+    def is_open(self) -> bool:
+        """Whether some sides belong to one facet only, so that the facets enclose nothing."""
+        return len(self._facets.rim_sides[0]) > 0
+
     def project(self, points: Array) -> Feet:
         """Feet of points (n, 3): the nearest points of the facets."""
         found = self._facets.project(points, n_near=6)
