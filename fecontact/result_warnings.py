@@ -13,6 +13,7 @@ import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.contact_checks import contact_at_rims
+from fecontact.contact_depths import chords, few_points, overlap_left
 from fecontact.linearisation import BEARABLE, linearisation_error
 from fecontact.overlaps import undeclared_overlaps
 
@@ -64,8 +65,9 @@ CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     large_strains,
     contact_at_rims,
     undeclared_overlaps,
+    overlap_left,
 )
-NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (mended,)
+NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (mended, few_points, chords)
 
 
 def warnings_of(result: ContactResult) -> tuple[str, ...]:

@@ -196,12 +196,15 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
 
 
 def neighbouring_sides(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray, Array]:
-    """Sides that two of some faces share, as 4 face + side of either, and the cosine between the normals there."""
-    facets = mesh.face_nodes(faces)
-    triangle = triangular(facets)
+    """`shared_sides` of some faces of a mesh."""
+    return shared_sides(mesh.points, mesh.face_nodes(faces))
+
+
+def shared_sides(points: Array, facets: IntArray) -> tuple[IntArray, IntArray, Array]:
+    """Sides that two facets share, as 4 facet + side of either, and the cosine between the normals at its middle."""
     corners = facets[:, :4]
     ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    normals = _side_normals(mesh, facets, triangle).reshape(-1, 3)
+    normals = _side_normals(points, facets, triangular(facets)).reshape(-1, 3)
     real = np.flatnonzero(ends[:, 0] != ends[:, 1])
     order = real[np.lexsort((ends[real, 1], ends[real, 0]))]
     same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
@@ -209,14 +212,14 @@ def neighbouring_sides(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray,
     return a, b, np.einsum("ni,ni->n", normals[a], normals[b])
 
 
-def _side_normals(mesh: Mesh, facets: IntArray, triangle: Mask) -> Array:
+def _side_normals(points: Array, facets: IntArray, triangle: Mask) -> Array:
     """Unit normals (n_facets, 4, 3) of facets at the middles of their sides; the third of a triangle counts nothing."""
     quad = np.array([[0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]])
     tri = np.array([[0.5, 0.0], [0.5, 0.5], [0.25, 0.25], [0.0, 0.5]])
     out = np.empty((len(facets), 4, 3))
     for side in range(4):
         _, dN = facet_shapes(facets.shape[1], triangle, np.where(triangle[:, None], tri[side], quad[side]))
-        t = np.einsum("naj,nai->nij", dN, mesh.points[facets])
+        t = np.einsum("naj,nai->nij", dN, points[facets])
         normal = np.cross(t[:, :, 0], t[:, :, 1])
         out[:, side] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
     return out

@@ -1,0 +1,142 @@
+"""What a result says of contacts that its faces do not resolve: overlap left, few points, chords of round faces."""
+
+import re
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.contact_depths import chords, few_points, overlap_left
+from fecontact.surfaces import Cylinder
+
+SOLID = fc.Material(E=1000.0, nu=0.3)
+
+
+def crossed(push, element, cells=(4, 2, 2), coupling="mortar", scale=1.0):
+    """Half cylinders of radius 1 crossed at right angles, pushed together by `push` from first touch."""
+    mesh = fc.shapes.thick_ring(0.4, 1.0, 2.0, cells, sector="half", element=element).translated((0, 0, -1.0))
+    mesh = mesh.scaled(scale)
+    half = fc.ElasticBody(mesh, SOLID, "outer", {"sym_y": "xyz"})
+    # the crown is at y = 1; one half is turned to look down, the other to look up and a right angle round
+    upper = half.placed((0, 0, scale), fc.rotation_about((1, 0, 0), -np.pi / 2), name="upper")
+    turn = fc.rotation_about((0, 0, 1), np.pi / 2) @ fc.rotation_about((1, 0, 0), np.pi / 2)
+    lower = half.placed((0, 0, -scale), turn, name="lower")
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, coupling=coupling)])
+    return scene.solve(motions={upper: {"z": -push * scale}})
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_an_overlap_that_mortar_does_not_see_is_told_with_its_size(scale):
+    """Source: geometry. Vertex on vertex, pushed by 0.05 of the radius: weighted gaps stay open."""
+    result = crossed(0.05, "hex8", scale=scale)
+    assert result.status == "no-contact"
+    (text,) = overlap_left(result)
+    assert text in result.warnings
+    assert abs(float(text.split("overlap by ")[1].split(",")[0]) / (0.05 * scale) - 1) < 0.03  # along the mean normal
+    assert "100 % of the approach, and no point" in text
+
+
+def test_a_resolved_contact_leaves_none():
+    mesh = fc.shapes.quarter_sphere(10.0, contact_radius=1.0, level=2)
+    held = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+    upper = fc.ElasticBody(mesh, SOLID, "cap", held, name="upper")
+    coarser = fc.shapes.quarter_sphere(10.0, contact_radius=0.83, level=2)
+    lower = fc.ElasticBody(coarser, SOLID, "cap", held, name="lower").placed(
+        rotation=fc.rotation_about((1, 1, 0), np.pi)
+    )
+    result = fc.Scene([upper, lower], [fc.Contact(upper, lower)]).solve(forces={upper: (0, 0, -15.0)})
+    assert result.contacts[0].coupling == "mortar"
+    for check in (overlap_left, few_points, chords):
+        assert list(check(result)) == []
+
+
+def ball(force):
+    """On a floor, with rings for a contact radius of 1."""
+    mesh = fc.shapes.quarter_sphere(10.0, contact_radius=1.0, level=1)
+    body = fc.ElasticBody(mesh, SOLID, "cap", {"base": "xyz", "sym_x": "x", "sym_y": "y"}, name="ball")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    return fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(forces={body: (0, 0, force)})
+
+
+@pytest.mark.parametrize(("force", "words"), [(-1e-6, r"carried by \d points? only"), (-1.0, "resolved by about")])
+def test_few_points_across_are_noted(force, words):
+    """Loads so small that the contact is narrower than the rings that were made for a larger one."""
+    result = ball(force)
+    (text,) = few_points(result)
+    assert text in result.notes
+    assert re.search(words, text)
+
+
+def test_the_points_across_are_those_of_the_diameter():
+    """Source: counting. A rigid ball on an even grid of nodes: the diameter of the contact over their distance."""
+    n = 24
+    mesh = fc.shapes.block((4.0, 4.0, 2.0), (n, n, 3), element="hex8").translated((-2, -2, -2))
+    block = fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"}, name="block")
+    sphere = fc.RigidBody(fc.Sphere(4.0), name="ball")
+    result = fc.Scene([block, sphere], [fc.Contact(block, sphere)]).solve(motions={sphere: {"z": -0.12}})
+    (text,) = few_points(result)
+    said = float(text.split("about ")[1].split()[0])
+    contact = result.contacts[0]
+    across = np.ptp(contact.points[contact.active][:, 0]) / (4.0 / n) + 1
+    assert abs(said - across) <= 1.0  # a round patch of so few points has no diameter to be had more exactly
+
+
+def test_whole_faces_in_contact_are_not_noted():
+    body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), SOLID, "bottom", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    assert list(few_points(result)) == []
+
+
+def rings(inner, outer, element="hex8", interference=0.01):
+    """A ring of radius 1 shrunk on another, their faces of so many sides a quarter."""
+    planes = {"sym_x": "x", "sym_y": "y", "bottom": "z", "top": "z"}
+    pin = fc.shapes.thick_ring(0.5, 1.0 + interference, 0.2, (inner, 3, 1), element=element)
+    hub = fc.shapes.thick_ring(1.0, 1.5, 0.2, (outer, 3, 1), element=element)
+    one = fc.ElasticBody(pin, SOLID, "outer", planes, name="pin")
+    other = fc.ElasticBody(hub, SOLID, "inner", planes, name="hub")
+    return fc.Scene([one, other], [fc.Contact(one, other)]).solve()
+
+
+def test_rings_of_polygons_are_noted_with_their_chords():
+    """Source: geometry. A chord of the angle t is R t^2 / 8 from its arc."""
+    result = rings(12, 17)
+    contact = result.contacts[0]
+    mean = contact.total_force / contact.weights.sum()
+    assert np.abs(contact.pressure / mean - 1).max() > 0.2
+    (text,) = chords(result)
+    assert text in result.notes
+    sagittas = sum((np.pi / 2 / n) ** 2 / 8 for n in (12, 17))
+    assert abs(float(text.split("by about ")[1].split(",")[0]) / sagittas - 1) < 0.05  # two digits, and R = 1.01
+
+
+@pytest.mark.parametrize(("inner", "outer", "element"), [(12, 12, "hex8"), (12, 17, "hex20"), (12, 24, "hex20")])
+def test_matching_or_quadratic_rings_are_not(inner, outer, element):
+    result = rings(inner, outer, element)
+    contact = result.contacts[0]
+    mean = contact.total_force / contact.weights.sum()
+    assert np.abs(contact.pressure / mean - 1).max() < 0.1
+    assert list(chords(result)) == []
+
+
+def test_flat_faces_have_no_chords():
+    body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), SOLID, "bottom", {"top": "xyz"})
+    lower = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 2)), SOLID, "top", {"bottom": "xyz"})
+    lower = lower.placed((0, 0, -1.0))
+    result = fc.Scene([body, lower], [fc.Contact(body, lower)]).solve(motions={body: {"z": -0.01}})
+    for check in (overlap_left, chords):
+        assert list(check(result)) == []
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_sections_are_counted_along_their_line(ring):
+    """Source: counting. Points in contact with a roll or ball; a ring's count on both sides of the axis."""
+    mesh = fc.sections.rectangle((2.0, 2.0), (12, 4))
+    mesh = mesh.translated((0.0 if ring else -1.0, 0.0, -2.0))
+    body = (fc.AxisymmetricBody if ring else fc.PlaneBody)(mesh, SOLID, "top", {"bottom": "xz"})
+    round_shape = fc.RigidBody(fc.Sphere(4.0) if ring else Cylinder(4.0))
+    result = fc.Scene([body, round_shape], [fc.Contact(body, round_shape)]).solve(motions={round_shape: {"z": -0.02}})
+    (text,) = few_points(result)
+    n = result.n_active * (2 if ring else 1)
+    assert n < 10
+    assert f"about {n} points across" in text
