@@ -54,7 +54,7 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thi
         return float(g[0])
     # between two nodes the area is that of the lower: modulus * (volume + A (d - g)) / width = force
     extra = (force - carried[k - 1]) / (modulus * covered[k - 1] / width[k - 1])
-    return float(min(g[k - 1] + extra, g[k]))
+    return float(g[k - 1] + extra)
 
 
 def choose(gap: Array, approach: float) -> NDArray[np.int64]:

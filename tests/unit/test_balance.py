@@ -1,0 +1,160 @@
+"""What is rounding among loads, motions and openings, and what is a load that nothing balances: from both sides."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import fecontact as fc
+from fecontact.balance import check_balance, opening_by_motions
+from fecontact.errors import SupportError
+from fecontact.frames import make_frame
+from fecontact.loading import Loading, make_loading
+
+STEEL = fc.Material(E=210e3, nu=0.3, density=2.0)
+# of the side of the square on which legs stand
+HALF = 0.5
+
+
+class Legs:
+    """Four legs of a rigid plate, each of which takes a force along z only."""
+
+    says_of_balance = ""
+
+    def __init__(self, body):
+        self.body = body
+        self.places = np.array([[x, y] for x in (-HALF, HALF) for y in (-HALF, HALF)])
+        self.gap = np.zeros(4)
+
+    def rows(self, body):
+        if body is not self.body:
+            return None
+        x, y = self.places.T
+        zero = np.zeros(4)
+        return sp.csr_matrix(np.stack([zero, zero, zero + 1, y, -x, zero], axis=1))
+
+
+def plate(name="plate"):
+    return fc.RigidBody(fc.Plane(), name=name)
+
+
+def tipped(aside, *others):
+    """A plate pressed down at x = aside, free to tilt; others are not loaded."""
+    body = plate()
+    frame = make_frame(body, force=(0, 0, -1.0), moment=(0, aside, 0), free="z ry")
+    return Legs(body), Loading((frame, *(make_frame(b, free="z") for b in others)), (None,) * (1 + len(others)))
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_load_beyond_the_legs_is_refused_from_1e_8_on(sign):
+    # the share that stays unbalanced is half of that by which the load stands beyond the legs
+    for beyond in (0.0, 1.8e-8):
+        legs, loading = tipped(sign * HALF * (1 + beyond))
+        check_balance([legs], loading)
+    legs, loading = tipped(sign * HALF * (1 + 2.2e-8))
+    with pytest.raises(SupportError, match=r"No contact forces can balance.* - plate: "):
+        check_balance([legs], loading)
+
+
+def test_only_bodies_that_move_are_named_and_only_loads_that_are_there_are_asked_for():
+    resting = plate("resting")
+    legs, loading = tipped(2 * HALF, resting)
+    under = Legs(resting)
+    with pytest.raises(SupportError) as caught:
+        check_balance([legs, under], loading)
+    assert "plate: " in str(caught.value)
+    assert "resting" not in str(caught.value)
+    # what has no load, or nothing released, has nothing to balance
+    still = make_frame(resting, free="z")
+    check_balance([under], Loading((still,), (None,)))
+    check_balance([under], Loading((make_frame(resting, motion={"z": -1.0}),), (None,)))
+
+
+def test_a_body_that_nothing_touches_is_refused():
+    with pytest.raises(SupportError, match="alone"):
+        check_balance([Legs(plate())], Loading((make_frame(plate("alone"), force=(0, 0, -1.0)),), (None,)))
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.9e-12, False), (1.2e-12, True)])
+def test_an_opening_is_rounding_up_to_its_share_of_the_largest(share, kept):
+    rows, modes = sp.csr_matrix([[1.0, share]]), np.eye(2)
+    # the row adds up to 1, and each mode moves by 1: the largest opening there could be
+    found = opening_by_motions(rows, modes, 1e-12)
+    assert abs(found[0, 0] - 1) < 1e-15
+    assert (found[0, 1] != 0) == kept
+    # in another unit of length and of the motions the same entries are rounding
+    other = opening_by_motions(1e-3 * rows, 1e6 * modes, 1e-12)
+    assert (other[0, 1] != 0) == kept
+
+
+@pytest.mark.parametrize(("share", "kept"), [(1.3e-12, False), (1.5e-12, True)])
+def test_a_combination_of_motions_that_opens_nothing_but_rounding_opens_nothing(share, kept):
+    # two motions that open two rows alike but for 4 shares: over the row's sum of 2 the smaller singular value is one
+    # share, and rounding is told by the root of the number of rows
+    rows = sp.csr_matrix(np.array([[1.0, 1.0], [1.0, 1.0 + 4 * share]]))
+    singular = np.linalg.svd(opening_by_motions(rows, np.eye(2), 1e-12))[1]
+    assert abs(singular[0] - 2) < 1e-9
+    assert (singular[1] > 1e-13) == kept
+    assert kept or singular[1] < 1e-15
+
+
+def test_nothing_is_rounding_where_nothing_opens():
+    none = opening_by_motions(sp.csr_matrix((0, 3)), np.eye(3), 1e-12)
+    assert none.shape == (0, 3)
+    assert not opening_by_motions(sp.csr_matrix((2, 3)), np.eye(3), 1e-12).any()
+
+
+def test_what_is_rounding_grows_with_the_coordinates_of_a_mesh():
+    def rounding(far):
+        mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)).translated((far, 0.0, 0.0))
+        body = fc.ElasticBody(mesh, STEEL, "top", {"bottom": "xyz"})
+        return make_loading([body], None, None, None, None, None, None).rounding * body.size
+
+    body_size = rounding(0.0) / 1e-12
+    assert abs(body_size - fc.ElasticBody(fc.shapes.block((1, 1, 1), (1, 1, 1)), STEEL, "top", {}).size) < 1e-9
+    # a hundred last digits of the largest coordinate
+    assert abs(rounding(1e6) / (100 * np.finfo(float).eps * (1e6 + 1)) - 1) < 1e-9
+
+
+@pytest.mark.parametrize(("share", "works"), [(0.8e-12, False), (1.3e-12, True)])
+def test_work_of_loads_that_cancel_is_rounding_up_to_its_share_of_their_sizes(share, works):
+    body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), STEEL, "top", {"bottom": "xyz"})
+    frame = make_frame(body, free="x")
+    nodal = np.zeros(body.n_dofs)
+    nodal[0], nodal[3] = 1.0, -1.0 + 2 * share
+    work = Loading((frame,), (nodal,)).driving(0, frame.released)
+    # the sizes of both forces add up to 2
+    assert (work[0] != 0) == works
+    held = Loading((make_frame(body, force=(share, 0, 1.0), free="x"),), (None,))
+    along = np.eye(6)[:, [0]]
+    assert (held.driving(0, along)[0] != 0) == works
+
+
+def floating(turn):
+    """A block that floats along its x only, turned by a small angle about y."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1))
+    body = fc.ElasticBody(mesh, STEEL, "top", {"bottom": "yz", "y_min": "y"})
+    return body.placed(rotation=fc.rotation_about((0, 1, 0), turn))
+
+
+def test_directions_are_one_up_to_1e_8():
+    body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), STEEL, "top", {"bottom": "xyz"})
+    for slant, number in ((0.8e-8, 1), (1.3e-8, 2)):
+        # a force along x but for a slant, and x itself
+        assert make_frame(body, force=(1.0, slant, 0.0), free="x").released.shape == (6, number)
+    for turn, released, mean_held in ((0.8e-8, 1, 0), (1.3e-8, 0, 1)):
+        # a floating direction across a prescribed one but for a turn of the body
+        frame = make_frame(floating(turn), motion={"z": 0.1})
+        assert (frame.released.shape[1], frame.mean_held.shape[1]) == (released, mean_held)
+        # and a load along x beside it releases x; what is left of the floating direction is held
+        loaded = make_frame(floating(turn), force=(1.0, 0.0, 0.0), motion={"z": 0.1})
+        assert loaded.released.shape[1] == 1
+        assert loaded.mean_held.shape[1] == mean_held
+
+
+@pytest.mark.parametrize(("share", "spread"), [(0.8e-9, False), (1.3e-9, True)])
+def test_a_load_is_spread_where_it_works_on_what_floats_by_more_than_1e_9(share, spread):
+    body = floating(0.0)
+    assert body.free_motions.shape == (6, 1)
+    for size in (1e-6, 1.0, 1e6):
+        assert make_frame(body, force=(size * share, size, 0.0)).spread is spread
+    assert not make_frame(body).spread
