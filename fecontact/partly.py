@@ -17,7 +17,7 @@ from fecontact.interface.near import STILL
 from fecontact.interface.reach import Reach, first_reach, following, judged
 from fecontact.loading import Loading, make_loading
 from fecontact.moved import KEYED
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import TOLERANCE, ComplementarityProblem, solve
 from fecontact.stopwatch import Stopwatch
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def solve_guided(scene: Scene, arguments: Mapping[str, Any], guide: Guide) -> Co
     """
     rest = dict(arguments)
     loads = {name: rest.pop(name, None) for name in (*KEYED, "gravity")}
-    settings = Settings(rest.pop("solver", "auto"), rest.pop("tolerance", 1e-10), rest)
+    settings = Settings(rest.pop("solver", "auto"), rest.pop("tolerance", TOLERANCE), rest)
     settings.check()
     return solve_partly(scene, make_loading(scene.bodies, **loads), settings, Stopwatch(), guide)
 

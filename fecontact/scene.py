@@ -34,7 +34,7 @@ from fecontact.partly import Settings, solve_partly
 from fecontact.reduction import assemble
 from fecontact.result import ContactResult, make_result
 from fecontact.setting import check_contacts, setting_of
-from fecontact.solvers import InfeasibleLoadError, solve
+from fecontact.solvers import TOLERANCE, InfeasibleLoadError, solve
 from fecontact.springs import Spring, spring_rows
 from fecontact.stopwatch import Stopwatch
 
@@ -178,7 +178,7 @@ class Scene:
         gravity: ArrayLike | None = None,
         finite_motion: bool | str = "auto",
         solver: str = "auto",
-        tolerance: float = 1e-10,
+        tolerance: float = TOLERANCE,
         whole: bool = True,
         **options: object,
     ) -> ContactResult:

@@ -18,6 +18,7 @@ from fecontact.jsonlines import read_rows
 from fecontact.loading import Loading, make_loading
 from fecontact.moved import KEYED, moved
 from fecontact.partly import Guide, Settings, solve_guided
+from fecontact.solvers import TOLERANCE
 
 if TYPE_CHECKING:
     from fecontact.scene import Scene
@@ -52,7 +53,7 @@ class Posed:
         """Its loads, sorted and checked, and its settings checked with them."""
         rest = {k: v for k, v in self.arguments.items() if k not in (*KEYED, "gravity", *_OTHER)}
         if rest:
-            Settings(rest.pop("solver", "auto"), rest.pop("tolerance", 1e-10), rest).check()
+            Settings(rest.pop("solver", "auto"), rest.pop("tolerance", TOLERANCE), rest).check()
         return make_loading(self.scene.bodies, **{k: self.arguments.get(k) for k in (*KEYED, "gravity")})
 
 

@@ -10,10 +10,11 @@ Examples
 """
 
 from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Residuals, Solution, Status
-from fecontact.solvers.registry import attempt, available_solvers, solve
+from fecontact.solvers.registry import TOLERANCE, attempt, available_solvers, solve
 from fecontact.solvers.scaling import ScaledProblem
 
 __all__ = [
+    "TOLERANCE",
     "ComplementarityProblem",
     "InfeasibleLoadError",
     "Residuals",

@@ -45,6 +45,9 @@ NATIVE: dict[str, Callable[..., Outcome]] = {
     "nnls": nnls,
 }
 
+TOLERANCE = 1e-10
+"""Largest relative residual of a certified answer if nothing else is said; ten times that for the penetration."""
+
 FALL_BACK = ("active-set", "nnls", "lemke")
 """What ``auto`` tries, the fastest first and the one that is finite for every semidefinite S last."""
 
@@ -72,7 +75,7 @@ def solve(
     solver: str = "auto",
     *,
     start: np.ndarray | Solution | None = None,
-    tolerance: float = 1e-10,
+    tolerance: float = TOLERANCE,
     **options: object,
 ) -> Solution:
     """Certified answer of a contact problem, or an error that says why there is none.
@@ -138,7 +141,7 @@ def attempt(
     solver: str = "auto",
     *,
     start: np.ndarray | Solution | None = None,
-    tolerance: float = 1e-10,
+    tolerance: float = TOLERANCE,
     **options: object,
 ) -> Solution:
     """As `solve`, but a failure comes back as a `Solution` with ``success`` False: for comparisons.

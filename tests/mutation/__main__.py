@@ -5,9 +5,10 @@
     python tests/mutation --module solvers           all of the modules with that in their name
     python tests/mutation --survivors                those that survived, again
 
-Nothing is written to the package: every mutant lives in the memory of a process of its own. What is judged is kept in
-a file, so a run may be interrupted. Survivors that cannot be told from the original are listed in `equivalent.toml`,
-each with its reason; any other is a missing test. Needs the extra 'mutation'.
+Nothing is written to the package: every mutant lives in the memory of a process of its own, and the tree is copied first,
+so that it may be edited meanwhile. What is judged is kept in a file, so a run may be interrupted. Survivors that cannot
+be told from the original are listed in `equivalent.toml`, each with its reason; any other is a missing test. Needs the
+extra 'mutation'.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ for threads in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import argparse  # noqa: E402
 import json  # noqa: E402
 import random  # noqa: E402
+import shutil  # noqa: E402
 import sys  # noqa: E402
+import tempfile  # noqa: E402
 import tomllib  # noqa: E402
 from collections import Counter  # noqa: E402
 from pathlib import Path  # noqa: E402
@@ -58,9 +61,19 @@ SLOW = (
 
 def main() -> int:
     given = _arguments()
-    sys.path.insert(0, str(ROOT))
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        for name in ("fecontact", "tests", "examples", "docs"):
+            shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__", "*.png"))
+        shutil.copy(ROOT / "pyproject.toml", root)
+        sys.path.insert(0, folder)
+        return _judged(root, given)
+
+
+def _judged(root: Path, given: argparse.Namespace) -> int:
+    """Judge mutants of a copy of the tree, print the table."""
     given.out.mkdir(parents=True, exist_ok=True)
-    paths = modules(ROOT)
+    paths = modules(root)
     every = [each for name, path in paths.items() for each in mutants(name, path)]
     judged = _read(given.out / "mutants.jsonl")
     chosen = [each for each in every if any(word in each.module for word in given.module or [""])]
@@ -71,10 +84,10 @@ def main() -> int:
         chosen = random.Random(given.seed).sample(chosen, min(given.sample, len(chosen)))
     left = chosen if given.survivors else [each for each in chosen if each.key not in judged]
     if left and not given.table:
-        preload(ROOT)
-        touching = Touching(ROOT, given.out / "touching.json")
-        touching.collect(_test_files(given.tests or TESTS))
-        _run(left, paths, touching, given)
+        preload(root)
+        touching = Touching(root, given.out / "touching.json")
+        touching.collect(_test_files(root, given.tests or TESTS))
+        _run(root, left, paths, touching, given)
     judged = _read(given.out / "mutants.jsonl")
     return _table([each for each in every if each.key in judged], judged, len(every))
 
@@ -94,18 +107,18 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _test_files(given: list[str] | tuple[str, ...]) -> list[Path]:
+def _test_files(root: Path, given: list[str] | tuple[str, ...]) -> list[Path]:
     found: set[Path] = set()
     for pattern in given:
-        for path in ROOT.glob(pattern):
+        for path in root.glob(pattern):
             found |= set(path.rglob("test_*.py")) if path.is_dir() else {path}
     return sorted(path for path in found if path.name.startswith("test_") and not any(w in path.name for w in SLOW))
 
 
-def _run(left: list[Mutant], paths: dict[str, Path], touching: Touching, given: argparse.Namespace) -> None:
+def _run(root: Path, left: list[Mutant], paths: dict[str, Path], touching: Touching, given: argparse.Namespace) -> None:
     work = [(each, paths[each.module], touching.tests(each, paths[each.module], given.limit)) for each in left]
     with (given.out / "mutants.jsonl").open("a") as stream:
-        for number, (each, verdict) in enumerate(judge(ROOT, work, given.jobs, given.limit), 1):
+        for number, (each, verdict) in enumerate(judge(root, work, given.jobs, given.limit), 1):
             stream.write(json.dumps({"key": each.key, **verdict}) + "\n")
             stream.flush()
             print(f"{number}/{len(work)} {_line(each, verdict)}", flush=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 PACKAGE = "fecontact"
@@ -69,7 +69,9 @@ class Mutant:
     ----------
     module : str
     function : str
-        Qualified name; empty at module level.
+        Qualified name; of the constant at module level.
+    text : str
+        Of the whole function, or of the statement at module level.
     rule : str
     before, after : str
         The code that is changed.
@@ -86,6 +88,7 @@ class Mutant:
 
     module: str
     function: str
+    text: str
     rule: str
     before: str
     after: str
@@ -97,8 +100,8 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """The same for the same change, wherever the function stands."""
-        text = "\0".join((self.function, self.rule, self.before, self.after, str(self.number)))
+        """The same for the same change of the same function, wherever that stands."""
+        text = "\0".join((self.function, self.text, self.rule, self.before, self.after, str(self.number)))
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
@@ -133,8 +136,8 @@ def mutants(module: str, path: Path) -> list[Mutant]:
             seen[key] = seen.get(key, -1) + 1
             out.append(
                 Mutant(
-                    module, place.function, rule, before, text, node.lineno, place.lines, place.name,
-                    _replaced(source, node, text), seen[key],
+                    module, place.function or place.name, place.text, rule, before, text, node.lineno, place.lines,
+                    place.name, _replaced(source, node, text), seen[key],
                 )
             )  # fmt: skip
     return out
@@ -147,28 +150,31 @@ class _Place:
     node: ast.AST | None = None
     parent: ast.AST | None = None
     function: str = ""
+    text: str = ""
     lines: tuple[int, ...] = ()
     name: str = ""
 
 
 def _places(node: ast.AST, place: _Place) -> Iterator[_Place]:
     """All nodes that are worth a change, with where they stand."""
-    here = _Place(node, place.node, place.function, place.lines, place.name)
+    here = replace(place, node=node, parent=place.node)
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         inner = f"{place.function}.{node.name}".lstrip(".")
         body = tuple(range(node.body[0].lineno, (node.end_lineno or node.lineno) + 1))
-        here = _Place(node, place.node, inner, body)
+        text = ast.unparse(node) if isinstance(node, ast.FunctionDef) else place.text
+        here = _Place(node, place.node, inner, text, body)
         children: list[ast.AST] = [*node.body]
         if isinstance(node, ast.FunctionDef):
             children += [*node.args.defaults, *(each for each in node.args.kw_defaults if each)]
     elif isinstance(node, ast.stmt):
         children = [each for each in ast.iter_child_nodes(node) if not isinstance(each, ast.stmt)]
         last = max((each.end_lineno or 0 for each in children if hasattr(each, "end_lineno")), default=node.lineno)
-        here = _Place(node, place.node, place.function, tuple(range(node.lineno, max(last, node.lineno) + 1)), "")
+        lines = tuple(range(node.lineno, max(last, node.lineno) + 1))
+        here = replace(here, lines=lines, name="", text=place.text or ast.unparse(node))
         if isinstance(node, ast.Assign | ast.AnnAssign):
             target = node.targets[0] if isinstance(node, ast.Assign) else node.target
             constant = isinstance(place.node, ast.Module | ast.ClassDef) and isinstance(target, ast.Name)
-            here = _Place(node, place.node, place.function, here.lines, target.id if constant else "")
+            here = replace(here, name=target.id if constant else "")
             children = [node.value] if node.value else []
         children += [each for each in ast.iter_child_nodes(node) if isinstance(each, ast.stmt)]
     else:
