@@ -5,10 +5,10 @@
     python tests/mutation --module solvers           all of the modules with that in their name
     python tests/mutation --survivors                those that survived, again
 
-Nothing is written to the package: every mutant lives in the memory of a process of its own, and the tree is copied first,
-so that it may be edited meanwhile. What is judged is kept in a file, so a run may be interrupted. Survivors that cannot
-be told from the original are listed in `equivalent.toml`, each with its reason; any other is a missing test. Needs the
-extra 'mutation'.
+Nothing is written to the package: every mutant lives in the memory of a process of its own, and the tree is copied
+first, so that it may be edited meanwhile. What is judged is kept in a file, so a run may be interrupted. Survivors that
+cannot be told from the original are listed in `equivalent.toml`, each with its reason; any other is a missing test.
+Needs the extra 'mutation'.
 """
 
 from __future__ import annotations
