@@ -12,10 +12,9 @@ hertz: $(READY)  ## the main job: two spheres, table and picture
 
 # processes that test at once, one thread each (conftest.py)
 JOBS ?= 2
-PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist loadscope
+PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist worksteal
 
-test: $(READY)  ## unit tests, verification, docstring examples
-	$(PYTEST) --doctest-modules fecontact tests/unit tests/verification
+test: unit verification doctest  ## unit tests, verification, docstring examples
 
 unit: $(READY)
 	$(PYTEST) tests/unit
