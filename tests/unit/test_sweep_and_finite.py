@@ -185,12 +185,8 @@ def plain(row):
 
 
 def test_processes_give_the_same_rows_and_go_on_where_they_stopped(tmp_path):
-    lower, ball = (
-        pad(),
-        fc.ElasticBody(
-            fc.shapes.half_sphere(5.0, contact_radius=0.5, level=1), SOLID, "cap", {"base": "xyz"}, name="ball"
-        ),
-    )
+    dome = fc.shapes.half_sphere(5.0, contact_radius=0.9, level=1)
+    lower, ball = pad(), fc.ElasticBody(dome, SOLID, "cap", {"base": "xyz"}, name="ball")
     scene = fc.Scene([lower, ball], [fc.Contact(ball, lower)])
     cases = [
         {"name": f"{k}", "motions": {ball: {"z": -0.02}}, "poses": {ball: fc.Pose(translation=(0.2 * k, 0.1, 0.0))}}

@@ -133,10 +133,15 @@ def test_units_do_not_matter(row):
     row("14 spheres in three systems of units", "largest change of a ratio", 0.0, np.ptp(ratios, axis=0).max(), 1e-9)
 
 
+@pytest.fixture(scope="module")
+def reference():
+    """Equal spheres by the active-set solver."""
+    return solve_spheres("equal", level=1, model="symmetric", solver="active-set")
+
+
 @pytest.mark.parametrize("solver", [s for s in fc.available_solvers() if s != "active-set"])
-def test_every_solver_finds_the_same_pressure(solver, row):
+def test_every_solver_finds_the_same_pressure(solver, reference, row):
     """Every solver on the main job. Source: the active-set solver. All are certified to 1e-10; condition some tens."""
-    reference = solve_spheres("equal", level=1, model="symmetric", solver="active-set")
     out = solve_spheres("equal", level=1, model="symmetric", solver=solver)
     difference = np.abs(out.contact.forces - reference.contact.forces).max()
     row(f"1 equal spheres, {solver}", "largest force change", 0.0, difference / reference.contact.forces.max(), 1e-8)
