@@ -175,6 +175,17 @@ def matrix_free(interface: Interface) -> bool:
     return isinstance(surface, GridSurface) and np.isinf(interface.master.contact_modulus)
 
 
+def _share(slave: Body, master: Body) -> float:
+    """Weight of the slave's normal in the lines of action, c2 / (c1 + c2): as compliant as the master is, so much.
+
+    Compliances are 1 / E* of the softest material of either body. A rigid master's own normal rules, and that of a
+    half-space, which gives along its own normal only.
+    """
+    if np.isinf(master.contact_modulus) or isinstance(master.surface(master.contact[0]), GridSurface):
+        return 0.0
+    return slave.contact_modulus / (slave.contact_modulus + master.contact_modulus)
+
+
 def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, near: Near | None) -> Pairing:
     surface = slave.surface(names[0])
     if not isinstance(surface, FacetSurface):
@@ -184,7 +195,8 @@ def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, ne
     if isinstance(surface, GridSurface):
         pairing = surface.pair(master.surface(names[1]), relative.rotation, relative.translation)
     else:
-        pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near)
+        share = _share(slave, master)
+        pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near, share)
     if isinstance(slave, ElasticLayer) and pairing.coupling == "nodal":
         # a node of a foundation gives by its whole area
         pairing = replace(pairing, weights=contact_weights(surface)[pairing.nodes])

@@ -12,6 +12,7 @@ from fecontact.ancf.model import AncfModel, twenty_nodes
 from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
 from fecontact.errors import InputError, MeshError
 from fecontact.fem.condensation import checked_route
+from fecontact.fem.support import symmetry_planes
 from fecontact.interface.pairing import along
 from fecontact.interface.surface import FacetSurface, Feet
 from fecontact.mesh.check import check_skin
@@ -84,7 +85,8 @@ class AncfBody(ElasticBody):
             object.__setattr__(self, "model", model)
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
-        return FacetSurface(self._model.mesh.points, facets, name, eight_hats=True)
+        planes = symmetry_planes(self.mesh, self.supports)
+        return FacetSurface(self._model.mesh.points, facets, name, eight_hats=True, planes=planes)
 
     def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3), gradients included."""

@@ -18,7 +18,7 @@ from fecontact.errors import InputError
 from fecontact.fem.condensation import checked_route
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
-from fecontact.fem.support import Support
+from fecontact.fem.support import Support, symmetry_planes
 from fecontact.interface.pairing import along
 from fecontact.interface.surface import FacetSurface, Feet
 from fecontact.material import Material
@@ -177,7 +177,7 @@ class ElasticBody(Placed):
         return self._surfaces[name]
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
-        return FacetSurface(self._model.mesh.points, facets, name)
+        return FacetSurface(self._model.mesh.points, facets, name, planes=symmetry_planes(self.mesh, self.supports))
 
     def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""

@@ -19,7 +19,8 @@ from fecontact.bodies.pose import Pose
 from fecontact.checks import positive
 from fecontact.errors import InputError
 from fecontact.fem.model import Model
-from fecontact.fem.sectionmodel import SectionModel
+from fecontact.fem.sectionmodel import SectionModel, on_axis
+from fecontact.fem.support import symmetry_planes
 from fecontact.interface.curve import CurveSurface
 from fecontact.material import Material
 from fecontact.mesh.section import Extent, SectionMesh
@@ -89,7 +90,11 @@ class SectionBody(ElasticBody):
         )
 
     def _made_surface(self, facets: IntArray, name: str) -> CurveSurface:
-        return CurveSurface(self.mesh.points, facets, name, along=self.along)
+        nodes, across = symmetry_planes(self.mesh, self.supports)
+        if self.along.revolved:
+            axis = on_axis(self.mesh.points, self.size)
+            nodes, across = np.append(nodes, axis), np.concatenate([across, np.tile([1.0, 0.0, 0.0], (len(axis), 1))])
+        return CurveSurface(self.mesh.points, facets, name, planes=(nodes, across), along=self.along)
 
     def describe(self) -> str:
         """One line: what was modelled."""

@@ -26,6 +26,11 @@ IntArray = NDArray[np.int64]
 ON_AXIS = 1e-12
 
 
+def on_axis(points: Array, size: float) -> IntArray:
+    """Which points (n, 3) of a body of revolution of this size lie on the axis."""
+    return np.flatnonzero(points[:, 0] <= ON_AXIS * size)
+
+
 class SectionModel(Model):
     """Section, materials and supports, with what is computed from them on first use.
 
@@ -86,7 +91,7 @@ class SectionModel(Model):
         parts = [3 * n + 1]
         parts += [3 * self.mesh.boundary_nodes(k) + "xyz".index(str(c)) for k, v in self.supports.items() for c in v]
         if self.section.along.revolved:
-            parts.append(3 * n[self.mesh.points[:, 0] <= ON_AXIS * self.size])
+            parts.append(3 * on_axis(self.mesh.points, self.size))
         return np.unique(np.concatenate(parts))
 
     def unresisted_by(self, held: IntArray) -> Array:

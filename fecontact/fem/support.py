@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fecontact.errors import InputError
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section import SectionMesh
 from fecontact.mesh.surfaces import averaged_normals
 
 Array = NDArray[np.float64]
@@ -28,6 +29,8 @@ Support = str | Sequence[float] | Sequence[Sequence[float]]
 
 #: Two directions count as one if they differ by less than 2 milliradians: ratio of the eigenvalues of the sum of d d^T.
 SAME_DIRECTION = 1e-6
+#: Spread of a boundary across itself, relative to the mesh's size, up to which it is a plane.
+PLANE = 1e-6
 #: Largest angle (degrees) between the normals of the faces round a node that have one normal there.
 SHARPEST = 45.0
 
@@ -79,7 +82,7 @@ def is_plane(support: Support) -> bool:
     return len(support) == 1 or (not isinstance(support, str) and np.ndim(support) == 1)
 
 
-def support_directions(mesh: Mesh, name: str, support: Support) -> tuple[IntArray, Array]:
+def support_directions(mesh: Mesh | SectionMesh, name: str, support: Support) -> tuple[IntArray, Array]:
     """Nodes (n,) of a support and the unit directions (n, k, 3) it holds there.
 
     Raises
@@ -92,6 +95,7 @@ def support_directions(mesh: Mesh, name: str, support: Support) -> tuple[IntArra
         return nodes, np.broadcast_to(given, (len(nodes), *given.shape))
     parts = [np.broadcast_to(np.eye(3)["xyz".index(c)], (len(nodes), 3)) for c in given if c != "n"]
     if "n" in given:
+        assert isinstance(mesh, Mesh)
         parts.append(_normals(mesh, name)[nodes])
     return nodes, np.stack(parts, axis=1)
 
@@ -110,6 +114,22 @@ def _normals(mesh: Mesh, name: str) -> Array:
             "normal there to support it along; name the faces on either side separately."
         )
     return normals
+
+
+def symmetry_planes(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) -> tuple[IntArray, Array]:
+    """Nodes (n,) on planes of symmetry and the planes' unit normals (n, 3): plane boundaries held across themselves.
+
+    A node on two such planes is there twice.
+    """
+    nodes, across = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    for name, support in supports.items():
+        if is_plane(support):
+            on, directions = support_directions(mesh, name, support)
+            height = np.einsum("ni,ni->n", mesh.points[on], directions[:, 0])
+            if np.ptp(height) <= PLANE * np.ptp(mesh.points, axis=0).max():
+                nodes.append(on)
+                across.append(directions[:, 0])
+    return np.concatenate(nodes), np.concatenate(across)
 
 
 def held_directions(mesh: Mesh, supports: Mapping[str, Support]) -> Array:

@@ -2,7 +2,7 @@
 
 A part is a quarter of a quadratic facet, on which its hats are bilinear, or else a whole facet. Bernstein coefficients
 bound what lies between nodes: displacements by their largest, and the cone by those of x_s x x_t, a polynomial of
-degree three.
+degree three, and of the normals interpolated between nodes (`interface.normals`).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from fecontact.interface.normals import normals_of
 from fecontact.interface.surface import FacetSurface
 from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, facet_shapes
 from fecontact.mesh.reference import QUAD_CORNERS, quad_nodes
@@ -125,10 +126,21 @@ def _parts(surface: FacetSurface) -> Parts:
 
 @dataclass(frozen=True, eq=False)
 class Cones:
-    """Cones that hold the normals of each facet and its neighbours: `axis` (n, 3), half `angle` (n,)."""
+    """Cones that hold the normals of each facet, its own and interpolated ones, and of its neighbours.
+
+    Attributes
+    ----------
+    axis : (n, 3) array
+    angle : (n,) array
+        Half of the whole.
+    """
 
     axis: Array
     angle: Array
+
+    def chosen(self, rows: IntArray) -> Cones:
+        """Some of the cones."""
+        return Cones(self.axis[rows], self.angle[rows])
 
 
 def cones_of(surface: FacetSurface) -> Cones:
@@ -150,16 +162,22 @@ def _cones(surface: FacetSurface) -> Cones:
     axis = bounds_of(surface).normal
     if surface.triangle.any():
         return Cones(axis, np.full(n, np.pi))
-    grid, to_bernstein = _bernstein(3)
-    tangents = surface.evaluate(np.repeat(np.arange(n), 16), np.tile(grid, (n, 1)))[1]
-    normals = np.cross(tangents[..., 0], tangents[..., 1]).reshape(n, 16, 3)
-    coefficients = to_bernstein @ normals
-    cosine = np.einsum("npi,ni->np", coefficients, axis) / np.linalg.norm(coefficients, axis=2)
-    own = np.arccos(np.clip(cosine.min(axis=1), -1.0, 1.0))
+    own = np.zeros(n)
+    for degree in (3, 2):
+        grid, to_bernstein = _bernstein(degree)
+        facet, local = np.repeat(np.arange(n), len(grid)), np.tile(grid, (n, 1))
+        if degree == 3:
+            tangents = surface.evaluate(facet, local)[1]
+            normals = np.cross(tangents[..., 0], tangents[..., 1])
+        else:
+            normals = normals_of(surface).at(facet, local)
+        coefficients = to_bernstein @ normals.reshape(n, len(grid), 3)
+        cosine = np.einsum("npi,ni->np", coefficients, axis) / np.linalg.norm(coefficients, axis=2)
+        own = np.maximum(own, np.arccos(np.clip(cosine.min(axis=1), -1.0, 1.0)))
     member = sp.csr_matrix((np.ones(4 * n), (np.repeat(np.arange(n), 4), surface.facets[:, :4].ravel())))
     pair = (member @ member.T).tocoo()
     between = np.arccos(np.clip(np.einsum("ni,ni->n", axis[pair.row], axis[pair.col]), -1.0, 1.0))
-    angle = own.copy()
+    angle: Array = own.copy()
     np.maximum.at(angle, pair.row, between + own[pair.col])
     return Cones(axis, angle)
 

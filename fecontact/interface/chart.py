@@ -151,18 +151,6 @@ def _departure(surface: FacetSurface, tangents: Array) -> Array:
     return np.asarray(np.maximum(off, warp) / surface.mean_facet_size)
 
 
-def nearest_in_chart(surface: FacetSurface, chart: Chart, facet: IntArray, points: Array, slack: float) -> Array:
-    """Coordinates (n, 2) of the feet of points (n, 3) on facets (n,) continued beyond their sides.
-
-    In closed form on flat facets; on curved ones by Newton's method from there, no further than `slack` beyond.
-    """
-    local, _ = chart.from_plane(facet, chart.projected(facet, points))
-    curved = np.flatnonzero(~chart.flat[facet])
-    if len(curved):
-        local[curved] = surface.nearest_on(facet[curved], points[curved], slack, local[curved])
-    return local
-
-
 def degrees(chart: Chart, facet: IntArray, triangle: Array, departure: Array) -> IntArray:
     """Degrees of quadrature (n,) for triangles (n, 3, 2) in the charts of facets (n,).
 

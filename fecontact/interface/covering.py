@@ -53,7 +53,13 @@ class Rim(NamedTuple):
 
 
 def rim_of(
-    slave: FacetSurface, master: Surface, rotation: Array, translation: Array, facing: Mask, beyond: Mask
+    slave: FacetSurface,
+    master: Surface,
+    rotation: Array,
+    translation: Array,
+    facing: Mask,
+    beyond: Mask,
+    share: float = 0.0,
 ) -> Rim:
     """Facets at the rim, and how much of them is covered.
 
@@ -64,19 +70,29 @@ def rim_of(
         Pose of the slave's axes seen from the master's.
     facing, beyond : (n_nodes,) bool arrays
         Slave nodes with a foot on the master, and those beyond its rim.
+    share : float
+        Weight of the slave's normal in the lines of action.
     """
     facets = np.flatnonzero(facing[slave.facets].any(axis=1) & beyond[slave.facets].any(axis=1))
     if len(facets) == 0:
         return Rim(facets, np.zeros(0))
-    own = replace(slave, facets=slave.facets[facets])
-    moved = replace(own, points=slave.points @ rotation.T + translation)
-    if isinstance(master, FacetSurface) and not isinstance(slave, CurveSurface):
-        facet, local, weight, _ = overlap_samples(moved, master, *_opposite(moved, master))
+    own, moved = replace(slave, facets=slave.facets[facets]), slave.moved(rotation, translation)
+    if isinstance(slave, CurveSurface):
+        facet, local, weight = curve_samples(slave, master, rotation, translation, share)
+        at_rim = np.isin(facet, facets)
+        facet, local, weight = facet[at_rim], local[at_rim], weight[at_rim]
+    elif isinstance(master, FacetSurface):
+        f, m = _opposite(replace(moved, facets=own.facets), master)
+        facet, local, weight, _ = overlap_samples(moved, master, facets[f], m, share)
     else:
-        facet, local, weight = curve_samples(moved, master) if isinstance(moved, CurveSurface) else _even(moved)
+        facet, local, weight = _even(own)
+        facet = facets[facet]
+    if isinstance(slave, CurveSurface) or not isinstance(master, FacetSurface):
         weight = np.where(master.project(moved.evaluate(facet, local)[0]).beyond, 0.0, weight)
-    whole = curve_samples(own, None) if isinstance(own, CurveSurface) else own_samples(own.facets)
-    covered = _areas(own, facet, local, weight)
+    whole = own_samples(own.facets)
+    if isinstance(own, CurveSurface):
+        whole = curve_samples(own, None, rotation, translation, share)
+    covered = _areas(own, np.searchsorted(facets, facet), local, weight)
     return Rim(facets, np.clip(covered / _areas(own, *whole), 0.0, 1.0))
 
 

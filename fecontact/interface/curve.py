@@ -20,6 +20,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.errors import MeshError
+from fecontact.interface.lines import feet_along
+from fecontact.interface.normals import opposing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.section import Extent, line_integrals, line_shapes
 
@@ -66,6 +68,11 @@ class CurveSurface(FacetSurface):
         ends = self.points[self.facets[:, :2]]
         return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
+    @property
+    def spatial(self) -> FacetSurface:
+        """The ribbon."""
+        return self._ribbon
+
     @cached_property
     def _ribbon(self) -> FacetSurface:
         """Nine-node facets between the planes y = size and y = -size."""
@@ -73,7 +80,12 @@ class CurveSurface(FacetSurface):
         a, b, m = self.facets.T
         shift = np.array([0.0, self.size, 0.0])
         facets = np.stack([a, b, b + 2 * n, a + 2 * n, m, b + n, m + 2 * n, a + n, m + n], axis=1)
-        return FacetSurface(np.concatenate([self.points + shift, self.points, self.points - shift]), facets, self.name)
+        points = np.concatenate([self.points + shift, self.points, self.points - shift])
+        planes = None
+        if self.planes is not None:
+            nodes, across = self.planes
+            planes = np.concatenate([nodes, nodes + n, nodes + 2 * n]), np.tile(across, (3, 1))
+        return FacetSurface(points, facets, self.name, planes=planes)
 
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3), tangents (n, 3, 2), the second of them -y, and shape functions (n, 3)."""
@@ -125,8 +137,19 @@ class CurveSurface(FacetSurface):
         return weights
 
 
-def curve_samples(slave: CurveSurface, master: Surface | None) -> tuple[IntArray, Array, Array]:
+def curve_samples(
+    slave: CurveSurface, master: Surface | None, rotation: Array, translation: Array, share: float
+) -> tuple[IntArray, Array, Array]:
     """Gauss points on pieces of the slave's sides within which neither hats nor the master's functions have a kink.
+
+    Parameters
+    ----------
+    slave : CurveSurface
+    master : Surface, optional
+    rotation, translation
+        Pose of the slave's axes seen from the master's.
+    share : float
+        Weight of the slave's normal in the lines of action.
 
     Returns
     -------
@@ -138,7 +161,11 @@ def curve_samples(slave: CurveSurface, master: Surface | None) -> tuple[IntArray
     n = len(slave.facets)
     facet, s = np.repeat(np.arange(n), 3), np.tile([0.0, 0.5, 1.0], n)
     if isinstance(master, CurveSurface):
-        feet = slave.project(master.points[np.unique(master.facets[:, :2])])
+        ends = np.unique(master.facets[:, :2])
+        # along the lines of action too, the other way round
+        feet = feet_along(
+            slave, (master.points[ends] - translation) @ rotation, opposing(master, ends) @ rotation, 1 - share
+        )
         assert feet.facet is not None
         assert feet.local is not None
         facet, s = np.concatenate([facet, feet.facet]), np.concatenate([s, feet.local[:, 0]])

@@ -23,12 +23,14 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fecontact.errors import InputError
-from fecontact.interface.chart import charts, nearest_in_chart
+from fecontact.interface.chart import charts
 from fecontact.interface.curve import CurveSurface, curve_samples
 from fecontact.interface.facing import STEEPEST
 from fecontact.interface.hats import hat_shapes, hats_exist, own_samples
+from fecontact.interface.lines import feet_along, feet_at, meet
 from fecontact.interface.near import Near
-from fecontact.interface.overlap import SLACK, overlap_samples
+from fecontact.interface.normals import normals_of
+from fecontact.interface.overlap import overlap_samples
 from fecontact.interface.pairing import Pairing
 from fecontact.interface.sums import Block, Samples, block_of, summed, total_areas
 from fecontact.interface.surface import FacetSurface, Feet, Surface
@@ -44,12 +46,15 @@ BLOCK = 3000
 AREAS = 50_000
 #: Share of a hat's own area below which it does not stand alone: its pressure joins that of the nearest fuller hat.
 SLIVER = 0.2
-#: Offset of a point from the line of its foot, relative to the facet's size, above which it is no foot.
-SIDEWAYS = 1e-10
 
 
 def pair_mortar(
-    slave: FacetSurface, master: Surface, rotation: Array, translation: Array, near: Near | None = None
+    slave: FacetSurface,
+    master: Surface,
+    rotation: Array,
+    translation: Array,
+    near: Near | None = None,
+    share: float = 0.0,
 ) -> Pairing:
     """Couple two surfaces by weighted gaps.
 
@@ -62,6 +67,8 @@ def pair_mortar(
         Pose of the slave's axes seen from the master's.
     near : Near, optional
         Parts of two surfaces of facets that may touch; nodes elsewhere are left out.
+    share : float, optional
+        Weight of the slave's normal in the lines of action; the master's has the rest.
 
     Raises
     ------
@@ -73,27 +80,28 @@ def pair_mortar(
             f"Mortar coupling needs a slave whose quadrilateral faces have four or nine nodes; {slave.name!r} has "
             "plain eight-node faces. Make the other body the slave, use pressure='midface', or coupling='nodal'."
         )
-    turned = slave.points @ rotation.T + translation
-    moved = FacetSurface(turned, slave.facets, slave.name, slave.eight_hats)
+    moved = slave.moved(rotation, translation)
     if isinstance(slave, CurveSurface):
-        moved = replace(slave, points=turned)
-        samples = _samples(slave, moved, master, rotation, *curve_samples(moved, master))
+        cut = curve_samples(slave, master, rotation, translation, share)
+        samples = _samples(slave, moved, master, rotation, share, *cut)
     elif isinstance(master, FacetSurface):
         f, m = _neighbours(slave, master, rotation, translation, near)
 
         def taken(part: slice) -> Samples:
-            return _samples(slave, moved, master, rotation, *overlap_samples(moved, master, f[part], m[part]))
+            pieces = overlap_samples(moved, master, f[part], m[part], share)
+            return _samples(slave, moved, master, rotation, share, *pieces)
 
         # bodies that are not moved by their nodes ask for the samples themselves
         if len(f) > BLOCK and not (slave.eight_hats or master.eight_hats):
             origin = slave.points[slave.nodes].mean(axis=0)
             parts = [slice(start, start + BLOCK) for start in range(0, len(f), BLOCK)]
             blocks = [block_of(taken(part), slave.points, origin, rotation, translation) for part in parts]
-            return _paired_in_blocks(slave, master, blocks, origin, rotation, translation, near)
+            pairing = _paired_in_blocks(slave, master, blocks, origin, rotation, translation, near)
+            return replace(pairing, share=share)
         samples = taken(slice(None))
     else:
-        samples = _samples(slave, moved, master, rotation, *_own_samples(slave))
-    return _paired(slave, samples, rotation, translation, near)
+        samples = _samples(slave, moved, master, rotation, share, *_own_samples(slave))
+    return replace(_paired(slave, samples, rotation, translation, near), share=share)
 
 
 def _samples(
@@ -101,6 +109,7 @@ def _samples(
     moved: FacetSurface,
     master: Surface,
     rotation: Array,
+    share: float,
     facet: IntArray,
     local: Array,
     weight: Array,
@@ -111,11 +120,12 @@ def _samples(
     own, tangents, _ = slave.evaluate(facet, local)
     # taken in the slave's own axes, as those of a section turned half round have y the other way
     normal = np.cross(tangents[:, :, 0], tangents[:, :, 1]) @ rotation.T
+    inwards = -normals_of(slave).at(facet, local) @ rotation.T
     if on_master is None:
-        feet = master.project(x)
+        feet = feet_along(master, x, inwards, share)
     else:
         assert isinstance(master, FacetSurface)
-        feet = _feet_on(master, on_master, x)
+        feet = _feet_on(master, on_master, x, inwards, share)
     length = np.linalg.norm(normal, axis=1)
     facing = (np.einsum("ni,ni->n", normal, feet.normals) < -STEEPEST * length) & ~feet.beyond
     area = weight * length * slave.extent(own)
@@ -246,7 +256,11 @@ def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray
 
 def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
     """Quadrature over whole facets: facet, coordinates and weights."""
-    return curve_samples(slave, None) if isinstance(slave, CurveSurface) else own_samples(slave.facets)
+    return (
+        curve_samples(slave, None, np.eye(3), np.zeros(3), 0.0)
+        if isinstance(slave, CurveSurface)
+        else own_samples(slave.facets)
+    )
 
 
 def hat_areas(slave: FacetSurface) -> Array:
@@ -266,29 +280,23 @@ def _hat_areas(slave: FacetSurface) -> Array:
     return total
 
 
-def _feet_on(master: FacetSurface, facet: IntArray, points: Array) -> Feet:
-    """Feet on given facets, continued a little beyond their sides."""
-    local = nearest_in_chart(master, charts(master), facet, points, SLACK)
-    x, tangents, N = master.evaluate(facet, local)
-    normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    gap = np.einsum("ni,ni->n", points - x, normals)
-    columns = master.facets[facet]
-    pointer = np.arange(0, columns.size + 1, columns.shape[1])
-    beyond = np.zeros(len(points), bool)
-    # where the continued facet has no foot straight below the point, the nearest foot on the whole surface is taken
-    sideways = np.linalg.norm(points - x - gap[:, None] * normals, axis=1)
-    lost = np.flatnonzero(sideways > SIDEWAYS * master.mean_facet_size[facet])
+def _feet_on(master: FacetSurface, facet: IntArray, points: Array, normals: Array, share: float) -> Feet:
+    """Feet on given facets, continued a little beyond their sides, of points (n, 3) whose side has these `normals`."""
+    chart = charts(master)
+    local, _ = chart.from_plane(facet, chart.projected(facet, points))
+    local, met = meet(master, facet, local, points, normals, share)
+    # where the line of a point does not meet the continued facet, the nearest foot on the whole surface is taken
+    lost = np.flatnonzero(~met)
+    facet, beyond = facet.copy(), np.zeros(len(points), bool)
     if len(lost):
-        nearest = master.project(points[lost])
-        assert nearest.facet is not None
-        assert nearest.local is not None
-        x[lost], normals[lost], gap[lost], beyond[lost] = nearest.points, nearest.normals, nearest.gap, nearest.beyond
-        facet, columns = facet.copy(), columns.copy()
-        facet[lost], local[lost] = nearest.facet, nearest.local
-        N[lost], columns[lost] = master.evaluate(facet[lost], local[lost])[2], master.facets[facet[lost]]
-    weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
-    return Feet(x, normals, gap, beyond, weights, facet, local, master.name)
+        elsewhere = master.project(points[lost])
+        assert elsewhere.facet is not None
+        assert elsewhere.local is not None
+        facet[lost], local[lost], beyond[lost] = elsewhere.facet, elsewhere.local, elsewhere.beyond
+    feet = feet_at(master, facet, local, points, normals, share)
+    if len(lost):
+        feet.normals[lost], feet.gap[lost] = elsewhere.normals, elsewhere.gap
+    return replace(feet, beyond=beyond)
 
 
 #: Where facets are sampled to find which lie below each other, on quadrilaterals and on triangles.

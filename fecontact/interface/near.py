@@ -2,10 +2,14 @@
 
 Parts and bounds are those of `fecontact.interface.bounds`. Why a part that is left out cannot touch: let d be a lower
 bound of its distance from a facet of the master, r the rigid motion of the slave seen from the master, and e, f the
-largest elastic displacements of part and facet. A gap g along a normal n changes by n . r(x) + n . (e - f), as the
-master's rotation moves foot and point by the same along n. With the normals of the facet in a cone round an axis, n . r
-is no less than |r| cos(angle to the axis + half angle of the cone). So if d + min n . r - e - f > 0 for all facets of
-the master, no linearised gap of the part closes. Parts that start inside are paired whatever their distance.
+largest elastic displacements of part and facet. A gap g along a line of action n changes by n . r(x) + n . (e - f), as
+the master's rotation moves foot and point by the same along n. The line lies between both normals
+(`fecontact.interface.lines`), n = v / |v| with v a mean of n1 and n2, of whatever weights. With the normals of each in
+a cone round an axis, n_i . r is no less than b_i = |r| cos(angle to the axis + half angle of the cone), and v . r no
+less than the smaller b. Where that is negative, |v| < 1 makes it worse: |v| >= cos(half the angle between n1 and n2),
+which is no more than the cones allow, nor than lines between normals are taken for. So if d + min n . r - e - f > 0 for
+all facets of the master, no linearised gap of the part closes. Parts that start inside are paired whatever their
+distance.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.interface.bounds import Bounds, Cones, bounds_of, cones_of, parts_of
+from fecontact.interface.lines import FACING
 from fecontact.interface.surface import FacetSurface
 
 Array = NDArray[np.float64]
@@ -89,7 +94,7 @@ def near_parts(
     far = place.to_centre - own.radius - other.radius.max() > reach + place.motion
     within = place.inside.copy()
     doubtful = np.flatnonzero(~place.inside & ~far)
-    part, _, left = place.pairs(doubtful, reach + place.motion[doubtful], cones_of(master))
+    part, _, left = place.pairs(doubtful, reach + place.motion[doubtful], _cones(slave, master, rotation))
     within[part[left <= reach]] = True
     nodes = np.zeros(len(slave.points), bool)
     part, column = np.nonzero(parts.columns & within[:, None])
@@ -144,10 +149,33 @@ def bridged(
     needed = place.motion + ours + theirs.max()
     close = place.to_centre - own.radius - other.radius.max() <= needed
     doubtful = np.flatnonzero((~place.inside | ~near.within) & close)
-    part, facet, left = place.pairs(doubtful, needed[doubtful], cones_of(master))
+    part, facet, left = place.pairs(doubtful, needed[doubtful], _cones(slave, master, rotation))
     closing = left <= ours[part] + theirs[facet]
     missed = bool((~near.within[part[closing]]).any())
     return missed, float(left.max(initial=0.0, where=closing))
+
+
+def _cones(slave: FacetSurface, master: FacetSurface, rotation: Array) -> tuple[Cones, Cones]:
+    """Cones of the reversed normals of the slave's parts, in the master's axes, and of the master's normals."""
+    own = cones_of(slave).chosen(parts_of(slave).owner)
+    return Cones(-own.axis @ rotation.T, own.angle), cones_of(master)
+
+
+def least_along_lines(motion: Array, one: Cones, other: Cones) -> Array:
+    """Lower bounds (n,) of n . motion (n, 3) for lines of action n between normals of one cone and of another."""
+    size = np.linalg.norm(motion, axis=1)
+    away = [np.minimum(_angle(c.axis, motion, size) + c.angle, np.pi) for c in (one, other)]
+    least = np.cos(np.maximum(*away))
+    between = _angle(one.axis, other.axis, np.ones(len(size))) + one.angle + other.angle
+    length = np.cos(np.minimum(between, np.arccos(FACING)) / 2)
+    return np.asarray(size * np.maximum(np.where(least < 0, least / length, least), -1.0))
+
+
+def _angle(axis: Array, vector: Array, size: Array) -> Array:
+    """Angles (n,) between unit vectors (n, 3) and vectors (n, 3) of given size; right ones where that is zero."""
+    along = np.einsum("ni,ni->n", axis, vector)
+    cosine = np.divide(along, size, out=np.zeros_like(size), where=size > 0)
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 class _Place:
@@ -165,12 +193,12 @@ class _Place:
         self.spread = float(np.linalg.norm(drift.turn)) * own.radius
         self.motion = np.linalg.norm(self.drift, axis=1) + self.spread
 
-    def pairs(self, chosen: IntArray, radius: Array, cones: Cones) -> tuple[IntArray, IntArray, Array]:
+    def pairs(self, chosen: IntArray, radius: Array, cones: tuple[Cones, Cones]) -> tuple[IntArray, IntArray, Array]:
         """Chosen parts and facets of the master no further apart than `radius` (n_chosen,), and what is left of that.
 
         That is a lower bound of their distance and what the drift does to it. Two facets are apart by no less than
         their balls are, nor than their hulls along either normal or the line of their centres. Where a part may be
-        inside at the start, nothing is left: minus infinity.
+        inside at the start, nothing is left: minus infinity. `cones` are those of all parts and of all facets.
         """
         own, other, centre = self.own, self.other, self.centre
         found = []
@@ -179,12 +207,8 @@ class _Place:
             found.append((chosen[which], members[hit]))
         s, m = (np.concatenate(f) for f in zip(*found, strict=True))
         apart = self._apart(s, m)
-        drift = self.drift[s]
-        size = np.linalg.norm(drift, axis=1)
-        along = np.einsum("ni,ni->n", cones.axis[m], drift)
-        cosine = np.divide(along, size, out=np.zeros_like(size), where=size > 0)
-        angle = np.minimum(np.arccos(np.clip(cosine, -1.0, 1.0)) + cones.angle[m], np.pi)
-        return s, m, np.where(apart > 0, apart + size * np.cos(angle) - self.spread[s], -np.inf)
+        closing = least_along_lines(self.drift[s], cones[0].chosen(s), cones[1].chosen(m))
+        return s, m, np.where(apart > 0, apart + closing - self.spread[s], -np.inf)
 
     def opposite(self, chosen: Mask) -> Mask:
         """Facets of the master (n_facets,) that may hold the nearest point of any point of chosen parts (n_parts,)."""

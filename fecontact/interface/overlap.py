@@ -11,19 +11,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.interface.chart import FOLD, Chart, charts, degrees, nearest_in_chart
+from fecontact.interface.chart import FOLD, Chart, charts, degrees
 from fecontact.interface.hats import fans, sub_faces, triangle_samples
+from fecontact.interface.lines import FACING, SLACK, meet
+from fecontact.interface.normals import normals_of
 from fecontact.interface.surface import FacetSurface
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: How far beyond its sides a facet is continued to find the coordinates of a nearby point.
-SLACK = 0.5
+#: Difference of unit normals that is rounding.
+PARALLEL = 1e-14
 
 
 def overlap_samples(
-    slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray
+    slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, share: float
 ) -> tuple[IntArray, Array, Array, IntArray]:
     """Quadrature over the pieces of overlap of pairs of facets.
 
@@ -33,6 +35,8 @@ def overlap_samples(
         In the same axes.
     f, m : (n_pairs,) int arrays
         Facets of the slave and of the master.
+    share : float
+        Weight of the slave's normal in the lines along which one is seen from the other.
 
     Returns
     -------
@@ -46,7 +50,7 @@ def overlap_samples(
         Master facets of the samples.
     """
     chart, below = charts(slave), charts(master)
-    outline = _outlines(slave, master, f, m, chart)
+    outline = _outlines(slave, master, f, m, chart, share)
     pairs, corners, doubles = [], [], []
     for kind in (False, True):
         members = np.flatnonzero(slave.triangle[f] == kind)
@@ -86,14 +90,15 @@ def _degrees(slave: FacetSurface, chart: Chart, f: IntArray, below: Chart, m: In
     return degree
 
 
-def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, chart: Chart) -> Array:
+def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, chart: Chart, share: float) -> Array:
     """Outlines (n_pairs, 4 | 8, 2) of master facets in the charts of slave facets, counter-clockwise or not.
 
     A triangle's outline repeats its last corner, where its sides of no length lie.
 
     Every vertex has one image in a slave facet's chart, so neighbouring master facets keep their common sides and tile
-    the slave facet. That of a flat facet is the projection. On curved ones it is that of the foot; where there is none
-    within the continued facet short of its fold, it is the projection on the tangent plane.
+    the slave facet. It is where the vertex's line of action meets the slave facet, the same line as from the slave's
+    point there (`interface.lines`); where there is none within the continued facet short of its fold, it is the
+    same on the tangent plane at its centre. On a flat facet below a parallel one both are the projection.
     """
     corners = master.facets[m][:, :4]
     ring = corners
@@ -101,13 +106,20 @@ def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArra
         ring = np.stack([corners, master.facets[m][:, 4:8]], axis=2).reshape(len(m), 8)
     vertices = master.points[ring].reshape(-1, 3)
     facet = np.repeat(f, ring.shape[1])
-    plane = chart.projected(facet, vertices)
-    inside = ~chart.flat[facet] & ((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1)
-    rows = np.flatnonzero(inside)
-    local = nearest_in_chart(slave, chart, facet[rows], vertices[rows], 2 * SLACK)
-    affine = chart.taper[facet[rows]] == 0
-    reached = (np.abs(local - 0.5) < 0.5 + 2 * SLACK).all(axis=1) & (chart.jacobian(facet[rows], local) > FOLD)
-    rows, local = rows[reached | affine], local[reached | affine]
+    own, theirs = normals_of(slave), normals_of(master).nodal[ring.ravel()]
+    normal = np.repeat(slave.normals(f, chart.middle[f]), ring.shape[1], axis=0)
+    parallel = chart.flat[facet] & own.even[facet] & (np.abs(normal + theirs).max(axis=1) <= PARALLEL)
+    lines = share * normal - (1 - share) * theirs
+    cosine = np.einsum("ni,ni->n", lines, normal)
+    height = np.einsum("ni,ni->n", vertices - chart.origin[facet], normal)
+    seen = ~parallel & (cosine > FACING)
+    vertices_seen = vertices - np.divide(height, cosine, out=np.zeros_like(height), where=seen)[:, None] * lines
+    plane = chart.projected(facet, vertices_seen)
+    rows = np.flatnonzero(~parallel & ((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1))
+    start, _ = chart.from_plane(facet[rows], plane[rows])
+    local, met = meet(slave, facet[rows], start, vertices[rows], -theirs[rows], 1 - share, 2 * SLACK)
+    met &= chart.jacobian(facet[rows], local) > FOLD
+    rows, local = rows[met], local[met]
     plane[rows] = chart.to_plane(facet[rows], local)
     return plane.reshape(len(m), -1, 2)
 

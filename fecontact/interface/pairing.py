@@ -1,7 +1,8 @@
 """Pairs of contact points: each slave node with its foot on the master, and one line of action for both.
 
-The normal of a pair is the master's at the foot. Both bodies get the same force along it, opposite in sign and on one
-line (the foot lies on the normal through the node), so that forces and moments balance exactly.
+The line lies between both normals, the more compliant body's opposite weighing more (`fecontact.interface.lines`). Both
+bodies get the same force along it, opposite in sign and on one line (node and foot lie on it), so that forces and
+moments balance exactly.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from fecontact.errors import MeshError
 from fecontact.interface.covering import Rim, rim_of
 from fecontact.interface.curve import CurveSurface
 from fecontact.interface.facing import NONE_AVERTED, Averted, unopposed
+from fecontact.interface.lines import feet_along
 from fecontact.interface.near import Near
+from fecontact.interface.normals import normals_of, opposing
 from fecontact.interface.surface import FacetSurface, Feet, Surface
 from fecontact.mesh.facets import facet_centres, nodal_areas, tributary_areas
 
@@ -104,6 +107,8 @@ class Pairing:
         The nearest of the pairs of nodes left out because they do not face each other.
     hanging : (k,) int array
         Slave facets that lie over the master in part; known for nodal coupling.
+    share : float
+        Weight of the slave's normal in the lines of action.
     """
 
     nodes: IntArray
@@ -124,6 +129,7 @@ class Pairing:
     sums: Sums | None = None
     averted: Averted = NONE_AVERTED
     hanging: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    share: float = 0.0
 
     @cached_property
     def at_nodes(self) -> sp.csr_matrix:
@@ -186,7 +192,12 @@ def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
 
 
 def pair(
-    slave: FacetSurface, master: Surface, rotation: Array, translation: Array, near: Near | None = None
+    slave: FacetSurface,
+    master: Surface,
+    rotation: Array,
+    translation: Array,
+    near: Near | None = None,
+    share: float = 0.0,
 ) -> Pairing:
     """Pair every slave node with its foot, if it faces it.
 
@@ -198,6 +209,8 @@ def pair(
         Pose of the slave's axes seen from the master's.
     near : Near, optional
         Parts of the surfaces that may touch; nodes elsewhere are left out.
+    share : float, optional
+        Weight of the slave's normal in the lines of action; the master's has the rest.
 
     Raises
     ------
@@ -206,16 +219,16 @@ def pair(
     """
     nodes = slave.nodes if near is None else np.flatnonzero(near.nodes)
     points = slave.points[nodes]
-    feet = master.project(points @ rotation.T + translation)
+    feet = feet_along(master, points @ rotation.T + translation, opposing(slave, nodes) @ rotation.T, share)
     out, nearest = unopposed(slave, nodes, feet, rotation)
     inside, beyond = np.zeros(len(slave.points), bool), np.zeros(len(slave.points), bool)
     inside[nodes], beyond[nodes] = ~feet.beyond, feet.beyond
-    rim = rim_of(slave, master, rotation, translation, inside, beyond)
+    rim = rim_of(slave, master, rotation, translation, inside, beyond, share)
     whole = contact_weights(slave)[nodes]
     weights = covered_weights(slave, rim, inside)[nodes]
     feet = replace(feet, beyond=feet.beyond | out | (weights <= NOTHING * whole))
     pairing = nodal_pairing(slave, nodes, weights, feet, rotation, translation)
-    return replace(pairing, averted=nearest, hanging=rim.partly)
+    return replace(pairing, averted=nearest, hanging=rim.partly, share=share)
 
 
 def covered_weights(slave: FacetSurface, rim: Rim, inside: NDArray[np.bool_]) -> Array:
@@ -327,13 +340,15 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
 
 
 def _nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, faces: IntArray) -> bool:
-    centres, _, _ = slave.evaluate(faces, facet_centres(slave.triangle[faces]))
-    holder = master.project(centres @ pairing.rotation.T + pairing.translation).facet
+    middle, share = facet_centres(slave.triangle[faces]), pairing.share
+    centres, normals = slave.evaluate(faces, middle)[0], -normals_of(slave).at(faces, middle) @ pairing.rotation.T
+    holder = feet_along(master, centres @ pairing.rotation.T + pairing.translation, normals, share).facet
     assert holder is not None
     if (slave.triangle[faces] & ~master.triangle[holder]).any():
         return False
-    corners = slave.points[slave.facets[faces]].reshape(-1, 3) @ pairing.rotation.T + pairing.translation
-    feet = master.project(corners).points
+    nodes = slave.facets[faces].ravel()
+    corners = slave.points[nodes] @ pairing.rotation.T + pairing.translation
+    feet = feet_along(master, corners, opposing(slave, nodes) @ pairing.rotation.T, share).points
     facet = np.repeat(holder, slave.facets.shape[1])
     off = master.distance_to_facet(feet, facet)
     return bool((off <= NESTED_TOLERANCE * master.mean_facet_size[facet]).all())

@@ -68,7 +68,7 @@ class Patches:
             part = slice(start, start + BLOCK)
             c = self.coefficients[..., facet[part]]
             s, t = local[part].T
-            value, along_s, along_t = _first(c, s, t)
+            value, along_s, along_t = first_derivatives(c, s, t)
             x[part] = (value + self.origin[:, facet[part]]).T
             tangents[part, :, 0], tangents[part, :, 1] = along_s.T, along_t.T
         return x, tangents
@@ -94,7 +94,7 @@ class Patches:
 
 def patches(points: Array, facets: IntArray, triangle: Mask) -> Patches:
     """Facets (n_facets, 4 | 8 | 9) on points (n_points, 3) as polynomials."""
-    degree = 3 if triangle.any() else 2
+    degree = 1 if facets.shape[1] == 4 else 3 if triangle.any() else 2
     origin = points[facets[:, 0]]
     offsets = points[facets] - origin[:, None]
     c = np.empty(((degree + 1) ** 2, 3, len(facets)))
@@ -106,7 +106,7 @@ def patches(points: Array, facets: IntArray, triangle: Mask) -> Patches:
     return Patches(np.ascontiguousarray(origin.T), c.reshape(shape), triangle, facets.shape[1])
 
 
-def _first(c: Array, s: Array, t: Array) -> tuple[Array, Array, Array]:
+def first_derivatives(c: Array, s: Array, t: Array) -> tuple[Array, Array, Array]:
     """Value and first derivatives (3, n) of polynomials (m, m, 3, n), by Horner's scheme."""
     in_t = c[:, -1]
     slope_t = np.zeros_like(in_t)

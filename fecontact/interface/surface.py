@@ -7,9 +7,9 @@ facet, for all points and their nearby facets at once.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, TypeVar, cast
+from typing import Protocol, Self, TypeVar, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,7 +18,8 @@ from scipy.spatial import cKDTree
 
 from fecontact.errors import MeshError
 from fecontact.interface.patches import BLOCK, Patches, derivatives, patches
-from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, triangular
+from fecontact.mesh.facets import facet_centres, triangular
+from fecontact.mesh.surfaces import averaged_normals
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -99,17 +100,30 @@ class FacetSurface:
     eight_hats : bool
         Whether eight-node facets can carry pressure shapes, because displacements on them have functions of their own;
         see `interface.hats`.
+    planes : ((k,) int array, (k, 3) array), optional
+        Nodes on planes of symmetry and the normals of these planes; a node on two of them is there twice.
     """
 
     points: Array
     facets: IntArray
     name: str = "surface"
     eight_hats: bool = False
+    planes: tuple[IntArray, Array] | None = None
 
     @cached_property
     def nodes(self) -> IntArray:
         """Distinct node numbers of the surface."""
         return np.unique(self.facets)
+
+    @property
+    def spatial(self) -> FacetSurface:
+        """Facets in space on which points are projected: these themselves, but for a section's curve."""
+        return self
+
+    def moved(self, rotation: Array, translation: Array) -> Self:
+        """The surface in other axes, in which its own stand turned and shifted."""
+        planes = None if self.planes is None else (self.planes[0], self.planes[1] @ rotation.T)
+        return replace(self, points=self.points @ rotation.T + translation, planes=planes)
 
     @cached_property
     def triangle(self) -> NDArray[np.bool_]:
@@ -144,7 +158,7 @@ class FacetSurface:
         return cKDTree(self.points[self.nodes])
 
     @cached_property
-    def _facets_of_node(self) -> IntArray:
+    def facets_of_node(self) -> IntArray:
         """Facets around each surface node (n_surface_nodes, most), filled up by repeating the first."""
         local = np.searchsorted(self.nodes, self.facets.ravel())
         owner = np.repeat(np.arange(len(self.facets)), self.facets.shape[1])
@@ -186,10 +200,11 @@ class FacetSurface:
 
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3), tangents (n, 3, 2) and shape functions (n, k) at facet coordinates."""
-        return *self._patches.evaluate(facet, local), self._patches.shapes(facet, local)
+        return *self.polynomials.evaluate(facet, local), self.polynomials.shapes(facet, local)
 
     @cached_property
-    def _patches(self) -> Patches:
+    def polynomials(self) -> Patches:
+        """The facets as polynomials."""
         return patches(self.points, self.facets, self.triangle)
 
     def normals(self, facet: IntArray, local: Array) -> Array:
@@ -206,7 +221,7 @@ class FacetSurface:
     def project(self, points: Array, n_near: int = 3) -> Feet:
         """Feet of points (n, 3): the nearest over the facets round each point's `n_near` nearest nodes."""
         _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
-        around = self._facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
+        around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
         # one number for each pair of point and facet: its distinct values are found faster than those of pairs
         key = np.unique((np.arange(len(points))[:, None] * len(self.facets) + around).ravel())
         point, facet = np.divmod(key, len(self.facets))
@@ -227,14 +242,7 @@ class FacetSurface:
     @cached_property
     def mean_normals(self) -> Array:
         """Unit normals (n_nodes, 3) averaged over the facets round each surface node; zero elsewhere."""
-        k = self.facets.shape[1]
-        facet, column = np.nonzero(distinct_columns(self.facets))
-        reference = np.stack([facet_nodes(k, False), facet_nodes(k, True)])
-        normals = self.normals(facet, reference[self.triangle[facet].astype(int), column])
-        total = np.zeros_like(self.points)
-        np.add.at(total, self.facets[facet, column], normals)
-        length = np.linalg.norm(total, axis=1, keepdims=True)
-        return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
+        return averaged_normals(self.points, self.facets)[0]
 
     def _lines_of_action(self, facet: IntArray, local: Array, N: Array, offset: Array) -> Array:
         """Unit vectors from foot to point, outwards: a force along them has no moment about the foot.
@@ -267,13 +275,6 @@ class FacetSurface:
         """Distance (n,) of each point from its given facet."""
         return np.sqrt(self._newton(points, facet)[1])
 
-    def nearest_on(self, facet: IntArray, points: Array, slack: float, start: Array | None = None) -> Array:
-        """Coordinates (n, 2) of the point of each given facet nearest to `points`, up to `slack` beyond its sides.
-
-        `start` (n, 2) is where they may be; without it the search starts in the middle of the facets.
-        """
-        return self._newton(points, facet, slack=slack, start=start)[0]
-
     def _newton(
         self, points: Array, facet: IntArray, iterations: int = 30, slack: float = 0.0, start: Array | None = None
     ) -> tuple[Array, Array]:
@@ -297,7 +298,7 @@ class FacetSurface:
         local = facet_centres(triangle) if start is None else np.clip(start, -slack, 1 + slack)
         local = local.T.copy()
         active = np.arange(len(points))
-        polynomials = self._patches.relative_to(facet, points)
+        polynomials = self.polynomials.relative_to(facet, points)
         # continued beyond its sides, a triangle too is searched in a square
         triangle = triangle & (slack == 0)
         for _ in range(iterations):
@@ -316,7 +317,7 @@ class FacetSurface:
             if len(moving) < len(active):
                 active, polynomials = active[moving], polynomials[..., moving]
         out = np.ascontiguousarray(local.T)
-        return out, ((points - self._patches.evaluate(facet, out)[0]) ** 2).sum(axis=1)
+        return out, ((points - self.polynomials.evaluate(facet, out)[0]) ** 2).sum(axis=1)
 
     def _beyond(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
         """Whether a foot lies on a rim side while the point's offset leans outwards across it.

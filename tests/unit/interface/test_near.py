@@ -8,11 +8,14 @@ import pytest
 
 import fecontact as fc
 from fecontact.interface import bounds, near, reach
+from fecontact.interface.lines import feet_along
 from fecontact.interface.mortar import pair_mortar
+from fecontact.interface.normals import normals_of
 from fecontact.interface.pairing import pair
 from fecontact.interface.surface import FacetSurface
 from fecontact.loading import make_loading
 from fecontact.mesh.facets import facet_shapes
+from fecontact.mesh.reference import QUAD_CORNERS
 from fecontact.scene import Scene
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
@@ -88,14 +91,69 @@ def test_gaps_of_parts_left_out_stay_open_under_the_drift_they_were_left_out_for
     drift = near.Drift(np.array([0.2, -0.1, -0.15]), np.array([0.05, -0.3, 0.1]))
     part = near.near_parts(slave, master, *HERE, 0.1, drift)
     facet, places = samples(bounds.parts_of(slave).surface)
-    feet = master.project(places)
-    # a linearised gap as the whole pairing has it; its normals at edges lie within the cones
-    gap = least(facet, feet.gap + np.einsum("ni,ni->n", feet.normals, drift.at(places)))
+    cut = bounds.parts_of(slave)
+    owner, corner = np.repeat(cut.owner, 25), np.tile([0.0, 0.25, 0.5, 0.75, 1.0], 5 * len(cut.owner))
+    assert len(owner) == len(places)
+    across = np.tile(np.repeat([0.0, 0.25, 0.5, 0.75, 1.0], 5), len(cut.owner))
+    local = np.stack([across, corner], axis=1)
+    if quadratic:
+        local = 0.5 * local + 0.5 * np.tile(np.repeat(QUAD_CORNERS, 25, axis=0), (len(slave.facets), 1))
+    assert np.abs(slave.evaluate(owner, local)[0] - places).max() < 1e-14
+    normals = -normals_of(slave).at(owner, local)
     assert (~part.within).mean() > 0.3
-    assert gap[~part.within].min() > 0.1
+    for share in (0.0, 0.5, 0.95):
+        feet = feet_along(master, places, normals, share)
+        # a linearised gap as the whole pairing has it; its lines lie between the cones
+        gap = least(facet, feet.gap + np.einsum("ni,ni->n", feet.normals, drift.at(places)))
+        assert gap[~part.within].min() > 0.1
     # a drift that opens leaves out more than no drift
     away = near.near_parts(slave, master, *HERE, 0.1, near.Drift(np.array([0.0, 0.0, 0.3]), np.zeros(3)))
     assert away.within.sum() < near.near_parts(slave, master, *HERE, 0.1).within.sum()
+
+
+def test_lines_between_two_cones_close_gaps_no_faster_than_the_bound():
+    rng = np.random.default_rng(3)
+    n, tried = 400, 200
+    axes = [np.array([0.0, 0.0, 1.0]), fc.rotation_about((1, 2, 0), 0.6)[:, 2]]
+    angles = (0.25, 0.4)
+    motion = rng.normal(size=(n, 3))
+    cones = [bounds.Cones(np.tile(a, (n, 1)), np.full(n, angle)) for a, angle in zip(axes, angles, strict=True)]
+    bound = near.least_along_lines(motion, *cones)
+    inside = [within_cone(rng, a, angle, tried) for a, angle in zip(axes, angles, strict=True)]
+    share = rng.uniform(size=(tried, 1))
+    lines = share * inside[0] + (1 - share) * inside[1]
+    lines /= np.linalg.norm(lines, axis=1, keepdims=True)
+    least_found = (motion @ lines.T).min(axis=1)
+    assert (bound <= least_found + 1e-12).all()
+    # the bound is no worse than the whole motion, and the slave's cone matters: the master's alone is no bound
+    assert (bound >= -np.linalg.norm(motion, axis=1) - 1e-12).all()
+    alone = near.least_along_lines(motion, cones[1], cones[1])
+    assert (alone > least_found + 0.05).any()
+    # where both cones are one and narrow it is what one normal gives
+    thin = bounds.Cones(np.tile(axes[0], (n, 1)), np.zeros(n))
+    assert np.abs(near.least_along_lines(motion, thin, thin) - motion[:, 2]).max() < 1e-12
+
+
+def within_cone(rng, axis, angle, n):
+    """Directions (n, 3) within a cone, its edge among them."""
+    other = rng.normal(size=(n, 3))
+    other -= (other @ axis)[:, None] * axis
+    other /= np.linalg.norm(other, axis=1, keepdims=True)
+    lean = angle * np.sqrt(rng.uniform(size=(n, 1)))
+    lean[::2] = angle
+    return np.cos(lean) * axis + np.sin(lean) * other
+
+
+@pytest.mark.parametrize("quadratic", [False, True])
+def test_interpolated_normals_lie_in_the_cones(quadratic):
+    surface = grid(6, lambda x, y: 0.3 * np.sin(2 * x) * np.cos(y), quadratic=quadratic)
+    cones = bounds.cones_of(surface)
+    t = np.linspace(0, 1, 7)
+    X = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
+    facet = np.repeat(np.arange(len(surface.facets)), len(X))
+    normals = normals_of(surface).at(facet, np.tile(X, (len(surface.facets), 1)))
+    cosine = np.einsum("ni,ni->n", normals, cones.axis[facet]) / np.linalg.norm(normals, axis=1)
+    assert (np.arccos(np.clip(cosine, -1, 1)) <= cones.angle[facet] + 1e-9).all()
 
 
 @pytest.mark.parametrize("quadratic", [False, True])
@@ -188,12 +246,13 @@ def test_lebesgue_and_bulge_constants_bound_the_shape_functions(columns, triangl
     assert N[:, 4:].sum(axis=1).max() <= bounds.BULGE + 1e-12
 
 
+@pytest.mark.parametrize("share", [0.0, 0.5])
 @pytest.mark.parametrize("couple", [pair, pair_mortar])
-def test_parts_of_many_facets_are_paired_as_the_whole(couple):
+def test_parts_of_many_facets_are_paired_as_the_whole(couple, share):
     slave, master = turned_over(grid(28, bowl)), grid(28, lambda x, y: 0.02 * x, side=2.03)
     part = near.near_parts(slave, master, *HERE, reach=0.05)
     assert part.facets.mean() < 0.25
-    whole, few = couple(slave, master, *HERE), couple(slave, master, *HERE, part)
+    whole, few = couple(slave, master, *HERE, share=share), couple(slave, master, *HERE, part, share)
     same = np.isin(whole.nodes, few.nodes)
     assert np.array_equal(whole.nodes[same], few.nodes)
     # equal but for the order of sums: 1e-13 of lengths of about one
