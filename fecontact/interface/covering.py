@@ -89,9 +89,10 @@ def rim_of(
         facet = facets[facet]
     if isinstance(slave, CurveSurface) or not isinstance(master, FacetSurface):
         weight = np.where(master.project(moved.evaluate(facet, local)[0]).beyond, 0.0, weight)
-    whole = own_samples(own.facets)
     if isinstance(own, CurveSurface):
         whole = curve_samples(own, None, rotation, translation, share)
+    else:
+        whole = own_samples(own.facets)
     covered = _areas(own, np.searchsorted(facets, facet), local, weight)
     return Rim(facets, np.clip(covered / _areas(own, *whole), 0.0, 1.0))
 
