@@ -53,7 +53,9 @@ def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
     size = surface.once(node_sizes)[pairing.nodes[active]]
     spacing = size if surface.facets.shape[1] == 4 else size / 2
     lines = contact.normals[active]
-    lines = lines / np.linalg.norm(lines, axis=1, keepdims=True)
+    length = np.linalg.norm(lines, axis=1, keepdims=True)
+    # radial forces all round a ring have no resultant
+    lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
     feet = master.pose.to_body(contact.points[active] - pairing.gap[active, None] * lines)
     ours = _Near.of(slave, names[0], pairing.slave_points[active], size, ON_RIM * size)
     theirs = _Near.of(master, names[1], feet, size, spacing)

@@ -148,7 +148,8 @@ def ends_near(body: Body, name: str, points: Array, normals: Array, size: Array)
     surface = body.surface(name)
     across = np.eye(3)[np.abs(normals).argmin(axis=1)]
     one = np.cross(normals, across)
-    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    length = np.linalg.norm(one, axis=1, keepdims=True)
+    one = np.divide(one, length, out=one, where=length > 0)
     two = np.cross(normals, one)
     out = np.zeros(len(points), bool)
     for turn in np.arange(8) * np.pi / 4:

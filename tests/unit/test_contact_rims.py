@@ -148,3 +148,16 @@ def test_a_rigid_punch_ends_where_it_ends():
         punch = fc.RigidBody(FlatPunch(sides=(1.0, 1.0)))
         result = fc.Scene([body, punch], [fc.Contact(body, punch)]).solve(motions={punch: {"z": -0.01}})
         assert bool(rim_warnings(result)) is warned
+
+
+def test_rings_shrunk_on_one_another_are_looked_at_without_a_word_of_numpy():
+    """Their forces are radial, so that no line of action is left of them all round."""
+    held = {"bottom": "z"}
+    pin = fc.AxisymmetricBody(fc.sections.rectangle((1.001, 1.0), (3, 3)), STEEL, "right", held, name="pin")
+    wall = fc.sections.rectangle((1.0, 1.0), (3, 3)).translated((1.0, 0.0, 0.0))
+    hub = fc.AxisymmetricBody(wall, STEEL, "left", held, name="hub")
+    result = fc.Scene([pin, hub], [fc.Contact(pin, hub)]).solve()
+    assert result.n_active > 0
+    with np.errstate(all="raise"):
+        assert rim_warnings(result) == []
+        assert isinstance(result.notes, tuple)
