@@ -32,7 +32,7 @@ def opening_by_motions(rows: sp.csr_matrix, modes: Array, rounding: float) -> Ar
     plane that is oblique to the world. Singular vectors find it in any axes, so that a turned scene is the same scene.
     """
     opening = np.asarray(rows @ modes)
-    if not opening.size or not opening.any():
+    if not opening.any():
         return opening
     largest = abs(rows).sum(axis=1).max() * np.abs(modes).max(axis=0)
     largest[largest == 0] = 1.0

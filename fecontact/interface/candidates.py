@@ -62,14 +62,13 @@ def choose(gap: Array, approach: float) -> NDArray[np.int64]:
     order = np.argsort(gap, kind="stable")
     above = gap[order] - gap[order[0]]
     n = int(np.searchsorted(above, MARGIN * approach, side="right"))
-    return np.sort(order[: max(n, min(FEWEST, len(gap)))])
+    return np.sort(order[: max(n, FEWEST)])
 
 
 def grow(chosen: NDArray[np.int64], gap: Array, penetrating: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Take in the penetrating pairs and all others with no larger initial gap than half as much again."""
     limit = gap[penetrating].max() - gap.min()
-    reach = gap - gap.min() <= 1.5 * limit
-    return np.union1d(chosen, np.flatnonzero(reach | penetrating))
+    return np.union1d(chosen, np.flatnonzero(gap - gap.min() <= 1.5 * limit))
 
 
 def widen(chosen: NDArray[np.int64], gap: Array) -> NDArray[np.int64]:

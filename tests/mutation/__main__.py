@@ -55,6 +55,7 @@ SLOW = (
     "baselines",
     "savings",
     "fingerprint",
+    "processes",
 )
 """Words in the names of test files that are about something else."""
 

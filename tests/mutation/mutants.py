@@ -177,6 +177,8 @@ def _places(node: ast.AST, place: _Place) -> Iterator[_Place]:
             here = replace(here, name=target.id if constant else "")
             children = [node.value] if node.value else []
         children += [each for each in ast.iter_child_nodes(node) if isinstance(each, ast.stmt)]
+    elif isinstance(node, ast.Call) and _called(node) == "isinstance":
+        children = node.args[:1]
     else:
         children = list(ast.iter_child_nodes(node))
     if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
@@ -201,7 +203,8 @@ def _changes(place: _Place) -> Iterator[tuple[str, ast.AST, ast.AST | str]]:
             for k, op in enumerate(node.ops):
                 ops = [*node.ops[:k], REVERSED[type(op)], *node.ops[k + 1 :]]
                 yield "comparison reversed", node, ast.Compare(node.left, ops, node.comparators)
-        case ast.BoolOp():
+        # x or {} is a default, not a guard
+        case ast.BoolOp() if not isinstance(node.values[-1], ast.Constant | ast.Dict | ast.Tuple):
             for rest in _without_one(node.values):
                 yield "clause dropped", node, rest[0] if len(rest) == 1 else ast.BoolOp(node.op, rest)
         case ast.BinOp(op=ast.BitAnd() | ast.BitOr()) if not isinstance(place.parent, ast.Module):

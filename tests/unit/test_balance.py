@@ -69,6 +69,16 @@ def test_only_bodies_that_move_are_named_and_only_loads_that_are_there_are_asked
     check_balance([under], Loading((make_frame(resting, motion={"z": -1.0}),), (None,)))
 
 
+@pytest.mark.parametrize(("share", "named"), [(0.8e-6, False), (1.3e-6, True)])
+def test_a_body_is_named_where_it_moves_by_more_than_1e_6_of_all(share, named):
+    one, other = plate("one"), plate("other")
+    frames = make_frame(one, force=(0, 0, 1.0)), make_frame(other, force=(0, 0, share))
+    with pytest.raises(SupportError) as caught:
+        check_balance([Legs(one)], Loading(frames, (None, None)))
+    assert "one: translation" in str(caught.value)
+    assert ("other: " in str(caught.value)) is named
+
+
 def test_a_body_that_nothing_touches_is_refused():
     with pytest.raises(SupportError, match="alone"):
         check_balance([Legs(plate())], Loading((make_frame(plate("alone"), force=(0, 0, -1.0)),), (None,)))

@@ -171,6 +171,22 @@ def test_choose_and_grow():
     assert np.array_equal(candidates.grow(chosen, gap, penetrating), np.arange(92))
 
 
+def test_approach_between_two_points_is_that_of_the_area_so_far():
+    # the first of two areas of 1 overlaps by d: E* d = force, up to the second point at a gap of 0.2; there both do
+    gap, area = np.array([0.0, 0.2]), np.ones(2)
+    for d in (0.05, 0.14):
+        assert abs(candidates.approach_for_load(gap, area, 3.0, 3.0 * d) / d - 1) < 1e-12
+
+
+def test_widen_takes_in_twice_the_gap_and_as_many_again():
+    gap = np.array([0.0, 0.1, 0.15, 0.19, 0.21, 0.3, 0.4])
+    assert candidates.widen(np.array([0, 1]), gap).tolist() == [0, 1, 2, 3]
+    assert candidates.widen(np.array([0]), gap).tolist() == [0, 1]
+    assert candidates.widen(np.arange(5), gap).tolist() == list(range(7))
+    # what was chosen stays, however far
+    assert candidates.widen(np.array([0, 6]), gap).tolist() == list(range(7))
+
+
 def test_grow_keeps_those_it_had():
     gap = np.array([0.0, 0.5, 0.1, 2.0])
     penetrating = np.array([False, False, True, False])
