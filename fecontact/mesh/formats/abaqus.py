@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.errors import InputError, MeshError
 from fecontact.mesh.formats.abaqusdeck import Deck, labelled_faces, listed, member_and_label, nodes_of, read_deck
-from fecontact.mesh.formats.abaquskeywords import Section, read_sections
+from fecontact.mesh.formats.abaquskeywords import Section, one_spelling, read_sections, refuse_generated
 from fecontact.mesh.formats.raw import RawMesh
 
 Array = NDArray[np.float64]
@@ -86,7 +86,9 @@ def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
         If the file has unknown elements, broken numbers or missing references.
     """
     try:
-        sections = _by_place(list(read_sections(path)), path.name)
+        found = one_spelling(list(read_sections(path)))
+        refuse_generated(found)
+        sections = _by_place(found, path.name)
         if not sections.parts and not sections.instances:
             if part is not None:
                 raise InputError(f"{path.name} is one mesh without parts, so there is no part {part!r} to be taken.")

@@ -73,6 +73,9 @@ def read_deck(sections: list[Section], source: str) -> Deck:
     rows_of_nodes = np.concatenate(nodes) if nodes else np.zeros((0, 4))
     if not len(rows_of_nodes):
         raise MeshError(f"{source} defines no nodes (*NODE).")
+    places = [s.place for s in sections if s.keyword == "NODE"]
+    owner = np.repeat(np.arange(len(nodes)), [len(n) for n in nodes])
+    rows_of_nodes = _defined_once(rows_of_nodes, "node", [places[k] for k in owner])
     node_ids = rows_of_nodes[:, 0].astype(np.int64)
     blocks: list[tuple[str, IntArray]] = []
     kinds: list[str] = []
@@ -96,6 +99,7 @@ def read_deck(sections: list[Section], source: str) -> Deck:
         if name:
             groups.setdefault(name, []).append(start + np.arange(len(rows)))
     all_elements = np.concatenate(element_ids) if element_ids else np.zeros(0, np.int64)
+    _refuse_other_elements(all_elements, blocks, source)
     points, kinds_of = rows_of_nodes[:, 1:], np.array(kinds, dtype=np.str_)
     sets = {k: np.concatenate(v) for k, v in groups.items()}
     deck = Deck(node_ids, all_elements, kinds_of, RawMesh(points, blocks, sets, facets), source)
@@ -104,6 +108,29 @@ def read_deck(sections: list[Section], source: str) -> Deck:
     node_sets = _node_sets(sections, deck)
     faces, open_sets = _surfaces(sections, deck, node_sets)
     return replace(deck, raw=replace(deck.raw, faces=faces, node_sets={**node_sets, **open_sets}))
+
+
+def _defined_once(rows: NDArray, what: str, places: Sequence[str]) -> NDArray:
+    """Rows with the same number and values taken once; refused where the values differ."""
+    _, first, inverse = np.unique(rows[:, 0], return_index=True, return_inverse=True)
+    first_of = first[inverse.ravel()]
+    other = (rows != rows[first_of]).any(axis=1)
+    if other.any():
+        k = int(np.argmax(other))
+        raise MeshError(
+            f"{places[k]}: {what} {int(rows[k, 0])} is defined again with other values; it was first defined at "
+            f"{places[first_of[k]]}. Leave one of the two out."
+        )
+    return rows[np.sort(first)]
+
+
+def _refuse_other_elements(ids: IntArray, blocks: Sequence[tuple[str, IntArray]], source: str) -> None:
+    """Refuse elements of one number with different nodes; those with the same nodes are taken once when it is built."""
+    if len(np.unique(ids)) == len(ids):
+        return
+    width = max(cells.shape[1] for _, cells in blocks)
+    rows = np.concatenate([np.pad(c, ((0, 0), (0, width - c.shape[1])), constant_values=-1) for _, c in blocks])
+    _defined_once(np.concatenate([ids[:, None], rows], axis=1), "element", [f"{source}, *ELEMENT"] * len(ids))
 
 
 def _kind(name: str, source: str) -> tuple[str, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +11,31 @@ from numpy.typing import NDArray
 
 from fecontact.errors import MeshError
 
+#: Keywords of Abaqus and CalculiX that make or move nodes and elements. (*TRANSFORM turns loads and supports only.)
+GENERATORS = {
+    "SYSTEM",
+    "NGEN",
+    "NFILL",
+    "NCOPY",
+    "NMAP",
+    "ELGEN",
+    "ELCOPY",
+    "SYMMETRIC MODEL GENERATION",
+    "IMPORT",
+    "REFINE MESH",
+}
+#: Keywords with lists that may stand in another file.
+LISTS = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"}
+
 
 @dataclass(frozen=True)
 class Section:
-    """A keyword with its parameters (names in capitals) and data lines."""
+    """A keyword with its parameters (names in capitals), data lines, and where it stands: ``file, line 12``."""
 
     keyword: str
     parameters: dict[str, str]
     lines: list[str]
+    place: str = ""
 
 
 def read_sections(path: Path) -> Iterator[Section]:
@@ -29,14 +46,16 @@ def read_sections(path: Path) -> Iterator[Section]:
         raise MeshError(f"{path} could not be read: {error.strerror}.") from error
     keyword, lines = "", []
     parameters: dict[str, str] = {}
-    for line in text.splitlines():
+    place = ""
+    for number, line in enumerate(text.splitlines(), start=1):
         if line.startswith("**") or not line.strip():
             continue
         if not line.startswith("*"):
             lines.append(line.strip())
             continue
         if keyword:
-            yield Section(keyword, parameters, lines)
+            yield Section(keyword, parameters, lines, place)
+        place = f"{path.name}, line {number}"
         head, *rest = line[1:].split(",")
         keyword, lines = " ".join(head.upper().split()), []
         pairs = [item.partition("=") for item in rest if item.strip()]
@@ -45,7 +64,44 @@ def read_sections(path: Path) -> Iterator[Section]:
             yield from read_sections(path.parent / parameters.get("INPUT", ""))
             keyword = ""
     if keyword:
-        yield Section(keyword, parameters, lines)
+        yield Section(keyword, parameters, lines, place)
+
+
+def one_spelling(sections: list[Section]) -> list[Section]:
+    """Names of sets and surfaces as they are spelled first: capitals make no difference in these files."""
+    first: dict[tuple[str, str], str] = {}
+    out = []
+    for s in sections:
+        given = dict(s.parameters)
+        for name in ("ELSET", "NSET", "NAME"):
+            if name in given and (name != "NAME" or s.keyword == "SURFACE"):
+                given[name] = first.setdefault((name, given[name].upper()), given[name])
+        out.append(replace(s, parameters=given))
+    return out
+
+
+def refuse_generated(sections: list[Section]) -> None:
+    """Refuse keywords that make or move nodes and elements, which would be missing or in another place.
+
+    Raises
+    ------
+    MeshError
+        Names the keyword and its line.
+    """
+    for s in sections:
+        system = s.parameters.get("SYSTEM", "R").upper() if s.keyword == "NODE" else "R"
+        listed = [p for p in ("INPUT", "FILE", "OFFSET") if p in s.parameters and s.keyword in LISTS]
+        if s.keyword in GENERATORS:
+            what, why = f"*{s.keyword}", "makes or moves nodes or elements"
+        elif system != "R":
+            what, why = f"*NODE, SYSTEM={system}", "gives cylindrical or spherical coordinates"
+        elif listed:
+            what, why = f"*{s.keyword}, {listed[0]}=", "takes data from elsewhere or renumbers them"
+        else:
+            continue
+        raise MeshError(
+            f"{s.place}: {what} {why}, which is not done here. Write the mesh out in full: plain *NODE and *ELEMENT."
+        )
 
 
 def table(lines: list[str], columns: int, dtype: type) -> NDArray:
