@@ -96,7 +96,9 @@ class Chart:
             p, q = whole - twisted, whole + twisted
             s, t = cross(r, b), cross(a, r)
             root = np.sqrt(np.maximum(p**2 + 4 * cross(a, d) * s, 0.0))
-            local[bent] = 0.5 + 2 * np.stack([s / (p + root), t / (q + root)], axis=1)
+            # beyond the fold a sum may be zero: such points lie far outside the facet
+            least = np.finfo(float).eps * np.abs(whole)
+            local[bent] = 0.5 + 2 * np.stack([s / np.maximum(p + root, least), t / np.maximum(q + root, least)], axis=1)
             jacobian[bent] = root
         return local, jacobian
 
@@ -130,7 +132,8 @@ def _charts(surface: FacetSurface) -> Chart:
     image = middle[:, None] + np.einsum("nij,nkj->nki", inverse, offsets)
     k0, k1, k2, k3 = image.swapaxes(0, 1)
     a, b, d = (k1 + k2 - k0 - k3) / 2, (k2 + k3 - k0 - k1) / 2, k0 - k1 + k2 - k3
-    change = (np.abs(cross(a, d)) + np.abs(cross(d, b))) / (2 * cross(a, b))
+    whole, most = cross(a, b), np.abs(cross(a, d)) + np.abs(cross(d, b))
+    change = np.divide(most, 2 * whole, out=np.full_like(most, np.inf), where=whole != 0)
     bilinear = ~surface.triangle & (change > AFFINE) & (change < 1 - FOLD)
     taper: Array = np.where(bilinear, change, 0.0)
     departure = _departure(surface, tangents)
@@ -182,5 +185,8 @@ def _nearness(chart: Chart, facet: IntArray, triangle: Array) -> Array:
     start, end, middle = squared[:, :3], np.roll(squared[:, :3], -1, axis=1), squared[:, 3:]
     slope, bend = (end - start) / 2, (end + start) / 2 - middle
     # one over the root nearest to the middle; stable where J^2 is nearly linear or constant
-    inverse = (np.abs(slope) + np.sqrt((slope**2 - 4 * middle * bend).astype(complex))) / (2 * middle)
-    return np.asarray(np.abs(inverse / (1 + np.sqrt(1 - inverse**2))).max(axis=1))
+    root = np.abs(slope) + np.sqrt((slope**2 - 4 * middle * bend).astype(complex))
+    # a side whose middle is on the fold is as near to it as can be
+    off = middle > np.finfo(float).eps * np.abs(root)
+    inverse = np.divide(root, 2 * middle, out=np.ones_like(root), where=off)
+    return np.asarray(np.where(off, np.abs(inverse / (1 + np.sqrt(1 - inverse**2))), 1.0).max(axis=1))
