@@ -20,7 +20,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.errors import FecontactError, SolverError
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.linearisation import BEARABLE, linearisation_error
+from fecontact.linearisation import BEARABLE, driven_motions, linearisation_error
 from fecontact.moved import moved, turned
 from fecontact.partly import Guide, solve_guided
 
@@ -130,7 +130,9 @@ def _elastic_size(result: ContactResult) -> float:
     """Largest elastic displacement, but not less than 1e-9 of a body."""
     rest = [
         u - frame.modes(motion[:, None])[:, 0]
-        for u, frame, motion in zip(result.state.displacements, result.loading.frames, result.motions, strict=True)
+        for u, frame, motion in zip(
+            result.state.displacements, result.loading.frames, driven_motions(result), strict=True
+        )
     ]
     floor = 1e-9 * min(frame.body.size for frame in result.loading.frames)
     return max(floor, *(float(np.abs(r).max(initial=0.0)) for r in rest))
@@ -177,7 +179,7 @@ class _Path:
 
     def begin(self, result: ContactResult) -> None:
         """Go to where a result of small motions leads, besides what is prescribed."""
-        steps = np.stack([m - f.moved for m, f in zip(result.motions, result.loading.frames, strict=True)])
+        steps = np.stack([m - f.moved for m, f in zip(driven_motions(result), result.loading.frames, strict=True)])
         self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
 
@@ -188,7 +190,7 @@ class _Path:
 
     def steps(self, result: ContactResult) -> Array:
         """Change of the places (n_bodies, 6) that the present problem asks for."""
-        return np.stack([_advance(p, m) for p, m in zip(self._place, result.motions, strict=True)])
+        return np.stack([_advance(p, m) for p, m in zip(self._place, driven_motions(result), strict=True)])
 
     def size_of(self, steps: Array) -> float:
         """Largest displacement that steps (n_bodies, 6) mean."""

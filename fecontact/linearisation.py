@@ -32,6 +32,8 @@ IntArray = NDArray[np.int64]
 BEARABLE = 1e-3
 #: Points of a contact that are looked at: so many of those in contact, and so many of the nearest others.
 MOST_POINTS = 400
+#: Opening by a unit of a rigid motion, relative to the largest, below which it changes no gap.
+NEUTRAL = 1e-7
 #: Share of a foot that nodes inside the surface have at the most if it lies on the rim.
 ON_RIM = 1e-9
 #: Least approach, relative to the smallest body, by which changes are judged: less is rounding.
@@ -78,15 +80,32 @@ def linearisation_error(result: ContactResult) -> LinearisationError:
     """
     least = LEAST_APPROACH * min(b.size for b in result.scene.bodies)
     found = [LinearisationError(0.0, least, 0.0)]
-    if np.any(result.motions):
-        after = {
-            id(f.body): _Motion(f.body, f.point, m) for f, m in zip(result.loading.frames, result.motions, strict=True)
-        }
+    motions = driven_motions(result)
+    if np.any(motions):
+        after = {id(f.body): _Motion(f.body, f.point, m) for f, m in zip(result.loading.frames, motions, strict=True)}
         found += [_of_contact(i, c, after) for i, c in zip(result.interfaces, result.contacts, strict=True)]
         found += [_of_spring(s, after) for s in result.springs]
-    stretch = max(float(m[3:] @ m[3:]) / 2 for m in result.motions)
+    stretch = max(float(m[3:] @ m[3:]) / 2 for m in motions)
     approach = max(e.approach for e in found)
     return LinearisationError(max(e.gap for e in found), approach, max(e.direction for e in found), stretch)
+
+
+def driven_motions(result: ContactResult) -> Array:
+    """Rigid motions (n_bodies, 6) of a result without those that change no gap, which are as large as chance has it."""
+    frames, motions = result.loading.frames, result.motions
+    B = result.reduction.problem.B
+    if not len(B):
+        return motions
+    squares, directions = np.linalg.eigh(B @ B.T)
+    neutral = directions[:, squares <= NEUTRAL**2 * squares[-1]]
+    scale = np.array([[1.0] * 3 + [f.body.size] * 3 for f in frames])
+    count = np.cumsum([0] + [p.released.shape[1] for p in result.reduction.parts])
+    fields = [
+        p.frame.released @ neutral[a:b] for p, a, b in zip(result.reduction.parts, count, count[1:], strict=False)
+    ]
+    basis, _ = np.linalg.qr(scale.reshape(-1, 1) * np.concatenate(fields))
+    flat = (scale * motions).ravel()
+    return np.asarray((flat - basis @ (basis.T @ flat)).reshape(motions.shape) / scale)
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,7 +39,9 @@ def test_two_condyles_share_the_load_by_statics(row):
     femur = fc.RigidBody(Bicondyle(radii, places), name="femur")
     scene = fc.Scene([flat, femur], [fc.Contact(flat, femur)])
     moment = (0.0, xp * load, 0.0)  # a load along -z at x = xp about the origin
-    result = scene.solve(forces={femur: (0, 0, -load)}, moments={femur: moment}, free={femur: "rx"})
+    # in the given pose, whose pole line the places are on
+    loads = {"forces": {femur: (0, 0, -load)}, "moments": {femur: moment}, "free": {femur: "rx"}}
+    result = scene.solve(**loads, finite_motion=False)
     contact = result.contacts[0]
     pushed = contact.forces[:, None] * contact.normals  # on the flat
     share, centre = [], []
