@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 #: Rotation (radians) and translation (of the largest body, gap and elastic displacement) by which a body that contacts
 #: hold at rest can have moved; beyond, nothing but rounding or the corners of facets has stopped it.
 LARGEST_TURN, LARGEST_SHIFT = 1.0, 1e3
+#: Share of the largest opening by a unit motion up to which contacts do not resist one (flat facets are read from files
+#: with seven digits), and share of a load that may lie in such a motion.
+UNRESISTED, SWALLOWED = 1e-6, 1e-5
 
 
 def opening_by_motions(rows: sp.csr_matrix, modes: Array, rounding: float) -> Array:
@@ -57,6 +60,7 @@ def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
         Names the motion in words.
     """
     blocks, load = [], []
+    _check_across(interfaces, loading)
     for k, frame in enumerate(loading.frames):
         if frame.released.shape[1] == 0:
             continue
@@ -89,13 +93,51 @@ def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
         motion = frame.released @ part
         if np.linalg.norm(arm * motion) > 1e-6 * np.linalg.norm(direction):
             texts.append(frame.describe(motion))
-    raise SupportError(
+    raise _unbalanced(texts, interfaces)
+
+
+def _unbalanced(texts: Sequence[str], interfaces: Sequence[Rows]) -> SupportError:
+    return SupportError(
         "No contact forces can balance the load; it drives a motion that nothing resists - "
         + "; ".join(texts)
         + ". "
         + "".join(i.says_of_balance for i in interfaces if i.says_of_balance)
         + "Support the body in that motion, prescribe it with motions=, or change the load."
     )
+
+
+def _check_across(interfaces: Sequence[Rows], loading: Loading) -> None:
+    """Refuse a load on a body as a whole with a component in which no contact resists the body.
+
+    The frame follows along the load only and is held across it. On a frictionless floor 10 sideways and 1 downwards
+    would so become a wedge that presses with 101. What no contact resists is judged by the contacts' lines of action,
+    so that a turned scene is the same scene.
+
+    Raises
+    ------
+    SupportError
+        Names the component as a motion.
+    """
+    texts = []
+    for frame in loading.frames:
+        if not frame.load.any():
+            continue
+        rows = [r for i in interfaces if (r := i.rows(frame.body)) is not None]
+        modes = frame.modes(np.eye(6))
+        opening = np.concatenate([np.zeros((0, 6)), *(r @ modes for r in rows)])
+        for kind in (range(3), range(3, 6)):
+            left = [c for c in kind if c not in frame.prescribed]
+            if not frame.load[left].any():
+                continue
+            _, singular, Vt = np.linalg.svd(np.linalg.qr(opening[:, left], mode="r"))
+            resisting = int((singular > UNRESISTED * singular.max(initial=0.0)).sum())
+            swallowed = Vt[resisting:].T @ (Vt[resisting:] @ frame.load[left])
+            if np.linalg.norm(swallowed) > SWALLOWED * np.linalg.norm(frame.load[left]):
+                motion = np.zeros(6)
+                motion[left] = swallowed
+                texts.append(frame.describe(motion))
+    if texts:
+        raise _unbalanced(texts, interfaces)
 
 
 def check_rest(result: ContactResult) -> ContactResult:

@@ -6,7 +6,11 @@ about the body's reference point) are
 - **held**, if a support resists them and nothing else is said;
 - **moved** by what `motions` prescribes;
 - **loaded**, along the direction of the force and about that of the moment that `forces` and `moments` give: there
-  the frame follows, across it stays held;
+  the frame follows, across it stays held. The direction is that of the load, not its components along the world's
+  axes: a turned scene is then the same scene. A load with a component in which no contact resists the body is refused
+  (`balance.check_balance`): held across its load, the body would be a wedge. Where the hold across takes a large share
+  of the load, a warning says so and how to release it. A force at a point of a rigid body also lets the body turn about
+  that point, as a load through a ball joint does;
 - **free**, if no support resists them, or if `free` names them.
 
 A load on a body acts through its supports as through a rigid platen; on a component that floats it is spread over the
@@ -46,6 +50,8 @@ class Frame:
         Force and moment that act on the body as a whole.
     spread : bool
         Whether that load is spread over the mass instead of acting through the supports.
+    prescribed : tuple of int
+        Components that `motions` prescribes, zero or not.
     """
 
     body: Body
@@ -54,6 +60,7 @@ class Frame:
     mean_held: Array
     load: Array
     spread: bool
+    prescribed: tuple[int, ...] = ()
 
     @property
     def point(self) -> Array:
@@ -112,8 +119,21 @@ def make_frame(
     moment: ArrayLike | None = None,
     motion: Mapping[str, float] | None = None,
     free: str | Sequence[str] = (),
+    pushes: Sequence[tuple[Array, Array]] = (),
+    turning: Sequence[int] = (0, 1, 2),
 ) -> Frame:
     """Sort the six components of a body.
+
+    Parameters
+    ----------
+    body : Body
+    force, moment, motion, free
+        As of `Scene.solve`, for this body.
+    pushes : sequence of ((3,) array, (3,) array)
+        World points of the body's frame and the forces that act there. They let the body turn about their mean point,
+        weighted by the forces' sizes, so that the answer does not depend on the reference point.
+    turning : sequence of int
+        Axes about which bodies of this scene can turn.
 
     Raises
     ------
@@ -126,6 +146,12 @@ def make_frame(
             np.zeros(3) if moment is None else vector(moment, f"The moment on {body.name!r}"),
         ]
     )
+    point = body.pose.to_world(body.reference_point)
+    for _, push in pushes:
+        load[:3] += push
+    direct = load.copy()
+    for at, push in pushes if len(turning) else ():
+        load[3:] += np.cross(at - point, push)
     prescribed = _motion(motion, body)
     names = free.split() if isinstance(free, str) else list(free)
     if unknown := set(names) - set(COMPONENTS):
@@ -133,7 +159,7 @@ def make_frame(
             f"Unknown free components {sorted(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}."
         )
     freed = [COMPONENTS.index(n) for n in names]
-    if both := (set(np.flatnonzero(load).tolist()) | set(freed)) & set(prescribed):
+    if both := (set(np.flatnonzero(direct).tolist()) | set(freed)) & set(prescribed):
         which = ", ".join(COMPONENTS[c] for c in sorted(both))
         raise InputError(f"{body.name!r} is both loaded (or free) and moved in {which}; a component takes one of them.")
     Q = body.pose.rotation
@@ -141,8 +167,9 @@ def make_frame(
     floating = scale * np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
     unit = np.eye(6)
     # the directions of force and moment, not their components: a turned scene is then the same scene
-    along = np.stack([np.concatenate([load[:3], np.zeros(3)]), np.concatenate([np.zeros(3), load[3:]])], axis=1)
-    everything = gram_schmidt(np.concatenate([along, unit[:, freed], floating], axis=1), 1e-8)
+    along = np.stack([np.concatenate([direct[:3], np.zeros(3)]), np.concatenate([np.zeros(3), direct[3:]])], axis=1)
+    jointed = _turns_about_pushes(pushes, turning, point, body.size)
+    everything = gram_schmidt(np.concatenate([along, jointed, unit[:, freed], floating], axis=1), 1e-8)
     released = _without(everything, list(prescribed))
     # what floats and is not released; completing the basis judges dependence by the columns' own length
     mean_held = gram_schmidt(np.concatenate([released, floating], axis=1), 1e-8)[:, released.shape[1] :]
@@ -151,7 +178,19 @@ def make_frame(
         moved[component] = value
     work = np.abs(floating.T @ (load[:, None] / scale)).max(initial=0.0) if load.any() else 0.0
     spread = bool(work > 1e-9 * np.abs(load[:, None] / scale).max()) if work else False
-    return Frame(body, released / scale, moved, mean_held / scale, load, spread)
+    return Frame(body, released / scale, moved, mean_held / scale, load, spread, tuple(prescribed))
+
+
+def _turns_about_pushes(
+    pushes: Sequence[tuple[Array, Array]], turning: Sequence[int], point: Array, size: float
+) -> Array:
+    """Turns (6, k) about the mean point of forces, as motions of the reference point, rotations times `size`."""
+    sizes = np.array([np.linalg.norm(push) for _, push in pushes])
+    if not sizes.any():
+        return np.zeros((6, 0))
+    centre = sizes @ np.array([at for at, _ in pushes]) / sizes.sum()
+    axes = np.eye(3)[list(turning)].reshape(-1, 3)
+    return np.concatenate([np.cross(axes, point - centre).T, size * axes.T])
 
 
 def _without(basis: Array, components: list[int]) -> Array:

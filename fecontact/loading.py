@@ -121,12 +121,23 @@ def make_loading(
     setting = setting_of(bodies)
     _check_forces(setting, boundary, gravity)
     frames, distributed = [], []
+    turning = [c - 3 for c in setting.motions if c >= 3]
     for body in bodies:
         frame = make_frame(
-            body, whole.get(body), (moments or {}).get(body), (motions or {}).get(body), (free or {}).get(body, ())
+            body,
+            whole.get(body),
+            (moments or {}).get(body),
+            (motions or {}).get(body),
+            (free or {}).get(body, ()),
+            _pushes(body, boundary),
+            turning,
         )
         setting.check_frame(frame)
-        parts = [_local_force(b, place, f) for (b, place), f in boundary.items() if b is body]
+        parts = [
+            _local_force(b, place, f)
+            for (b, place), f in boundary.items()
+            if b is body and (isinstance(b, ElasticBody) or isinstance(place, str))
+        ]
         parts += [_pressure(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
         if gravity is not None and isinstance(body, ElasticBody):
             parts.append(_gravity(body, gravity))
@@ -137,6 +148,20 @@ def make_loading(
     return Loading(
         tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * max(map(_farness, bodies), default=0.0))
     )
+
+
+def _pushes(body: Body, local: Mapping[tuple[Body, Any], ArrayLike]) -> list[tuple[Array, Array]]:
+    """World points of a body that does not deform as a whole, and the forces given there."""
+    if isinstance(body, ElasticBody):
+        return []
+    return [
+        (
+            body.pose.to_world(vector(place, f"The point of the force on {body.name!r}")),
+            vector(force, f"The force at {place} of {body.name!r}"),
+        )
+        for (b, place), force in local.items()
+        if b is body and not isinstance(place, str)
+    ]
 
 
 def _check_forces(setting: Setting, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:

@@ -189,7 +189,9 @@ class Scene:
         forces : mapping, optional
             Force (3,) in world axes on a body as a whole, on one of its boundaries with the key
             ``(body, "boundary")``, spread evenly over it, or at a point of its own axes with ``(body, (x, y, z))``: a
-            node, or any point of the frame that its supports stand for.
+            node, or any point of the frame that its supports stand for. A force on the body as a whole moves the frame
+            along itself, across it the frame is held; a component that no contact resists is refused. At a point of a
+            rigid body a force acts as through a ball joint: the body also turns about the point.
         moments : mapping of Body to (3,), optional
             About the body's reference point (its centre of mass).
         motions : mapping of Body to {component: value}, optional

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import InputError
+from fecontact.errors import InputError, SupportError
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.frames import make_frame
 from fecontact.loading import make_loading
@@ -277,3 +277,71 @@ def test_meshes_up_to_the_limits_are_solved(length):
     body, plane = fc.ElasticBody(mesh, STEEL, "bottom", {"top": "xyz"}), fc.RigidBody(fc.Plane())
     result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(forces={body: (0, 0, -1.0)})
     assert abs(result.contacts[0].total_force - 1) < 1e-12
+
+
+def on_a_floor(turn):
+    block = cube(HELD, name="block").placed(rotation=turn)
+    floor = fc.RigidBody(fc.Plane()).placed(turn @ [0, 0, 0.9], turn @ fc.rotation_about((1, 0, 0), np.pi))
+    return block, fc.Scene([block, floor], [fc.Contact(block, floor)])
+
+
+@pytest.mark.parametrize("turn", [np.eye(3), Q])
+def test_a_load_across_what_contacts_resist_is_refused(turn):
+    # 10 sideways and 1 upwards against a frictionless ceiling: the wedge carried 101
+    block, scene = on_a_floor(turn)
+    with pytest.raises(SupportError, match=r"motion that nothing resists - block: translation along"):
+        scene.solve(forces={block: turn @ [10, 0, 1]})
+    # from both sides of the tolerance of 1e-5
+    with pytest.raises(SupportError, match=r"block: translation along"):
+        scene.solve(forces={block: turn @ [1.1e-5, 0, 1]})
+    for sideways in (0.0, 0.9e-5):
+        force = scene.solve(forces={block: turn @ [sideways, 0, 1]}).contacts[0].total_force
+        assert abs(force - 1) < 1e-9
+    with pytest.raises(SupportError, match=r"block: rotation about"):
+        scene.solve(forces={block: turn @ [0, 0, 1]}, moments={block: turn @ [0.01, 0, 0.1]})
+
+
+def test_the_component_that_nothing_resists_is_named_and_can_be_held():
+    block, scene = on_a_floor(np.eye(3))
+    with pytest.raises(SupportError, match=r"block: translation along x\."):
+        scene.solve(forces={block: (10, 0, 1)})
+    held = scene.solve(forces={block: (0, 0, 1)}, motions={block: {"x": 0.0}})
+    assert abs(held.contacts[0].total_force - 1) < 1e-9
+
+
+@pytest.mark.parametrize("at", [(0.6, 0.9, 0.3), (1.0, 1.0, 0.0), (0.2, 0.5, -2.0)])
+def test_a_force_at_a_point_of_a_rigid_body_is_carried_with_its_moment(at):
+    # a rigid plate on three legs, its reference point elsewhere: the legs' resultant is the force, at its point
+    legs = [
+        fc.ElasticBody(fc.shapes.block((0.2, 0.2, 1.0), (1, 1, 2)), STEEL, "top", HELD, name=f"leg {k}").placed(t)
+        for k, t in enumerate([(0, 0, -1), (2, 0, -1), (0, 3, -1)])
+    ]
+    plate = fc.RigidBody(fc.Plane(), name="plate").placed((5, 5, 0), fc.rotation_about((1, 0, 0), np.pi))
+    scene = fc.Scene([*legs, plate], [fc.Contact(leg, plate) for leg in legs])
+    point = tuple(plate.pose.to_body(np.array(at)))
+    result = scene.solve(forces={(plate, point): (0, 0, -0.1)})
+    forces = np.array([c.total_force for c in result.contacts])
+    centres = np.array([c.centre_of_pressure for c in result.contacts])
+    assert forces.min() > 1e-3
+    assert abs(forces.sum() - 0.1) < 1e-9
+    assert np.abs(forces @ centres[:, :2] / 0.1 - at[:2]).max() < 1e-6
+    # beyond the legs the plate tips, and a point that may not turn is held by its moment
+    with pytest.raises(SupportError, match=r"plate: rotation about"):
+        scene.solve(forces={(plate, tuple(plate.pose.to_body(np.array([3.0, 3.0, 0.0])))): (0, 0, -0.1)})
+    upright = scene.solve(forces={(plate, point): (0, 0, -0.1)}, motions={plate: dict.fromkeys(("rx", "ry", "rz"), 0)})
+    assert abs(upright.reaction(plate)[3:]).max() > 1e-3
+
+
+def test_a_force_at_a_point_in_plane_and_axisymmetric_scenes():
+    section = fc.sections.rectangle((1.0, 1.0), (2, 2))
+    punch = fc.RigidBody(fc.Plane(), name="punch").placed((0, 0, 1), fc.rotation_about((1, 0, 0), np.pi))
+    slab = fc.PlaneBody(section, STEEL, "top", {"bottom": "xz"})
+    result = fc.Scene([slab, punch], [fc.Contact(slab, punch)]).solve(forces={(punch, (0.45, 0.0, 0.0)): (0, 0, -1.0)})
+    contact = result.contacts[0]
+    assert abs(contact.total_force - 1) < 1e-9
+    assert abs(contact.centre_of_pressure[0] - 0.45) < 1e-6
+    with pytest.raises(InputError, match=r"loaded, moved or free in .*rx"):
+        fc.Scene([slab, punch], [fc.Contact(slab, punch)]).solve(forces={(punch, (0.45, 0.1, 0.0)): (0, 0, -1.0)})
+    disc = fc.AxisymmetricBody(section, STEEL, "top", {"bottom": "xz"})
+    ring = fc.Scene([disc, punch], [fc.Contact(disc, punch)]).solve(forces={(punch, (0.45, 0.0, 0.0)): (0, 0, -1.0)})
+    assert abs(ring.contacts[0].force[2]) == pytest.approx(1.0, rel=1e-9)
