@@ -84,6 +84,18 @@ def test_a_body_that_nothing_touches_is_refused():
         check_balance([Legs(plate())], Loading((make_frame(plate("alone"), force=(0, 0, -1.0)),), (None,)))
 
 
+@pytest.mark.parametrize("length", [1e-9, 1.0, 1e9])
+def test_what_no_row_sees_is_compared_with_the_others_in_whatever_unit(length):
+    """Moments of the same size on a plate with legs, which carry its moment, and on one without."""
+    standing, alone = plate("standing"), plate("alone")
+    legs = Legs(standing)
+    legs.places *= length
+    tilt = make_frame(standing, moment=(0, length, 0), motion={"z": 0.0})
+    check_balance([legs], Loading((tilt,), (None,)))
+    with pytest.raises(SupportError, match="alone: "):
+        check_balance([legs], Loading((tilt, make_frame(alone, moment=(0, 0, length))), (None, None)))
+
+
 @pytest.mark.parametrize(("share", "kept"), [(0.9e-12, False), (1.2e-12, True)])
 def test_an_opening_is_rounding_up_to_its_share_of_the_largest(share, kept):
     rows, modes = sp.csr_matrix([[1.0, share]]), np.eye(2)

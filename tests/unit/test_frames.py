@@ -69,6 +69,11 @@ def test_a_hinge_that_is_not_a_component():
     assert components(frame.released) is None
 
 
+@pytest.mark.parametrize("value", [1, 1.0, np.int64(1), np.float32(1.0)])
+def test_numbers_of_every_kind_are_taken(value):
+    assert make_frame(cube(HELD), motion={"z": value}).moved[2] == 1.0
+
+
 def test_components_of_a_turned_body_are_world_components():
     body = cube(SLIDE).placed(rotation=fc.rotation_about((0, 1, 0), np.pi / 2))
     assert components(make_frame(body).released) == {"x"}
