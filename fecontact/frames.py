@@ -195,8 +195,6 @@ def _turns_about_pushes(
 
 def _without(basis: Array, components: list[int]) -> Array:
     """Orthonormal basis of the part of a space in which the given components are zero."""
-    if not components or basis.shape[1] == 0:
-        return basis
     _, singular, Vt = np.linalg.svd(basis[components], full_matrices=True)
     rank = int((singular > 1e-8).sum())
     return basis @ Vt[rank:].T

@@ -51,7 +51,7 @@ class Loading:
             float(np.linalg.norm(f.load[:3])) + float(np.linalg.norm(f.load[3:])) / f.body.size for f in self.frames
         )
         return total + sum(
-            float(np.linalg.norm(f.reshape(-1, 3).sum(axis=0))) for f in self.distributed if f is not None and f.size
+            float(np.linalg.norm(f.reshape(-1, 3).sum(axis=0))) for f in self.distributed if f is not None
         )
 
     def resultant(self, k: int) -> Array:

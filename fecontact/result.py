@@ -129,11 +129,12 @@ class ContactResult:
     def condensation(self) -> dict[str, str]:
         """How the compliance of each elastic body was formed, and why, by name; models in several poses once."""
         models = {id(b.model): b for b in reversed(self.elastic_bodies)}
-        return {
-            b.name: f"{b.model.condensation.route}: {b.model.condensation.why}"
-            for b in reversed(models.values())
-            if b.model is not None and b.model.condensation is not None
-        }
+        out = {}
+        for b in reversed(models.values()):
+            assert b.model is not None
+            if (found := b.model.condensation) is not None:
+                out[b.name] = f"{found.route}: {found.why}"
+        return out
 
     def _number(self, body: Body) -> int:
         for bodies in (self.scene.bodies, self.originals):

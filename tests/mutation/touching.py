@@ -61,7 +61,7 @@ class Touching:
 
     def tests(self, mutant: Mutant, path: Path, budget: float) -> list[str]:
         """Tests that run the changed code, the fastest first, as many as fit into a time in seconds."""
-        codes = list(_codes(path, mutant.lines)) if not mutant.name else _uses(self.root, mutant.name)
+        codes = _uses(self.root, mutant.module, mutant.name) if mutant.name else _codes(path, mutant.lines)
         found = set().union(*(self._by_code.get(code, ()) for code in codes))
         if not found and mutant.function:
             found = set().union(*(tests for (f, _), tests in self._by_code.items() if f == mutant.function))
@@ -165,11 +165,14 @@ def _codes(path: Path, lines: Iterable[int]) -> list[Code]:
 
 
 @cache
-def _uses(root: Path, name: str) -> list[Code]:
-    """Code anywhere in the package that uses a constant, also as a default."""
+def _uses(root: Path, module: str, name: str) -> list[Code]:
+    """Code that uses a constant of a module, there or where it is imported, also as a default."""
     out = []
     for path in sorted((root / PACKAGE).rglob("*.py")):
         tree = ast.parse(path.read_text())
+        own = path.relative_to(root).with_suffix("").as_posix().replace("/", ".") == module
+        if not own and not any(_imports(each, name) for each in tree.body):
+            continue
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef):
                 defaults = [*node.args.defaults, *(each for each in node.args.kw_defaults if each)]
@@ -178,6 +181,10 @@ def _uses(root: Path, name: str) -> list[Code]:
             elif _is(name, node):
                 out += _codes(path, range(node.lineno, (node.end_lineno or node.lineno) + 1))
     return out
+
+
+def _imports(node: ast.AST, name: str) -> bool:
+    return isinstance(node, ast.ImportFrom) and any(each.name == name for each in node.names)
 
 
 def _is(name: str, node: ast.AST) -> bool:

@@ -97,3 +97,26 @@ def test_tension_and_complementarity_are_those_of_the_problem(pressed):
     assert own.tension > 1e-3
     assert own.complementarity > 0.01
     assert (whole.tension, whole.complementarity) == (own.tension, own.complementarity)
+
+
+def test_the_way_of_condensation_is_told_for_every_elastic_body(pressed):
+    assert list(pressed.condensation) == ["block"]
+    route, why = pressed.condensation["block"].split(": ", 1)
+    assert route
+    assert why
+    floor = fc.RigidBody(fc.Plane())
+    idle = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), fc.Material(E=1.0, nu=0.3), "bottom",
+                          {"top": "xyz"}, name="idle").placed((0.0, 0.0, 5.0))  # fmt: skip
+    touching = pressed.scene.bodies[0]
+    scene = fc.Scene([touching, floor, idle], [fc.Contact(touching, floor)])
+    assert list(scene.solve(motions={touching: {"z": -0.01}}).condensation) == ["block", "idle"]
+
+
+@pytest.mark.parametrize(("strain", "warned"), [(0.0499, False), (0.0501, True)])
+def test_strains_are_warned_of_beyond_five_percent(strain, warned):
+    body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 2.0), (1, 1, 1)), fc.Material(E=1.0, nu=0.0), "bottom",
+                          {"top": "xyz"}, name="block")  # fmt: skip
+    floor = fc.RigidBody(fc.Plane())
+    # without lateral strain the column is strained by the motion over its height
+    result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -2 * strain}})
+    assert any("'block' is strained by 5.0 %" in text for text in result.warnings) is warned
