@@ -68,6 +68,15 @@ def test_points_on_the_plane_count_half_to_either_side():
     assert abs(left.area - right.area) <= ROUNDING * contact.area
 
 
+@pytest.mark.parametrize(("share", "halved"), [(0.9e-9, True), (1.1e-9, False)])
+def test_a_point_is_on_a_plane_up_to_1e_9_of_the_body(share, halved):
+    body, _, result = tilted_block()
+    contact = result.contacts[0]
+    left, right = contact.split_by_plane((-share * body.size, 0.0, 0.0), (1.0, 0.0, 0.0))
+    # points at x = 0 count half to either side, or all to one
+    assert (abs(left.force[2] - right.force[2]) <= ROUNDING) == halved
+
+
 def test_a_side_without_contact_is_empty(tilted):
     beyond, _ = tilted[2].contacts[0].split_by_plane((9.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     assert beyond.area == beyond.max_pressure == beyond.mean_pressure == 0.0

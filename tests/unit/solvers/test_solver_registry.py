@@ -37,8 +37,9 @@ def test_unknown_option_is_refused(half_space, solver: str) -> None:
 
 def test_options_are_checked_and_used(half_space) -> None:
     problem = half_space(8, 1)
-    with pytest.raises(InputError, match="positive integer"):
-        solve(problem, "wolfe", max_iterations=0)
+    for wrong in (0, -1, 2.5, None):
+        with pytest.raises(InputError, match="positive integer"):
+            solve(problem, "wolfe", max_iterations=wrong)
     for solver in ("wolfe", "lemke", "active-set", "projected-cg", "nnls"):
         start = np.ones(64, dtype=bool)
         assert attempt(problem, solver, start=start, max_iterations=1).status is Status.ITERATION_LIMIT
