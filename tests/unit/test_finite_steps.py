@@ -41,6 +41,7 @@ def moving(x=0.0, ry=0.0, error=0.0, moved=0.0):
 def path(monkeypatch):
     """A path of one body of size 2 at the origin."""
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
+    monkeypatch.setattr(finite, "driven_motions", lambda r: r.motions)
     return finite._Path(SimpleNamespace(bodies=[Block()]), {})
 
 
