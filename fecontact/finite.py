@@ -206,7 +206,7 @@ class _Path:
         error = linearisation_error(result).gap
         # the error grows with the square of the step
         far = np.sqrt(allowed / error) if error > allowed else 1.0
-        return min(1.0, max(far, LARGEST_STEP / shift if shift else 1.0), LARGEST_STEP / turn if turn else 1.0)
+        return min(max(far, LARGEST_STEP / shift if shift else 1.0), LARGEST_STEP / turn if turn else 1.0)
 
     def go_on(self, result: ContactResult) -> None:
         """To the next places, from these and the steps that the problem asks for."""
