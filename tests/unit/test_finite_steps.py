@@ -73,6 +73,15 @@ def test_a_step_is_as_long_as_what_was_linearised_bears(path, asked, gone):
     assert path._place[0, 0] > gone
 
 
+def test_steps_go_on_from_where_the_last_one_ended_and_are_cut_as_it_was(path):
+    path._guide.settle = lambda: None
+    far, near = moving(x=4.0, error=1.6), moving(x=0.1)
+    path.begin(far)
+    for result, place in ((far, 4.0), (near, 4.1)):
+        path.go_on(result)
+        assert abs(path._place[0, 0] / place - 1) < 1e-12
+
+
 def test_a_turn_alone_is_cut_too(path):
     path.begin(moving(ry=0.8))
     assert abs(path._place[0, 4] / 0.2 - 1) < 1e-12
