@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 
 from tqdm import tqdm
 
-from fecontact.spheres import CASES, FIRST_PASS, SpheresResult, _press, moment_radius, solve_spheres
+from fecontact.app.spheres.spheres import CASES, FIRST_PASS, SpheresResult, _press, moment_radius, solve_spheres
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "examples"))

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 import fecontact as fc
-from fecontact.indent import Ground, Indentation, Load, indent
-from fecontact.indenters import Wave
+from fecontact.app.indentation.closed_forms import Wave
+from fecontact.app.indentation.indentation import Ground, Indentation, Load, indent
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid
 
 HERE = Path(__file__).parent

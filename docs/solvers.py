@@ -18,7 +18,7 @@ import numpy as np
 import qpsolvers
 from tqdm import tqdm
 
-from fecontact.errors import SolverError
+from fecontact.common.errors import SolverError
 from fecontact.solvers import ComplementarityProblem, Solution, Status, attempt, available_solvers
 
 HERE = Path(__file__).parent

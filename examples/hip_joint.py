@@ -21,7 +21,7 @@ import fecontact as fc
 from fecontact.bodies.layer import foundation_modulus
 from fecontact.mesh.extrude import extrude
 from fecontact.mesh.shapes import Level
-from fecontact.mesh.surfaces import SurfaceMesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
 
 CARTILAGE = fc.Material(E=12.0, nu=0.45)
 BODY_WEIGHT = 800.0

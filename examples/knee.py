@@ -24,7 +24,7 @@ import fecontact as fc
 from fecontact.mesh.extrude import extrude
 from fecontact.mesh.mesh import Mesh, merge
 from fecontact.mesh.shapes import lattice
-from fecontact.mesh.surfaces import SurfaceMesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
 
 CARTILAGE = fc.Material(E=10.0, nu=0.45)  # MPa; mm and N throughout
 MENISCUS = fc.Material(E=80.0, nu=0.3)  # isotropic; a real one is stiffer around and softer across

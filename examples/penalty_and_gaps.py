@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import fecontact as fc
-from fecontact.baselines import Approximation, condition_number, gap_elements, penalty
-from fecontact.plot import save_figure
+from fecontact.app.baselines import Approximation, condition_number, gap_elements, penalty
+from fecontact.results.pictures.draw import save_figure
 
 RADIUS, FORCE = 250.0, 7124.0  # mm, N
 STEEL = fc.Material(E=2.0e5, nu=0.3)

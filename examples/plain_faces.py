@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.plot import Units, draw_field, save_figure
-from fecontact.spheres import solve_spheres
+from fecontact.app.spheres.spheres import solve_spheres
+from fecontact.results.pictures.draw import Units, draw_field, save_figure
 
 
 def patch(pressure: str, n: int = 3) -> fc.ContactResult:

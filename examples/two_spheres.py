@@ -5,7 +5,7 @@ Run: python examples/two_spheres.py
 
 from pathlib import Path
 
-from fecontact.spheres import solve_spheres
+from fecontact.app.spheres.spheres import solve_spheres
 
 
 def main(level: int = 2, out: str | Path = "out") -> float:

@@ -11,6 +11,7 @@ Examples
 
 from fecontact import surfaces
 from fecontact.analytic import hertz
+from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.bodies import (
     AncfBody,
     AxisymmetricBody,
@@ -27,7 +28,7 @@ from fecontact.bodies import (
     Sphere,
     rotation_about,
 )
-from fecontact.errors import (
+from fecontact.common.errors import (
     FecontactError,
     InputError,
     MeshError,
@@ -36,18 +37,18 @@ from fecontact.errors import (
     SolverNotFoundError,
     SupportError,
 )
-from fecontact.material import Material
-from fecontact.mesh import pick, sections, shapes
+from fecontact.common.material import Material
+from fecontact.contact.springs import Spring
+from fecontact.mesh import pick, shapes
+from fecontact.mesh import section_shapes as sections
 from fecontact.mesh.cad import mesh_solid
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.read import read_mesh
-from fecontact.mesh.section import SectionMesh
-from fecontact.mesh.surfaces import SurfaceMesh, read_surface
-from fecontact.result import ContactResult
-from fecontact.scene import Contact, Scene
-from fecontact.scenefile import read_scene
+from fecontact.mesh.section_mesh import SectionMesh
+from fecontact.mesh.surface_mesh import SurfaceMesh, read_surface
+from fecontact.results.result import ContactResult
+from fecontact.scene.scene import Contact, Scene
 from fecontact.solvers import available_solvers
-from fecontact.springs import Spring
 
 __all__ = [
     "AncfBody",

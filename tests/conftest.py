@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import MissingPackageError
+from fecontact.common.errors import MissingPackageError
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.mesh.cad import load_gmsh
+from fecontact.mesh.element.hexahedron import hex_nodes
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.reference import hex_nodes
 
 # which nodes of the 20-node hexahedron fall together, as {node: node it falls on}
 COALESCED = {

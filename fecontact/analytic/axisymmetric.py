@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import elliprf
 
-from fecontact import checks
 from fecontact.analytic._quadrature import double_exponential
 from fecontact.analytic._table import table
-from fecontact.errors import InputError
+from fecontact.common import checks
+from fecontact.common.errors import InputError
 
 Function = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 

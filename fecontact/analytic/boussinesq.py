@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact import checks
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common import checks
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 
 def surface_displacement(distance: ArrayLike, *, force: float, modulus: float) -> NDArray[np.float64]:

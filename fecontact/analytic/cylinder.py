@@ -8,10 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact import checks
 from fecontact.analytic._table import table
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common import checks
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 Plane = Literal["stress", "strain"]
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ellipe, elliprd
 
-from fecontact import checks
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic.stress import AxisymmetricStress
+from fecontact.common import checks
 
 
 def hertz_pressure(r: ArrayLike, *, a: float, p0: float) -> NDArray[np.float64]:

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import elliprd, elliprf
 
-from fecontact import checks
 from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio
 from fecontact.analytic.stress import SymmetryPlaneStress
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common import checks
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 
 @dataclass(frozen=True)

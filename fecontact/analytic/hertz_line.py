@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from fecontact import checks
 from fecontact.analytic._functions import trough_gap
 from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import SymmetryPlaneStress
-from fecontact.material import Material
+from fecontact.common import checks
+from fecontact.common.material import Material
 
 
 @dataclass(frozen=True)

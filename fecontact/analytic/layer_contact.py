@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from fecontact import checks
 from fecontact.analytic._quadrature import composite_gauss, gauss
 from fecontact.analytic._table import table
 from fecontact.analytic.layer_kernel import Base, checked_base, deficit
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common import checks
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 # Contact radius over thickness up to which the integral equation is solved; beyond it use the asymptotes.
 LARGEST_RATIO = 50.0

@@ -11,10 +11,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact import checks
 from fecontact.analytic._functions import sinh_excess
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common import checks
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 Base = Literal["bonded", "frictionless"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from fecontact import checks
 from fecontact.analytic.layer_kernel import Base, compliance
-from fecontact.material import Material
+from fecontact.common import checks
+from fecontact.common.material import Material
 
 
 def thick(*, radius: float, material: Material, a: float) -> tuple[float, float, float]:

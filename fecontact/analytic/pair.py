@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 
 def contact_modulus(first: Material, second: Material | None = None) -> float:

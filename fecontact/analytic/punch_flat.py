@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact import checks
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic._table import table
-from fecontact.errors import InputError
+from fecontact.common import checks
+from fecontact.common.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import beta, betaincc, hyp2f1
 
-from fecontact import checks
 from fecontact.analytic._table import table
-from fecontact.errors import InputError
+from fecontact.common import checks
+from fecontact.common.errors import InputError
 
 
 @dataclass(frozen=True)

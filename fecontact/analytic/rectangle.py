@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact import checks
 from fecontact.analytic import boussinesq
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common import checks
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 FAR = 6.0
 #: Distance from an edge, relative to the half-side, that is rounding.

@@ -9,17 +9,15 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
 from fecontact.ancf.faces import Faces
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.supports import hold
 from fecontact.ancf.touch import Touch, Touching
 from fecontact.bodies.rigid import RigidBody
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
 from fecontact.fem.support import Support
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

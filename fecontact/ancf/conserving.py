@@ -11,11 +11,9 @@ general models in nonlinear elasticity, Comput. Methods Appl. Mech. Engrg. 190, 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fecontact.ancf.solid import AncfSolid, deformation_gradients
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
 
 #: Change of strain, relative to the largest strain, below which the second term of S* would be rounding.
 SMALLEST_CHANGE = 1e-6

@@ -9,18 +9,17 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from tqdm import tqdm
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError
 from fecontact.ancf.schemes import GeneralisedAlpha, Instant, Scheme
-from fecontact.errors import InputError, SolverError
-from fecontact.fingerprint import fingerprint
-from fecontact.io import check_writable
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError, SolverError
+from fecontact.common.fingerprint import fingerprint
+from fecontact.results.files import check_writable
 
 #: Halvings of the step after which a motion is given up.
 MOST_HALVINGS = 12

@@ -20,11 +20,9 @@ from skfem.refdom import RefTri
 
 from fecontact.ancf.hexahedron import face_points
 from fecontact.ancf.space import AncfSpace
-from fecontact.interface.surface import Feet
-from fecontact.mesh.reference import FACES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import Array, IntArray
+from fecontact.mesh.element.hexahedron import FACES
+from fecontact.surfaces.facet_surface import Feet
 
 #: Degree of the rule on each of a face's eight triangles: gaps are cubic along a side and hats linear.
 DEGREE = 6

@@ -18,14 +18,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem.element import ElementH1
 from skfem.refdom import RefHex
 
-from fecontact.errors import InputError
-from fecontact.mesh.reference import CORNERS, FACES
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.mesh.element.hexahedron import CORNERS, FACES
 
 #: Functions of one element per component.
 N_FUNCTIONS = 32

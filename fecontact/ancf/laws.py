@@ -10,12 +10,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.errors import FecontactError
+from fecontact.common.arrays import Array
+from fecontact.common.errors import FecontactError
 from fecontact.fem.stiffness import determinant_3x3, inverse_3x3
-
-Array = NDArray[np.float64]
 
 
 class InvertedError(FecontactError):

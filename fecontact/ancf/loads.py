@@ -9,16 +9,14 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
-from fecontact.errors import InputError
-from fecontact.mesh.reference import quad_quadrature
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.mesh.element.hexahedron import quad_quadrature
 
 #: Degree to which products on faces are integrated: four points per direction.
 ORDER = 7

@@ -11,7 +11,6 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.loads import body_force
@@ -20,16 +19,14 @@ from fecontact.ancf.release import sides_by_label
 from fecontact.ancf.solid import AncfSolid, linear_functions
 from fecontact.ancf.space import AncfSpace
 from fecontact.ancf.supports import hold
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.material import Material
 from fecontact.fem.model import Model, materials_of_cells
 from fecontact.fem.stress import hooke
 from fecontact.fem.support import Holds, Support
-from fecontact.material import Material
 from fecontact.mesh.check import check_mesh
+from fecontact.mesh.element.hexahedron import hex_nodes, hex_quadrature
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.reference import hex_nodes, hex_quadrature
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Poisson's ratio above which the divergence is projected on linear functions in each cell; below it contact pressures
 #: are better without (docs/ancf.md).

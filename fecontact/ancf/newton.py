@@ -16,11 +16,10 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fecontact.errors import FecontactError
+from fecontact.common.arrays import Array
+from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
 from fecontact.solvers import ComplementarityProblem, solve
-
-Array = NDArray[np.float64]
 
 
 class UnstableError(FecontactError):

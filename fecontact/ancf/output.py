@@ -7,15 +7,13 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 
 from fecontact.ancf.assembly import Assembly
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
 from fecontact.fem.stress import von_mises
-from fecontact.io import check_writable, write_collection
-from fecontact.mesh.reference import CORNERS, EDGES
-
-Array = NDArray[np.float64]
+from fecontact.mesh.element.hexahedron import CORNERS, EDGES
+from fecontact.results.files import check_writable, write_collection
 
 #: Corners and mid-sides of a cell, in VTK's order.
 NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])

@@ -12,17 +12,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
-from numpy.typing import NDArray
 
 from fecontact.ancf.faces import PLACES, TRIANGLES, Faces
 from fecontact.ancf.hexahedron import face_points
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
+from fecontact.common.arrays import Array, IntArray
 from fecontact.fem.stress import von_mises
-from fecontact.mesh.reference import CORNERS, EDGES, FACES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.mesh.element.hexahedron import CORNERS, EDGES, FACES
 
 #: Points along each edge of a picture.
 SAMPLES = 9

@@ -15,14 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.mesh.element.hexahedron import FACES
 from fecontact.mesh.mesh import Mesh, corner_keys
-from fecontact.mesh.reference import FACES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

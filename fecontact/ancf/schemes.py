@@ -28,9 +28,8 @@ from numpy.typing import NDArray
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.conserving import forces_between
 from fecontact.ancf.newton import UnstableError, contact_step
-from fecontact.errors import InputError
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
 
 MOST_ITERATIONS = 25
 #: Change of a coordinate, relative to the size of the bodies, that is rounding.

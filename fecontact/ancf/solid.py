@@ -18,18 +18,15 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.laws import Law, Response, StVenantKirchhoff
 from fecontact.ancf.space import BATCH, AncfSpace, Batch
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 from fecontact.fem.model import materials_of_cells
 from fecontact.fem.stiffness import determinant_3x3, element_stiffness
-from fecontact.material import Material
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Bytes of shape functions that are kept between calls; larger models compute them anew each time.
 KEPT_BYTES = 600_000_000

@@ -20,18 +20,16 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.ancf.hexahedron import N_FUNCTIONS, face_points, gauss, shapes
 from fecontact.ancf.release import Numbering, number
-from fecontact.errors import MeshError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import MeshError
 from fecontact.fem.stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.mesh.check import check_cells
+from fecontact.mesh.element.hexahedron import CORNERS, hex_shapes
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.reference import CORNERS, hex_shapes
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Cells handled at once; at 64 points a batch holds some 12 MB of shape functions.
 BATCH = 64

@@ -19,15 +19,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from fecontact.ancf.assembly import Assembly, Conditions
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError, contact_step
-from fecontact.errors import InputError, SolverError
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError, SolverError
 
 MOST_ITERATIONS = 30
 MOST_HALVINGS = 10

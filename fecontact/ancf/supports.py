@@ -16,15 +16,12 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.ancf.space import AncfSpace
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
 from fecontact.fem.support import SAME_DIRECTION, Support, support_directions
-from fecontact.mesh.reference import FACES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.mesh.element.hexahedron import FACES
 
 #: Share of a direction in the tangents of the faces round a node above which it counts as along the face; facets of a
 #: curved boundary may lean by about 13 degrees from their mean.

@@ -18,15 +18,12 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.ancf.faces import Faces
 from fecontact.bodies.rigid import RigidBody
-from fecontact.errors import InputError
-from fecontact.interface.surface import Feet
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.surfaces.facet_surface import Feet
 
 #: Step, relative to the size of the rigid shape, of the differences that give the turn of its normals.
 TURN_STEP = 1e-6

@@ -1,6 +1,6 @@
 """What can take part in a scene; all bodies meet the Protocol of `protocol`."""
 
-from fecontact.bodies.ancf import AncfBody
+from fecontact.ancf.body import AncfBody
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace, HalfSpaceContact, Layer
 from fecontact.bodies.layer import ElasticLayer

@@ -9,25 +9,22 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.coupling.nodal import along
 from fecontact.fem.condensation import checked_route
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, symmetry_planes
-from fecontact.interface.pairing import along
-from fecontact.interface.surface import FacetSurface, Feet
-from fecontact.material import Material
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
-from fecontact.stopwatch import Stopwatch
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.surfaces.facet_surface import FacetSurface, Feet
 
 PRESSURES = ("midface", "nodal")
 INTEGRATIONS = ("auto", "full", "selective")

@@ -7,22 +7,20 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
-from fecontact.checks import positive
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.coupling.nodal import along, contact_weights
 from fecontact.fem.rigid import rigid_modes
-from fecontact.interface.pairing import along, contact_weights
-from fecontact.interface.surface import FacetSurface, Feet
-from fecontact.material import Material
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
-from fecontact.stopwatch import Stopwatch
-
-Array = NDArray[np.float64]
+from fecontact.surfaces.facet_surface import FacetSurface, Feet
 
 LAWS = ("bonded", "frictionless", "uniaxial")
 

@@ -6,17 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.pose import Pose
-from fecontact.interface.surface import Feet, Surface
-from fecontact.stopwatch import Stopwatch
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import Array
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.surfaces.facet_surface import Feet, Surface
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,20 +10,19 @@ from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
-from fecontact.checks import positive
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
-from fecontact.interface.surface import Feet
-from fecontact.mesh.surfaces import read_surface
-from fecontact.stopwatch import Stopwatch
+from fecontact.mesh.surface_mesh import read_surface
 from fecontact.surfaces import Facets, FunctionSurface, HeightMap
-
-Array = NDArray[np.float64]
+from fecontact.surfaces.facet_surface import Feet
 
 
 class RigidShape(Protocol):

@@ -1,6 +1,6 @@
 """Plane and axisymmetric elastic bodies: sections in the x-z plane, at a hundredth of a spatial model's cost.
 
-Both are elastic bodies of space with y held (`fecontact.fem.section`) and go through the same scene. A plane body has
+Both are elastic bodies of space with y held (`fem.section_element`) and go through the same scene. A plane body has
 the rigid motions x, z and ry; forces are those on its thickness. A body of revolution (x is the radius, z the axis) has
 the axial one; forces, areas and resultants are those of the whole ring.
 """
@@ -12,21 +12,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
 from fecontact.bodies.pose import Pose
-from fecontact.checks import positive
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 from fecontact.fem.model import Model
-from fecontact.fem.sectionmodel import SectionModel, on_axis
+from fecontact.fem.section_model import SectionModel, on_axis
 from fecontact.fem.support import symmetry_planes
-from fecontact.interface.curve import CurveSurface
-from fecontact.material import Material
-from fecontact.mesh.section import Extent, SectionMesh
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.mesh.section_mesh import Extent, SectionMesh
+from fecontact.surfaces.section_curve import CurveSurface
 
 STATES = ("strain", "stress")
 

@@ -23,15 +23,12 @@ from typing import Protocol
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator
 
-from fecontact.errors import FecontactError, InputError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import FecontactError, InputError
 from fecontact.fem.factor import Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 ROUTES = ("auto", "schur", "columns", "operator")
 

@@ -15,16 +15,12 @@ from __future__ import annotations
 import importlib.util
 from typing import Protocol
 
-import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from fecontact.errors import MissingPackageError, SolverNotFoundError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import MissingPackageError, SolverNotFoundError
 from fecontact.fem.pardiso import PardisoFactor, PardisoSchur
 from fecontact.fem.superlu import SuperLUFactor, SuperLUSchur, symmetric
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 DIRECT = ("pardiso", "superlu")
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fecontact.common.arrays import Array, IntArray
 from fecontact.fem.stiffness import batches, volume_elements
 from fecontact.mesh.facets import facet_integrals
 from fecontact.mesh.mesh import Mesh
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def body_force(mesh: Mesh, field: Callable[[Array], Array], density: ArrayLike = 1.0) -> Array:

@@ -16,7 +16,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.errors import InputError, MeshError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError, MeshError
+from fecontact.common.material import Material
+from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import Carried, Condensation, Plain, Schur, choose_route, memory_budget
 from fecontact.fem.factor import Factor, condense, factorise
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
@@ -25,15 +28,9 @@ from fecontact.fem.rigid import rigid_modes, unresisted
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.fem.support import Holds, Support, grounding, holds, share_of_support
-from fecontact.material import Material
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.section import SectionMesh
-from fecontact.stopwatch import Stopwatch
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
+from fecontact.mesh.section_mesh import SectionMesh
 
 #: Poisson's ratio above which full integration begins to lock: at 0.49 it is off by a percent or so (docs/accuracy.md).
 NEARLY_INCOMPRESSIBLE = 0.48

@@ -27,14 +27,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from fecontact.errors import FecontactError, MissingPackageError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import FecontactError, MissingPackageError
 from fecontact.fem.condensation import Compliance
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import ComplementarityProblem, Status
 from fecontact.solvers.registry import attempt
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Relative residual of a solution with K: a hundredth of what a certificate asks for.
 TIGHT = 1e-13

@@ -17,10 +17,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fecontact.errors import FecontactError
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import FecontactError
 
 SINGULAR = (
     "The stiffness is singular: some part of the body hangs on nothing. Check that the mesh is connected and that no "

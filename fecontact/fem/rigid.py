@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
 
 #: The six components of a rigid motion: translations, then rotations about axes through the reference point.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")

@@ -13,14 +13,11 @@ from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from fecontact.mesh.basis import element_basis
+from fecontact.common.arrays import Array, IntArray
+from fecontact.mesh.element.degenerate import element_basis
+from fecontact.mesh.element.quadrature import element_quadrature, reduced_quadrature
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.quadrature import element_quadrature, reduced_quadrature
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Cells handled at once; keeps the working set of a batch within a few tens of megabytes.
 BATCH = 256
@@ -71,7 +68,7 @@ def inverse_3x3(J: Array) -> tuple[Array, Array]:
 def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Batch]:
     """Walk over the cells of a checked mesh in batches of one kind of element each.
 
-    With `reduced` the points are those of the reduced rule, see `mesh.quadrature.reduced_quadrature`.
+    With `reduced` the points are those of the reduced rule, see `mesh.element.quadrature.reduced_quadrature`.
     """
     for group in mesh.cell_groups:
         if reduced:

@@ -10,13 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.common.arrays import Array
 from fecontact.fem.stiffness import batches
-from fecontact.mesh.basis import linear_shapes, node_positions
+from fecontact.mesh.element.degenerate import linear_shapes, node_positions
+from fecontact.mesh.element.hexahedron import hex_shapes
+from fecontact.mesh.element.quadrature import element_quadrature, reduced_quadrature
 from fecontact.mesh.mesh import CellGroup, Mesh
-from fecontact.mesh.quadrature import element_quadrature, reduced_quadrature
-from fecontact.mesh.reference import hex_shapes
-
-Array = NDArray[np.float64]
 
 #: Order of the six components of symmetric tensors, as in VTK files.
 VOIGT = ("xx", "yy", "zz", "xy", "yz", "xz")

@@ -8,13 +8,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
-from fecontact.errors import FecontactError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import FecontactError
 from fecontact.fem.pardiso import SINGULAR
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class SuperLUFactor:

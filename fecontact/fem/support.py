@@ -14,15 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.section import SectionMesh
-from fecontact.mesh.surfaces import averaged_normals
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.mesh.section_mesh import SectionMesh
+from fecontact.mesh.surface_mesh import averaged_normals
 
 #: Components such as ``"xyz"`` or ``"n"`` (the face's normal), a direction, or several directions.
 Support = str | Sequence[float] | Sequence[Sequence[float]]

@@ -13,15 +13,13 @@ from threading import RLock
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fecontact.errors import InputError, MeshError, MissingPackageError
-from fecontact.mesh.divide import divided
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError, MeshError, MissingPackageError
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.mesh import Mesh
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.mesh.tet_to_hex import divided
 
 SUFFIXES = (".step", ".stp", ".brep", ".geo", ".iges", ".igs")
 #: Number of elements along the diagonal of the bounding box if no size is given.
@@ -105,7 +103,7 @@ def mesh_solid(
     size : float, optional
         Edge length of the elements; a fifteenth of the bounding box's diagonal unless given.
     element : {'tet10', 'hex20', 'tet4', 'hex8'}
-        Hexahedra come from the division of tetrahedra twice as large into four each (`mesh.divide`), so they fit any
+        Hexahedra come from the division of tetrahedra twice as large into four each (`mesh.tet_to_hex`), so they fit any
         shape but are less regular than those of a swept mesh.
     near : (3,) or (n, 3) array, optional
         Points of the candidate contact zone, round which the elements are smaller.

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fecontact.checks import reckonable
-from fecontact.errors import MeshError
-from fecontact.mesh.basis import element_basis
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import reckonable
+from fecontact.common.errors import MeshError
+from fecontact.mesh.element.degenerate import element_basis
+from fecontact.mesh.element.hexahedron import EDGES, FACES
+from fecontact.mesh.element.quadrature import element_quadrature
 from fecontact.mesh.mesh import CellGroup, Mesh, corner_keys, first_alike
-from fecontact.mesh.quadrature import element_quadrature
-from fecontact.mesh.reference import EDGES, FACES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Odd constants without pattern (fractions of square roots) by which the corners of a face are mixed into one number.
 MIX = np.array([0x6A09E667F3BCC909, 0xBB67AE8584CAA73B, 0x3C6EF372FE94F82B, 0xA54FF53A5F1D36F1], dtype=np.uint64)

@@ -9,17 +9,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from fecontact.errors import InputError, MeshError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.check import check_cells
+from fecontact.mesh.element.hexahedron import FACES
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.reference import FACES
-from fecontact.mesh.surfaces import SurfaceMesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Thickness = float | ArrayLike | Callable[[Array], ArrayLike]
 
 

@@ -10,13 +10,9 @@ kinds.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.mesh.reference import TRIANGLE_NODES, quad_nodes, quad_quadrature, quad_shapes, triangle_shapes
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes, quad_quadrature, quad_shapes, triangle_shapes
 
 #: Number of a triangle's nodes, and their columns, in an array of so many columns.
 TRIANGLE_COLUMNS = {4: (0, 1, 2), 8: (0, 1, 2, 4, 5, 7), 9: (0, 1, 2, 4, 5, 7, 8)}

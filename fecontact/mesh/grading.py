@@ -6,12 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
-from fecontact.errors import InputError
-from fecontact.mesh.lattice import check_lengths
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.mesh.structured import check_lengths
 
 #: Cells through the depth of a thin layer, whatever the level.
 FEWEST_LAYERS = 4

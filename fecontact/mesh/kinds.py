@@ -8,13 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fecontact.mesh.quadrature import PYRAMID, TETRAHEDRON, WEDGE
-from fecontact.mesh.reference import EDGES
-
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import IntArray
+from fecontact.mesh.element.hexahedron import EDGES
+from fecontact.mesh.element.quadrature import PYRAMID, TETRAHEDRON, WEDGE
 
 
 @dataclass(frozen=True)

@@ -12,16 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
-from fecontact.checks import positive
-from fecontact.errors import InputError, MeshError
-from fecontact.mesh.basis import Pattern
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError, MeshError
+from fecontact.mesh.element.degenerate import Pattern
+from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
 from fecontact.mesh.kinds import kind_of
 from fecontact.mesh.pick import Pick
-from fecontact.mesh.reference import EDGES, FACES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 CELL_TYPES = {8: "hex8", 20: "hex20", 27: "hex27"}
 
@@ -277,7 +275,7 @@ class Mesh:
         """Give every face of the named boundaries of a 20-node mesh a node at its mapped centre.
 
         Quadrilaterals get a ninth, triangles a seventh node. The geometry stays that of the 20 nodes. See
-        `fecontact.mesh.basis` for the shape functions.
+        `fecontact.mesh.element.degenerate` for the shape functions.
 
         Raises
         ------

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.errors import MeshError
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.errors import MeshError
 from fecontact.mesh.facets import triangular
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Share of an open sheet's area up to which facets against the others are taken for a mistake and turned.
 MISTAKE = 0.25

@@ -20,20 +20,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from fecontact.checks import positive
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
 from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
 
 if TYPE_CHECKING:
     from fecontact.mesh.mesh import Mesh
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Points along each side of a facet at which the distance from it is measured.
 SAMPLES = 8

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.errors import MeshError
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import MeshError
 
 #: Sine of the angle at a corner below which it is straight.
 STRAIGHT = 1e-6

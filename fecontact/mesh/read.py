@@ -1,7 +1,7 @@
 """Meshes from files: one call for all formats, everything checked, names kept.
 
 Wedges, pyramids and tetrahedra become degenerate 20-node hexahedra, which hold their own quadratic functions exactly
-(see `fecontact.mesh.basis`) and pass the patch tests; a 4-node tetrahedron or 6-node wedge becomes a degenerate 8-node
+(see `mesh.element.degenerate`) and pass the patch tests; a 4-node tetrahedron or 6-node wedge becomes a degenerate 8-node
 hexahedron. The order of mid-edge and face nodes differs between programs, so it is found from their positions.
 """
 
@@ -12,22 +12,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from fecontact.checks import positive
-from fecontact.errors import InputError, MeshError
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.check import check_cells
+from fecontact.mesh.element.hexahedron import FACES
 from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.febio import read_febio
 from fecontact.mesh.formats.generic import read_gmsh, read_vtk
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS, Kind
 from fecontact.mesh.mesh import Mesh, corner_keys, first_alike
-from fecontact.mesh.reference import FACES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".msh": read_gmsh,

@@ -15,10 +15,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fecontact.errors import InputError
-from fecontact.mesh.divide import divided as divided
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
 from fecontact.mesh.extrude import extrude as extrude
 from fecontact.mesh.grading import LEVELS as LEVELS
 from fecontact.mesh.grading import Level as Level
@@ -26,16 +26,15 @@ from fecontact.mesh.grading import RingGrading as RingGrading
 from fecontact.mesh.grading import as_level as as_level
 from fecontact.mesh.grading import geometric as geometric
 from fecontact.mesh.grading import grading as grading
-from fecontact.mesh.lattice import check_lengths, division, interpolated
-from fecontact.mesh.lattice import lattice as lattice
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.mesh import merge as merge
 from fecontact.mesh.patches import Curve, beyond_45_degrees, coons, line, spherical
 from fecontact.mesh.patches import sagitta as sagitta
-from fecontact.mesh.rings import SECTORS as SECTORS
-from fecontact.mesh.rings import disc, repeated, revolved, right_handed
-
-Array = NDArray[np.float64]
+from fecontact.mesh.ring_mesh import SECTORS as SECTORS
+from fecontact.mesh.ring_mesh import disc, repeated, revolved, right_handed
+from fecontact.mesh.structured import check_lengths, division, interpolated
+from fecontact.mesh.structured import lattice as lattice
+from fecontact.mesh.tet_to_hex import divided as divided
 
 
 def block(

@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
-from fecontact.errors import InputError, SolverError
+from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers.scaling import ScaledProblem, scale
 
 SYMMETRY_TOLERANCE = 1e-8

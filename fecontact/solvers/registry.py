@@ -25,7 +25,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
-from fecontact.errors import InputError, SolverError, SolverNotFoundError
+from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers.active_set import active_set
 from fecontact.solvers.lemke import lemke
 from fecontact.solvers.nnls import nnls

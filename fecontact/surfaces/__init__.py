@@ -1,10 +1,10 @@
 """Rigid surfaces: simple shapes, height maps, functions, rough surfaces, and measured topographies."""
 
-from fecontact.surfaces.facets import Facets
-from fecontact.surfaces.heightmap import FunctionSurface, HeightMap
-from fecontact.surfaces.rough import RoughSurface, detrend, self_affine
-from fecontact.surfaces.shapes import Cone, Cylinder, Ellipsoid, FlatPunch, Paraboloid, Torus
-from fecontact.surfaces.topography import Topography, read_topography
+from fecontact.surfaces.rigid.heightmap import FunctionSurface, HeightMap
+from fecontact.surfaces.rigid.rough import RoughSurface, detrend, self_affine
+from fecontact.surfaces.rigid.shapes import Cone, Cylinder, Ellipsoid, FlatPunch, Paraboloid, Torus
+from fecontact.surfaces.rigid.topography import Topography, read_topography
+from fecontact.surfaces.rigid.triangulated import Facets
 
 __all__ = [
     "Cone",

@@ -16,9 +16,9 @@ import numpy as np
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.report import peak_memory
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.results.report import peak_memory
 from fecontact.solvers import ComplementarityProblem, solve
-from fecontact.stopwatch import Stopwatch
 
 #: Divisions of the face; a block is four times as wide as it is high. 24k, 54k, 111k, 155k degrees of freedom.
 SIZES = (20, 26, 34, 38)

@@ -20,7 +20,7 @@ import numpy as np
 import scipy.fft
 
 import fecontact as fc
-from fecontact.report import peak_memory
+from fecontact.results.report import peak_memory
 from fecontact.surfaces import Paraboloid, self_affine
 
 UNIT = fc.Material(E=1.0, nu=0.0)

@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fecontact.app.spheres.spheres import CASES, solve_spheres
+from fecontact.contact.coupling.mortar import pair_mortar
+from fecontact.contact.coupling.nodal import pair
 from fecontact.fem.factor import condense
 from fecontact.fem.stiffness import assemble_stiffness
-from fecontact.interface.mortar import pair_mortar
-from fecontact.interface.pairing import pair
 from fecontact.mesh import shapes
 from fecontact.solvers import solve
-from fecontact.spheres import CASES, solve_spheres
 
 LEVEL = 2
 

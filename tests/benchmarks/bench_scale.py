@@ -16,7 +16,7 @@ import time
 import numpy as np
 
 import fecontact as fc
-from fecontact.report import peak_memory
+from fecontact.results.report import peak_memory
 
 DIVISIONS = (9, 14, 20, 31)
 HEAD = "| dofs | candidates | in contact | sets | steps | seconds | peak, MB |"

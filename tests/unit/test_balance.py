@@ -5,10 +5,10 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.balance import check_balance, opening_by_motions
-from fecontact.errors import SupportError
-from fecontact.frames import make_frame
-from fecontact.loading import Loading, make_loading
+from fecontact.common.errors import SupportError
+from fecontact.contact.equilibrium import check_balance, opening_by_motions
+from fecontact.contact.loads import Loading, make_loading
+from fecontact.contact.rigid_motion import make_frame
 
 STEEL = fc.Material(E=210e3, nu=0.3, density=2.0)
 # of the side of the square on which legs stand

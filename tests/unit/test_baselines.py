@@ -5,8 +5,8 @@ import pytest
 from solver_cases import duplicates, hertz, pressed_in
 from solver_cases import half_space as pressed
 
-from fecontact.baselines import condition_number, gap_elements, penalty
-from fecontact.errors import InputError
+from fecontact.app.baselines import condition_number, gap_elements, penalty
+from fecontact.common.errors import InputError
 from fecontact.solvers import ComplementarityProblem, solve
 
 

@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from fecontact.cli import main
+from fecontact.app.cli import main
 
 KEYS = {
     "case",

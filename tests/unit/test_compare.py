@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.cli import main
-from fecontact.compare import METHODS, PROBLEMS, Plan, compare, default_variants, find_peers, machine, problem, run
-from fecontact.compare.methods import variant
-from fecontact.compare.precision import against_peers, cheapest, order, quickest, sentence
-from fecontact.compare.scenes import compare_scene
+from fecontact.app.cli import main
+from fecontact.app.compare import METHODS, PROBLEMS, Plan, compare, default_variants, find_peers, machine, problem, run
+from fecontact.app.compare.methods import variant
+from fecontact.app.compare.precision import against_peers, cheapest, order, quickest, sentence
+from fecontact.app.compare.scenes import compare_scene
 
 QUICK = Plan("hertz", ("half-space",), refinements=2, repeats=1)
 

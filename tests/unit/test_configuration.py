@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info
 
 import fecontact as fc
 from fecontact.fem.factor import available_backends, factorise
-from fecontact.workers import THREADS
+from fecontact.scene.workers import THREADS
 
 ROOT = Path(__file__).parents[2]
 

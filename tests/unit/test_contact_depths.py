@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.contact_depths import chords, few_points, overlap_left
+from fecontact.results.checks.resolution import chords, few_points, overlap_left
 from fecontact.surfaces import Cylinder
 
 SOLID = fc.Material(E=1000.0, nu=0.3)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.bodies.rims import rim_of_surface
 from fecontact.mesh import pick
-from fecontact.rims import rim_of_surface
 from fecontact.surfaces import Cylinder, FlatPunch, HeightMap
 
 STEEL = fc.Material(E=210e3, nu=0.3)

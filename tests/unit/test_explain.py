@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from fecontact.cli import main
+from fecontact.app.cli import main
 
 SPHERE = """
 title = "a ball on a floor"
@@ -53,9 +53,9 @@ motions.upper = {z = -0.01}
 # in a process of its own, whose memory is not that of the tests before it
 BOTH = """
 import json, sys
-from fecontact.explain import explain
-from fecontact.scenefile import read_scene
-from fecontact.stopwatch import peak_memory
+from fecontact.scene.cost import explain
+from fecontact.app.scene_file.scene_file import read_scene
+from fecontact.common.stopwatch import peak_memory
 
 file = read_scene(sys.argv[1])
 told = explain(file.scene, file.loads).as_dict()

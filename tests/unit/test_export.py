@@ -10,8 +10,8 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.errors import InputError
-from fecontact.export import export_problem
+from fecontact.common.errors import InputError
+from fecontact.scene.export import export_problem
 
 SCRIPT = Path(__file__).parents[2] / "examples" / "petsc" / "solve.py"
 PYTHON = "/usr/bin/python3"

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact import ancf
-from fecontact.fingerprint import fingerprint
+from fecontact.common.fingerprint import fingerprint
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 HEIGHT = 2.0
@@ -160,7 +160,7 @@ def test_objects_of_ones_own_count_by_their_attributes():
 
 def test_it_is_the_same_in_another_process():
     code = (
-        "import fecontact as fc; from fecontact.fingerprint import fingerprint; "
+        "import fecontact as fc; from fecontact.common.fingerprint import fingerprint; "
         "b = fc.ElasticBody(fc.shapes.block((1., 1., 1.), (2, 2, 2)), fc.Material(E=1000., nu=.3), 'top', "
         "{'bottom': 'xyz'}); print(fingerprint(b, {'x', 'y', 'z'}, {'q': 1, 'p': None}))"
     )

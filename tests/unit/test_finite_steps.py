@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact import finite
-from fecontact.errors import SolverError
-from fecontact.linearisation import BEARABLE
+from fecontact.common.errors import SolverError
+from fecontact.results.checks.linearisation import BEARABLE
+from fecontact.scene.scene import finite_rotation as finite
 
 SIZE = 2.0
 

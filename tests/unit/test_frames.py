@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import InputError, SupportError
+from fecontact.common.errors import InputError, SupportError
+from fecontact.contact.loads import make_loading
+from fecontact.contact.rigid_motion import make_frame
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.frames import make_frame
-from fecontact.loading import make_loading
 
 STEEL = fc.Material(E=210e3, nu=0.3, density=2.0)
 Q = fc.rotation_about((1, 2, 3), 0.7)

@@ -6,8 +6,8 @@ import pytest
 from scipy.optimize import brentq
 
 import fecontact as fc
-import fecontact.finite as finite
-from fecontact.linearisation import BEARABLE, linearisation_error
+import fecontact.scene.finite_rotation as finite
+from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 RADIUS = 5.0
@@ -108,7 +108,7 @@ def test_motions_that_do_not_settle_are_warned_of(monkeypatch):
     monkeypatch.setattr(finite, "MOST_STEPS", 1)
     result, ball = under_ball(3.0, motions={"z": -3.05, "x": 0.3}, finite_motion="auto")
     assert abs(result.rigid_motion(ball).translation[0] - 0.3) < 1e-12
-    monkeypatch.setattr("fecontact.result_warnings.BEARABLE", -1.0)
+    monkeypatch.setattr("fecontact.results.warnings.BEARABLE", -1.0)
     assert "did not settle" in result.warnings[0]
 
 

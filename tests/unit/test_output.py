@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.io import check_writable, nodal_pressure, save_json, save_series
+from fecontact.results.files import check_writable, nodal_pressure, save_json, save_series
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.balance import LARGEST_SHIFT, LARGEST_TURN, check_rest
-from fecontact.errors import SupportError
+from fecontact.common.errors import SupportError
+from fecontact.contact.equilibrium import LARGEST_SHIFT, LARGEST_TURN, check_rest
 
 STEEL = fc.Material(E=210e3, nu=0.3)
 

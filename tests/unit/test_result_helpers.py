@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.io import nodal_pressure
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
+from fecontact.results.files import nodal_pressure
 
 # sums of the same numbers in another order; the condensed problems have condition numbers below 1e4
 ROUNDING = 1e-10

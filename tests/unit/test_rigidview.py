@@ -3,8 +3,8 @@
 import numpy as np
 
 import fecontact as fc
-from fecontact.rigidview import rigid_patches
-from fecontact.view import view_result
+from fecontact.results.pictures.bodies import view_result
+from fecontact.results.pictures.rigid_patches import rigid_patches
 
 SOFT = fc.Material(E=1.0, nu=0.3)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import InputError, SolverNotFoundError, SupportError
-from fecontact.interface import candidates
+from fecontact.common.errors import InputError, SolverNotFoundError, SupportError
+from fecontact.contact.search import candidates
 
 STEEL = fc.Material(E=210e3, nu=0.3)
 CORK = fc.Material(E=1000.0, nu=0.0)

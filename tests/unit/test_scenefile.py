@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact import view
-from fecontact.cli import main
-from fecontact.tomltable import did_you_mean
+from fecontact.app.cli import main
+from fecontact.app.scene_file.toml_table import did_you_mean
+from fecontact.results.pictures import bodies as view
 
 BLOCK = """
 title = "a block on a floor"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.cli import main
+from fecontact.app.cli import main
 
 MATERIAL = "[materials.soft]\nE = 1.0\nnu = 0.3\n[materials.stiff]\nE = 10.0\nnu = 0.3\n"
 BALL = '[bodies.ball]\ntype = "rigid"\nshape = {kind = "sphere", radius = 2.0}\n'

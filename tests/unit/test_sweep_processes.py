@@ -19,11 +19,11 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
+from fecontact.common.fingerprint import fingerprint
+from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import Carried
 from fecontact.fem.pardiso import PardisoFactor
-from fecontact.fingerprint import fingerprint
-from fecontact.stopwatch import Stopwatch
-from fecontact.workers import FreshInterpreters
+from fecontact.scene.workers import FreshInterpreters
 
 SOLID = fc.Material(E=1000.0, nu=0.3, density=1e-3)
 #: Largest difference between rows found by one process and by several, relative or to 1.
@@ -234,7 +234,7 @@ def test_workers_share_the_cores_unless_the_environment_says_otherwise(monkeypat
 def test_a_killed_parent_leaves_no_worker_behind():
     program = (
         "import os, time\n"
-        "from fecontact.workers import FreshInterpreters\n"
+        "from fecontact.scene.workers import FreshInterpreters\n"
         "pool = FreshInterpreters(2)\n"
         "busy = [pool.submit(time.sleep, 600) for _ in range(2)]\n"
         "while len(pool._started) < 2: time.sleep(0.01)\n"

@@ -10,13 +10,13 @@ import scipy.sparse.linalg as spla
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, body_force, gauss, hold, reentrant_points, released_at, traction
-from fecontact.bodies.ancf import AncfBody
+from fecontact.ancf.body import AncfBody
+from fecontact.app.spheres.spheres import CASES, solve_spheres
 from fecontact.fem.factor import condense
 from fecontact.fem.model import Model
 from fecontact.fem.stiffness import batches
-from fecontact.interface.surface import FacetSurface
-from fecontact.mesh.reference import quad_shapes
-from fecontact.spheres import CASES, solve_spheres
+from fecontact.mesh.element.hexahedron import quad_shapes
+from fecontact.surfaces.facet_surface import FacetSurface
 
 
 def direct(K, f):

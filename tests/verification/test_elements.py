@@ -11,8 +11,8 @@ import fecontact as fc
 from fecontact.fem.loads import body_force, surface_traction
 from fecontact.fem.stiffness import batches
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
-from fecontact.mesh.basis import element_basis
 from fecontact.mesh.check import check_mesh
+from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.mesh import merge
 from fecontact.mesh.shapes import lattice
 

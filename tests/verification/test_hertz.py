@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.spheres import CASES, Spheres, solve_spheres
-from fecontact.spherestable import report_table
+from fecontact.app.spheres.spheres import CASES, Spheres, solve_spheres
+from fecontact.app.spheres.table import report_table
 
 # pressure L2, centre pressure, contact radius, approach: what the project promises at the default level
 PROMISED = {

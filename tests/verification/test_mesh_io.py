@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.mesh.divide import divided
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.tet_to_hex import divided
 
 ELASTIC = fc.Material(E=1000.0, nu=0.3)
 # condition numbers of some 1e3 in the condensed problem, times a few units of rounding

@@ -22,7 +22,7 @@ class Bicondyle:
         k = np.arange(len(points))
         normals = offset[k, nearest] / distance[k, nearest, None]
         gap = distance[k, nearest] - np.array(self.radii)[nearest]
-        from fecontact.interface.surface import Feet
+        from fecontact.surfaces.facet_surface import Feet
 
         return Feet(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
 

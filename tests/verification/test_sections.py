@@ -8,7 +8,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import cylinder, hertz, layer, punch
-from fecontact.spheres import solve_spheres
+from fecontact.app.spheres.spheres import solve_spheres
 
 STEEL = fc.Material(E=2.0e6, nu=0.3)
 UPSIDE_DOWN = fc.rotation_about((1, 0, 0), math.pi)

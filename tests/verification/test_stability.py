@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import SupportError
+from fecontact.common.errors import SupportError
 from fecontact.mesh.mesh import Mesh
 from fecontact.solvers import solve
 

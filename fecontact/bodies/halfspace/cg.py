@@ -18,12 +18,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from fecontact.common.arrays import Array, Mask
 
 PER_ROUND = 0.2
 """Factor by which the gaps on the set shrink before the set is looked at again."""

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace import kernels, layered
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.errors import InputError
-from fecontact.material import Material
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 PRESSURES = ("uniform", "bilinear", "point")
 

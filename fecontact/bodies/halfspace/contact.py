@@ -15,12 +15,10 @@ from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.edge import edge_area
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import Layer
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 from fecontact.solvers import Residuals
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 TOUCHING = np.ones((3, 3), int)
 """Cells that share a side or a corner belong to one region."""

@@ -12,8 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from fecontact.common.arrays import Array, Mask
 
 FARTHEST = 1.0
 """Cells by which an edge is moved at most."""

@@ -21,7 +21,8 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+
 Shape = tuple[int, int]
 
 STRIP = 1 << 17

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import kernels
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
@@ -23,14 +23,13 @@ from fecontact.bodies.halfspace.surface import GridSurface, grid_surface
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
-from fecontact.errors import InputError
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.coupling.nodal import along
 from fecontact.fem.rigid import rigid_modes
-from fecontact.interface.pairing import along
-from fecontact.interface.surface import Feet
-from fecontact.material import Material
-from fecontact.stopwatch import Stopwatch
-
-Array = NDArray[np.float64]
+from fecontact.surfaces.facet_surface import Feet
 
 
 class HeightSurface(Protocol):

@@ -21,9 +21,9 @@ from scipy.spatial import cKDTree
 from fecontact.analytic import rectangle
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import ON_INTERFACE, Layer, wave_stress
-from fecontact.material import Material
+from fecontact.common.arrays import Array
+from fecontact.common.material import Material
 
-Array = NDArray[np.float64]
 Field = Callable[[Array, Array, Array], Array]
 
 DEEPEST_WAVE = 40.0

@@ -9,11 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.errors import InputError
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
 
 NEAR = 32
 """Offset, in cells, up to which Love's closed form is used.

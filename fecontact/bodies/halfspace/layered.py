@@ -17,14 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.interpolate
 import scipy.special
-from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace import kernels
-from fecontact.checks import positive
-from fecontact.errors import InputError
-from fecontact.material import Material
-
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 SMALLEST_WAVE = 1e-4
 """Wave number times total thickness below which a layer's fields can no longer be told apart; the limit is used."""

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 from fecontact.bodies.halfspace.cg import GridIterate, GridProblem, solve_on_grid
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.symmetry import Even
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from fecontact.common.arrays import Array, Mask
 
 COARSEST = 24
 """Cells per side of the coarsest grid, at most."""

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.halfspace.cg import GridIterate
@@ -14,11 +13,9 @@ from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.nested import Level, solve_nested
 from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
+from fecontact.common.arrays import Array, IntArray
 from fecontact.solvers import ComplementarityProblem, Status
 from fecontact.solvers.outcome import Outcome
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MOST_CELLS = 3000
 """Cells under a scene's rows up to which the compliance among them is written down."""

@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
@@ -16,11 +16,9 @@ from fecontact.bodies.halfspace.fft import Tally, padded
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import Level, compliance, solve_nested
 from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
-from fecontact.errors import InputError, SolverError
+from fecontact.common.arrays import Array, Mask
+from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers import ComplementarityProblem, Residuals
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.interface.facing import STEEPEST
-from fecontact.interface.pairing import Pairing, nodal_pairing
-from fecontact.interface.surface import FacetSurface, Feet, Surface
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import Array
+from fecontact.contact.coupling.facing import STEEPEST
+from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
+from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
 
 CLOSE = 1e-14
 """Distance, relative to the size of the surfaces, at which a vertical line has met the other surface."""

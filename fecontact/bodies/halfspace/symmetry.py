@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fecontact.common.arrays import Array
+
 Even = tuple[bool, bool]
 
 ROUNDING = 1e-14

@@ -16,13 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from fecontact.errors import InputError, MeshError
-from fecontact.mesh.formats.abaqusdeck import Deck, labelled_faces, listed, member_and_label, nodes_of, read_deck
-from fecontact.mesh.formats.abaquskeywords import Section, one_spelling, read_sections, refuse_generated
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError, MeshError
+from fecontact.mesh.formats.abaqus_deck import Deck, labelled_faces, listed, member_and_label, nodes_of, read_deck
+from fecontact.mesh.formats.abaqus_keywords import Section, one_spelling, read_sections, refuse_generated
 from fecontact.mesh.formats.raw import RawMesh
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

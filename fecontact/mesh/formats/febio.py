@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.errors import MeshError
+from fecontact.common.arrays import IntArray
+from fecontact.common.errors import MeshError
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 
-IntArray = NDArray[np.int64]
 Element = ElementTree.Element
 
 #: Solid elements by FEBio's names.

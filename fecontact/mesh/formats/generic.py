@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.errors import MeshError, MissingPackageError
+from fecontact.common.arrays import IntArray
+from fecontact.common.errors import MeshError, MissingPackageError
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import BY_MESHIO
-
-IntArray = NDArray[np.int64]
 
 #: Corners of the surface cells of meshio.
 FACET_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}

@@ -6,12 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.errors import MeshError
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import MeshError
 
 
 @dataclass(frozen=True, eq=False)

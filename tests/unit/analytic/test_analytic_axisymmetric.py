@@ -3,8 +3,8 @@ import pytest
 from scipy.integrate import quad
 
 from fecontact.analytic import axisymmetric, hertz, punch
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 PLACES = np.array([0.0, 1e-6, 0.3, 0.9, 1.0, 1.7])
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from fecontact.analytic import cylinder
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 STEEL = Material(E=210e3, nu=0.3)
 BRONZE = Material(E=110e3, nu=0.34)

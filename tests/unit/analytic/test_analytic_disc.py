@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from fecontact.analytic import disc
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 
 @pytest.mark.parametrize("r", [0.2, 0.999, 1.001, 1.5, 20.0])

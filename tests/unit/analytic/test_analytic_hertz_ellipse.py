@@ -3,8 +3,8 @@ import pytest
 from scipy.integrate import quad
 
 from fecontact.analytic import boussinesq, hertz
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 STEEL = Material(E=210e3, nu=0.3)
 PLANE = (np.inf, np.inf)

@@ -4,8 +4,8 @@ from scipy.integrate import quad
 from scipy.special import j0
 
 from fecontact.analytic import hertz, layer
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 
 def wave_compliance(k, h, material, base):

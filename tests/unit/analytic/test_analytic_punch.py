@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import quad
 
 from fecontact.analytic import hertz, punch
-from fecontact.errors import InputError
-from fecontact.material import Material
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 
 
 def load(contact):

@@ -255,7 +255,7 @@ def test_finite_motion_and_sweeps():
 
 
 def test_hertz_from_the_command_line(capsys):
-    from fecontact.cli import main
+    from fecontact.app.cli import main
 
     assert main(["hertz", "--element", "ancf", "--model", "symmetric", "--level", "1", "--json", "-"]) == 0
     figures = json.loads(capsys.readouterr().out)

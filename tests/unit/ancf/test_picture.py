@@ -8,7 +8,7 @@ import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace
 from fecontact.ancf.faces import Faces
 from fecontact.ancf.picture import draw_side, edges, hat_pressure
-from fecontact.errors import InputError
+from fecontact.common.errors import InputError
 
 SOFT = fc.Material(E=1.0, nu=0.0)
 

@@ -5,8 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.errors import InputError, MeshError
-from fecontact.stopwatch import Stopwatch
+from fecontact.common.errors import InputError, MeshError
+from fecontact.common.stopwatch import Stopwatch
 
 Q = fc.rotation_about((1, 2, 3), 0.7)
 STEEL = fc.Material(E=210e3, nu=0.3)

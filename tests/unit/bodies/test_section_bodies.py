@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.interface.mortar import hat_areas
+from fecontact.contact.coupling.mortar import hat_areas
 
 STEEL = fc.Material(E=200.0, nu=0.3)
 RUBBER = fc.Material(E=3.0, nu=0.4999)
@@ -460,8 +460,8 @@ def test_pictures(tmp_path):
         result.plot("pressure", style="sensels")
     with pytest.raises(fc.InputError, match="nothing to cut open"):
         result.plot("von_mises", where="x>0")
-    from fecontact.solids import solids_of_file
-    from fecontact.view import view
+    from fecontact.results.pictures.bodies import view
+    from fecontact.results.pictures.solids import solids_of_file
 
     solids = solids_of_file(result.save(tmp_path / "pressed.vtu"))
     assert [len(s.mesh.points) for s in solids] == 2 * [len(upper.mesh.points)]
@@ -471,7 +471,7 @@ def test_pictures(tmp_path):
 def test_two_spheres_from_the_command_line(tmp_path, capsys):
     import json
 
-    from fecontact.cli import main
+    from fecontact.app.cli import main
 
     picture = str(tmp_path / "spheres.png")
     assert main(["hertz", "--model", "axisymmetric", "--level", "1", "--json", "-", "--plot", picture]) == 0

@@ -5,13 +5,13 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact import scene as scene_module
 from fecontact.bodies import rotation_about
-from fecontact.errors import InputError
+from fecontact.common.errors import InputError
+from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import condensation, model
 from fecontact.fem.condensation import choose_route, memory_budget
 from fecontact.fem.factor import available_backends, factorise
-from fecontact.stopwatch import Stopwatch
+from fecontact.scene.scene import scene as scene_module
 
 # projected conjugate gradients stop at 1e-12 of the deflection; the forces have that times the condition of S, 1e2
 SAME = 1e-9

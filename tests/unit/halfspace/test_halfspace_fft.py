@@ -8,7 +8,7 @@ from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import around, finer
 from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
-from fecontact.errors import InputError
+from fecontact.common.errors import InputError
 
 
 def direct(p, table):

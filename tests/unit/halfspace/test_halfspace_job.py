@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from fecontact.cli import main
+from fecontact.app.cli import main
 
 BALL = ["sphere", "--radius", "10", "--E", "210e3", "--cells", "48"]
 

@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.bodies.halfspace.operator import GridCompliance, dense, whole_grid
-from fecontact.errors import InputError
+from fecontact.common.errors import InputError
 from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid, self_affine
 

@@ -6,7 +6,7 @@ import pytest
 import fecontact as fc
 from fecontact.bodies.halfspace.surface import grid_surface, straight_above
 from fecontact.bodies.layer import foundation_modulus
-from fecontact.errors import InputError
+from fecontact.common.errors import InputError
 from fecontact.surfaces import Paraboloid
 
 STEEL = fc.Material(210e3, 0.3)

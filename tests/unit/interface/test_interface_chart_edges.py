@@ -5,11 +5,11 @@ import warnings
 import numpy as np
 
 import fecontact as fc
-from fecontact.interface.chart import _nearness, charts, degrees
-from fecontact.interface.surface import FacetSurface
-from fecontact.mesh.divide import divided
+from fecontact.contact.coupling.tangent_plane import _nearness, charts, degrees
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.tet_to_hex import divided
+from fecontact.surfaces.facet_surface import FacetSurface
 
 SIX = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
 

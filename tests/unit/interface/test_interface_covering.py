@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.interface.covering import rim_of
-from fecontact.interface.pairing import pair
-from fecontact.interface.surface import FacetSurface
+from fecontact.contact.coupling.covered_area import rim_of
+from fecontact.contact.coupling.nodal import pair
 from fecontact.surfaces import FlatPunch
+from fecontact.surfaces.facet_surface import FacetSurface
 
 # without lateral contraction and with tops and bottoms held, blocks stand under uniform stress where they overlap whole
 SOLID = fc.Material(E=1000.0, nu=0.0)

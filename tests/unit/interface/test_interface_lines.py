@@ -5,12 +5,12 @@ import pytest
 
 import fecontact as fc
 from fecontact.bodies.pose import Pose
-from fecontact.interface.curve import CurveSurface
-from fecontact.interface.lines import FACING, feet_along
-from fecontact.interface.mortar import pair_mortar
-from fecontact.interface.normals import normals_of, opposing
-from fecontact.interface.pairing import pair
-from fecontact.interface.surface import FacetSurface
+from fecontact.contact.coupling.mortar import pair_mortar
+from fecontact.contact.coupling.nodal import pair
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.line_of_action import FACING, feet_along
+from fecontact.surfaces.normals import normals_of, opposing
+from fecontact.surfaces.section_curve import CurveSurface
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 FLIP = fc.rotation_about((1, 1, 0), np.pi)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.interface.hats import hat_shapes, own_samples, sub_faces
-from fecontact.interface.mortar import hat_areas, pair_mortar
-from fecontact.interface.overlap import clip
-from fecontact.interface.surface import FacetSurface
-from fecontact.mesh.reference import TRIANGLE_NODES, quad_nodes
+from fecontact.contact.coupling.mortar import hat_areas, pair_mortar
+from fecontact.contact.coupling.mortar_basis import hat_shapes, own_samples, sub_faces
+from fecontact.contact.coupling.segments import clip
+from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes
+from fecontact.surfaces.facet_surface import FacetSurface
 
 SOLID = fc.Material(1.0, 0.3)
 
@@ -140,7 +140,7 @@ def test_swapping_slave_and_master_changes_the_force_less_than_the_mesh_does():
 
 def test_mortar_against_nodal_on_matching_hertz_meshes():
     # two couplings of the same meshes: pressures differ by less than either differs from Hertz
-    from fecontact.spheres import CASES
+    from fecontact.app.spheres.spheres import CASES
 
     case = CASES["equal"]
     mesh = fc.shapes.quarter_sphere(25.0, contact_radius=case.hertz.a, level=1)
@@ -214,7 +214,7 @@ def test_several_blocks_of_pairs_give_what_one_gives(monkeypatch):
     )
     found = []
     for block in (10**6, 7):
-        monkeypatch.setattr("fecontact.interface.mortar.BLOCK", block)
+        monkeypatch.setattr("fecontact.contact.coupling.mortar.BLOCK", block)
         scene = fc.Scene([low, up], [fc.Contact(up, low, swap="never", coupling="mortar")])
         found.append(scene.solve(motions={up: {"z": -0.01}}))
     one, several = (r.interfaces[0].pairing for r in found)

@@ -5,12 +5,12 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.errors import MeshError
-from fecontact.interface import candidates
-from fecontact.interface.pairing import along, contact_weights, nested, pair
-from fecontact.interface.surface import FacetSurface
+from fecontact.common.errors import MeshError
+from fecontact.contact.coupling.nodal import along, contact_weights, nested, pair
+from fecontact.contact.search import candidates
+from fecontact.mesh.element.hexahedron import quad_nodes
 from fecontact.mesh.facets import nodal_areas, tributary_areas
-from fecontact.mesh.reference import quad_nodes
+from fecontact.surfaces.facet_surface import FacetSurface
 
 IDENTITY, ORIGIN = np.eye(3), np.zeros(3)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import MeshError
-from fecontact.interface.surface import FacetSurface
-from fecontact.mesh.reference import quad_nodes
+from fecontact.common.errors import MeshError
+from fecontact.mesh.element.hexahedron import quad_nodes
+from fecontact.surfaces.facet_surface import FacetSurface
 
 RADIUS = 2.0
 

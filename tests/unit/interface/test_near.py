@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.interface import bounds, near, reach
-from fecontact.interface.lines import feet_along
-from fecontact.interface.mortar import pair_mortar
-from fecontact.interface.normals import normals_of
-from fecontact.interface.pairing import pair
-from fecontact.interface.surface import FacetSurface
-from fecontact.loading import make_loading
+from fecontact.contact.coupling.mortar import pair_mortar
+from fecontact.contact.coupling.nodal import pair
+from fecontact.contact.loads import make_loading
+from fecontact.contact.search import bounding as bounds
+from fecontact.contact.search import radius as reach
+from fecontact.contact.search import region as near
+from fecontact.mesh.element.hexahedron import QUAD_CORNERS
 from fecontact.mesh.facets import facet_shapes
-from fecontact.mesh.reference import QUAD_CORNERS
-from fecontact.scene import Scene
+from fecontact.scene.scene import Scene
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.line_of_action import feet_along
+from fecontact.surfaces.normals import normals_of
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 
@@ -334,7 +336,7 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
         return solved(self, loading, reaches, *rest)
 
     monkeypatch.setattr(Scene, "solved", counted)
-    monkeypatch.setattr("fecontact.partly.first_reach", lambda contact, loading: reach.Reach(1e-4, 1e-4))
+    monkeypatch.setattr("fecontact.scene.local_search.first_reach", lambda contact, loading: reach.Reach(1e-4, 1e-4))
     part = now.solve(**loads, whole=False)
     assert len(tried) > 1
     assert tried[0][0].distance == 1e-4
@@ -344,7 +346,7 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
 def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monkeypatch):
     now, loads = knee()
     # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway
-    monkeypatch.setattr("fecontact.partly.first_reach", lambda contact, loading: reach.Reach(0.0, 0.0))
+    monkeypatch.setattr("fecontact.scene.local_search.first_reach", lambda contact, loading: reach.Reach(0.0, 0.0))
     same_forces(now.solve(**loads), now.solve(**loads, whole=False))
 
 

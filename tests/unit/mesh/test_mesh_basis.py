@@ -7,11 +7,11 @@ import pytest
 
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.stiffness import batches
-from fecontact.mesh import basis
-from fecontact.mesh.basis import element_basis, triangular_faces
+from fecontact.mesh.element import degenerate as basis
+from fecontact.mesh.element.degenerate import element_basis, triangular_faces
+from fecontact.mesh.element.hexahedron import hex_nodes, hex_shapes
 from fecontact.mesh.facets import nodal_areas
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.reference import hex_nodes, hex_shapes
 
 # sums of some twenty products of size one
 ROUNDING = 1e-13

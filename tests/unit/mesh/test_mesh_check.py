@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import MeshError
+from fecontact.common.errors import MeshError
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh
 

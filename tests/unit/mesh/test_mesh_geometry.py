@@ -6,10 +6,10 @@ from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshTet
 from skfem.helpers import ddot, eye, sym_grad, trace
 
 import fecontact as fc
-from fecontact.errors import InputError, MeshError
+from fecontact.common.errors import InputError, MeshError
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.geometry import MeshHex20, from_skfem, to_skfem
+from fecontact.mesh.skfem_mesh import MeshHex20, from_skfem, to_skfem
 
 ELEMENTS = ["hex8", "hex20", "hex27"]
 ORDER = {"hex8": 3, "hex20": 5, "hex27": 5}

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import InputError, MeshError
+from fecontact.common.errors import InputError, MeshError
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
+from fecontact.mesh.element.hexahedron import FACES, hex_nodes
 from fecontact.mesh.mesh import Mesh, merge
-from fecontact.mesh.reference import FACES, hex_nodes
 
 # sums of a few hundred volumes of size one
 ROUNDING = 1e-13

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fecontact.mesh.basis import element_basis
-from fecontact.mesh.reference import (
+from fecontact.mesh.element.degenerate import element_basis
+from fecontact.mesh.element.hexahedron import (
     FACES,
     hex_nodes,
     hex_quadrature,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.errors import InputError
+from fecontact.common.errors import InputError
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.facets import facet_integrals

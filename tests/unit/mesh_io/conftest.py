@@ -6,7 +6,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.mesh.formats.generic import teach_meshio
-from fecontact.mesh.formats.native import native_cells
+from fecontact.mesh.formats.vtk_cells import native_cells
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
 

@@ -11,7 +11,7 @@ import pytest
 import fecontact as fc
 from fecontact.mesh.orient import oriented, signed_volume
 from fecontact.mesh.polygons import cut
-from fecontact.mesh.surfaces import SurfaceMesh, joined
+from fecontact.mesh.surface_mesh import SurfaceMesh, joined
 from fecontact.surfaces import Facets
 
 RUBBER = fc.Material(E=1.0, nu=0.3)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from fecontact.fem.loads import moments_of_volume
-from fecontact.interface.surface import FacetSurface
-from fecontact.mesh.basis import element_basis, node_positions
-from fecontact.mesh.divide import divided
+from fecontact.mesh.element.degenerate import element_basis, node_positions
+from fecontact.mesh.element.hexahedron import FACES, TRIANGLE_NODES, triangle_shapes
+from fecontact.mesh.element.quadrature import PYRAMID, TETRAHEDRON, WEDGE, element_quadrature
 from fecontact.mesh.facets import facet_integrals, nodal_areas, shapes_on_square
-from fecontact.mesh.quadrature import PYRAMID, TETRAHEDRON, WEDGE, element_quadrature
-from fecontact.mesh.reference import FACES, TRIANGLE_NODES, triangle_shapes
+from fecontact.mesh.tet_to_hex import divided
+from fecontact.surfaces.facet_surface import FacetSurface
 
 # a few operations on numbers of order one
 ROUNDING = 1e-13

@@ -13,7 +13,7 @@ from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh, merge
 from fecontact.mesh.read import build
-from fecontact.mesh.section import SectionMesh
+from fecontact.mesh.section_mesh import SectionMesh
 
 RUBBER = fc.Material(E=1.0, nu=0.3)
 

@@ -7,9 +7,9 @@ import pytest
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.facets import nodal_areas
-from fecontact.mesh.formats.native import native_cells
+from fecontact.mesh.formats.vtk_cells import native_cells
 from fecontact.mesh.kinds import KINDS
-from fecontact.solids import solids_of_file
+from fecontact.results.pictures.solids import solids_of_file
 
 # numbers of order one, written as doubles; sums of a few hundred of them
 ROUNDING = 1e-13

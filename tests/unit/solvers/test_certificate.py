@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse.linalg import LinearOperator
 
 import fecontact.solvers.registry
-from fecontact.errors import InputError, SolverError
+from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers import ComplementarityProblem, Residuals, Status, attempt, solve
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.scaling import scale

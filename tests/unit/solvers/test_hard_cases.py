@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from solver_cases import CASES, Case, cycling, made
 
 import fecontact.solvers.registry
-from fecontact.errors import SolverError
+from fecontact.common.errors import SolverError
 from fecontact.solvers import Status, attempt, available_solvers, solve
 from fecontact.solvers.outcome import Outcome
 

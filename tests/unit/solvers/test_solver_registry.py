@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse.linalg import aslinearoperator
 
 import fecontact.solvers.registry
-from fecontact.errors import InputError, SolverError, SolverNotFoundError
+from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.mesh.surfaces import SurfaceMesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces import Facets
 
 RADIUS = 2.0
@@ -46,7 +46,7 @@ def test_heights_in_batches_are_the_same(stl, monkeypatch):
     shape = fc.RigidBody.from_stl(stl).shape
     x = np.linspace(-1.3, 1.3, 23)
     whole = shape.heights(x[:, None], x[None, :])
-    monkeypatch.setattr("fecontact.surfaces.facets.PAIRS", 50)
+    monkeypatch.setattr("fecontact.surfaces.rigid.triangulated.PAIRS", 50)
     assert np.array_equal(whole, shape.heights(x[:, None], x[None, :]))
 
 

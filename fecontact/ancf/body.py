@@ -1,0 +1,97 @@
+"""Elastic body of eight-node bricks with gradient coordinates (`fecontact.ancf`), for small strains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import scipy.sparse as sp
+
+from fecontact.ancf.model import AncfModel, twenty_nodes
+from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError, MeshError
+from fecontact.contact.coupling.nodal import along
+from fecontact.fem.condensation import checked_route
+from fecontact.fem.support import symmetry_planes
+from fecontact.mesh.check import check_skin
+from fecontact.surfaces.facet_surface import FacetSurface, Feet
+
+
+@dataclass(frozen=True, eq=False)
+class AncfBody(ElasticBody):
+    """A linear elastic body of bricks whose nodes carry position and position gradients.
+
+    It stands in a `Scene` wherever an `ElasticBody` does. Contact acts on the whole trace of a face, twelve functions
+    of its corners' positions and gradients: gaps and pressures are integrated over it, with one non-negative pressure
+    shape for each corner and each edge, as many as the trace has coordinates along the normal.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Hexahedra of 8, 20 or 27 nodes, none degenerate. The corners are the element's nodes; the others say how the
+        edges run, from which the initial gradients follow.
+    material : Material, or mapping of element set to Material
+        Between materials the gradient across the interface is released.
+    contact : str or sequence of str
+    supports : mapping of boundary name to components or directions, optional
+        As for `ElasticBody`; positions and in-face gradients are held, the gradient across the face is not.
+    pressure : {'eight'}
+        Pressure shapes of a face: hats at corners and edges.
+    name : str, optional
+    backend : {'auto', 'pardiso', 'superlu'}
+    integration : {'auto', 'full', 'selective'}
+        Four Gauss points per direction; with 'selective' the divergence in the part with lambda is projected on linear
+        functions in each cell. 'auto' takes the latter for Poisson's ratios above 0.49 (docs/ancf.md).
+    condensation : {'auto', 'schur', 'columns', 'operator'}
+        As for `ElasticBody`.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    >>> body = fc.AncfBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+    >>> floor = fc.RigidBody(fc.Plane())
+    >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    >>> round(float(result.contacts[0].force[2]), 12)
+    0.01
+    """
+
+    pressure: str = "eight"
+
+    def __post_init__(self) -> None:
+        if self.pressure != "eight":
+            raise InputError(f"The pressure of an AncfBody has one kind, 'eight'; found {self.pressure!r}.")
+        if self.integration not in INTEGRATIONS:
+            raise InputError(
+                f"Unknown integration {self.integration!r}; expected one of {', '.join(map(repr, INTEGRATIONS))}."
+            )
+        names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
+        object.__setattr__(self, "contact", names)
+        if self.model is None:
+            check_skin(self.mesh, names)
+            if self.mesh.has_coalesced:
+                raise MeshError(
+                    f"An AncfBody needs hexahedra with eight distinct corners; this mesh has {self.mesh!r}. "
+                    "Use ElasticBody for it."
+                )
+            mesh = twenty_nodes(self.mesh)
+            object.__setattr__(self, "mesh", mesh)
+            model = AncfModel(mesh, self.material, self.supports, self.backend, self.integration)
+            model.way = checked_route(self.condensation)
+            object.__setattr__(self, "model", model)
+
+    def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
+        planes = symmetry_planes(self.mesh, self.supports)
+        return FacetSurface(self._model.mesh.points, facets, name, eight_hats=True, planes=planes)
+
+    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3), gradients included."""
+        assert feet.facet is not None
+        assert feet.local is not None
+        assert isinstance(self.model, AncfModel)
+        faces = self.mesh.faces(feet.surface)[feet.facet]
+        return along(self.model.space.face_rows(faces, feet.local), directions)
+
+    def describe(self) -> str:
+        """One line: what was modelled."""
+        return self._described(f"{len(self.mesh.cells)} bricks with gradient coordinates, {self.n_dofs} dofs")

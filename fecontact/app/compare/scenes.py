@@ -1,0 +1,197 @@
+"""A user's scene at several refinements: the finest run is the reference for the others."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+from tqdm import tqdm
+
+from fecontact.app.compare.machine import code, machine, threads_as_set
+from fecontact.app.scene_file.scene_file import SceneFile, read_scene
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.common.fingerprint import fingerprint
+from fecontact.common.json_lines import append_row, read_rows
+from fecontact.mesh.shapes import LEVELS
+from fecontact.results.report import peak_memory
+from fecontact.results.result import ContactResult
+
+Row = dict[str, Any]
+
+#: Samples per side of a facet; the reference is looked up at its nearest sample.
+SAMPLES = 12
+
+
+def refined(values: Mapping[str, Any], k: int) -> None:
+    """Refine the shapes of a scene's bodies in place: k times the divisions, k - 1 levels more.
+
+    Parameters
+    ----------
+    values : mapping
+        Of the scene file.
+    k : int
+        1 leaves all as it is.
+
+    Raises
+    ------
+    InputError
+        If no body can be refined, or one not so far.
+
+    Examples
+    --------
+    >>> scene = {"bodies": {"a": {"shape": {"kind": "block", "divisions": [2, [0.0, 1.0, 3.0], 1]}}}}
+    >>> refined(scene, 2)
+    >>> scene["bodies"]["a"]["shape"]["divisions"]
+    [4, [0.0, 0.5, 1.0, 2.0, 3.0], 2]
+    """
+    count = 0
+    for body in values.get("bodies", {}).values():
+        shape = body.get("shape") if isinstance(body, dict) else None
+        if not isinstance(shape, dict) or body.get("type", "elastic") != "elastic":
+            continue
+        if "divisions" in shape:
+            shape["divisions"] = [_divided(d, k) for d in shape["divisions"]]
+        elif shape.get("kind") in ("cap", "cylinder", "half_sphere", "quarter_sphere", "sphere"):
+            shape["level"] = shape.get("level", 2) + k - 1
+            if shape["level"] > max(LEVELS):
+                raise InputError(
+                    f"Refinement {k} needs level {shape['level']}, but {max(LEVELS)} is the finest: begin with a lower "
+                    "level in the scene, or ask for fewer refinements."
+                )
+        else:
+            continue
+        count += 1
+    if not count:
+        raise InputError("No body of the scene has a shape with divisions or a level, so nothing can be refined.")
+
+
+def _divided(division: Any, k: int) -> Any:
+    """A count times k; positions with every interval cut into k."""
+    if not isinstance(division, list):
+        return division * k
+    x = np.asarray(division, dtype=float)
+    return np.interp(np.arange(k * (len(x) - 1) + 1) / k, np.arange(len(x)), x).tolist()
+
+
+def compare_scene(path: str | Path, refinements: int, rows_path: str | Path | None = None) -> list[Row]:
+    """Solve a scene at 1, 2, ... refinements and compare with the finest.
+
+    Parameters
+    ----------
+    path : str or Path
+        Scene file; bodies of named shapes are refined, meshes from files stay as they are.
+    refinements : int
+        At least two.
+    rows_path : str or Path, optional
+        File of JSON lines with finished runs, their sampled pressures beside it; these are not done again. What the
+        scene says and the meshes it reads, the package's code, machine and number of threads have to be the same.
+
+    Returns
+    -------
+    list of dict
+        As from `run.compare`; errors are 'pressure_l2', 'max_pressure' and 'area', the finest run's are missing.
+
+    Raises
+    ------
+    InputError
+        If nothing in the scene can be refined, or there are fewer than two refinements.
+    """
+    if refinements < 2:
+        raise InputError(f"A scene needs at least 2 refinements, the finest being the reference; found {refinements}.")
+    path = Path(path)
+    for k in range(1, refinements + 1):
+        read_scene(path, change=partial(refined, k=k))
+    done = {} if rows_path is None else read_rows(rows_path, "key", "a row of a comparison")
+    rows: list[Row] = []
+    samples: list[list[Array]] = []
+    for k in tqdm(range(1, refinements + 1), desc=f"compare {path.name}", unit="run", disable=None):
+        scene = read_scene(path, change=partial(refined, k=k))
+        model = fingerprint(scene.scene, scene.loads, scene.options)
+        key = json.dumps([path.stem, model, k, machine(), threads_as_set(), code()])
+        beside = None if rows_path is None else Path(rows_path).with_suffix(f".{k}.npz")
+        stored = _stored(beside, key) if key in done else None
+        if stored is not None:
+            rows.append(done[key])
+            samples.append(stored)
+            continue
+        row, found = _solved(scene, k)
+        row["key"] = key
+        if rows_path is not None and beside is not None:
+            np.savez(beside, *found, key=np.array(key))
+            append_row(rows_path, row)
+        rows.append(row)
+        samples.append(found)
+    return [*(_with_errors(r, s, rows[-1], samples[-1]) for r, s in zip(rows[:-1], samples, strict=False)), rows[-1]]
+
+
+def _stored(beside: Path | None, key: str) -> list[Array] | None:
+    """Sampled pressures that were kept for this very run; the file may by now hold those of another."""
+    if beside is None or not beside.is_file():
+        return None
+    with np.load(beside) as stored:
+        if "key" not in stored or str(stored["key"]) != key:
+            return None
+        return [stored[name] for name in stored.files if name != "key"]
+
+
+def _solved(scene: SceneFile, k: int) -> tuple[Row, list[Array]]:
+    """One run: its figures, and points, pressures and areas (n, 5) sampled on each contact."""
+    began, cpu = time.perf_counter(), time.process_time()
+    path, scene = scene.path, read_scene(scene.path, change=partial(refined, k=k))
+    result = scene.solve()
+    seconds, wall = time.process_time() - cpu, time.perf_counter() - began
+    residuals = result.residuals()
+    row = {
+        "problem": path.stem,
+        "method": scene.title or path.stem,
+        "spec": path.name,
+        "kind": "solid",
+        "peer": False,
+        "setting": k,
+        "dofs": result.n_dofs,
+        "candidates": result.n_candidates,
+        "residual": float(max(abs(v) for v in vars(residuals).values())),
+        "seconds": seconds,
+        "wall": wall,
+        "repeats": 1,
+        "peak_mb": peak_memory(),
+        "threads": "as set",
+        "machine": machine(),
+        "failed": None,
+        "errors": {},
+        "found": {
+            "max_pressure": max(c.max_pressure for c in result.contacts),
+            "area": sum(c.area for c in result.contacts),
+        },
+    }
+    return row, _sampled(result)
+
+
+def _sampled(result: ContactResult) -> list[Array]:
+    out = []
+    for contact in result.contacts:
+        points, pressure, areas = contact.sampled(contact.pressure, SAMPLES)
+        out.append(np.column_stack([points, pressure, areas]))
+    return out
+
+
+def _with_errors(row: Row, samples: Sequence[Array], finest: Row, reference: Sequence[Array]) -> Row:
+    """Errors against the finest run."""
+    miss = norm = 0.0
+    for ours, theirs in zip(samples, reference, strict=True):
+        _, nearest = cKDTree(theirs[:, :3]).query(ours[:, :3])
+        exact = theirs[nearest, 3]
+        miss += float(ours[:, 4] @ (ours[:, 3] - exact) ** 2)
+        norm += float(ours[:, 4] @ exact**2)
+    errors = {"pressure_l2": (miss / norm) ** 0.5 if norm > 0 else 0.0}
+    for name, value in row["found"].items():
+        if finest["found"][name] > 0:
+            errors[name] = value / finest["found"][name] - 1
+    return {**row, "errors": errors}

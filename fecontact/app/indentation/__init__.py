@@ -1,0 +1,1 @@
+"""Indentation of half-spaces."""

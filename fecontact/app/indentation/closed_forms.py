@@ -1,0 +1,283 @@
+"""Closed forms beside which a contact on a half-space stands, by the shape of the indenter; none for most of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from fecontact.analytic import axisymmetric, hertz, layer, punch, sinusoid
+from fecontact.bodies import HalfSpace, Sphere
+from fecontact.common.arrays import Array
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.surfaces import Cone, Cylinder, Ellipsoid, FlatPunch, Paraboloid
+
+SINGULAR = 0.8
+"""Share of the radius of a punch or a cone within which pressures are compared; they are infinite on it, or at 0."""
+
+WIDEST = 0.7
+"""Contact radius over that of a sphere beyond which a half-space is no picture of the contact."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """The sinusoidal surface amplitude (1 - cos(2 pi x/wavelength)), a crest at x = 0 (Westergaard).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Wave(0.5, 2.0).heights(np.array([0.0, 1.0]), np.zeros(2)).round(12).tolist()
+    [0.0, 1.0]
+    """
+
+    amplitude: float
+    wavelength: float
+
+    def __post_init__(self) -> None:
+        for name, value in (("amplitude", self.amplitude), ("wavelength", self.wavelength)):
+            positive(f"a wave's {name}", value)
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together."""
+        return np.asarray(2 * self.amplitude * np.sin(np.pi * np.asarray(x) / self.wavelength) ** 2 + 0 * np.asarray(y))
+
+
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """A closed form.
+
+    Attributes
+    ----------
+    source : str
+        Whose solution it is, and what it leaves out.
+    half_widths : (float, float)
+        Of the contact along x and y.
+    figures : dict of str to float
+        By the names of `indent.FIGURES`.
+    pressure : function of x, y, or None
+    compared : function of x, y
+        Where pressures are compared.
+    """
+
+    source: str
+    half_widths: tuple[float, float]
+    figures: dict[str, float]
+    pressure: Callable[[Array, Array], Array] | None = None
+    compared: Callable[[Array, Array], NDArray[np.bool_]] = field(default=lambda x, y: np.ones(np.shape(x + y), bool))
+
+
+def closed_form(
+    shape: Any, half: HalfSpace, force: float | None, approach: float | None, offset: tuple[float, float] | None = None
+) -> Exact | None:
+    """The closed form for a shape pressed on a half-space, or None.
+
+    Parameters
+    ----------
+    shape : surface with `heights`
+    half : HalfSpace
+    force, approach : float or None
+        Exactly one.
+    offset : (float, float), optional
+        Where the force acts, if the shape is free to tilt.
+    """
+    load: dict[str, Any] = {"force": force} if force is not None else {"approach": approach}
+    if half.pressure != "uniform":
+        return None
+    if half.periodic:
+        return _wave(shape, half, force) if not half.layers else None
+    if half.layers:
+        return None if offset else _on_layer(shape, half, load)
+    modulus = half.compliance.modulus
+    if isinstance(shape, FlatPunch):
+        return _flat(shape, modulus, load, offset)
+    if offset is not None and offset != (0.0, 0.0):
+        return None
+    if isinstance(shape, Cone):
+        return _cone(shape, modulus, load)
+    if isinstance(shape, Sphere):
+        return _sphere(shape, modulus, load)
+    if isinstance(shape, Paraboloid):
+        return _paraboloid(shape.curvature_radii, modulus, load, "Hertz")
+    if isinstance(shape, Ellipsoid):
+        a, b, c = shape.semi_axes
+        return _paraboloid((a**2 / c, b**2 / c), modulus, load, "Hertz, for the ellipsoid's curvatures at its pole")
+    return None
+
+
+def line_contact(shape: Any, half: HalfSpace, force: float | None) -> Exact | None:
+    """Hertz's line contact under an infinite cylinder, whose force on the length of the grid is known."""
+    if not isinstance(shape, Cylinder) or math.isfinite(shape.length) or force is None or half.layers:
+        return None
+    exact = hertz.line(
+        (shape.radius, math.inf), (_unit(half.compliance.modulus), None), force=force / half.grid.size[1]
+    )
+    return Exact(
+        "Hertz's line contact, for a cylinder far from its neighbours",
+        (exact.a, half.grid.size[1] / 2),
+        {"contact area": 2 * exact.a * half.grid.size[1], "maximum pressure": exact.p0},
+        lambda x, y: exact.pressure(np.broadcast_to(x, np.broadcast_shapes(np.shape(x), np.shape(y)))),
+    )
+
+
+def _unit(modulus: float) -> Material:
+    """A material whose E/(1 - nu^2) is the given one."""
+    return Material(E=modulus, nu=0.0)
+
+
+def _round(
+    figures: Any,
+    source: str,
+    pressure: Callable[[Array], Array],
+    extra: dict[str, float] | None = None,
+    **more: Any,
+) -> Exact:
+    """Of a round contact with force, approach, a and stiffness."""
+    known = {
+        "force": figures.force,
+        "approach": figures.approach,
+        "contact area": math.pi * figures.a**2,
+        "stiffness": figures.stiffness,
+    }
+    return Exact(
+        source,
+        (figures.a, figures.a),
+        {**known, **(extra or {})},
+        lambda x, y: pressure(np.hypot(x, y)),
+        **more,
+    )
+
+
+def _within(radius: float) -> Callable[[Array, Array], NDArray[np.bool_]]:
+    return lambda x, y: np.asarray(np.hypot(x, y) < radius)
+
+
+def _flat(shape: FlatPunch, modulus: float, load: dict[str, Any], offset: tuple[float, float] | None) -> Exact | None:
+    if shape.radius is None:
+        return None
+    x, y = offset or (0.0, 0.0)
+    arm = math.hypot(x, y)
+    if arm > shape.radius / 3:
+        return None
+    exact = punch.flat(radius=shape.radius, modulus=modulus, offset=arm, **load)
+    along = (x / arm, y / arm) if arm else (1.0, 0.0)
+    figures = {
+        "force": exact.force,
+        "approach": exact.approach,
+        "contact area": math.pi * exact.a**2,
+        "stiffness": exact.stiffness,
+    }
+    if arm:
+        figures["tilt (rad)"] = exact.tilt
+    return Exact(
+        "flat punch (Boussinesq)" if not arm else "flat punch, load off its middle",
+        (exact.a, exact.a),
+        figures,
+        lambda x, y: exact.pressure(along[0] * x + along[1] * y, along[0] * y - along[1] * x),
+        _within(SINGULAR * exact.a),
+    )
+
+
+def _cone(shape: Cone, modulus: float, load: dict[str, Any]) -> Exact:
+    exact = punch.cone(angle=shape.angle, modulus=modulus, **load)
+    return _round(exact, "cone (Love, Sneddon)", exact.pressure, compared=_within(SINGULAR * exact.a))
+
+
+def _sphere(shape: Sphere, modulus: float, load: dict[str, Any]) -> Exact:
+    R = shape.radius
+    try:
+        exact = axisymmetric.indent(slope=lambda r: r / np.sqrt(R**2 - r**2), modulus=modulus, limit=WIDEST * R, **load)
+    except InputError as error:
+        raise InputError(
+            f"The load is beyond what the geometry allows: the contact would be wider than {WIDEST:g} of the sphere of "
+            f"radius {R:g}, far beyond the small slopes of a half-space. Take a smaller load or a larger sphere."
+        ) from error
+    # in s = sqrt(1 - r^2/a^2) the pressure is smooth
+    s = np.linspace(0.0, 1.0, 30)
+    spline = CubicSpline(s, exact.pressure(exact.a * np.sqrt(1 - s**2)))
+
+    def pressure(r: Array) -> Array:
+        inside = np.maximum(1 - (r / exact.a) ** 2, 0.0)
+        return np.where(inside > 0, spline(np.sqrt(inside)), 0.0)
+
+    peak = {"maximum pressure": float(exact.pressure(0.0))}
+    return _round(exact, "sphere's own profile (Sneddon); Hertz where a << R", pressure, peak)
+
+
+def _paraboloid(radii: tuple[float, float], modulus: float, load: dict[str, Any], source: str) -> Exact:
+    Rx, Ry = radii
+    exact = hertz.ellipse(((Rx, Ry), (math.inf, math.inf)), (_unit(modulus), None), **load)
+    widths = (exact.a, exact.b) if Rx >= Ry else (exact.b, exact.a)
+    return Exact(
+        source,
+        widths,
+        {
+            "force": exact.force,
+            "approach": exact.approach,
+            "contact area": math.pi * exact.a * exact.b,
+            "maximum pressure": exact.p0,
+            "stiffness": exact.stiffness,
+        },
+        lambda x, y: exact.p0 * np.sqrt(np.maximum(1 - (x / widths[0]) ** 2 - (y / widths[1]) ** 2, 0.0)),
+    )
+
+
+def _on_layer(shape: Any, half: HalfSpace, load: dict[str, Any]) -> Exact | None:
+    """One layer on a rigid base under a sphere or a round paraboloid."""
+    if isinstance(shape, Sphere):
+        radius, note = shape.radius, ", for the sphere's paraboloid"
+    elif isinstance(shape, Paraboloid) and shape.radius_x == shape.radius_y:
+        radius, note = shape.radius_x, ""
+    else:
+        return None
+    if half.material is not None or len(half.layers) != 1 or half.against is not None:
+        return None
+    only = half.layers[0]
+    base: Any = only.interface
+    try:
+        exact = layer.paraboloid(radius=radius, thickness=only.thickness, material=only.material, base=base, **load)
+    except InputError:  # wider than its method reaches
+        return None
+    return Exact(
+        f"layer on a rigid base (Lebedev & Ufliand){note}",
+        (exact.a, exact.a),
+        {
+            "force": exact.force,
+            "approach": exact.approach,
+            "contact area": math.pi * exact.a**2,
+            "maximum pressure": exact.p0,
+        },
+        lambda x, y: exact.pressure(np.hypot(x, y)),
+    )
+
+
+def _wave(shape: Any, half: HalfSpace, force: float | None) -> Exact | None:
+    """Westergaard's sinusoid, whole waves in the period."""
+    if isinstance(shape, Cylinder):
+        return line_contact(shape, half, force)
+    if not isinstance(shape, Wave) or force is None:
+        return None
+    area = half.grid.size[0] * half.grid.size[1]
+    exact = sinusoid.westergaard(
+        amplitude=shape.amplitude,
+        wavelength=shape.wavelength,
+        modulus=half.compliance.modulus,
+        mean_pressure=force / area,
+    )
+    return Exact(
+        "Westergaard",
+        (half.grid.size[0] / 2, half.grid.size[1] / 2),
+        {
+            "force": force,
+            "contact area": exact.area_fraction * area,
+            "maximum pressure": exact.max_pressure,
+            "mean gap": exact.mean_gap,
+        },
+        lambda x, y: exact.pressure(x + 0 * y),
+    )

@@ -1,0 +1,262 @@
+"""The job of ``fecontact halfspace``: from options, as a mapping, to an indentation or a curve."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.app.indentation.closed_forms import Wave
+from fecontact.app.indentation.indentation import Curve, Ground, Indentation, Load, curve, indent
+from fecontact.bodies import Layer, Sphere
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.mesh.surface_mesh import read_surface
+from fecontact.surfaces import (
+    Cone,
+    Cylinder,
+    Ellipsoid,
+    Facets,
+    FlatPunch,
+    Paraboloid,
+    Torus,
+    detrend,
+    read_topography,
+    self_affine,
+)
+from fecontact.surfaces.rigid.rough import TRENDS
+
+__all__ = ["SHAPES", "TRENDS", "run"]
+
+Options = Mapping[str, Any]
+Size = tuple[float, float]
+Cells = tuple[int, int]
+
+LONGEST, SHORTEST = 4, 8
+"""Longest wave of a rough surface as a share of its size, and shortest in cells, unless given: the contact of the one
+is felt as a whole, that of the other is resolved."""
+
+
+def run(options: Options) -> Indentation | Curve:
+    """Press what the options describe.
+
+    Parameters
+    ----------
+    options : mapping
+        As ``fecontact halfspace --help`` has them, with underscores; what is left out is None.
+
+    Returns
+    -------
+    Indentation or Curve
+        A curve where `loads` are given.
+
+    Raises
+    ------
+    InputError
+        An option that is missing, has no use here, or holds a value that cannot be used.
+
+    Examples
+    --------
+    >>> found = run({"shape": "sphere", "radius": 10.0, "E": 210e3, "nu": 0.3, "force": 100.0, "cells": [64]})
+    >>> found.exact.source
+    "sphere's own profile (Sneddon); Hertz where a << R"
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    name = given["shape"]
+    _refuse_foreign(name, given)
+    cells, size = _pair(given.get("cells", [256]), "cells"), _pair(given.get("size"), "size")
+    ground = _ground(given)
+    loads = _loads(given)
+    shape, cells, size = _shape(name, given, cells, size, ground.periodic)
+    label = Path(given["file"]).name if name == "heights" else name
+    common = {"cells": cells, "size": size, "name": label, "tolerance": given.get("tolerance", 1e-8)}
+    if "loads" in given:
+        return curve(shape, ground, loads, **common)
+    return indent(shape, ground, loads[0], **common)
+
+
+def _pair(values: Any, name: str) -> Any:
+    """Two values, the second as the first unless given."""
+    if values is None:
+        return None
+    if len(values) > 2:
+        raise InputError(f"--{name} takes one or two numbers, along x and y; found {len(values)}.")
+    return values[0], values[-1]
+
+
+def _ground(given: Options) -> Ground:
+    layers = tuple(_layer(text) for text in given.get("layer", ()))
+    if "E" not in given and not layers:
+        raise InputError("Give the half-space's modulus with --E (and --nu), or layers on a rigid base with --layer.")
+    base = Material(given["E"], given["nu"]) if "E" in given else None
+    against = Material(*given["against"]) if "against" in given else None
+    return Ground(base, layers, against, bool(given.get("periodic")))
+
+
+def _layer(text: str) -> Layer:
+    parts = text.split(",")
+    try:
+        E, nu, thickness = (float(part) for part in parts[:3])
+    except ValueError:
+        raise InputError(f"A layer reads like 5,0.45,2 or 5,0.45,2,frictionless; found {text!r}.") from None
+    return Layer(Material(E, nu), thickness, *(part.strip() for part in parts[3:4]))
+
+
+def _loads(given: Options) -> list[Load]:
+    kinds = [name for name in ("force", "approach", "loads") if name in given]
+    if len(kinds) != 1:
+        found = " and ".join(f"--{kind}" for kind in kinds) or "none"
+        raise InputError(f"Give exactly one of --force, --approach and --loads; found {found}.")
+    if "load_point" in given and "moment" in given:
+        raise InputError("Give --load-point or --moment, not both: they say the same.")
+    if "approach" in given:
+        point = given.get("load_point", given.get("moment"))
+        return [Load(None, given["approach"], None if point is None else (point[0], point[1]))]
+    forces = [given["force"]] if "force" in given else _numbers(given["loads"])
+    if "moment" in given:
+        Load(forces[0])  # a force of zero has no arm
+        return [Load.of_moment(force, tuple(given["moment"])) for force in forces]
+    point = tuple(given["load_point"]) if "load_point" in given else None
+    return [Load(force, None, point) for force in forces]
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"--loads reads like 1,2,5,10; found {text!r}.") from None
+    return found
+
+
+def _need(given: Options, shape: str, *names: str) -> list[Any]:
+    missing = [name for name in names if name not in given]
+    if missing:
+        listed = ", ".join("--" + name.replace("_", "-") for name in missing)
+        raise InputError(f"The shape {shape!r} needs {listed}.")
+    return [given[name] for name in names]
+
+
+def _sphere(given: Options) -> Any:
+    return Sphere(*_need(given, "sphere", "radius"))
+
+
+def _paraboloid(given: Options) -> Any:
+    return Paraboloid(_need(given, "paraboloid", "radius")[0], given.get("radius_y"))
+
+
+def _cylinder(given: Options) -> Any:
+    return Cylinder(_need(given, "cylinder", "radius")[0], given.get("length", math.inf))
+
+
+def _cone(given: Options) -> Any:
+    return Cone(math.radians(*_need(given, "cone", "angle")))
+
+
+def _flat(given: Options) -> Any:
+    if "radius" not in given and "sides" not in given:
+        raise InputError("The shape 'flat' needs --radius or --sides.")
+    return FlatPunch(given.get("radius"), tuple(given["sides"]) if "sides" in given else None)
+
+
+def _ellipsoid(given: Options) -> Any:
+    return Ellipsoid(tuple(*_need(given, "ellipsoid", "semi_axes")))
+
+
+def _torus(given: Options) -> Any:
+    return Torus(*_need(given, "torus", "ring", "tube"))
+
+
+MADE: dict[str, tuple[Callable[[Options], Any], tuple[str, ...]]] = {
+    "sphere": (_sphere, ("radius",)),
+    "paraboloid": (_paraboloid, ("radius", "radius_y")),
+    "cylinder": (_cylinder, ("radius", "length")),
+    "cone": (_cone, ("angle",)),
+    "flat": (_flat, ("radius", "sides")),
+    "ellipsoid": (_ellipsoid, ("semi_axes",)),
+    "torus": (_torus, ("ring", "tube")),
+}
+"""How simple shapes are made, and the options that describe them."""
+
+SHAPES = (*MADE, "wave", "rough", "heights")
+
+OWN: dict[str, tuple[str, ...]] = {
+    **{name: options for name, (_, options) in MADE.items()},
+    "wave": ("amplitude", "wavelength"),
+    "rough": ("rms_slope", "rms_height", "longest", "shortest"),
+    "heights": ("file",),
+}
+
+
+def _refuse_foreign(shape: str, given: Options) -> None:
+    """An option that the shape does not know is a mistake, not to be passed over."""
+    every = {name for names in OWN.values() for name in names}
+    if foreign := sorted((every - set(OWN[shape])) & set(given)):
+        known = ", ".join("--" + name.replace("_", "-") for name in OWN[shape])
+        raise InputError(f"--{foreign[0].replace('_', '-')} says nothing about the shape {shape!r}, which has {known}.")
+    if (given.get("trend", "none") != "none" or given.get("peaks_up")) and shape != "heights":
+        raise InputError("--trend and --peaks-up go with heights from a file.")
+
+
+def _shape(
+    name: str, given: Options, cells: Cells, size: Size | None, periodic: bool
+) -> tuple[Any, Cells, Size | None]:
+    """The shape, and the cells and size of the grid, which some bring with them."""
+    if name in MADE:
+        shape = MADE[name][0](given)
+        return shape, cells, size or _own_size(shape)
+    if name == "heights":
+        return _heights(given, cells, size)
+    if size is None:
+        raise InputError(f"The shape {name!r} needs --size, that of its period.")
+    if not periodic:
+        raise InputError(
+            f"The shape {name!r} repeats: give --periodic. On a free half-space it would end abruptly at the border of "
+            "the grid."
+        )
+    if name == "wave":
+        (amplitude,) = _need(given, name, "amplitude")
+        wavelength = given.get("wavelength", size[0])
+        if abs(size[0] / wavelength - round(size[0] / wavelength)) > 1e-9:
+            raise InputError(f"The size {size[0]:g} is no whole number of waves of {wavelength:g}.")
+        return Wave(amplitude, wavelength), cells, size
+    longest = given.get("longest", max(size) / LONGEST)
+    shortest = given.get("shortest", SHORTEST * max(s / n for s, n in zip(size, cells, strict=True)))
+    rough = self_affine(
+        cells,
+        size,
+        hurst=given.get("hurst", 0.8),
+        seed=given.get("seed", 1),
+        rms_height=given.get("rms_height"),
+        rms_slope=given.get("rms_slope"),
+        longest=longest,
+        shortest=shortest,
+    )
+    return rough.z - rough.z.min(), cells, size
+
+
+def _own_size(shape: Any) -> Size | None:
+    """The grid of a shape that ends by itself and has no closed form to tell its contact."""
+    if isinstance(shape, Torus):
+        return 1.1 * shape.size, 1.1 * shape.size
+    if isinstance(shape, FlatPunch) and shape.sides is not None:
+        return 1.5 * shape.sides[0], 1.5 * shape.sides[1]
+    if isinstance(shape, Cylinder) and math.isfinite(shape.length):
+        return 2.0 * shape.radius, 1.2 * shape.length
+    return None
+
+
+def _heights(given: Options, cells: Cells, size: Size | None) -> tuple[Any, Cells, Size | None]:
+    (file,) = _need(given, "heights", "file")
+    path = Path(file)
+    if path.suffix.lower() in (".stl", ".ply", ".obj"):
+        return Facets(read_surface(path)), cells, size
+    surface = read_topography(path)
+    if surface.size is None and size is None:
+        raise InputError(f"{path.name} does not tell its size: give it with --size.")
+    z = -surface.z if given.get("peaks_up") else surface.z
+    if given.get("trend", "none") != "none":
+        z = detrend(z, given["trend"])
+    return z - np.nanmin(z), (z.shape[0], z.shape[1]), surface.size if size is None else size

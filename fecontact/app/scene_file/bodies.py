@@ -1,0 +1,276 @@
+"""Materials and bodies of a scene file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact import surfaces
+from fecontact.app.scene_file.meshes import Arguments, check_name, existing, made, mesh_of, number, numbers, shape_of
+from fecontact.app.scene_file.sections import section_body
+from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
+from fecontact.bodies import ElasticBody, ElasticLayer, HalfSpace, Layer, Plane, Pose, RigidBody, Sphere, rotation_about
+from fecontact.bodies.layer import LAWS
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.fem.condensation import ROUTES
+from fecontact.fem.support import Support, checked_support
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import SectionMesh
+from fecontact.surfaces.rigid.rough import TRENDS
+
+AnyBody = ElasticBody | RigidBody | HalfSpace | ElasticLayer
+
+
+def _cone(angle_deg: float) -> surfaces.Cone:
+    return surfaces.Cone(math.radians(angle_deg))
+
+
+RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
+    "plane": (Plane, {"size": number}),
+    "sphere": (Sphere, {"radius!": number}),
+    "paraboloid": (surfaces.Paraboloid, {"radius_x!": number, "radius_y": number}),
+    "cylinder": (surfaces.Cylinder, {"radius!": number, "length": number}),
+    "cone": (_cone, {"angle_deg!": number}),
+    "flat_punch": (surfaces.FlatPunch, {"radius": number, "sides": numbers(2)}),
+    "ellipsoid": (surfaces.Ellipsoid, {"semi_axes!": numbers(3)}),
+    "torus": (surfaces.Torus, {"ring!": number, "tube!": number}),
+}
+
+TYPES = ("elastic", "rigid", "half-space", "layer", "plane", "axisymmetric")
+
+
+def read_materials(table: Table) -> dict[str, Material | None]:
+    """Materials by name; None for those that could not be made."""
+    out: dict[str, Material | None] = {}
+    for name, entry in table.subtables():
+        E, nu = entry.number("E", required=True), entry.number("nu", required=True)
+        density = entry.number("density")
+        entry.finish()
+        out[name] = None
+        if E is not None and nu is not None:
+            out[name] = made(entry, None, partial(Material, E, nu, density))
+    return out
+
+
+def read_bodies(table: Table, materials: Mapping[str, Material | None], folder: Path) -> dict[str, AnyBody | None]:
+    """Bodies by name; None for those that could not be made."""
+    out: dict[str, AnyBody | None] = {}
+    for name, entry in table.subtables():
+        kind = entry.text("type", TYPES) or "elastic"
+        body: AnyBody | None
+        if kind == "elastic":
+            body = _elastic(name, entry, materials, folder, out)
+        elif kind in ("plane", "axisymmetric"):
+            body = section_body(name, kind, entry, partial(_material_of, entry, materials))
+        elif kind == "rigid":
+            body = _rigid(name, entry, folder)
+        elif kind == "half-space":
+            body = _half_space(name, entry, materials)
+        else:
+            body = _layer(name, entry, materials, folder, out)
+        pose = _pose(entry.table("pose"))
+        entry.finish()
+        out[name] = body if body is None or pose is None else body.placed(*pose)
+    return out
+
+
+def _elastic(
+    name: str, table: Table, materials: Mapping[str, Material | None], folder: Path, bodies: Mapping[str, Any]
+) -> ElasticBody | None:
+    mesh = mesh_of(table, folder, bodies)
+    material = _material_of(table, materials, mesh)
+    contact = table.texts("contact") or ()
+    supports = _supports(table.table("supports"))
+    options: dict[str, Any] = {
+        "pressure": table.text("pressure", ("midface", "nodal")),
+        "backend": table.text("backend", ("auto", "pardiso", "superlu", "amg")),
+        "integration": table.text("integration", ("auto", "full", "selective")),
+        "condensation": table.text("condensation", ROUTES),
+    }
+    if mesh is not None:
+        for boundary in contact:
+            check_name(table, "contact", boundary, mesh.boundaries, "boundary")
+        for boundary in supports:
+            known = {**mesh.boundaries, **mesh.node_sets}
+            check_name(table.table("supports"), boundary, boundary, known, "boundary")
+    if mesh is None or material is None or table.faults.touched(table.place):
+        return None
+    given = {k: v for k, v in options.items() if v is not None}
+    body: ElasticBody | None = made(
+        table, None, lambda: ElasticBody(mesh, material, contact, supports, name=name, **given)
+    )
+    return body
+
+
+def _material_of(
+    table: Table, materials: Mapping[str, Material | None], mesh: Mesh | SectionMesh | None
+) -> Material | dict[str, Material] | None:
+    """One material by its name, or a table of them by element set; None if any could not be made."""
+    given = table.raw("material", required=True)
+    if given is None:
+        return None
+    if isinstance(given, str):
+        return _material_named(table, "material", given, materials)
+    if not isinstance(given, dict):
+        table.fault("material", f"must be the name of a material or a table of names by element set; found {given!r}.")
+        return None
+    entry = table.table("material")
+    out = {}
+    for group in entry.values:
+        if mesh is not None:
+            check_name(entry, group, group, mesh.groups, "element set")
+        name = entry.text(group)
+        if name is not None:
+            out[group] = _material_named(entry, group, name, materials)
+    made = {k: v for k, v in out.items() if v is not None}
+    return made if len(made) == len(entry.values) else None
+
+
+def _material_named(table: Table, key: str, name: str, materials: Mapping[str, Material | None]) -> Material | None:
+    if name not in materials:
+        hint = did_you_mean(name, materials)
+        table.fault(key, f"unknown material {name!r}{hint}; the materials are: {listed(materials)}.")
+    return materials.get(name)
+
+
+def _supports(table: Table) -> dict[str, Support]:
+    out = {}
+    for boundary in table.values:
+        support = table.raw(boundary)
+        try:
+            checked_support(boundary, support)
+            out[boundary] = support
+        except InputError:
+            expected = "must be components out of x, y, z, n such as 'xyz', or one direction or more such as [1, 1, 0]"
+            table.fault(boundary, f"{expected}; found {support!r}.")
+    return out
+
+
+def _rigid(name: str, table: Table, folder: Path) -> RigidBody | None:
+    given = [key for key in ("shape", "heights", "surface") if key in table]
+    if len(given) != 1:
+        kinds = listed(RIGID_SHAPES)
+        table.fault(
+            None,
+            f"needs one of shape (a table; kinds: {kinds}), heights and surface (tables with a file); "
+            f"found {' and '.join(given) or 'none'}.",
+        )
+        return None
+    if "shape" in table:
+        shape = shape_of(table.table("shape", required=True), RIGID_SHAPES)
+        return None if shape is None else RigidBody(shape, name)
+    if "heights" in table:
+        return _heights(name, table.table("heights"), folder)
+    entry = table.table("surface")
+    path, scale = existing(entry, "file", folder), entry.number("scale")
+    entry.finish()
+    if path is None or entry.faults.touched(entry.place):
+        return None
+    body: RigidBody | None = made(
+        entry, "file", lambda: RigidBody.from_surface(path, 1.0 if scale is None else scale, name)
+    )
+    return body
+
+
+def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:
+    """A surface z(x, y) from a file."""
+    path, size = existing(table, "file", folder), table.numbers("size", 2)
+    trend, peaks_up = table.text("trend", TRENDS), table.flag("peaks_up")
+    table.finish()
+    if path is None or table.faults.touched(table.place):
+        return None
+    found = made(table, "file", lambda: surfaces.read_topography(path))
+    if found is None:
+        return None
+    sides = found.size if size is None else (size[0], size[1])
+    if sides is None:
+        table.fault("size", f"is missing, for {path.name} does not tell it.")
+        return None
+
+    def make() -> RigidBody:
+        z = found.z if trend is None else surfaces.detrend(found.z, trend)
+        return RigidBody.from_heights(-z if peaks_up else z, sides, name)
+
+    body: RigidBody | None = made(table, None, make)
+    return body
+
+
+def _half_space(name: str, table: Table, materials: Mapping[str, Material | None]) -> HalfSpace | None:
+    size, cells = table.numbers("size", 2, required=True), table.numbers("cells", 2, required=True)
+    periodic = table.flag("periodic")
+    named = {key: table.text(key) for key in ("material", "against")}
+    found = {k: _material_named(table, k, v, materials) for k, v in named.items() if v is not None}
+    layers = [_stacked(entry, materials) for entry in table.tables("layers")]
+    if cells is not None and any(n != int(n) for n in cells):
+        table.fault("cells", f"must be two whole numbers; found {list(cells)!r}.")
+    if size is None or cells is None or None in layers or None in found.values() or table.faults.touched(table.place):
+        return None
+    body: HalfSpace | None = made(
+        table,
+        None,
+        lambda: HalfSpace(
+            found.get("material"),
+            (size[0], size[1]),
+            (int(cells[0]), int(cells[1])),
+            bool(periodic),
+            layers=[layer for layer in layers if layer is not None],
+            against=found.get("against"),
+            name=name,
+        ),
+    )
+    return body
+
+
+def _stacked(table: Table, materials: Mapping[str, Material | None]) -> Layer | None:
+    """One of a half-space's layers."""
+    material, thickness = table.text("material", required=True), table.number("thickness", required=True)
+    interface = table.text("interface", ("bonded", "frictionless")) or "bonded"
+    table.finish()
+    found = None if material is None else _material_named(table, "material", material, materials)
+    if found is None or thickness is None:
+        return None
+    layer: Layer | None = made(table, None, lambda: Layer(found, thickness, interface))
+    return layer
+
+
+def _layer(
+    name: str, table: Table, materials: Mapping[str, Material | None], folder: Path, bodies: Mapping[str, Any]
+) -> ElasticLayer | None:
+    mesh = mesh_of(table, folder, bodies)
+    material, thickness = table.text("material", required=True), table.number("thickness", required=True)
+    covers, law = table.text("covers", required=True), table.text("law", LAWS) or "bonded"
+    found = None if material is None else _material_named(table, "material", material, materials)
+    if mesh is not None and covers is not None:
+        check_name(table, "covers", covers, mesh.boundaries, "boundary")
+    if mesh is None or found is None or table.faults.touched(table.place):
+        return None
+    assert covers is not None
+    assert thickness is not None
+    body: ElasticLayer | None = made(table, None, lambda: ElasticLayer(found, thickness, (mesh, covers), law, name))
+    return body
+
+
+def pose_of(table: Table) -> Pose | None:
+    """The pose that a table of translation and rotation describes; None if wrong."""
+    given = _pose(table)
+    return None if given is None else Pose(given[1], np.asarray(given[0], dtype=float))
+
+
+def _pose(table: Table) -> tuple[Any, Any] | None:
+    """Translation and rotation matrix; None if wrong."""
+    translation = table.numbers("translation") or (0.0, 0.0, 0.0)
+    rotation = np.eye(3)
+    if "rotation" in table:
+        turn = table.table("rotation")
+        axis, angle = turn.numbers("axis", required=True), turn.number("angle_deg", required=True)
+        turn.finish()
+        if axis is not None and angle is not None:
+            rotation = made(turn, "axis", lambda: rotation_about(axis, math.radians(angle)))
+    table.finish()
+    return None if table.faults.touched(table.place) else (translation, rotation)

@@ -1,0 +1,222 @@
+"""Meshes of a scene file: from a file, a shape or a layer grown on a surface, with boundaries picked on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial, reduce
+from pathlib import Path
+from typing import Any
+
+from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
+from fecontact.bodies import ElasticBody
+from fecontact.common.errors import FecontactError
+from fecontact.mesh import pick, shapes
+from fecontact.mesh.extrude import extrude
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.pick import Pick
+from fecontact.mesh.surface_mesh import SurfaceMesh, read_surface
+
+ELEMENTS = ("hex8", "hex20", "hex27")
+SECTORS = tuple(shapes.SECTORS)
+SOURCES = ("mesh", "shape", "extrude")
+
+#: How each argument of a shape is read; a name that ends in ! must be given.
+Arguments = Mapping[str, Callable[[Table, str, bool], Any]]
+
+
+def number(table: Table, key: str, required: bool) -> Any:
+    """A finite number."""
+    return table.number(key, required)
+
+
+def integer(table: Table, key: str, required: bool) -> Any:
+    """A whole number."""
+    return table.integer(key, required)
+
+
+def numbers(count: int) -> Callable[[Table, str, bool], Any]:
+    """So many finite numbers."""
+    return lambda table, key, required: table.numbers(key, count, required)
+
+
+def choice(choices: Sequence[str]) -> Callable[[Table, str, bool], Any]:
+    """One of some texts."""
+    return lambda table, key, required: table.text(key, choices, required)
+
+
+def divisions(table: Table, key: str, required: bool) -> Any:
+    """Three counts, or lists of positions in their place."""
+    value = table.raw(key, required)
+    if value is None:
+        return None
+    if not isinstance(value, list) or len(value) != 3 or not all(map(is_division, value)):
+        table.fault(key, f"must be three counts or lists of increasing positions; found {value!r}.")
+        return None
+    return tuple(value)
+
+
+def is_division(value: Any) -> bool:
+    """Whether a value is a count or a list of numbers."""
+    if isinstance(value, list):
+        return all(isinstance(v, int | float) and not isinstance(v, bool) for v in value)
+    return isinstance(value, int) and not isinstance(value, bool) and value > 0
+
+
+_RINGS: Arguments = {
+    "contact_radius": number,
+    "level": integer,
+    "sector": choice(SECTORS),
+    "element": choice(ELEMENTS),
+}
+_QUARTER = {k: v for k, v in _RINGS.items() if k != "sector"}
+
+ELASTIC_SHAPES: dict[str, tuple[Callable[..., Mesh], Arguments]] = {
+    "block": (shapes.block, {"size!": numbers(3), "divisions!": divisions, "element": choice(ELEMENTS)}),
+    "thick_ring": (
+        shapes.thick_ring,
+        {
+            "inner!": number,
+            "outer!": number,
+            "height!": number,
+            "divisions": divisions,
+            "sector": choice(SECTORS),
+            "element": choice(ELEMENTS),
+        },
+    ),
+    "cap": (shapes.cap, {"radius!": number, "extent!": number, "depth!": number, **_RINGS}),
+    "cylinder": (shapes.cylinder, {"radius!": number, "height!": number, **_RINGS}),
+    "half_sphere": (shapes.half_sphere, {"radius!": number, **_RINGS}),
+    "quarter_sphere": (shapes.quarter_sphere, {"radius!": number, **_QUARTER}),
+    "sphere": (shapes.sphere, {"radius!": number, **_RINGS}),
+}
+
+
+def made(table: Table, key: str | None, make: Callable[[], Any]) -> Any:
+    """What `make` makes; its refusal is a fault at the key."""
+    try:
+        return make()
+    except FecontactError as error:
+        table.fault(key, str(error))
+        return None
+
+
+def shape_of(table: Table, known: Mapping[str, tuple[Callable[..., Any], Arguments]]) -> Any:
+    """The shape that a table describes, or None."""
+    kind = table.text("kind", tuple(known), required=True)
+    if kind is None:
+        return None
+    make, arguments = known[kind]
+    given = {name.rstrip("!"): read(table, name.rstrip("!"), name.endswith("!")) for name, read in arguments.items()}
+    table.finish()
+    if table.faults.touched(table.place):
+        return None
+    return made(table, None, lambda: make(**{k: v for k, v in given.items() if v is not None}))
+
+
+def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | None:
+    """From a file, a shape or a surface, whichever is given, with the boundaries that the table adds."""
+    given = [key for key in SOURCES if key in table]
+    if len(given) != 1:
+        found = " and ".join(given) or "none"
+        table.fault(None, f"needs one of mesh (a file), shape (a table) and extrude (a table); found {found}.")
+    scale, element, file = table.number("scale"), table.text("element"), table.text("mesh")
+    part = table.text("part")
+    for key in ("scale", "element", "part"):
+        if key in table and "mesh" not in table:
+            table.fault(key, "belongs to a mesh from a file; others have their own sizes, elements and parts.")
+    mesh: Mesh | None = None
+    if "shape" in table:
+        mesh = shape_of(table.table("shape"), ELASTIC_SHAPES)
+    elif "extrude" in table:
+        mesh = _extruded(table.table("extrude"), folder, bodies)
+    elif file is not None and (path := existing(table, "mesh", folder)) is not None:
+        from fecontact.mesh.read import read_mesh
+
+        mesh = made(table, "mesh", lambda: read_mesh(path, 1.0 if scale is None else scale, element, part))
+    return _with_boundaries(table.table("boundaries"), mesh)
+
+
+def existing(table: Table, key: str, folder: Path) -> Path | None:
+    """The file that a key names, if there is one."""
+    file = table.text(key, required=True)
+    if file is None:
+        return None
+    path = folder / file
+    if path.is_file():
+        return path
+    table.fault(key, f"there is no file {path}.")
+    return None
+
+
+def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | None:
+    """A layer on a surface from a file, or on the boundary of a body that the file declares before."""
+    surface: SurfaceMesh | None = None
+    if ("surface" in table) == ("body" in table):
+        table.fault(None, "needs either surface (a file) or body with boundary.")
+    scale, boundary = table.number("scale"), table.text("boundary", required="body" in table)
+    if "surface" in table and (path := existing(table, "surface", folder)) is not None:
+        surface = made(table, "surface", lambda: read_surface(path, 1.0 if scale is None else scale))
+    name = table.text("body")
+    if name is not None and name not in bodies:
+        table.fault("body", f"no body {name!r} stands before this one{did_you_mean(name, bodies)}.")
+    elif name is not None and boundary is not None and isinstance(body := bodies[name], ElasticBody):
+        surface = made(table, "boundary", lambda: SurfaceMesh.of(body.mesh, boundary))
+    elif name is not None and not isinstance(bodies.get(name), ElasticBody | None):
+        table.fault("body", f"{name!r} has no mesh; a layer grows on an elastic body.")
+    thickness = table.number("thickness", required=True)
+    layers = table.raw("layers")
+    flip = table.flag("flip")
+    table.finish()
+    if surface is None or thickness is None or table.faults.touched(table.place):
+        return None
+    side = surface.flipped() if flip else surface
+    mesh: Mesh | None = made(table, None, lambda: extrude(side, thickness, 1 if layers is None else layers))
+    return mesh
+
+
+def _with_boundaries(table: Table, mesh: Mesh | None) -> Mesh | None:
+    """The mesh with further boundaries: outer faces that all conditions of a table hold for."""
+    for name, entry in table.subtables():
+        picks = _picks(entry)
+        if not picks and not entry.faults.touched(entry.place):
+            entry.fault(None, "needs at least one of plane, box, facing and flood.")
+        if mesh is None or not picks or entry.faults.touched(entry.place):
+            continue
+        chosen = reduce(lambda a, b: a & b, picks)
+        found = made(entry, None, partial(mesh.with_boundary, name, chosen))
+        mesh = mesh if found is None else found
+    return mesh
+
+
+def _picks(table: Table) -> list[Pick]:
+    """The conditions plane, box, facing and flood that a table gives."""
+    out: list[Pick | None] = []
+    if "plane" in table:
+        plane = table.table("plane")
+        point, normal = plane.numbers("point", required=True), plane.numbers("normal", required=True)
+        tolerance = plane.number("tolerance")
+        plane.finish()
+        if point and normal:
+            out.append(made(plane, None, lambda: pick.plane(point, normal, tolerance)))
+    corners = table.raw("box")
+    if corners is not None:
+        try:
+            low, high = corners
+            out.append(made(table, "box", lambda: pick.box(low, high)))
+        except (TypeError, ValueError):
+            table.fault("box", f"must be two opposite corners [[x, y, z], [x, y, z]]; found {corners!r}.")
+    for key, what, make in (("facing", "direction", pick.facing), ("flood", "seed", pick.flood)):
+        if key in table:
+            entry = table.table(key)
+            vector, angle = entry.numbers(what, required=True), entry.number("angle_deg")
+            entry.finish()
+            if vector:
+                out.append(made(entry, None, partial(make, vector, 30.0 if angle is None else angle)))
+    table.finish()
+    return [p for p in out if p is not None]
+
+
+def check_name(table: Table, key: str, name: str, known: Mapping[str, Any], what: str) -> None:
+    """Note a name that a mesh does not have."""
+    if name not in known:
+        table.fault(key, f"the mesh has no {what} {name!r}{did_you_mean(name, known)}; there are: {listed(known)}.")

@@ -1,0 +1,135 @@
+"""Files that a scene file asks for: checked before anything is solved, and written afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fecontact.app.scene_file.cases import CASE_FILES
+from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
+from fecontact.common.errors import InputError
+from fecontact.results.files import check_writable, save_json, write_atomically
+from fecontact.results.result import ContactResult
+
+if TYPE_CHECKING:
+    from fecontact.app.scene_file.scene_file import SceneFile
+
+PICTURES = (".png", ".svg", ".pdf")
+#: Fields that [outputs] can draw on the bodies; those of the contacts are 'pressure' and 'gap'.
+BODY_PICTURES = ("von_mises", "contact_pressure", "displacement")
+CONTACT_PICTURES = ("pressure", "gap")
+FILES = {"vtu": (".vtu",), "json": (".json",), "csv": (".csv",), "table": (".txt", ".md", ".log")}
+
+
+@dataclass(frozen=True)
+class Output:
+    """A file to be written: what, where, and options of a picture."""
+
+    kind: str
+    path: Path
+    options: Mapping[str, Any]
+
+
+def unknown_body(name: str, bodies: Mapping[str, Any]) -> str:
+    """What is said about a name that no body has."""
+    return f"unknown body {name!r}{did_you_mean(name, bodies)}; the bodies are: {listed(bodies)}."
+
+
+def read_outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: bool) -> tuple[Output, ...]:
+    """The files asked for, each checked to be writable; of a sweep, a table of its cases only."""
+    out: list[Output] = []
+    taken: dict[Path, str] = {}
+    if sweep and (others := sorted(set(table.values) - {"cases"})):
+        table.fault(others[0], "belongs to a single case; a sweep has cases (.csv, .jsonl) as its output.")
+    if not sweep and "cases" in table:
+        table.fault("cases", "needs the cases of a sweep, [[cases]].")
+    for kind in ("cases",) if sweep else (*FILES, *CONTACT_PICTURES, *BODY_PICTURES):
+        if kind not in table:
+            table.raw(kind)
+            continue
+        nested = kind not in (*FILES, "cases") and isinstance(table.values[kind], dict)
+        entry, key = (table.table(kind), "file") if nested else (table, kind)
+        file = entry.text(key, required=True)
+        options = _picture_options(entry, kind, bodies) if nested else {}
+        if file is None:
+            continue
+        path = folder / file
+        suffixes = CASE_FILES if sweep else FILES.get(kind, PICTURES)
+        if path.suffix.lower() not in suffixes:
+            entry.fault(key, f"must end in {' or '.join(suffixes)}; found {file!r}.")
+        elif path in taken:
+            entry.fault(key, f"names the same file as {taken[path]}.")
+        else:
+            _attempt_at(entry, key, path)
+            taken[path] = kind
+            out.append(Output(kind, path, options))
+    for kind in table.values if sweep or "cases" in table else ():
+        table.raw(kind)
+    table.finish()
+    return tuple(out)
+
+
+def _attempt_at(table: Table, key: str, path: Path) -> None:
+    try:
+        check_writable(path)
+    except InputError as error:
+        table.fault(key, str(error))
+
+
+def _picture_options(table: Table, kind: str, bodies: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of a picture: of `plot.plot_contacts` or of `view.view`."""
+    found: dict[str, Any]
+    if kind in CONTACT_PICTURES:
+        found = {"style": table.text("style", ("smooth", "sensels")), "pitch": table.number("pitch")}
+    else:
+        limits = table.numbers("limits", 2)
+        found = {
+            "scale": table.number("scale"),
+            "direction": _direction(table),
+            "only": table.texts("bodies"),
+            "where": _cut(table),
+            "limits": limits,
+            "edges": table.flag("edges"),
+        }
+        for name in found["only"] or ():
+            if name not in bodies:
+                table.fault("bodies", unknown_body(name, bodies))
+    table.finish()
+    return {k: v for k, v in found.items() if v is not None}
+
+
+def _direction(table: Table) -> Any:
+    from fecontact.results.pictures.renderer import VIEWS
+
+    if isinstance(table.values.get("view"), list):
+        return table.numbers("view", 2)
+    return table.text("view", tuple(VIEWS))
+
+
+def _cut(table: Table) -> str | None:
+    from fecontact.results.pictures.solids import CUT
+
+    where = table.text("cut")
+    if where is not None and not CUT.fullmatch(where):
+        table.fault("cut", f"reads like 'x<0' or 'z>12.5'; found {where!r}.")
+    return where
+
+
+def write_output(output: Output, result: ContactResult, file: SceneFile) -> Path:
+    """Write one output."""
+    units = file.units
+    if output.kind == "json":
+        return save_json(output.path, file.summary(result))
+    if output.kind == "table":
+        return write_atomically(output.path, f"{result}\n")
+    if output.kind in FILES:
+        return result.save(output.path)
+    if output.kind in CONTACT_PICTURES:
+        unit = units.stress if output.kind == "pressure" else ""
+        named = {"units": unit, "length": units.length, "force": units.force}
+    else:
+        named = {"units": units.length if output.kind == "displacement" else units.stress, "length": units.length}
+    result.plot(output.kind, output.path, **named, **output.options)
+    return output.path

@@ -1,0 +1,364 @@
+"""Scenes in TOML files: read, checked as a whole, solved, and written out.
+
+Everything that is wrong is told at once, each fault with its line and place. Only then is anything solved. Relative
+paths are relative to the file. `docs/scene-file.md` has all keys.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fecontact.app.scene_file.bodies import AnyBody, pose_of, read_bodies, read_materials
+from fecontact.app.scene_file.cases import save_cases
+from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body, write_output
+from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed, read_toml
+from fecontact.bodies import ElasticBody
+from fecontact.common.errors import FecontactError
+from fecontact.contact.loads import make_loading
+from fecontact.contact.springs import Spring
+from fecontact.fem.rigid import COMPONENTS
+from fecontact.results.result import ContactResult
+from fecontact.scene.scene import Contact, Scene
+from fecontact.solvers import available_solvers
+
+
+@dataclass(frozen=True)
+class UnitNames:
+    """Names of the units of a scene, for labels; the numbers must be consistent by themselves."""
+
+    length: str = ""
+    force: str = ""
+    stress: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class SceneFile:
+    """A scene file that has been found good.
+
+    Attributes
+    ----------
+    path : Path
+    title : str
+    units : UnitNames
+    scene : Scene
+    bodies : mapping of str to Body
+    loads : dict
+        Arguments of `Scene.solve`.
+    options : dict
+        Its solver, tolerance and finite_motion, where given.
+    outputs : tuple of Output
+    cases : tuple of dict
+        Of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty where there is one case only.
+    """
+
+    path: Path
+    title: str
+    units: UnitNames
+    scene: Scene
+    bodies: Mapping[str, AnyBody]
+    loads: dict[str, Any]
+    options: dict[str, Any]
+    outputs: tuple[Output, ...]
+    cases: tuple[dict[str, Any], ...] = ()
+
+    def solve(self) -> ContactResult:
+        """Solve the scene under its loads, see `Scene.solve`; the cases of a sweep are for `sweep`."""
+        return self.scene.solve(**self.loads, **self.options)
+
+    def sweep(self) -> list[dict[str, Any]]:
+        """Solve all cases and write the files for them; one summary each, see `sweep.run_sweep`."""
+        rows = self.scene.sweep([{**self.options, **case} for case in self.cases])
+        for output in self.outputs:
+            save_cases(output.path, rows)
+        return rows
+
+    def write(self, result: ContactResult) -> list[Path]:
+        """Write all outputs; gives back their paths."""
+        return [write_output(output, result, self) for output in self.outputs]
+
+    def summary(self, result: ContactResult) -> dict[str, Any]:
+        """Numbers for scripts: those of the result, with title and units."""
+        return {"title": self.title, "units": vars(self.units), **result.summary()}
+
+    def describe(self) -> str:
+        """What the file asks for, in a few lines."""
+        lines = [f"{self.path}: {self.title or 'a scene'}"]
+        lines += [f"  body     {b.describe()}" for b in self.scene.bodies]
+        lines += [
+            f"  contact  {c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]}"
+            for c in self.scene.contacts
+            if c.surfaces is not None
+        ]
+        lines += [f"  spring   {s.name}" for s in self.scene.springs]
+        lines += [f"  load     {kind}: {_targets(value)}" for kind, value in self.loads.items()]
+        lines += [f"  case     {case['name']}" for case in self.cases]
+        lines += [f"  output   {o.kind}: {o.path}" for o in self.outputs]
+        return "\n".join(lines)
+
+
+def read_scene(
+    path: str | Path, out: str | Path | None = None, change: Callable[[Mapping[str, Any]], object] | None = None
+) -> SceneFile:
+    """Read a scene file and check all of it, up to the boundaries of meshes and whether outputs can be written.
+
+    Parameters
+    ----------
+    path : str or Path
+        TOML file; relative paths in it are relative to its folder.
+    out : str or Path, optional
+        Folder to which relative paths of outputs are relative instead.
+    change : callable, optional
+        Called with what is in the file before it is checked, to change it in place.
+
+    Raises
+    ------
+    InputError
+        Lists all faults, each with its line and place.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> text = '''
+    ... [materials.cork]
+    ... E = 10.0
+    ... nu = 0.0
+    ... [bodies.block]
+    ... shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [2, 2, 2]}
+    ... material = "cork"
+    ... contact = "bottom"
+    ... supports = {top = "xyz"}
+    ... [bodies.floor]
+    ... type = "rigid"
+    ... shape = {kind = "plane"}
+    ... [[contacts]]
+    ... slave = "block"
+    ... master = "floor"
+    ... [loads]
+    ... motions.block = {z = -0.01}
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "scene.toml"
+    ...     _ = path.write_text(text)
+    ...     result = read_scene(path).solve()
+    >>> round(result.contacts[0].total_force, 12)
+    0.1
+    """
+    root = read_toml(path)
+    if change is not None:
+        change(root.values)
+    folder = root.faults.path.parent
+    title = root.text("title") or ""
+    units = _units(root.table("units"))
+    bodies = read_bodies(root.table("bodies", required=True), read_materials(root.table("materials")), folder)
+    contacts = [_contact(t, bodies) for t in root.tables("contacts")]
+    springs = [_spring(t, bodies) for t in root.tables("springs")]
+    if not contacts and not springs:
+        root.fault("contacts", "is missing: a scene needs at least one [[contacts]].")
+    loads = _loads(root.table("loads"), bodies)
+    options = _solve_options(root.table("solve"))
+    tables = root.tables("cases")
+    cases = [_case(table, k, bodies, loads) for k, table in enumerate(tables)]
+    outputs = read_outputs(root.table("outputs"), folder if out is None else Path(out), bodies, bool(cases))
+    root.finish()
+    made = {name: body for name, body in bodies.items() if body is not None}
+    if len(made) == len(bodies) and not root.faults.touched(("loads",)):
+        for table, case in [(root, loads)] if not cases else zip(tables, cases, strict=True):
+            if not table.faults.touched(table.place or ("loads",)):
+                _check_loads(table, made, case)
+    root.faults.check()
+    scene = Scene(
+        list(made.values()), [c for c in contacts if c is not None], springs=[s for s in springs if s is not None]
+    )
+    return SceneFile(root.faults.path, title, units, scene, made, loads, options, outputs, tuple(cases))
+
+
+def _units(table: Table) -> UnitNames:
+    length, force, stress = (table.text(key) or "" for key in ("length", "force", "stress"))
+    table.finish()
+    return UnitNames(length, force, stress or (f"{force}/{length}²" if length and force else ""))
+
+
+def _body(table: Table, key: str, bodies: Mapping[str, AnyBody | None], required: bool = True) -> str | None:
+    """The name of a body that the file declares."""
+    name = table.text(key, required=required)
+    if name is None or name in bodies:
+        return name
+    table.fault(key, unknown_body(name, bodies))
+    return None
+
+
+def _attempt(table: Table, make: Callable[[], Any]) -> Any:
+    """What `make` makes; None, and a fault at the table, if it refuses."""
+    try:
+        return make()
+    except FecontactError as error:
+        table.fault(None, str(error))
+        return None
+
+
+def _contact(table: Table, bodies: Mapping[str, AnyBody | None]) -> Contact | None:
+    slave, master = _body(table, "slave", bodies), _body(table, "master", bodies)
+    names = table.raw("surfaces")
+    if names is not None and not (
+        isinstance(names, list) and len(names) == 2 and all(isinstance(n, str) for n in names)
+    ):
+        table.fault("surfaces", f"must be two names, the slave's first; found {names!r}.")
+    swap = table.text("swap", ("auto", "never")) or "auto"
+    coupling = table.text("coupling", ("auto", "nodal", "mortar")) or "auto"
+    table.finish()
+    if table.faults.touched(table.place):
+        return None
+    one, other = bodies[slave or ""], bodies[master or ""]
+    if one is None or other is None:
+        return None
+    surfaces = None if names is None else (names[0], names[1])
+    contact: Contact | None = _attempt(table, lambda: Contact(one, other, surfaces, swap, coupling))
+    return contact
+
+
+def _spring(table: Table, bodies: Mapping[str, AnyBody | None]) -> Spring | None:
+    stiffness, slack = table.number("stiffness", required=True), table.number("slack_length")
+    kind = table.text("kind", ("tension", "linear")) or "tension"
+    name = table.text("name") or "spring"
+    ends = [_end(table.table(key, required=True), bodies) for key in ("start", "end")]
+    table.finish()
+    if stiffness is None or table.faults.touched(table.place) or any(missing for _, _, missing in ends):
+        return None
+    start, end = ((body, point) for body, point, _ in ends)
+    spring: Spring | None = _attempt(table, lambda: Spring(stiffness, start, end, slack, kind, name))
+    return spring
+
+
+def _end(table: Table, bodies: Mapping[str, AnyBody | None]) -> tuple[AnyBody | None, Any, bool]:
+    """Body (None: the ground) and point of a spring's end, and whether the body could not be made."""
+    name = _body(table, "body", bodies, required=False)
+    point = table.numbers("point", required=bool(table.values))
+    table.finish()
+    body = bodies.get(name) if name is not None else None
+    return body, point, name is not None and body is None
+
+
+def _case(table: Table, number: int, bodies: Mapping[str, AnyBody | None], loads: Mapping[str, Any]) -> dict[str, Any]:
+    """One case of a sweep: what it gives takes the place of the same kind under [loads]."""
+    name = table.text("name") or str(number)
+    poses = {}
+    entries = table.table("poses")
+    for key, entry in entries.subtables():
+        pose = pose_of(entry)
+        if key not in bodies:
+            entries.fault(key, unknown_body(key, bodies))
+        elif pose is not None and (body := bodies[key]) is not None:
+            poses[body] = pose
+    own = _loads(table, bodies)
+    return {"name": name, **loads, **own, **({"poses": poses} if poses else {})}
+
+
+def _loads(table: Table, bodies: Mapping[str, AnyBody | None]) -> dict[str, Any]:
+    """Arguments of `Scene.solve`; bodies that could not be made are left out."""
+
+    def vector(entry: Table, key: str) -> Any:
+        return entry.numbers(key)
+
+    def components(entry: Table, key: str) -> Any:
+        names = entry.texts(key)
+        return None if names is None else " ".join(names)
+
+    found = {
+        "forces": _by_body(table.table("forces"), bodies, vector, "may"),
+        "moments": _by_body(table.table("moments"), bodies, vector, "never"),
+        "motions": _by_body(table.table("motions"), bodies, _motion, "never"),
+        "free": _by_body(table.table("free"), bodies, components, "never"),
+        "pressures": _by_body(table.table("pressures"), bodies, lambda t, k: t.number(k), "must"),
+        "gravity": table.numbers("gravity"),
+    }
+    table.finish()
+    return {kind: value for kind, value in found.items() if value}
+
+
+def _motion(table: Table, key: str) -> dict[str, float]:
+    """Components of a motion; rotations in radians, or in degrees as rx_deg, ry_deg, rz_deg."""
+    entry, out = table.table(key), {}
+    for component in COMPONENTS:
+        value = entry.number(component)
+        if value is not None:
+            out[component] = value
+        if component.startswith("r"):
+            degrees = entry.number(f"{component}_deg")
+            if degrees is not None and value is not None:
+                entry.fault(f"{component}_deg", f"is given beside {component}; give one of them.")
+            elif degrees is not None:
+                out[component] = math.radians(degrees)
+    entry.finish()
+    return out
+
+
+def _by_body(
+    table: Table, bodies: Mapping[str, AnyBody | None], read: Callable[[Table, str], Any], boundary: str
+) -> dict[Any, Any]:
+    """Values by body or by (body, boundary).
+
+    A key is the name of a body, or ``"body.boundary"``, or ``body.boundary`` as TOML's own nesting.
+    """
+    out: dict[Any, Any] = {}
+    for key in table.values:
+        nested = boundary != "never" and key in bodies and isinstance(table.values[key], dict)
+        entries = [(table.table(key), key, name) for name in table.values[key]] if nested else [(table, key, None)]
+        for entry, name, part in entries:
+            at = key if part is None else part
+            if part is None and name not in bodies and "." in name and boundary != "never":
+                name, _, part = name.rpartition(".")
+            value = read(entry, at)
+            if name not in bodies:
+                entry.fault(at, unknown_body(name, bodies))
+            elif boundary == "must" and part is None:
+                entry.fault(at, f'needs a boundary: "{name}.boundary" = ...')
+            elif value is not None and _has_boundary(entry, at, bodies[name], part):
+                out[bodies[name] if part is None else (bodies[name], part)] = value
+    return {k: v for k, v in out.items() if k is not None}
+
+
+def _has_boundary(table: Table, key: str, body: AnyBody | None, boundary: str | None) -> bool:
+    """Whether a body could be made and has the boundary, if one is named."""
+    if body is None or boundary is None:
+        return body is not None
+    if not isinstance(body, ElasticBody):
+        table.fault(key, f"{body.name!r} is rigid and has no boundaries; load the body as a whole.")
+        return False
+    known = body.mesh.boundaries
+    if boundary not in known:
+        hint = did_you_mean(boundary, known)
+        table.fault(key, f"{body.name!r} has no boundary {boundary!r}{hint}; there are: {listed(known)}.")
+    return boundary in known
+
+
+def _check_loads(root: Table, bodies: Mapping[str, AnyBody], loads: Mapping[str, Any]) -> None:
+    """What only the loads together show: components both loaded and moved, gravity without density."""
+    names = ("forces", "moments", "motions", "free", "pressures", "gravity")
+    try:
+        make_loading(list(bodies.values()), *(loads.get(name) for name in names))
+    except FecontactError as error:
+        root.fault("loads" if "loads" in root else None, str(error))
+
+
+def _solve_options(table: Table) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "solver": table.text("solver", ("auto", *available_solvers())),
+        "tolerance": table.number("tolerance"),
+        "finite_motion": table.flag("finite_motion", "auto"),
+    }
+    table.finish()
+    if found["tolerance"] is not None and not 0 < found["tolerance"] < 1:
+        table.fault("tolerance", f"must lie between 0 and 1; found {found['tolerance']!r}.")
+    return {k: v for k, v in found.items() if v is not None}
+
+
+def _targets(value: Any) -> str:
+    """Bodies and boundaries that a kind of load acts on, with its numbers."""
+    if not isinstance(value, Mapping):
+        return str(value)
+    names = [f"{k[0].name}.{k[1]}" if isinstance(k, tuple) else k.name for k in value]
+    return "; ".join(f"{name} {v}" for name, v in zip(names, value.values(), strict=True))

@@ -1,0 +1,258 @@
+"""Tables of a TOML file, read key by key: every fault is noted with its place, and all are told together."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.common.errors import InputError
+
+Place = tuple[str | int, ...]
+
+_KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"]*\"|'[^']*')"
+_KEYS = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
+_HEADER = re.compile(rf"\s*(\[\[?)\s*({_KEYS})\s*\]\]?")
+_ENTRY = re.compile(rf"\s*({_KEYS})\s*=")
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """A hint such as ``", did you mean 'rubber'"``, or nothing.
+
+    Examples
+    --------
+    >>> did_you_mean("ruber", ["steel", "rubber"])
+    ", did you mean 'rubber'"
+    """
+    near = difflib.get_close_matches(name, list(known), 1, 0.6)
+    return f", did you mean {near[0]!r}" if near else ""
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names one after the other, or 'none'."""
+    return ", ".join(names) or "none"
+
+
+@dataclass(frozen=True, eq=False)
+class Faults:
+    """What is wrong in a file, in the order it is found."""
+
+    path: Path
+    lines: Mapping[Place, int]
+    found: list[tuple[Place, str]] = field(default_factory=list)
+
+    def add(self, place: Place, text: str) -> None:
+        """Note a fault."""
+        self.found.append((place, text))
+
+    def touched(self, place: Place) -> bool:
+        """Whether there is a fault at a place or below it."""
+        return any(p[: len(place)] == place for p, _ in self.found)
+
+    def line(self, place: Place) -> int | None:
+        """Line of a key, or of the nearest table around it."""
+        for n in range(len(place), 0, -1):
+            if place[:n] in self.lines:
+                return self.lines[place[:n]]
+        return None
+
+    def check(self) -> None:
+        """Tell all faults together.
+
+        Raises
+        ------
+        InputError
+            If there is any.
+        """
+        if not self.found:
+            return
+        ordered = sorted(self.found, key=lambda fault: self.line(fault[0]) or 0)
+        told = [f"  {self._where(place)}: {text}" for place, text in ordered]
+        count = "one fault" if len(told) == 1 else f"{len(told)} faults"
+        raise InputError(f"{self.path} has {count}:\n" + "\n".join(told))
+
+    def _where(self, place: Place) -> str:
+        line = self.line(place)
+        name = ""
+        for key in place:
+            name += f" #{key + 1}" if isinstance(key, int) else f".{key}" if name else key
+        return f"line {line}, {name}" if line else name or "the file"
+
+
+def read_toml(path: str | Path) -> Table:
+    """The file as a table.
+
+    Raises
+    ------
+    InputError
+        If it does not exist, cannot be read, or is not TOML; the message tells the line.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise InputError(f"Cannot read {path}: {reason}.") from error
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path} is not valid TOML: {error}.") from error
+    return Table(values, (), Faults(path, _lines(text)))
+
+
+def _lines(text: str) -> dict[Place, int]:
+    """Lines on which tables begin and keys stand; those inside inline tables are left out."""
+    lines: dict[Place, int] = {}
+    count: dict[tuple[str, ...], int] = {}
+    inside: Place = ()
+    for number, line in enumerate(text.splitlines(), start=1):
+        if header := _HEADER.match(line):
+            names = _split(header[2])
+            inside = names
+            if header[1] == "[[":
+                lines.setdefault(inside, number)
+                inside = (*names, count.get(names, 0))
+                count[names] = count.get(names, 0) + 1
+            _note(lines, inside, 0, number)
+        elif entry := _ENTRY.match(line):
+            _note(lines, (*inside, *_split(entry[1])), len(inside), number)
+    return lines
+
+
+def _note(lines: dict[Place, int], place: Place, known: int, number: int) -> None:
+    for n in range(known + 1, len(place) + 1):
+        lines.setdefault(place[:n], number)
+
+
+def _split(dotted: str) -> tuple[str, ...]:
+    return tuple(key.strip("\"'") for key in re.findall(_KEY, dotted))
+
+
+class Table:
+    """Keys of a table, taken one by one; `finish` finds those that nobody took.
+
+    A method that takes a key returns None if it is missing or wrong, and has then noted the fault.
+    """
+
+    def __init__(self, values: Mapping[str, Any], place: Place, faults: Faults) -> None:
+        self.values, self.place, self.faults = values, place, faults
+        self._asked: dict[str, None] = {}
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.values
+
+    def fault(self, key: str | None, text: str) -> None:
+        """Note a fault at a key, or at the table itself."""
+        self.faults.add(self.place if key is None else (*self.place, key), text)
+
+    def finish(self) -> None:
+        """Note the keys that nobody asked for."""
+        for key in self.values:
+            if key not in self._asked:
+                hint = did_you_mean(key, self._asked)
+                self.fault(key, f"unknown key{hint}; the keys here are: {listed(self._asked)}.")
+
+    def _take(self, key: str, required: bool) -> Any:
+        self._asked[key] = None
+        if key not in self.values and required:
+            self.fault(key, "is missing.")
+        return self.values.get(key)
+
+    def _wrong(self, key: str, expected: str) -> None:
+        self.fault(key, f"must be {expected}; found {self.values[key]!r}.")
+
+    def text(self, key: str, choices: Sequence[str] = (), required: bool = False) -> str | None:
+        """A text, one of the choices if there are any."""
+        value = self._take(key, required)
+        if value is None:
+            return None
+        if not isinstance(value, str):
+            self._wrong(key, "a text in quotation marks")
+        elif choices and value not in choices:
+            self.fault(key, f"unknown value {value!r}{did_you_mean(value, choices)}; expected {listed(choices)}.")
+        else:
+            return value
+        return None
+
+    def number(self, key: str, required: bool = False) -> float | None:
+        """A finite number."""
+        value = self._take(key, required)
+        if value is None:
+            return None
+        if not _is_number(value):
+            self._wrong(key, "a finite number")
+            return None
+        return float(value)
+
+    def integer(self, key: str, required: bool = False) -> int | None:
+        """A whole number."""
+        value = self._take(key, required)
+        if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
+            self._wrong(key, "a whole number")
+            return None
+        return value
+
+    def flag(self, key: str, word: str | None = None) -> bool | str | None:
+        """True or false, or a word that stands for neither."""
+        value = self._take(key, False)
+        if value is not None and not isinstance(value, bool) and (word is None or value != word):
+            self._wrong(key, "true or false" if word is None else f'true, false or "{word}"')
+            return None
+        return value
+
+    def numbers(self, key: str, count: int = 3, required: bool = False) -> tuple[float, ...] | None:
+        """A list of so many finite numbers."""
+        value = self._take(key, required)
+        if value is None:
+            return None
+        if not isinstance(value, list) or len(value) != count or not all(map(_is_number, value)):
+            self._wrong(key, f"a list of {count} numbers")
+            return None
+        return tuple(map(float, value))
+
+    def texts(self, key: str, required: bool = False) -> tuple[str, ...] | None:
+        """A text or a list of texts."""
+        value = self._take(key, required)
+        if value is None:
+            return None
+        many = [value] if isinstance(value, str) else value
+        if not isinstance(many, list) or not all(isinstance(v, str) for v in many):
+            self._wrong(key, "a text or a list of texts")
+            return None
+        return tuple(many)
+
+    def raw(self, key: str, required: bool = False) -> Any:
+        """Whatever stands there."""
+        return self._take(key, required)
+
+    def table(self, key: str, required: bool = False) -> Table:
+        """A table within; an empty one if it is missing or wrong."""
+        value = self._take(key, required)
+        if value is not None and not isinstance(value, dict):
+            self._wrong(key, "a table")
+        return Table(value if isinstance(value, dict) else {}, (*self.place, key), self.faults)
+
+    def tables(self, key: str) -> list[Table]:
+        """The tables of ``[[key]]``."""
+        value = self._take(key, False)
+        if value is None:
+            return []
+        if not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
+            self.fault(key, f"must be tables under [[{key}]]; found {value!r}.")
+            return []
+        return [Table(v, (*self.place, key, k), self.faults) for k, v in enumerate(value)]
+
+    def subtables(self) -> Iterator[tuple[str, Table]]:
+        """All keys of this table, each of which must be a table of its own."""
+        for key in self.values:
+            yield key, self.table(key)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))

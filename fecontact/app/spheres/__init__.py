@@ -1,0 +1,1 @@
+"""Two spheres pressed together: the main job."""

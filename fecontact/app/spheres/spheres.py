@@ -1,0 +1,390 @@
+"""The main job: two solid spheres pressed together, solved by finite elements and compared with Hertz.
+
+The mesh of each sphere is fitted to the edge of the contact, which nobody knows beforehand. So a first, coarse pass
+finds it: the size of the contact follows from dimensional analysis to within a factor, a coarse ring mesh of that
+size is solved, and the second moment of its contact forces gives the radius to some tenths of a percent. Hertz's
+formulas are used for comparison only.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.analytic import hertz
+from fecontact.bodies import AncfBody, AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.mesh import section_shapes as sections
+from fecontact.mesh import shapes
+from fecontact.mesh.shapes import Level
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.report import peak_memory
+from fecontact.results.result import ContactResult
+from fecontact.scene.scene import Contact, Scene
+
+ELEMENTS = ("hex8", "hex20", "hex27", "ancf")
+PRESSURES = ("midface", "nodal")
+MODELS = ("two-bodies", "symmetric", "axisymmetric")
+#: What the section of a hexahedron is cut into.
+SECTIONS = {"hex20": "quad8", "hex27": "quad9"}
+
+
+@dataclass(frozen=True)
+class Spheres:
+    """Two spheres of one material, pressed together.
+
+    Attributes
+    ----------
+    name : str
+    radii : (float, float)
+        The smaller of them may be the first or the second; both are convex.
+    force : float
+    material : Material
+    length, unit_force : str
+        Names of the units, for tables.
+    """
+
+    name: str
+    radii: tuple[float, float]
+    force: float
+    material: Material
+    length: str = "cm"
+    unit_force: str = "kgf"
+
+    @property
+    def hertz(self) -> hertz.CircularContact:
+        """Hertz's solution."""
+        return hertz.spheres(self.radii, (self.material, self.material), force=self.force)
+
+    @property
+    def scale_radius(self) -> float:
+        """Contact radius by dimensional analysis, (P R / pi E*)^(1/3): p ~ P / (pi a^2) ~ E* a / R."""
+        radius = 1 / (1 / self.radii[0] + 1 / self.radii[1])
+        modulus = self.material.plane_strain_modulus / 2
+        return (self.force * radius / (math.pi * modulus)) ** (1 / 3)
+
+
+#: In kgf and cm.
+STEEL = Material(E=2.0e6, nu=0.3)
+
+#: The report's test problems (Elangovan 1978, section IV) in its units; 'light' is the load that it could not solve.
+CASES = {
+    "equal": Spheres("equal", (25.0, 25.0), 726.4, STEEL),
+    "unequal": Spheres("unequal", (25.0, 2.5), 454.0, STEEL),
+    "light": Spheres("light", (25.0, 25.0), 45.4, STEEL),
+}
+
+#: The first pass: coarse, but its contact radius is right to some tenths of a percent.
+FIRST_PASS = Level(core=2, rings=3, edge=0.1, layer=0.3, growth=2.0)
+#: The second pass of the axisymmetric model.
+SECOND_PASS = shapes.LEVELS[2]
+
+
+@dataclass(frozen=True, eq=False)
+class SpheresResult:
+    """Solution of two spheres beside Hertz's.
+
+    Attributes
+    ----------
+    case : Spheres
+    options : dict
+        As chosen: element, pressure, model, level, edge_fit.
+    result : ContactResult
+    upper : ElasticBody
+        The sphere that is pressed down.
+    fitted_radius : float
+        Where the mesh has its ring.
+    seconds : dict
+        Wall time by stage of the main pass, 'first_pass' and 'total'.
+    """
+
+    case: Spheres
+    options: dict[str, Any]
+    result: ContactResult
+    upper: ElasticBody
+    fitted_radius: float
+    seconds: dict[str, float]
+
+    @property
+    def contact(self) -> ContactFields:
+        """The only contact."""
+        return self.result.contacts[0]
+
+    @cached_property
+    def radius(self) -> Array:
+        """Distance (n,) of the contact points from the axis."""
+        return np.hypot(self.contact.points[:, 0], self.contact.points[:, 1])
+
+    @property
+    def contact_radius(self) -> float:
+        """From the second moment of the forces: a^2 = 5/2 sum(F r^2) / sum(F) for a Hertz profile."""
+        return moment_radius(self.contact, self.radius)
+
+    @property
+    def centre_pressure(self) -> float:
+        """Pressure on the axis."""
+        return float(self.contact.pressure[np.argmin(self.radius)])
+
+    @property
+    def approach(self) -> float:
+        """Relative motion of the spheres' far faces."""
+        down = -float(self.result.rigid_motion(self.upper).translation[2])
+        return 2 * down if self.options["model"] == "symmetric" else down
+
+    @property
+    def total_force(self) -> float:
+        """Force on a whole sphere; unless the model is axisymmetric, a quarter was modelled."""
+        return (1 if self.options["model"] == "axisymmetric" else 4) * float(self.contact.force[2])
+
+    @cached_property
+    def pressure_l2_error(self) -> float:
+        """Relative L2 error of the interpolated pressure over r <= 1.2 a, weighted by area."""
+        exact = self.case.hertz
+        points, pressure, area = self.contact.sampled(self.contact.pressure, 12)
+        r = np.hypot(points[:, 0], points[:, 1])
+        inside = r <= 1.2 * exact.a
+        target = exact.pressure(r[inside])
+        weight = area[inside]
+        return float(np.sqrt((weight * (pressure[inside] - target) ** 2).sum() / (weight * target**2).sum()))
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Signed relative errors against Hertz."""
+        exact = self.case.hertz
+        return {
+            "contact_radius": self.contact_radius / exact.a - 1,
+            "centre_pressure": self.centre_pressure / exact.p0 - 1,
+            "approach": self.approach / exact.approach - 1,
+        }
+
+    def as_dict(self) -> dict[str, Any]:
+        """All figures, ready for JSON."""
+        exact, r = self.case.hertz, self.result.residuals()
+        return {
+            "case": self.case.name,
+            **self.options,
+            "n_dofs": self.result.n_dofs,
+            "n_dofs_factorised": self.result.n_dofs_factorised,
+            "n_candidates": self.result.n_candidates,
+            "n_active": self.result.n_active,
+            "fitted_radius": self.fitted_radius,
+            "contact_radius": self.contact_radius,
+            "centre_pressure": self.centre_pressure,
+            "max_pressure": self.contact.max_pressure,
+            "approach": self.approach,
+            "total_force": self.total_force,
+            "pressure_l2_error": self.pressure_l2_error,
+            "errors": self.errors,
+            "exact": {"a": exact.a, "p0": exact.p0, "approach": exact.approach},
+            "residuals": asdict(r),
+            "seconds": self.seconds,
+            "solver": self.result.solution.solver,
+            "peak_rss_mb": peak_memory(),
+            "units": {"length": self.case.length, "force": self.case.unit_force},
+        }
+
+    def __str__(self) -> str:
+        from fecontact.app.spheres.table import table
+
+        return table(self)
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Pressure against radius beside Hertz, and the pressure map; written to `path` if given."""
+        from fecontact.results.pictures.draw import plot_spheres
+
+        return plot_spheres(self, path)
+
+
+def moment_radius(contact: ContactFields, radius: Array) -> float:
+    """Contact radius of a Hertz profile from its second moment; insensitive to the mesh. Zero without contact."""
+    total = contact.forces.sum()
+    return float(np.sqrt(2.5 * (contact.forces @ radius**2) / total)) if total > 0 else 0.0
+
+
+def solve_spheres(
+    case: str | Spheres = "equal",
+    *,
+    element: str = "hex20",
+    pressure: str = "midface",
+    model: str = "two-bodies",
+    level: int | Level = 2,
+    solver: str = "auto",
+    edge_fit: bool = True,
+    backend: str = "auto",
+    coupling: str = "auto",
+) -> SpheresResult:
+    """Press two spheres together and compare with Hertz.
+
+    Parameters
+    ----------
+    case : str or Spheres
+        'equal', 'unequal', 'light' or one's own.
+    element : {'hex20', 'hex8', 'hex27', 'ancf'}
+        'ancf': bricks with gradient coordinates, on the geometry of 20-node ones.
+    pressure : {'midface', 'nodal'}
+        Contact faces with a ninth node, or the report's plain 20-node faces.
+    model : {'two-bodies', 'symmetric', 'axisymmetric'}
+        'symmetric': equal spheres are one sphere on a rigid plane; 'axisymmetric': the section of both, of
+        quadrilaterals that are the sections of the hexahedra (8 nodes for 20, 9 for 27).
+    level : int or Level
+        1 (coarse) to 5 (fine).
+    solver, backend : str
+    edge_fit : bool
+        Whether a first pass finds the contact radius and the mesh is fitted to it. Without it the mesh has rings of
+        equal width out to twice the radius that dimensional analysis gives.
+    coupling : {'auto', 'nodal', 'mortar'}
+        See `Contact`; the first pass uses 'auto'.
+
+    Returns
+    -------
+    SpheresResult
+
+    Raises
+    ------
+    InputError
+        If an option is unknown, or spheres of different size are asked for as a symmetric model.
+
+    Examples
+    --------
+    >>> out = solve_spheres("equal", model="symmetric", level=1)
+    >>> abs(out.errors["contact_radius"]) < 0.002
+    True
+    """
+    spheres = _check(case, element, pressure, model)
+    began = time.perf_counter()
+    shapes.as_level(level)
+    fitted = spheres.scale_radius
+    seconds: dict[str, float] = {"first_pass": 0.0}
+    if edge_fit:
+        options = {"element": "hex20", "pressure": "midface", "model": model, "backend": backend}
+        # a section is so cheap that a second pass, from where the first one ended, costs nothing
+        for cut in (FIRST_PASS, SECOND_PASS) if model == "axisymmetric" else (FIRST_PASS,):
+            first = _press(spheres, fitted, cut, "auto", **options)[0].contacts[0]
+            fitted = moment_radius(first, np.hypot(first.points[:, 0], first.points[:, 1]))
+        seconds["first_pass"] = time.perf_counter() - began
+    cut = shapes.as_level(level) if edge_fit else _unfitted(shapes.as_level(level))
+    at = fitted if edge_fit else 2 * fitted
+    result, upper, meshing = _press(
+        spheres,
+        at,
+        cut,
+        solver,
+        element=element,
+        pressure=pressure,
+        model=model,
+        backend=backend,
+        coupling=coupling,
+    )
+    stages = {"mesh": meshing, **{k: v for k, v in result.seconds.items() if k != "total"}}
+    seconds = {**stages, **seconds, "total": time.perf_counter() - began}
+    chosen = {
+        "element": SECTIONS[element] if model == "axisymmetric" else element,
+        "pressure": _pressures_of(element, pressure, model),
+        "model": model,
+        "level": level if isinstance(level, int) else asdict(level),
+        "edge_fit": edge_fit,
+    }
+    return SpheresResult(spheres, chosen, result, upper, fitted if edge_fit else math.nan, seconds)
+
+
+def _pressures_of(element: str, pressure: str, model: str) -> str:
+    """What the pressures live on, for tables."""
+    if model == "axisymmetric":
+        return "sides"
+    return {"hex20": pressure, "ancf": "eight"}.get(element, "nodal")
+
+
+def _check(case: str | Spheres, element: str, pressure: str, model: str) -> Spheres:
+    if isinstance(case, str) and case not in CASES:
+        raise InputError(f"Unknown case {case!r}; expected one of {', '.join(map(repr, CASES))} or a Spheres object.")
+    for value, allowed, what in (
+        (element, ELEMENTS, "element"),
+        (pressure, PRESSURES, "pressure"),
+        (model, MODELS, "model"),
+    ):
+        if value not in allowed:
+            raise InputError(f"Unknown {what} {value!r}; expected one of {', '.join(map(repr, allowed))}.")
+    spheres = CASES[case] if isinstance(case, str) else case
+    if model == "symmetric" and spheres.radii[0] != spheres.radii[1]:
+        raise InputError(
+            f"The symmetric model needs equal spheres; found radii {spheres.radii}. Use model='two-bodies'."
+        )
+    if model == "axisymmetric" and (element not in SECTIONS or pressure == "nodal"):
+        raise InputError(
+            f"The axisymmetric model takes the sections of hex20 or hex27, with positive weights on their sides; found "
+            f"element={element!r} and pressure={pressure!r}."
+        )
+    return spheres
+
+
+def _unfitted(level: Level) -> Level:
+    """Rings of equal width, as many as the fitted mesh has in twice the radius."""
+    rings = 2 * level.rings
+    return Level(level.core, rings, 1 / (rings + level.core), level.layer / 2, level.growth)
+
+
+def _press(
+    spheres: Spheres,
+    ring: float,
+    level: Level,
+    solver: str,
+    *,
+    element: str,
+    pressure: str,
+    model: str,
+    backend: str,
+    coupling: str = "auto",
+) -> tuple[ContactResult, ElasticBody, float]:
+    """Mesh quarters of both spheres, set them on each other at the origin and press the upper one down."""
+    if model == "axisymmetric":
+        return _press_sections(spheres, ring, level, solver, SECTIONS[element], backend, coupling)
+    began = time.perf_counter()
+    # a half turn about the line x = y brings a quarter with its body above into the same quarter with its body below
+    downwards = rotation_about((1.0, 1.0, 0.0), math.pi)
+
+    def body(radius: float, name: str) -> ElasticBody:
+        geometry = "hex20" if element == "ancf" else element
+        mesh = shapes.quarter_sphere(radius, contact_radius=ring, level=level, element=geometry)
+        supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+        if element == "ancf":
+            return AncfBody(mesh, spheres.material, "cap", supports, name=name, backend=backend)
+        return ElasticBody(mesh, spheres.material, "cap", supports, pressure=pressure, name=name, backend=backend)
+
+    upper = body(spheres.radii[1], "upper")
+    lower: ElasticBody | RigidBody
+    if model == "symmetric":
+        lower = RigidBody(Plane(), name="plane")
+    elif spheres.radii[0] == spheres.radii[1]:
+        lower = upper.placed(rotation=downwards, name="lower")
+    else:
+        lower = body(spheres.radii[0], "lower").placed(rotation=downwards)
+    meshing = time.perf_counter() - began
+    scene = Scene([upper, lower], [Contact(upper, lower, coupling=coupling)])
+    return scene.solve(forces={upper: (0.0, 0.0, -spheres.force / 4)}, solver=solver), upper, meshing
+
+
+def _press_sections(
+    spheres: Spheres, ring: float, level: Level, solver: str, element: str, backend: str, coupling: str
+) -> tuple[ContactResult, ElasticBody, float]:
+    """The same of the spheres' sections, with the force on the whole of them."""
+    began = time.perf_counter()
+    downwards = rotation_about((1.0, 0.0, 0.0), math.pi)
+
+    def body(radius: float, name: str) -> AxisymmetricBody:
+        mesh = sections.half_disc(radius, contact_radius=ring, level=level, element=element)
+        return AxisymmetricBody(mesh, spheres.material, "cap", {"base": "xz"}, name=name, backend=backend)
+
+    upper = body(spheres.radii[1], "upper")
+    same = spheres.radii[0] == spheres.radii[1]
+    lower = (upper if same else body(spheres.radii[0], "lower")).placed(rotation=downwards, name="lower")
+    meshing = time.perf_counter() - began
+    scene = Scene([upper, lower], [Contact(upper, lower, coupling=coupling)])
+    return scene.solve(forces={upper: (0.0, 0.0, -spheres.force)}, solver=solver), upper, meshing

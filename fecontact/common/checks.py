@@ -1,0 +1,173 @@
+"""Checks of numbers that a user gives: what was found, what was expected, what to do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.common.errors import InputError
+
+
+def positive(name: str, value: float) -> float:
+    """Return `value` as a float, or refuse it if it is not positive and finite.
+
+    Raises
+    ------
+    InputError
+        If the value is not a positive, finite number.
+
+    Examples
+    --------
+    >>> positive("the force", 2)
+    2.0
+    """
+    number = _number(value)
+    if not (math.isfinite(number) and number > 0):
+        raise InputError(f"{_sentence(name)} must be positive and finite; found {value!r}.")
+    return number
+
+
+def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
+    """Refuse numbers whose largest is so large or so small that squares and products leave floating-point numbers.
+
+    Beyond 1e308 they overflow and below 1e-308 they become zero, both without a word; zero itself is fine.
+
+    Parameters
+    ----------
+    name : str
+        What they are, for the message.
+    values : array_like
+    power : int
+        Numbers from 10^-power to 10^power can be worked with.
+
+    Raises
+    ------
+    InputError
+        If the largest lies outside.
+
+    Examples
+    --------
+    >>> reckonable("the force", (0.0, 0.0, 2.0))
+    """
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest != 0 and not 10.0**-power <= largest <= 10.0**power:
+        raise InputError(
+            f"{_sentence(name)} is {'too large' if largest > 1 else 'too small'} to be worked with: found {largest:g}, "
+            f"expected a size from 1e-{power} to 1e{power}. Choose other units (or zero)."
+        )
+
+
+def finite(name: str, value: float) -> float:
+    """Return `value` as a float, or refuse it if it is not a finite number.
+
+    Raises
+    ------
+    InputError
+        If the value is not a finite number.
+
+    Examples
+    --------
+    >>> finite("the angle", 0)
+    0.0
+    """
+    number = _number(value)
+    if not math.isfinite(number):
+        raise InputError(f"{_sentence(name)} must be one finite number; found {value!r}.")
+    return number
+
+
+def _number(value: float) -> float:
+    """The value as a float; NaN if it is no number, text that looks like one included."""
+    try:
+        return math.nan if isinstance(value, str) else float(value)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+def _sentence(name: str) -> str:
+    """A name as a sentence begins; symbols stay what they are."""
+    return name[0].upper() + name[1:] if len(name) > 1 else name
+
+
+def coordinates(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return `values` as an array of floats of any shape, or refuse it if one of them is not finite.
+
+    Raises
+    ------
+    InputError
+        If a value is not a finite number.
+
+    Examples
+    --------
+    >>> coordinates("r", [0, 1])
+    array([0., 1.])
+    """
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"Expected {name} to be an array of numbers; found {values!r}.") from None
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"Expected finite values of {name}; found NaN or infinity. Remove those points.")
+    return array
+
+
+def depths(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return `values` as an array of floats, or refuse it if one of them is negative or not finite.
+
+    Raises
+    ------
+    InputError
+        If a value is negative or not finite.
+
+    Examples
+    --------
+    >>> depths("z", 0.5)
+    array(0.5)
+    """
+    array = coordinates(name, values)
+    if np.any(array < 0):
+        raise InputError(f"Expected {name} >= 0 (measured from the axis or into the body); found {array.min()}.")
+    return array
+
+
+def point_array(name: str, values: ArrayLike, dimension: int) -> NDArray[np.float64]:
+    """Return `values` as an array of shape (..., dimension), or refuse it.
+
+    Raises
+    ------
+    InputError
+        If the last axis has another length or a value is not finite.
+
+    Examples
+    --------
+    >>> point_array("points", [0, 0, 1], 3).shape
+    (3,)
+    """
+    array = coordinates(name, values)
+    if array.ndim == 0 or array.shape[-1] != dimension:
+        raise InputError(f"Expected {name} with {dimension} coordinates on the last axis; found shape {array.shape}.")
+    return array
+
+
+def one_of(**alternatives: float | None) -> tuple[str, float]:
+    """Return the name and the value of the one alternative that is given, checked to be positive.
+
+    Raises
+    ------
+    InputError
+        If not exactly one is given, or it is not positive and finite.
+
+    Examples
+    --------
+    >>> one_of(force=2.0, approach=None)
+    ('force', 2.0)
+    """
+    given = [(name, value) for name, value in alternatives.items() if value is not None]
+    if len(given) != 1:
+        choices = ", ".join(f"{name}=" for name in alternatives)
+        found = " and ".join(name for name, _ in given) or "none"
+        raise InputError(f"Expected exactly one of {choices}; found {found}. Give one and leave the others out.")
+    name, value = given[0]
+    return name, positive(f"the {name}" if len(name) > 1 else name, value)

@@ -1,0 +1,67 @@
+"""Files of JSON lines: one finished row per line, so that an interrupted run goes on where it stopped."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fecontact.common.errors import InputError
+from fecontact.results.files import check_writable
+
+
+def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]]:
+    """Rows of an earlier, perhaps interrupted run; a last line that was cut off is dropped from the file.
+
+    Parameters
+    ----------
+    path : str or Path
+        Need not exist yet.
+    key : str
+        Field that tells rows apart; of two rows with the same value the later counts.
+    what : str
+        What a row is, for the message.
+
+    Returns
+    -------
+    dict
+        Rows by the value of `key`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or a line is no such row.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "rows.jsonl"
+    ...     append_row(path, {"name": "a", "x": 1})
+    ...     with path.open("a") as file:
+    ...         _ = file.write('{"name": "b"')
+    ...     read_rows(path, "name", "a row")
+    {'a': {'name': 'a', 'x': 1}}
+    """
+    path = check_writable(path)
+    if not path.exists():
+        return {}
+    rows: dict[str, dict[str, Any]] = {}
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    for k, line in enumerate(lines):
+        try:
+            row = json.loads(line)
+            rows[row[key]] = row
+        except (json.JSONDecodeError, KeyError, TypeError) as error:
+            if k == len(lines) - 1 and not line.endswith("\n"):
+                path.write_text("".join(lines[:-1]), encoding="utf-8")
+                break
+            raise InputError(f"Line {k + 1} of {path} is not {what}; choose another file.") from error
+    return rows
+
+
+def append_row(path: str | Path, row: Mapping[str, Any]) -> None:
+    """Add a row at the end of the file."""
+    with Path(path).open("a", encoding="utf-8") as file:
+        file.write(json.dumps(row) + "\n")

@@ -1,0 +1,64 @@
+"""Isotropic linear elastic material."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fecontact.common.checks import positive, reckonable
+from fecontact.common.errors import InputError
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elastic material, in any consistent units.
+
+    Parameters
+    ----------
+    E : float
+        Young's modulus (force / length^2), positive.
+    nu : float
+        Poisson's ratio, strictly between -1 and 0.5.
+    density : float, optional
+        Mass per volume, positive; needed only for gravity and dynamics.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite or outside its physical range.
+
+    Examples
+    --------
+    >>> steel = Material(E=210e3, nu=0.3)
+    >>> round(steel.plane_strain_modulus, 1)
+    230769.2
+    """
+
+    E: float
+    nu: float
+    density: float | None = None
+
+    def __post_init__(self) -> None:
+        reckonable("Young's modulus E", positive("Young's modulus E", self.E))
+        if not (math.isfinite(self.nu) and -1 < self.nu < 0.5):
+            raise InputError(
+                f"Poisson's ratio must lie strictly between -1 and 0.5; found nu = {self.nu!r}. "
+                "For a nearly incompressible material use a value such as 0.4999."
+            )
+        if self.density is not None:
+            reckonable("the density", positive("the density", self.density))
+
+    @property
+    def lame(self) -> float:
+        """First Lame constant, E nu / ((1 + nu)(1 - 2 nu))."""
+        return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu))
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus, E / (2 (1 + nu))."""
+        return self.E / (2 * (1 + self.nu))
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """E / (1 - nu^2), the modulus by which a half-space resists indentation."""
+        return self.E / (1 - self.nu**2)

@@ -1,0 +1,328 @@
+"""From bodies and pairs to the complementarity problem, and from its solution back to the bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator, aslinearoperator
+
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.equilibrium import opening_by_motions
+from fecontact.contact.interface import Rows
+from fecontact.contact.loads import Loading, mass_weighted
+from fecontact.contact.rigid_motion import Frame
+from fecontact.fem.condensation import Compliance
+from fecontact.solvers import ComplementarityProblem, Solution
+
+#: Share of the largest compliance, pairs made equal in size, up to which one is rounding: normals are right to 1e-10.
+NO_COMPLIANCE = 1e-20
+
+
+@dataclass(frozen=True, eq=False)
+class MeanHold:
+    """A floating body some of whose rigid motions are held by its mean position.
+
+    The force that this takes is spread over the mass and follows from equilibrium, so that the rows C become
+    C (I - R m), with m the mass-weighted mean of the held motions R (m R = I).
+
+    Attributes
+    ----------
+    modes : (n_dofs, j) array
+        R, in the body's axes.
+    mean : (j, n_dofs) array
+        m.
+    """
+
+    modes: Array
+    mean: Array
+
+    def balanced(self, f: Array) -> Array:
+        """Loads (n_dofs,) together with the spread forces that hold the body against them."""
+        return f - self.mean.T @ (self.modes.T @ f)
+
+
+def _mean_hold(frame: Frame) -> MeanHold | None:
+    if frame.mean_held.shape[1] == 0:
+        return None
+    modes = frame.modes(frame.mean_held)
+    weighted = mass_weighted(frame, frame.mean_held)
+    mean = np.asarray(np.linalg.solve(modes.T @ weighted, weighted.T), dtype=np.float64)
+    return MeanHold(modes, mean)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One body's part in the problem: its rows, where they stand, and its rigid motions."""
+
+    body: Body
+    frame: Frame
+    rows: sp.csr_matrix
+    index: IntArray
+    loads: Array | None
+    released: Array
+    hold: MeanHold | None
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Displacements and gaps that follow from a solution.
+
+    Attributes
+    ----------
+    displacements : tuple of (n_dofs,) arrays
+        Of each body, rigid motion included, in its axes.
+    motions : tuple of (6,) arrays
+        Rigid motion of each body's frame in world axes (for floating components: see `ContactResult.rigid_motion`).
+    gaps : tuple of (n_pairs,) arrays
+        Gap of all pairs of each contact.
+    scale : float
+        Largest displacement, to judge penetration by.
+    """
+
+    displacements: tuple[Array, ...]
+    motions: tuple[Array, ...]
+    gaps: tuple[Array, ...]
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """The condensed problem and the way back.
+
+    Attributes
+    ----------
+    problem : ComplementarityProblem
+    parts : tuple of Part
+        One for each body.
+    interfaces : tuple of Interface
+    by_products : bool
+        Whether the compliance of an elastic body is had by products with its factor only, for want of an array.
+    """
+
+    problem: ComplementarityProblem
+    parts: tuple[Part, ...]
+    interfaces: tuple[Rows, ...]
+    by_products: bool = False
+
+    def state(self, solution: Solution) -> State:
+        """Displacements of all bodies and gaps of all pairs, candidates or not."""
+        displacements, motions = [], []
+        start = 0
+        for part in self.parts:
+            q = solution.q[start : start + part.released.shape[1]]
+            start += part.released.shape[1]
+            u, motion = _displacement(part, solution.forces[part.index], q)
+            displacements.append(u)
+            motions.append(motion)
+        gaps = []
+        scale = max((float(np.abs(u).max(initial=0.0)) for u in displacements), default=0.0)
+        for interface in self.interfaces:
+            change = np.zeros(len(interface.gap))
+            for part, u in zip(self.parts, displacements, strict=True):
+                rows = interface.rows(part.body)
+                if rows is not None:
+                    change += rows @ u
+            gaps.append(interface.gap + change)
+        return State(tuple(displacements), tuple(motions), tuple(gaps), scale)
+
+
+def _displacement(part: Part, forces: Array, q: Array) -> tuple[Array, Array]:
+    frame, loads = part.frame, part.loads
+    if part.hold is not None:
+        f = part.rows.T @ forces + (0.0 if loads is None else loads)
+        loads = part.hold.balanced(f) - part.rows.T @ forces
+    u = part.body.displacement(part.rows, forces, loads)
+    motion = frame.moved + frame.released @ q
+    u = u + frame.modes(motion[:, None])[:, 0]
+    if part.hold is not None:
+        target = part.hold.mean @ frame.modes(frame.moved[:, None])[:, 0]
+        correction = target - part.hold.mean @ u
+        u = u + part.hold.modes @ correction
+        motion = motion + frame.mean_held @ correction
+    return u, motion
+
+
+def assemble(
+    bodies: Sequence[Body],
+    interfaces: Sequence[Rows],
+    chosen: Sequence[IntArray],
+    loading: Loading,
+    watch: Stopwatch,
+    dense: bool = False,
+) -> Reduction:
+    """Condense every body onto the chosen pairs and add up.
+
+    Parameters
+    ----------
+    chosen : sequence of int arrays
+        Candidate pairs of each interface.
+    dense : bool
+        Whether the compliance of elastic bodies is wanted as an array, for a solver that cannot do without.
+    """
+    _condense_shared(bodies, interfaces, chosen, watch)
+    bare = uncondensed(bodies, interfaces, chosen, loading)
+    shares: list[tuple[IntArray, Array | LinearOperator]] = []
+    g, by_products = bare.g, False
+    for part in bare.parts:
+        reduced = part.body.reduce(part.rows, part.loads, watch)
+        compliance, response = reduced.compliance, reduced.response
+        with watch("condense"):
+            if isinstance(compliance, Compliance):
+                compliance, by_products = (compliance.dense() if dense else compliance), not dense
+            if part.hold is not None:
+                assert compliance is not None
+                compliance, response = _held_by_mean(part, part.hold, compliance, response)
+            if compliance is not None:
+                shares.append((part.index, compliance))
+            g[part.index] += response
+    with watch("condense"):
+        S = _total(bare.own, shares)
+        if isinstance(S, np.ndarray):
+            _drop_rounding(S, bare.parts)
+        problem = ComplementarityProblem(S, g, bare.B, bare.F)
+    return Reduction(problem, tuple(bare.parts), tuple(interfaces), by_products)
+
+
+@dataclass(frozen=True, eq=False)
+class Uncondensed:
+    """The problem before anything is solved with a stiffness.
+
+    Attributes
+    ----------
+    parts : list of Part
+    own : (n,) array
+        Compliance of the conditions themselves.
+    g : (n,) array
+        Gaps after the prescribed motions, without the elastic response to loads.
+    B : (m, n) array
+    F : (m,) array
+    """
+
+    parts: list[Part]
+    own: Array
+    g: Array
+    B: Array
+    F: Array
+
+
+def uncondensed(
+    bodies: Sequence[Body], interfaces: Sequence[Rows], chosen: Sequence[IntArray], loading: Loading
+) -> Uncondensed:
+    """Rows, gaps and equilibrium of the chosen pairs."""
+    ends = np.cumsum([0] + [len(c) for c in chosen])
+    n = int(ends[-1])
+    own = np.concatenate([i.own_compliance[c] for i, c in zip(interfaces, chosen, strict=True)])
+    g = np.concatenate([i.gap[c] for i, c in zip(interfaces, chosen, strict=True)])
+    parts, B, F = [], [], []
+    for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
+        part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
+        columns = np.zeros((part.released.shape[1], n))
+        columns[:, part.index] = opening_by_motions(part.rows, frame.modes(part.released), loading.rounding).T
+        g[part.index] += part.rows @ frame.modes(frame.moved[:, None])[:, 0]
+        B.append(columns)
+        F.append(-loading.driving(k, part.released))
+        parts.append(part)
+    return Uncondensed(parts, own, g, np.concatenate(B), np.concatenate(F))
+
+
+def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]) -> Array | LinearOperator:
+    """Sum of the bodies' compliances on their rows: a matrix, or an operator where one of them is."""
+    n = len(own)
+    if not any(isinstance(compliance, LinearOperator) for _, compliance in shares):
+        S = np.diag(own)
+        for index, compliance in shares:
+            S[np.ix_(index, index)] += compliance
+        return S
+    if len(shares) == 1 and len(shares[0][0]) == n and not own.any():
+        return shares[0][1]
+
+    def product(x: Array) -> Array:
+        out = own * np.ravel(x)
+        for index, compliance in shares:
+            out[index] += compliance @ np.ravel(x)[index]
+        return out
+
+    return LinearOperator((n, n), matvec=product, dtype=float)
+
+
+def _drop_rounding(S: Array, parts: Sequence[Part]) -> None:
+    """Make the compliance of pairs that nothing but rounding lets give zero, in place.
+
+    Where a node is grounded along its normal, the rounding of a turned normal lets its square of the compliance across
+    the normal through, 1e-32 of it. Solvers scale pairs by what they give: such a pair would count as 1e16 others.
+    """
+    sizes = np.zeros(len(S))
+    for part in parts:
+        sizes[part.index] += np.asarray(part.rows.multiply(part.rows).sum(axis=1)).ravel()
+    given = np.divide(S.diagonal(), sizes, out=np.zeros(len(S)), where=sizes > 0)
+    none = given < NO_COMPLIANCE * given.max(initial=0.0)
+    S[none] = 0.0
+    S[:, none] = 0.0
+
+
+def _condense_shared(
+    bodies: Sequence[Body], interfaces: Sequence[Rows], chosen: Sequence[IntArray], watch: Stopwatch
+) -> None:
+    """Condense a model that stands in several poses once, onto all its poses' candidates together."""
+    nodes: dict[int, list[IntArray]] = {}
+    models = {}
+    for body in bodies:
+        model = getattr(body, "model", None)
+        if model is None:
+            continue
+        models[id(model)] = model
+        for interface, c in zip(interfaces, chosen, strict=True):
+            rows = interface.rows(body)
+            if rows is not None:
+                nodes.setdefault(id(model), []).append(model.touched(rows[c]))
+    for key, lists in nodes.items():
+        if len(lists) > 1:
+            models[key].condensed(np.unique(np.concatenate(lists)), watch)
+
+
+def _part(
+    body: Body,
+    frame: Frame,
+    interfaces: Sequence[Rows],
+    chosen: Sequence[IntArray],
+    ends: IntArray,
+    loads: Array | None,
+) -> Part:
+    rows, index = [sp.csr_matrix((0, body.n_dofs))], [np.zeros(0, dtype=np.int64)]
+    for interface, c, start in zip(interfaces, chosen, ends[:-1], strict=True):
+        own = interface.rows(body)
+        if own is not None:
+            rows.append(own[c])
+            index.append(start + np.arange(len(c)))
+    hold = _mean_hold(frame)
+    released = frame.released
+    if hold is not None and released.shape[1]:
+        # make the released motions leave the held mean alone
+        released = released - frame.mean_held @ (hold.mean @ frame.modes(released))
+    return Part(body, frame, sp.vstack(rows, format="csr"), np.concatenate(index), loads, released, hold)
+
+
+def _held_by_mean(
+    part: Part, hold: MeanHold, compliance: Array | LinearOperator, response: Array
+) -> tuple[Array | LinearOperator, Array]:
+    """Compliance of the rows C (I - R m) and their response to loads that the held mean balances."""
+    rows = part.rows
+    none = np.zeros(rows.shape[0])
+    X = np.stack([part.body.displacement(rows, none, m) for m in hold.mean], axis=1)
+    CR, CX, mX = rows @ hold.modes, rows @ X, hold.mean @ X
+    if part.loads is not None:
+        u = part.body.displacement(rows, none, hold.balanced(part.loads))
+        response = rows @ u - CR @ (hold.mean @ u)
+    # the change is of low rank: L M L^T
+    L = np.concatenate([CR, CX], axis=1)
+    zero, one = np.zeros_like(mX), np.eye(len(mX))
+    M = np.block([[(mX + mX.T) / 2, -one], [-one, zero]])
+    if isinstance(compliance, LinearOperator):
+        return compliance + aslinearoperator(L) @ aslinearoperator(M @ L.T), response
+    compliance = compliance + L @ M @ L.T
+    return (compliance + compliance.T) / 2, response

@@ -1,0 +1,1 @@
+"""How two surfaces are coupled: nodal forces or mortar, and which side is the slave."""

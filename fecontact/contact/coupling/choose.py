@@ -1,0 +1,202 @@
+"""How a contact is coupled: which side is the slave, nodal forces or mortar, and which parts are paired at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fecontact.bodies.halfspace.surface import GridSurface
+from fecontact.bodies.layer import ElasticLayer
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import IntArray
+from fecontact.common.errors import InputError
+from fecontact.contact.coupling.mortar import pair_mortar
+from fecontact.contact.coupling.mortar_basis import hats_exist
+from fecontact.contact.coupling.nodal import Pairing, contact_weights, nested, pair
+from fecontact.contact.coupling.refusals import check_faced
+from fecontact.contact.dimension import check_rigid_surface
+from fecontact.contact.interface import Interface
+from fecontact.contact.search.radius import Reach, plain_facets
+from fecontact.contact.search.region import Near, near_parts
+from fecontact.surfaces.facet_surface import FacetSurface, Surface
+from fecontact.surfaces.section_curve import CurveSurface
+
+if TYPE_CHECKING:
+    from fecontact.scene.scene import Contact
+
+
+#: Ratio of face sizes from which one side counts as the coarser.
+COARSER = 1.1
+#: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure rings
+#: by some percent when a face holds a few of them only (see docs/half-space.md).
+FINEST_CELLS = 0.25
+
+
+def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
+    """Pair a contact; the side that has nodes, if only one has, is the slave.
+
+    With a reach, only those parts of two elastic bodies' facets are paired that may come into touch within it.
+    """
+    assert contact.surfaces is not None
+    slave, master, names = contact.slave, contact.master, contact.surfaces
+    note = ""
+    if not isinstance(slave.surface(names[0]), FacetSurface):
+        slave, master, names = master, slave, names[::-1]
+        note = f"{slave.name!r} has the nodes and was made the slave"
+    elif contact.coupling == "mortar" and _spreads_on_cells(slave.surface(names[0]), master.surface(names[1])):
+        slave, master, names = master, slave, names[::-1]
+        note = f"the forces of {slave.name!r} are spread over the half-space's cells, mortar"
+    if reach is not None and slave is not contact.slave:
+        reach = reach.turned_over()
+    surface, other = slave.surface(names[0]), master.surface(names[1])
+    if isinstance(surface, CurveSurface) and not isinstance(other, FacetSurface):
+        points = slave.pose.to_world(surface.points[surface.nodes])
+        check_rigid_surface(master, other, points, surface.along)
+    ring = isinstance(surface, CurveSurface) and surface.along.revolved and contact.coupling == "auto"
+    whole = isinstance(surface, FacetSurface) and surface.eight_hats
+    if whole and contact.coupling == "nodal":
+        raise InputError(
+            f"{slave.name!r} has gradient coordinates, and forces on the nodes of its faces would leave the gradients "
+            "out: use coupling='auto' or 'mortar', or make the other body the slave."
+        )
+    coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
+    interface = _made(slave, master, names, coupling, note, reach)
+    if not len(interface.pairing.nodes) and contact.coupling == "auto" and _can_mortar(surface, other):
+        # nodes of faces larger than the master may all lie beside it
+        interface = _made(slave, master, names, "mortar", note, reach)
+    check_faced(interface)
+    return interface
+
+
+def _can_mortar(slave: Surface, master: Surface) -> bool:
+    """Whether mortar coupling of two surfaces of facets is possible."""
+    facets = all(isinstance(s, FacetSurface) and not isinstance(s, GridSurface) for s in (slave, master))
+    return facets and isinstance(slave, FacetSurface) and hats_exist(slave)
+
+
+def near_of(slave: Body, master: Body, names: tuple[str, str], coupling: str, reach: Reach | None) -> Near | None:
+    """Parts of both surfaces within reach; None where all of them are to be paired."""
+    surfaces = None if reach is None else plain_facets((slave, master), names)
+    if surfaces is None:
+        return None
+    assert reach is not None
+    relative = slave.pose.relative_to(master.pose)
+    one, other = surfaces
+    rotation, translation = relative.rotation, relative.translation
+    if coupling == "mortar" and reach.drift is not None:
+        near = near_parts(one, other, rotation, translation, reach.elastic, reach.drift_in(master.pose))
+    else:
+        near = near_parts(one, other, rotation, translation, reach.distance)
+    return near if near.nodes.any() else None
+
+
+def _made(
+    slave: Body, master: Body, names: tuple[str, str], coupling: str, note: str, reach: Reach | None
+) -> Interface:
+    near = near_of(slave, master, names, coupling, reach)
+    return Interface(slave, master, names, _paired(slave, master, names, coupling, near), note, near, reach)
+
+
+def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Interface:
+    """Keep nodal forces where they are exact; elsewhere couple by mortar, and swap the sides where that is better."""
+    slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
+    s, m = slave.surface(names[0]), master.surface(names[1])
+    if contact.coupling == "mortar" or not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
+        return interface
+    grid = isinstance(s, GridSurface) or isinstance(m, GridSurface)
+    ring = pairing.coupling == "mortar"
+    if not grid and not ring and nested(s, m, pairing, near):
+        return replace(interface, note="faces match or nest, nodal forces")
+    touched = np.isin(s.facets, pairing.nodes[near]).all(axis=1)
+    ours = s.mean_facet_size[touched]
+    feet = pairing.feet.facet[near] if not (grid or ring) and pairing.feet.facet is not None else None
+    if feet is None:
+        feet = m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet
+    assert feet is not None
+    opposite = np.unique(feet)
+    theirs = m.mean_facet_size[opposite]
+    ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
+    swappable = contact.swap == "auto"
+    if not grid and contact.coupling == "auto" and (hats_exist(s) or (swappable and hats_exist(m))):
+        # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave;
+        # a triangle has three hats where a quadrilateral has nine, so quadrilaterals are the slave of triangles
+        mine, its = bool(s.triangle[touched].any()), bool(m.triangle[opposite].any())
+        better = mine if mine != its else ratio > COARSER
+        swapped = swappable and hats_exist(m) and (better or not hats_exist(s))
+        reason = "has the quadrilaterals" if mine != its else "is coarser"
+        return _recoupled(interface, swapped, "mortar", _why_mortar(s), reason)
+    if grid and contact.coupling == "auto" and (swappable or not isinstance(s, GridSurface)):
+        cells, faces = (ours.mean(), theirs.mean()) if isinstance(s, GridSurface) else (theirs.mean(), ours.mean())
+        body = m if isinstance(s, GridSurface) else s
+        if hats_exist(body) and FINEST_CELLS * faces < cells <= faces:
+            note = "cells a little finer than the faces, whose forces are spread over them: mortar"
+            return _recoupled(interface, isinstance(s, GridSurface), "mortar", note, "is coarser")
+    # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
+    note = "a half-space's cells take the forces of the other's nodes"
+    if not grid:
+        note = "faces do not match: nodal forces err by the order of the face size"
+    return _recoupled(interface, swappable and ratio < 1 / COARSER, "nodal", note)
+
+
+def _why_mortar(slave: FacetSurface) -> str:
+    if slave.eight_hats:
+        return "gradient coordinates, mortar"
+    ring = isinstance(slave, CurveSurface) and slave.along.revolved
+    return "rings, mortar" if ring else "faces do not match, mortar"
+
+
+def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:
+    """The interface coupled anew, with the sides swapped for a reason or not, and what is to be said about it."""
+    slave, master, names = interface.slave, interface.master, interface.surfaces
+    reach = interface.reach
+    if swapped:
+        slave, master, names = master, slave, names[::-1]
+        reach = None if reach is None else reach.turned_over()
+        note += f"; {slave.name!r} {reason} and was made the slave"
+    elif coupling == interface.pairing.coupling:
+        return replace(interface, note=note)
+    interface = _made(slave, master, names, coupling, note, reach)
+    check_faced(interface, first=False)
+    return interface
+
+
+def _spreads_on_cells(slave: Surface, master: Surface) -> bool:
+    """Whether a half-space is the slave of a surface whose forces can be spread over its cells."""
+    grid, facets = isinstance(slave, GridSurface), isinstance(master, FacetSurface)
+    return grid and facets and not isinstance(master, GridSurface)
+
+
+def matrix_free(interface: Interface) -> bool:
+    """Whether all points can be candidates: the cells of a half-space under something rigid."""
+    surface = interface.slave.surface(interface.surfaces[0])
+    return isinstance(surface, GridSurface) and np.isinf(interface.master.contact_modulus)
+
+
+def _share(slave: Body, master: Body) -> float:
+    """Weight of the slave's normal in the lines of action, c2 / (c1 + c2): as compliant as the master is, so much.
+
+    Compliances are 1 / E* of the softest material of either body. A rigid master's own normal rules, and that of a
+    half-space, which gives along its own normal only.
+    """
+    if np.isinf(master.contact_modulus) or isinstance(master.surface(master.contact[0]), GridSurface):
+        return 0.0
+    return slave.contact_modulus / (slave.contact_modulus + master.contact_modulus)
+
+
+def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, near: Near | None) -> Pairing:
+    surface = slave.surface(names[0])
+    if not isinstance(surface, FacetSurface):
+        raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
+    relative = slave.pose.relative_to(master.pose)
+    couple = pair_mortar if coupling == "mortar" or surface.eight_hats else pair
+    if isinstance(surface, GridSurface):
+        pairing = surface.pair(master.surface(names[1]), relative.rotation, relative.translation)
+    else:
+        share = _share(slave, master)
+        pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near, share)
+    if isinstance(slave, ElasticLayer) and pairing.coupling == "nodal":
+        # a node of a foundation gives by its whole area
+        pairing = replace(pairing, weights=contact_weights(surface)[pairing.nodes])
+    return pairing

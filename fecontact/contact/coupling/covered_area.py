@@ -1,0 +1,123 @@
+"""How much of a slave's facets lies over the master, where they hang over its rim.
+
+A node at the rim stands for the covered part of the facets round it only, and a facet that meets the master along a
+line covers nothing. Facets all of whose nodes face the master are covered whole; only those at the rim are looked at.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.contact.coupling.mortar_basis import own_samples
+from fecontact.contact.coupling.segments import overlap_samples
+from fecontact.contact.search.bounding import bounds_of
+from fecontact.contact.search.region import flattened
+from fecontact.surfaces.facet_surface import FacetSurface, Surface
+from fecontact.surfaces.section_curve import CurveSurface, curve_samples
+
+#: Samples along each side of a facet under a rigid shape, whose rim is known by asking only.
+ACROSS = 24
+#: Radii of a facet from its centre's foot within which a facet is looked for that it overlaps; more than one, as on
+#: curved surfaces feet are further apart than points.
+REACH = 1.5
+#: Share of a facet within which covered counts as whole or not at all: rounding, and chords of curved sides.
+WHOLE = 0.02
+
+
+class Rim(NamedTuple):
+    """Facets at the master's rim.
+
+    Attributes
+    ----------
+    facets : (k,) int array
+        Slave facets of which some nodes face the master and others lie beyond its rim.
+    share : (k,) array
+        Covered share of their area.
+    """
+
+    facets: IntArray
+    share: Array
+
+    @property
+    def partly(self) -> IntArray:
+        """Facets that are covered in part."""
+        return self.facets[(self.share > WHOLE) & (self.share < 1 - WHOLE)]
+
+
+def rim_of(
+    slave: FacetSurface,
+    master: Surface,
+    rotation: Array,
+    translation: Array,
+    facing: Mask,
+    beyond: Mask,
+    share: float = 0.0,
+) -> Rim:
+    """Facets at the rim, and how much of them is covered.
+
+    Parameters
+    ----------
+    slave, master
+    rotation, translation
+        Pose of the slave's axes seen from the master's.
+    facing, beyond : (n_nodes,) bool arrays
+        Slave nodes with a foot on the master, and those beyond its rim.
+    share : float
+        Weight of the slave's normal in the lines of action.
+    """
+    facets = np.flatnonzero(facing[slave.facets].any(axis=1) & beyond[slave.facets].any(axis=1))
+    if len(facets) == 0:
+        return Rim(facets, np.zeros(0))
+    own, moved = replace(slave, facets=slave.facets[facets]), slave.moved(rotation, translation)
+    if isinstance(slave, CurveSurface):
+        facet, local, weight = curve_samples(slave, master, rotation, translation, share)
+        at_rim = np.isin(facet, facets)
+        facet, local, weight = facet[at_rim], local[at_rim], weight[at_rim]
+    elif isinstance(master, FacetSurface):
+        f, m = _opposite(replace(moved, facets=own.facets), master)
+        facet, local, weight, _ = overlap_samples(moved, master, facets[f], m, share)
+    else:
+        facet, local, weight = _even(own)
+        facet = facets[facet]
+    if isinstance(slave, CurveSurface) or not isinstance(master, FacetSurface):
+        weight = np.where(master.project(moved.evaluate(facet, local)[0]).beyond, 0.0, weight)
+    if isinstance(own, CurveSurface):
+        whole = curve_samples(own, None, rotation, translation, share)
+    else:
+        whole = own_samples(own.facets)
+    covered = _areas(own, np.searchsorted(facets, facet), local, weight)
+    return Rim(facets, np.clip(covered / _areas(own, *whole), 0.0, 1.0))
+
+
+def _areas(surface: FacetSurface, facet: IntArray, local: Array, weight: Array) -> Array:
+    """Areas (n_facets,) by the weights (n,) of samples in coordinates (n, 2) of facets (n,)."""
+    x, tangents, _ = surface.evaluate(facet, local)
+    area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * surface.extent(x)
+    return np.asarray(np.bincount(facet, area, len(surface.facets)), dtype=float)
+
+
+def _even(surface: FacetSurface) -> tuple[IntArray, Array, Array]:
+    """Middles of equal cells of all facets, drawn together at a triangle's last corner: facets, places, weights."""
+    middles = (np.arange(ACROSS) + 0.5) / ACROSS
+    s, t = (c.ravel() for c in np.meshgrid(middles, middles, indexing="ij"))
+    n, on = len(surface.facets), np.repeat(surface.triangle, len(s))
+    s, t = np.tile(s, n), np.tile(t, n)
+    narrow = np.where(on, 1 - t, 1.0)
+    return np.repeat(np.arange(n), ACROSS**2), np.stack([s * narrow, t], axis=1), narrow / ACROSS**2
+
+
+def _opposite(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, IntArray]:
+    """Pairs of facets near enough to overlap that look at each other; both surfaces in the same axes."""
+    own, other = bounds_of(slave), bounds_of(master)
+    feet = master.project(own.centre).points
+    pairs = []
+    for members, largest, tree in other.trees:
+        which, hit = flattened(tree.query_ball_point(feet, REACH * own.radius + largest))
+        pairs.append(np.stack([which, members[hit]]))
+    f, m = np.concatenate(pairs, axis=1)
+    opposed = np.einsum("ni,ni->n", own.normal[f], other.normal[m]) < 0
+    return f[opposed], m[opposed]

@@ -1,0 +1,109 @@
+"""Which pairs of points face each other: those whose outward normals are opposed.
+
+A pair acts along one line. If the slave's own normal there does not point against the master's, the two look the same
+way or past each other: what would be pressed is not a contact. The limit lets every contact stand that can carry load:
+at an edge or corner of the slave any of its faces will do, and on smooth bodies in touch the normals are opposed.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.mesh.facets import distinct_columns, facet_nodes
+from fecontact.surfaces.facet_surface import FacetSurface, Feet
+from fecontact.surfaces.section_curve import CurveSurface
+
+#: Cosine between one normal and the reversed other below which two points do not face each other: 84 degrees. Faces at
+#: right angles stay out whatever their rounding and curvature; on bodies in touch normals lean by the slopes within the
+#: contact, far less.
+STEEPEST = 0.1
+#: Difference of gaps, relative to the slave's size, that is rounding.
+TIE = 1e-9
+#: Coordinate along a section's side of its three nodes.
+_ALONG_SIDE = np.array([0.0, 1.0, 0.5])
+
+
+class Averted(NamedTuple):
+    """The pair nearest to contact among those left out because they do not face each other.
+
+    Attributes
+    ----------
+    gap : float
+        Infinite where there is none.
+    angle : float
+        Between the normals, degrees; 180 face each other.
+    facing : float
+        Smallest gap of those that do; infinite where there is none.
+    """
+
+    gap: float = np.inf
+    angle: float = np.nan
+    facing: float = np.inf
+
+
+#: Where all of them face each other.
+NONE_AVERTED = Averted()
+
+
+class _Corners(NamedTuple):
+    """Unit normals (n, 3) of facets at their nodes, sorted by node; where each node begins, and the nodes."""
+
+    normals: Array
+    first: IntArray
+    nodes: IntArray
+
+
+def _corners(surface: FacetSurface) -> _Corners:
+    if isinstance(surface, CurveSurface):
+        facet, column = np.divmod(np.arange(surface.facets.size), 3)
+        local = np.stack([_ALONG_SIDE[column], np.full(len(column), 0.5)], axis=1)
+    else:
+        k = surface.facets.shape[1]
+        facet, column = np.nonzero(distinct_columns(surface.facets))
+        reference = np.stack([facet_nodes(k, False), facet_nodes(k, True)])
+        local = reference[surface.triangle[facet].astype(int), column]
+    _, tangents, _ = surface.evaluate(facet, local)
+    normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+    node = surface.facets[facet, column]
+    order = np.argsort(node, kind="stable")
+    nodes, first = np.unique(node[order], return_index=True)
+    return _Corners(normals[order], first, nodes)
+
+
+def opposition(slave: FacetSurface, nodes: IntArray, directions: Array) -> Array:
+    """Cosine (n,) between directions (n, 3) and the reversed normal of that facet round each node which fits best."""
+    corners = slave.once(_corners)
+    count = np.diff(np.append(corners.first, len(corners.normals)))
+    towards = np.zeros((len(slave.points), 3))
+    towards[nodes] = directions
+    cosines = -np.einsum("ni,ni->n", corners.normals, np.repeat(towards[corners.nodes], count, axis=0))
+    best = np.zeros(len(slave.points))
+    best[corners.nodes] = np.maximum.reduceat(cosines, corners.first)
+    return np.asarray(best[nodes])
+
+
+def unopposed(slave: FacetSurface, nodes: IntArray, feet: Feet, rotation: Array) -> tuple[NDArray[np.bool_], Averted]:
+    """Which nodes (n,) of the slave do not face their feet, and the nearest of them.
+
+    Parameters
+    ----------
+    rotation : (3, 3) array
+        From the slave's axes to those of the feet.
+    """
+    cosines = opposition(slave, nodes, feet.normals @ rotation)
+    facing = cosines >= STEEPEST
+    out = ~facing & ~feet.beyond
+    least = float(feet.gap[facing & ~feet.beyond].min(initial=np.inf))
+    if not out.any():
+        return out, Averted(facing=least)
+    gap = feet.gap[out]
+    # of those equally near, the ones that face each other best speak for the rest
+    near = gap - gap.min() <= TIE * slave.size
+    angle = float(np.degrees(np.arccos(-np.clip(cosines[out][near].max(), -1.0, 1.0))))
+    return out, Averted(float(gap.min()), angle, least)

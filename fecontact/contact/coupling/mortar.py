@@ -1,0 +1,336 @@
+"""Mortar coupling: weighted gaps over the exact overlap of two surfaces.
+
+Nodal forces are a quadrature rule of the slave's; where a slave face straddles master faces, the master's load is
+wrong. Here the pressure is a sum of non-negative hats on the slave, p = sum_k p_k phi_k, p_k >= 0, and everything is
+integrated over the pieces in which one slave face meets one master face:
+
+    weighted gap   w_k = int phi_k n . (x_slave - x_foot) dA >= 0,      force on the bodies  +-int phi_k n N dA p_k
+
+The hats of a nine-node face are bilinear on its quarters, those of a triangle linear
+(`contact.coupling.mortar_basis`); they sum to one, so uniform pressure is exact on both sides (Puso & Laursen 2004; Popp et
+al. 2012 for hats on sub-faces). Pieces are cut in the plane of the slave face (`contact.coupling.tangent_plane`): the master
+face's outline is carried there and clipped to the convex outline of a sub-face (Sutherland & Hodgman 1974), so the
+pieces tile what both surfaces cover, no more. The degree of quadrature follows the taper of both faces over a piece.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.contact.coupling.facing import STEEPEST
+from fecontact.contact.coupling.mortar_basis import hat_shapes, hats_exist, own_samples
+from fecontact.contact.coupling.mortar_integrals import Block, Samples, block_of, summed, total_areas
+from fecontact.contact.coupling.nodal import Pairing
+from fecontact.contact.coupling.segments import overlap_samples
+from fecontact.contact.coupling.tangent_plane import charts
+from fecontact.contact.search.region import Near
+from fecontact.mesh.element.hexahedron import TRIANGLE_NODES
+from fecontact.mesh.facets import facet_nodes
+from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
+from fecontact.surfaces.line_of_action import feet_along, feet_at, meet
+from fecontact.surfaces.normals import normals_of
+from fecontact.surfaces.section_curve import CurveSurface, curve_samples
+
+#: Pairs of facets whose pieces are cut, sampled and summed up together, which bounds the memory for samples.
+BLOCK = 3000
+#: Samples at which hats are integrated together.
+AREAS = 50_000
+#: Share of a hat's own area below which it does not stand alone: its pressure joins that of the nearest fuller hat.
+SLIVER = 0.2
+
+
+def pair_mortar(
+    slave: FacetSurface,
+    master: Surface,
+    rotation: Array,
+    translation: Array,
+    near: Near | None = None,
+    share: float = 0.0,
+) -> Pairing:
+    """Couple two surfaces by weighted gaps.
+
+    Parameters
+    ----------
+    slave : FacetSurface
+        Any facets but plain eight-node quadrilaterals.
+    master : Surface
+    rotation, translation
+        Pose of the slave's axes seen from the master's.
+    near : Near, optional
+        Parts of two surfaces of facets that may touch; nodes elsewhere are left out.
+    share : float, optional
+        Weight of the slave's normal in the lines of action; the master's has the rest.
+
+    Raises
+    ------
+    InputError
+        If the slave has eight-node facets (no hat function for the missing centre).
+    """
+    if not hats_exist(slave):
+        raise InputError(
+            f"Mortar coupling needs a slave whose quadrilateral faces have four or nine nodes; {slave.name!r} has "
+            "plain eight-node faces. Make the other body the slave, use pressure='midface', or coupling='nodal'."
+        )
+    moved = slave.moved(rotation, translation)
+    if isinstance(slave, CurveSurface):
+        cut = curve_samples(slave, master, rotation, translation, share)
+        samples = _samples(slave, moved, master, rotation, share, *cut)
+    elif isinstance(master, FacetSurface):
+        f, m = _neighbours(slave, master, rotation, translation, near)
+
+        def taken(part: slice) -> Samples:
+            pieces = overlap_samples(moved, master, f[part], m[part], share)
+            return _samples(slave, moved, master, rotation, share, *pieces)
+
+        # bodies that are not moved by their nodes ask for the samples themselves
+        if len(f) > BLOCK and not (slave.eight_hats or master.eight_hats):
+            origin = slave.points[slave.nodes].mean(axis=0)
+            parts = [slice(start, start + BLOCK) for start in range(0, len(f), BLOCK)]
+            blocks = [block_of(taken(part), slave.points, origin, rotation, translation) for part in parts]
+            pairing = _paired_in_blocks(slave, master, blocks, origin, rotation, translation, near)
+            return replace(pairing, share=share)
+        samples = taken(slice(None))
+    else:
+        samples = _samples(slave, moved, master, rotation, share, *_own_samples(slave))
+    return replace(_paired(slave, samples, rotation, translation, near), share=share)
+
+
+def _samples(
+    slave: FacetSurface,
+    moved: FacetSurface,
+    master: Surface,
+    rotation: Array,
+    share: float,
+    facet: IntArray,
+    local: Array,
+    weight: Array,
+    on_master: IntArray | None = None,
+) -> Samples:
+    """Samples with quadrature weights (n,) in the slave's coordinates, on given facets (n,) of the master or on any."""
+    x, _, N = moved.evaluate(facet, local)
+    own, tangents, _ = slave.evaluate(facet, local)
+    # taken in the slave's own axes, as those of a section turned half round have y the other way
+    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1]) @ rotation.T
+    inwards = -normals_of(slave).at(facet, local) @ rotation.T
+    if on_master is None:
+        feet = feet_along(master, x, inwards, share)
+    else:
+        assert isinstance(master, FacetSurface)
+        feet = _feet_on(master, on_master, x, inwards, share)
+    length = np.linalg.norm(normal, axis=1)
+    facing = (np.einsum("ni,ni->n", normal, feet.normals) < -STEEPEST * length) & ~feet.beyond
+    area = weight * length * slave.extent(own)
+    kept = np.flatnonzero(facing)
+    facet, local, k = facet[kept], local[kept], slave.facets.shape[1]
+    columns = slave.facets[facet].ravel()
+    pointer = np.arange(0, len(kept) * k + 1, k)
+    shape = (len(kept), len(slave.points))
+    hats = hat_shapes(k, slave.triangle[facet], local) * area[kept, None]
+    weighted = sp.csr_matrix((hats.ravel(), columns, pointer), shape=shape)
+    weighted.eliminate_zeros()
+    weights = sp.csr_matrix((N[kept].ravel(), columns, pointer), shape=shape)
+    return Samples(facet, local, weighted, weights, feet.chosen(kept))
+
+
+def _paired(slave: FacetSurface, samples: Samples, rotation: Array, translation: Array, near: Near | None) -> Pairing:
+    """Sum the samples up to weighted gaps of the slave's nodes, or of those whose hats are sampled whole."""
+    hats = samples.hats.T.tocsr()
+    weights = np.asarray(hats.sum(axis=1)).ravel()
+    nodes, gather, whole, n_beyond = _points(slave, weights, near)
+    hats = (gather @ hats).tocsr()
+    area = np.asarray(hats.sum(axis=1)).ravel()
+    return Pairing(
+        nodes=nodes,
+        weights=area,
+        slave_points=slave.points[nodes],
+        average=sp.diags(1 / area) @ hats,
+        slave_weights=samples.weights,
+        slave_normals=samples.feet.normals @ rotation,
+        feet=samples.feet,
+        n_beyond=n_beyond,
+        rotation=rotation,
+        translation=translation,
+        covered=np.unique(samples.facet),
+        coupling="mortar",
+        slave_facet=samples.facet,
+        slave_local=samples.local,
+        spread=(_hats_at_nodes(slave, whole) @ gather.T).tocsr(),
+    )
+
+
+def _paired_in_blocks(
+    slave: FacetSurface,
+    master: FacetSurface,
+    blocks: list[Block],
+    origin: Array,
+    rotation: Array,
+    translation: Array,
+    near: Near | None,
+) -> Pairing:
+    """As `_paired`, from the sums of blocks; samples are not kept."""
+    weights = total_areas(blocks, len(slave.points))
+    nodes, gather, whole, n_beyond = _points(slave, weights, near)
+    area = gather @ weights
+    nothing, of_slave, of_master = np.zeros((0, 3)), len(slave.points), len(master.points)
+    none = np.zeros(0, np.int64)
+    feet = Feet(
+        nothing, nothing, np.zeros(0), np.zeros(0, bool), sp.csr_matrix((0, of_master)), none, np.zeros((0, 2)),
+        master.name,
+    )  # fmt: skip
+    return Pairing(
+        nodes=nodes,
+        weights=area,
+        slave_points=slave.points[nodes],
+        average=sp.csr_matrix((len(nodes), 0)),
+        slave_weights=sp.csr_matrix((0, of_slave)),
+        slave_normals=nothing,
+        feet=feet,
+        n_beyond=n_beyond,
+        rotation=rotation,
+        translation=translation,
+        covered=np.unique(np.concatenate([b.facets for b in blocks])),
+        coupling="mortar",
+        spread=(_hats_at_nodes(slave, whole) @ gather.T).tocsr(),
+        sums=summed(blocks, gather, area, origin),
+    )
+
+
+def _points(slave: FacetSurface, weights: Array, near: Near | None) -> tuple[IntArray, sp.csr_matrix, Array, int]:
+    """Nodes that are contact points, hats joined to them, hats' whole areas, and how many lie beyond the rim.
+
+    Hats that are not sampled whole are taken out of `weights` (n_nodes,).
+    """
+    whole = hat_areas(slave)
+    if near is not None:
+        weights[~near.nodes] = 0.0
+        whole = np.where(near.nodes, whole, 0.0)
+    nodes, gather = _fuller(slave, weights, whole)
+    return nodes, gather, whole, int((whole > 0).sum() - (weights > 0).sum())
+
+
+def _hats_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
+    """All hats (n_nodes, n_nodes) at all nodes: one at its own, and what the corners' make of a triangle's others."""
+    k, n = slave.facets.shape[1], len(slave.points)
+    own = np.flatnonzero(whole > 0)
+    rows, columns, values = [own], [own], [np.ones(len(own))]
+    if slave.triangle.any() and k > 4:
+        hats = hat_shapes(k, np.ones(k, bool), facet_nodes(k, True))[:, :3]
+        facets = slave.facets[slave.triangle]
+        node, first = np.unique(facets, return_index=True)
+        first, node = first[whole[node] == 0], node[whole[node] == 0]
+        facet, place = np.divmod(first, k)
+        rows.append(np.repeat(node, 3))
+        columns.append(facets[facet, :3].ravel())
+        values.append(hats[place].ravel())
+    return sp.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
+
+
+def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray, sp.csr_matrix]:
+    """Nodes whose hats keep a pressure of their own, and the matrix (n, n_nodes) that joins the others to them.
+
+    At the rim of an overlap some hats keep a sliver of their area; a pressure of their own there would be huge and mean
+    nothing. Joined to the nearest fuller hat the pressures still sum to one and stay non-negative.
+    """
+    used = np.flatnonzero(weights > 0)
+    share = weights[used] / whole[used]
+    # where all are slivers, as in a narrow strip of overlap, the fuller ones carry it
+    most = float(share.max(initial=0.0))
+    full = share >= SLIVER * (1.0 if most >= SLIVER else most)
+    nodes, slivers = used[full], used[~full]
+    owner = np.arange(len(nodes))
+    if len(slivers):
+        _, nearest = cKDTree(slave.points[nodes]).query(slave.points[slivers])
+        owner = np.concatenate([owner, nearest])
+    members = np.concatenate([nodes, slivers])
+    return nodes, sp.csr_matrix((np.ones(len(members)), (owner, members)), shape=(len(nodes), len(weights)))
+
+
+def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
+    """Quadrature over whole facets: facet, coordinates and weights."""
+    return (
+        curve_samples(slave, None, np.eye(3), np.zeros(3), 0.0)
+        if isinstance(slave, CurveSurface)
+        else own_samples(slave.facets)
+    )
+
+
+def hat_areas(slave: FacetSurface) -> Array:
+    """Integrals (n_nodes,) of all hats over the whole slave surface."""
+    return slave.once(_hat_areas)
+
+
+def _hat_areas(slave: FacetSurface) -> Array:
+    total = np.zeros(len(slave.points))
+    facet, local, weight = _own_samples(slave)
+    for start in range(0, len(facet), AREAS):
+        part = slice(start, start + AREAS)
+        on, place = facet[part], local[part]
+        x, tangents, _ = slave.evaluate(on, place)
+        area = weight[part] * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
+        np.add.at(total, slave.facets[on], hat_shapes(slave.facets.shape[1], slave.triangle[on], place) * area[:, None])
+    return total
+
+
+def _feet_on(master: FacetSurface, facet: IntArray, points: Array, normals: Array, share: float) -> Feet:
+    """Feet on given facets, continued a little beyond their sides, of points (n, 3) whose side has these `normals`."""
+    chart = charts(master)
+    local, _ = chart.from_plane(facet, chart.projected(facet, points))
+    local, met = meet(master, facet, local, points, normals, share)
+    # where the line of a point does not meet the continued facet, the nearest foot on the whole surface is taken
+    lost = np.flatnonzero(~met)
+    facet, beyond = facet.copy(), np.zeros(len(points), bool)
+    if len(lost):
+        elsewhere = master.project(points[lost])
+        assert elsewhere.facet is not None
+        assert elsewhere.local is not None
+        facet[lost], local[lost], beyond[lost] = elsewhere.facet, elsewhere.local, elsewhere.beyond
+    feet = feet_at(master, facet, local, points, normals, share)
+    if len(lost):
+        feet.normals[lost], feet.gap[lost] = elsewhere.normals, elsewhere.gap
+    return replace(feet, beyond=beyond)
+
+
+#: Where facets are sampled to find which lie below each other, on quadrilaterals and on triangles.
+_PROBES = {
+    False: np.stack(np.meshgrid(*[np.array([0.02, 0.5, 0.98])] * 2, indexing="ij"), -1).reshape(-1, 2),
+    True: 0.96 * TRIANGLE_NODES + 0.04 / 3,
+}
+
+
+def _probes(surface: FacetSurface, chosen: NDArray[np.bool_] | None) -> tuple[IntArray, Array]:
+    """Sample points spread over all or chosen facets (n_facets,): their facets (n,) and places (n, 3)."""
+    facets, places = [], []
+    for kind, local in _PROBES.items():
+        members = np.flatnonzero((surface.triangle == kind) & (True if chosen is None else chosen))
+        facets.append(np.repeat(members, len(local)))
+        places.append(surface.evaluate(facets[-1], np.tile(local, (len(members), 1)))[0])
+    return np.concatenate(facets), np.concatenate(places)
+
+
+def _neighbours(
+    slave: FacetSurface, master: FacetSurface, rotation: Array, translation: Array, near: Near | None
+) -> tuple[IntArray, IntArray]:
+    """Pairs of facets that may overlap: found by projecting samples of each side on the other, and their neighbours."""
+    ours, x = _probes(slave, None if near is None else near.facets)
+    below = master.project(x @ rotation.T + translation).facet
+    theirs, y = _probes(master, None if near is None else near.opposite)
+    above = slave.project((y - translation) @ rotation).facet
+    assert below is not None
+    assert above is not None
+    pairs = np.concatenate([np.stack([ours, below], 1), np.stack([above, theirs], 1)])
+    if near is not None:
+        pairs = pairs[near.facets[pairs[:, 0]]]
+    pairs = np.unique(pairs, axis=0)
+    size = len(master.facets)
+    near = sp.csr_matrix((np.ones(len(pairs)), pairs.T), shape=(len(slave.facets), size))
+    corners = master.facets[:, :4]
+    member = sp.csr_matrix((np.ones(corners.size), (np.repeat(np.arange(size), 4), corners.ravel())))
+    wide = (near @ (member @ member.T)).tocoo()
+    return wide.row.astype(np.int64), wide.col.astype(np.int64)

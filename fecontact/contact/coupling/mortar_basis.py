@@ -1,0 +1,194 @@
+"""Hats: the non-negative pressure shapes of mortar coupling, which sum to one.
+
+They are bilinear on a four-node quadrilateral and on the four quarters of a nine-node one, linear on the halves of a
+section's side, and linear on a triangle whatever its order, so that they stand at its corners only (Puso, Laursen &
+Solberg 2008 take multipliers of lower order than the displacements too). Hats at the mid-side nodes and the centroid of
+triangles pass the patch test as well, but the pressure oscillates at the edge of a contact: on two balls of tetrahedra
+peaks of twice the true pressure. On an eight-node quadrilateral the pressure in the middle is the mean of those of the
+mid-side nodes; every linear pressure is still held, but the plain element, whose corners cannot take load, is refused
+unless its surface says `eight_hats`.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.element.hexahedron import QUAD_CORNERS, TRIANGLE_NODES, quad_nodes
+from fecontact.mesh.facets import triangular
+from fecontact.surfaces.facet_surface import FacetSurface
+
+#: Hats times biquadratic functions on parallelograms: polynomials of degree six on the triangles of a piece.
+ORDER = 6
+
+
+def hats_exist(surface: FacetSurface) -> bool:
+    """Whether a surface can be the slave of a mortar coupling: all but plain eight-node quadrilaterals can."""
+    return surface.facets.shape[1] != 8 or surface.eight_hats or bool(surface.triangle.all())
+
+
+def hat_shapes(n_columns: int, triangle: Mask, local: Array) -> Array:
+    """Hats at one point of each of n facets.
+
+    Parameters
+    ----------
+    n_columns : int
+        Of the facets: 3 (a side of a section), 4, 8 or 9.
+    triangle : (n,) bool array
+        Which of the facets are triangles.
+    local : (n, 2) array
+        Local coordinates; (n, 1) on a side.
+
+    Returns
+    -------
+    (n, n_columns) array
+        Non-negative, with sum one; on triangles zero but at the corners.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> hat_shapes(9, np.array([False]), np.array([[0.25, 0.5]]))[0].round(12).tolist()
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.5]
+    >>> hat_shapes(4, np.array([True]), np.array([[0.5, 0.25]]))[0].round(12).tolist()
+    [0.25, 0.5, 0.25, 0.0]
+    """
+    if n_columns == 3:
+        return np.asarray(np.maximum(1.0 - 2 * np.abs(local[:, :1] - np.array([0.0, 1.0, 0.5])), 0.0))
+    hats = np.zeros((len(local), n_columns))
+    quads, triangles = np.flatnonzero(~triangle), np.flatnonzero(triangle)
+    if len(quads):
+        hats[quads] = _quad_hats(n_columns, local[quads])
+    if len(triangles):
+        x, y = local[triangles].T
+        hats[triangles, :3] = np.maximum(np.stack([1 - x - y, x, y], axis=1), 0.0)
+    return hats
+
+
+def _quad_hats(n_columns: int, local: Array) -> Array:
+    """Hats (n, 4 | 8 | 9) of quadrilaterals."""
+    width = 1.0 if n_columns == 4 else 0.5
+    nodes = quad_nodes(9 if n_columns == 8 else n_columns)
+    hats = np.maximum(1.0 - np.abs(local[:, None, :] - nodes[None, :, :]) / width, 0.0).prod(axis=2)
+    if n_columns == 8:
+        hats[:, 4:8] += hats[:, 8:] / 4
+    return np.asarray(hats[:, :n_columns])
+
+
+def hats_on_square(facets: IntArray, X: Array) -> Array:
+    """Hats (n_facets, n_q, n_columns) of all facets at the same points (n_q, 2) of the unit square.
+
+    The square is drawn over triangles as in `mesh.facets.shapes_on_square`.
+    """
+    s, t = X.T
+    out = []
+    for kind, local in ((False, X), (True, np.stack([s * (1 - t), t], axis=1))):
+        out.append(hat_shapes(facets.shape[1], np.full(len(X), kind), local))
+    return np.asarray(np.where(triangular(facets)[:, None, None], out[1], out[0]))
+
+
+@cache
+def sub_faces(n_columns: int, triangle: bool) -> Array:
+    """Convex outlines (n_sub, 4 | 3, 2), counter-clockwise, of the parts of a facet on which its hats are smooth."""
+    if triangle:
+        return TRIANGLE_NODES[None, :3].copy()
+    if n_columns == 4:
+        return QUAD_CORNERS[None].copy()
+    return np.asarray(0.5 * QUAD_CORNERS[:, None, :] + 0.5 * QUAD_CORNERS[None, :, :])
+
+
+def triangle_rule(order: int) -> tuple[Array, Array]:
+    """Points (2, n) and weights (n,) on the reference triangle, exact to `order`; above 19 that of 19 on its quarters.
+
+    Examples
+    --------
+    >>> X, W = triangle_rule(30)
+    >>> abs(float((W * X[0] ** 19).sum()) * 20 * 21 - 1) < 1e-12
+    True
+    """
+    X, W = get_quadrature(RefTri, min(order, 19))
+    if order < 20:
+        return X, W
+    half = X / 2
+    corners = [half + np.array([[s], [t]]) for s, t in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5))]
+    return np.concatenate([*corners, 0.5 - half], axis=1), np.tile(W / 4, 4)
+
+
+def fans(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
+    """Polygons cut into fans of triangles; signed, so that dents cancel.
+
+    Parameters
+    ----------
+    polygon : (n, most, 2) array
+        Vertices, of which the first `count` (n,) of each row are valid.
+
+    Returns
+    -------
+    triangle : (n_triangles, 3, 2) array
+        None without area.
+    double : (n_triangles,) array
+        Twice their areas; their sum is positive for each polygon.
+    piece : (n_triangles,) int array
+        Polygon of each triangle.
+    """
+    a = polygon[:, :1]
+    b, c = polygon[:, 1:-1], polygon[:, 2:]
+    double = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
+    double = np.where(np.arange(double.shape[1])[None, :] + 2 < count[:, None], double, 0.0)
+    double *= np.where(double.sum(axis=1) < 0, -1.0, 1.0)[:, None]
+    piece, fan = np.nonzero(double)
+    triangle = np.stack([a[piece, 0], b[piece, fan], c[piece, fan]], axis=1)
+    return triangle, double[piece, fan], piece
+
+
+def triangle_samples(triangle: Array, double: Array, order: int = ORDER) -> tuple[Array, Array, IntArray]:
+    """Quadrature over triangles.
+
+    Parameters
+    ----------
+    triangle : (n, 3, 2) array
+        Corners.
+    double : (n,) array
+        Twice their areas.
+    order : int
+        Degree to which the rule is exact.
+
+    Returns
+    -------
+    local : (n_samples, 2) array
+    weight : (n_samples,) array
+    own : (n_samples,) int array
+        Triangle of each sample.
+
+    Examples
+    --------
+    >>> square = np.array([[[0.0, 0], [1, 0], [1, 1], [0, 1]]])
+    >>> triangle, double, piece = fans(square, np.array([4]))
+    >>> local, weight, own = triangle_samples(triangle, double)
+    >>> round(float((weight * local[:, 0] ** 2 * local[:, 1] ** 3).sum()) * 12, 12)
+    1.0
+    """
+    X, W = triangle_rule(order)
+    corner = triangle[:, :1]
+    local = corner + np.einsum("jq,njk->nqk", X, triangle[:, 1:] - corner)
+    weight = double[:, None] * W[None, :]
+    return local.reshape(-1, 2), weight.ravel(), np.repeat(np.arange(len(triangle)), len(W))
+
+
+def own_samples(facets: IntArray) -> tuple[IntArray, Array, Array]:
+    """Quadrature over whole facets: facet (n,), coordinates (n, 2) and weights (n,)."""
+    triangle = triangular(facets)
+    parts = []
+    for kind in (False, True):
+        members = np.flatnonzero(triangle == kind)
+        if len(members):
+            outlines = sub_faces(facets.shape[1], kind)
+            triangle_of, double, _ = fans(outlines, np.full(len(outlines), outlines.shape[1]))
+            local, weight, _ = triangle_samples(triangle_of, double)
+            n = len(members)
+            parts.append((np.repeat(members, len(local)), np.tile(local, (n, 1)), np.tile(weight, n)))
+    facet, local, weight = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return facet, local, weight

@@ -1,0 +1,121 @@
+"""Weighted sums over the samples of a mortar coupling, taken block by block so that no more than one block is held.
+
+What is asked of the samples is linear in their weights: gaps, rows on the nodes of both bodies, lines of action and
+their moments. A block is summed up over its hats, and the sums of all blocks are added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.contact.coupling.nodal import Sums, along
+from fecontact.surfaces.facet_surface import Feet
+
+
+class Samples(NamedTuple):
+    """Samples that face the master.
+
+    Attributes
+    ----------
+    facet, local : (n,) and (n, 2) arrays
+        Places on the slave.
+    hats : (n, n_nodes) csr_matrix
+        The slave's hats there times the area of each sample.
+    weights : (n, n_nodes) csr_matrix
+        Interpolation from the slave's nodes.
+    feet : Feet
+    """
+
+    facet: IntArray
+    local: Array
+    hats: sp.csr_matrix
+    weights: sp.csr_matrix
+    feet: Feet
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Sums over one block of samples, for the hats (n_used,) that they meet.
+
+    Attributes
+    ----------
+    used, facets : (n_used,) and (n_facets,) int arrays
+        Nodes of the hats, and the slave facets sampled.
+    dense : (n_used, 14) array
+        Area; gap; normal, position and its moment in the slave's axes; moment of the normal about the foot.
+    on_slave, on_master : (n_used, 3 n_nodes) csr_matrices
+    """
+
+    used: IntArray
+    facets: IntArray
+    dense: Array
+    on_slave: sp.csr_matrix
+    on_master: sp.csr_matrix
+
+
+def block_of(samples: Samples, points: Array, origin: Array, rotation: Array, translation: Array) -> Block:
+    """Sum up one block.
+
+    Parameters
+    ----------
+    samples : Samples
+    points : (n_nodes, 3) array
+        Of the slave.
+    origin : (3,) array
+        About which moments are taken, in the slave's axes.
+    rotation, translation
+        Pose of the slave's axes seen from the master's.
+    """
+    feet = samples.feet
+    assert feet.weights is not None
+    hats = samples.hats.T.tocsr()
+    used = np.flatnonzero(np.diff(hats.indptr))
+    hats = hats[used]
+    normals, x = feet.normals @ rotation, samples.weights @ points
+    lever = x @ rotation.T + translation - feet.points
+    columns = (np.ones(len(x)), feet.gap, normals, x, np.cross(x - origin, normals), np.cross(lever, feet.normals))
+    return Block(
+        used,
+        np.unique(samples.facet),
+        hats @ np.column_stack(columns),
+        hats @ along(samples.weights, normals),
+        hats @ along(feet.weights, -feet.normals),
+    )
+
+
+def total_areas(blocks: Sequence[Block], n_nodes: int) -> Array:
+    """Area (n_nodes,) of each hat that was sampled."""
+    out = np.zeros(n_nodes)
+    for block in blocks:
+        out[block.used] += block.dense[:, 0]
+    return out
+
+
+def summed(blocks: Sequence[Block], gather: sp.csr_matrix, areas: Array, origin: Array) -> Sums:
+    """Means over the hats of contact points.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+    gather : (n, n_nodes) csr_matrix
+        Hats that make up a contact point.
+    areas : (n,) array
+        Of the contact points.
+    origin : (3,) array
+        As given to `block_of`.
+    """
+    used = np.concatenate([b.used for b in blocks])
+    ones, which = np.ones(len(used)), np.arange(len(used))
+    mean = sp.diags(1 / areas) @ gather @ sp.csr_matrix((ones, (used, which)), shape=(gather.shape[1], len(used)))
+    _, gap, normals, centres, moments, levers = np.split(
+        mean @ np.concatenate([b.dense for b in blocks]), [1, 2, 5, 8, 11], axis=1
+    )
+    on_slave = mean @ sp.vstack([b.on_slave for b in blocks], format="csr")
+    on_master = mean @ sp.vstack([b.on_master for b in blocks], format="csr")
+    return Sums(gap[:, 0], on_slave, on_master, normals, centres, moments, origin, levers)

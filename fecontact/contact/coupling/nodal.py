@@ -1,0 +1,352 @@
+"""Pairs of contact points: each slave node with its foot on the master, and one line of action for both.
+
+The line lies between both normals, the more compliant body's opposite weighing more (`surfaces.line_of_action`). Both
+bodies get the same force along it, opposite in sign and on one line (node and foot lie on it), so that forces and
+moments balance exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import MeshError
+from fecontact.contact.coupling.covered_area import Rim, rim_of
+from fecontact.contact.coupling.facing import NONE_AVERTED, Averted, unopposed
+from fecontact.contact.search.region import Near
+from fecontact.mesh.facets import facet_centres, nodal_areas, tributary_areas
+from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
+from fecontact.surfaces.line_of_action import feet_along
+from fecontact.surfaces.normals import normals_of, opposing
+from fecontact.surfaces.section_curve import CurveSurface
+
+if TYPE_CHECKING:
+    from fecontact.bodies.protocol import Body
+
+
+#: Overhang of a slave face over its master face, relative to the latter's size, that still counts as nested.
+NESTED_TOLERANCE = 0.02
+#: Share of a node's area below which none of it is covered: beyond the digits of poses and coordinates.
+NOTHING = 1e-6
+#: Slave faces that are looked at first to see whether any is not nested.
+FEW = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Means over the samples of each of n contact points, where there are too many samples to be kept.
+
+    Attributes
+    ----------
+    gap : (n,) array
+    on_slave, on_master : (n, 3 n_nodes) csr_matrices
+        Opening by the displacements of the nodes of either body, in its axes.
+    normals, centres, moments : (n, 3) arrays
+        Lines of action, positions, and moments of the lines about `origin`, in the slave's axes.
+    origin : (3,) array
+    levers : (n, 3) array
+        Moments of the lines about the feet, in the master's axes; zero but for rounding.
+    """
+
+    gap: Array
+    on_slave: sp.csr_matrix
+    on_master: sp.csr_matrix
+    normals: Array
+    centres: Array
+    moments: Array
+    origin: Array
+    levers: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Pairing:
+    """Contact points of one contact and how they are coupled to both bodies.
+
+    Every contact point is a weighted mean of samples: pairs of a point on the slave and its foot on the master. With
+    nodal coupling a point is one sample, a slave node; with mortar coupling it is the mean over a pressure shape.
+
+    Attributes
+    ----------
+    nodes : (n,) int array
+        Slave node of each contact point.
+    weights : (n,) array
+        Area that belongs to each; force / weight is a pressure.
+    slave_points : (n, 3) array
+        The nodes, in the slave's axes.
+    average : (n, n_samples) csr_matrix
+        Rows that sum to one.
+    slave_weights : (n_samples, n_nodes) csr_matrix
+        Interpolation of the samples from the slave's nodes.
+    slave_normals : (n_samples, 3) array
+        Lines of action in the slave's axes; they point out of the MASTER.
+    feet : Feet
+        Of the samples, in the master's axes.
+    n_beyond : int
+        Slave nodes left out because they lie beyond the master's rim or do not face it.
+    rotation, translation : (3, 3) and (3,) arrays
+        Pose of the slave's axes seen from the master's.
+    covered : (k,) int array
+        Slave facets that face the master, if only with a part.
+    coupling : str
+        'nodal' or 'mortar'.
+    slave_facet, slave_local : (n_samples,) and (n_samples, 2) arrays, optional
+        Facets of the slave and coordinates of the samples; None where the samples are nodes.
+    spread : (n_nodes, n) csr_matrix, optional
+        Pressure at all of the slave's nodes by that of the contact points; without it a point is a node.
+    sums : Sums, optional
+        Given in place of the samples, of which there are none then.
+    averted : Averted
+        The nearest of the pairs of nodes left out because they do not face each other.
+    hanging : (k,) int array
+        Slave facets that lie over the master in part; known for nodal coupling.
+    share : float
+        Weight of the slave's normal in the lines of action.
+    """
+
+    nodes: IntArray
+    weights: Array
+    slave_points: Array
+    average: sp.csr_matrix
+    slave_weights: sp.csr_matrix
+    slave_normals: Array
+    feet: Feet
+    n_beyond: int
+    rotation: Array
+    translation: Array
+    covered: IntArray
+    coupling: str = "nodal"
+    slave_facet: IntArray | None = None
+    slave_local: Array | None = None
+    spread: sp.csr_matrix | None = None
+    sums: Sums | None = None
+    averted: Averted = NONE_AVERTED
+    hanging: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    share: float = 0.0
+
+    @cached_property
+    def at_nodes(self) -> sp.csr_matrix:
+        """Values (n_nodes, n) at all of the slave's nodes by those of the contact points; rows without are empty."""
+        if self.spread is not None:
+            return self.spread
+        n = len(self.nodes)
+        return sp.csr_matrix((np.ones(n), (self.nodes, np.arange(n))), shape=(self.slave_weights.shape[1], n))
+
+    @cached_property
+    def gap(self) -> Array:
+        """Initial gap (n,), negative where the bodies overlap."""
+        return self.average @ self.feet.gap if self.sums is None else self.sums.gap
+
+    @cached_property
+    def slave_rows(self) -> sp.csr_matrix:
+        """Opening by displacements of the slave's nodes: +n, (n, 3 n_nodes)."""
+        if self.sums is not None:
+            return self.sums.on_slave
+        return self.average @ along(self.slave_weights, self.slave_normals)
+
+    def rows_on_slave(self, slave: Body, surface: str) -> sp.csr_matrix:
+        """Opening by the slave's own coordinates, (n, n_dofs), where its facets are known and perhaps not its nodes."""
+        if self.slave_facet is None:
+            return self.slave_rows
+        n = len(self.slave_facet)
+        feet = Feet(
+            np.zeros((n, 3)), self.slave_normals, np.zeros(n), np.zeros(n, bool),
+            self.slave_weights, self.slave_facet, self.slave_local, surface,
+        )  # fmt: skip
+        return self.average @ slave.trace(feet, self.slave_normals)
+
+    def master_rows(self, master: Body) -> sp.csr_matrix:
+        """Opening by the master's displacements: -n at the feet, (n, n_dofs)."""
+        if self.sums is not None:
+            return self.sums.on_master
+        return self.average @ master.trace(self.feet, -self.feet.normals)
+
+    def about_feet(self, points: Array) -> Array:
+        """Moments (n, 3) of the lines of action about the feet, in the master's axes: zero but for rounding.
+
+        Parameters
+        ----------
+        points : (n_nodes, 3) array
+            Of the slave.
+        """
+        if self.sums is not None:
+            return self.sums.levers
+        lever = (self.slave_weights @ points) @ self.rotation.T + self.translation - self.feet.points
+        return np.asarray(self.average @ np.cross(lever, self.feet.normals))
+
+
+def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
+    """Rows that take the component along `directions` (n, 3) of points interpolated by `weights` (n, n_nodes)."""
+    count = np.diff(weights.indptr)
+    d = np.repeat(directions, count, axis=0)
+    data = (weights.data[:, None] * d).ravel()
+    columns = (3 * weights.indices[:, None] + np.arange(3)).ravel()
+    return sp.csr_matrix((data, columns, 3 * weights.indptr), shape=(weights.shape[0], 3 * weights.shape[1]))
+
+
+def pair(
+    slave: FacetSurface,
+    master: Surface,
+    rotation: Array,
+    translation: Array,
+    near: Near | None = None,
+    share: float = 0.0,
+) -> Pairing:
+    """Pair every slave node with its foot, if it faces it.
+
+    Parameters
+    ----------
+    slave : FacetSurface
+    master : Surface
+    rotation, translation
+        Pose of the slave's axes seen from the master's.
+    near : Near, optional
+        Parts of the surfaces that may touch; nodes elsewhere are left out.
+    share : float, optional
+        Weight of the slave's normal in the lines of action; the master's has the rest.
+
+    Raises
+    ------
+    MeshError
+        If a slave face is so distorted that a nodal weight is not positive.
+    """
+    nodes = slave.nodes if near is None else np.flatnonzero(near.nodes)
+    points = slave.points[nodes]
+    feet = feet_along(master, points @ rotation.T + translation, opposing(slave, nodes) @ rotation.T, share)
+    out, nearest = unopposed(slave, nodes, feet, rotation)
+    inside, beyond = np.zeros(len(slave.points), bool), np.zeros(len(slave.points), bool)
+    inside[nodes], beyond[nodes] = ~feet.beyond, feet.beyond
+    rim = rim_of(slave, master, rotation, translation, inside, beyond, share)
+    whole = contact_weights(slave)[nodes]
+    weights = covered_weights(slave, rim, inside)[nodes]
+    feet = replace(feet, beyond=feet.beyond | out | (weights <= NOTHING * whole))
+    pairing = nodal_pairing(slave, nodes, weights, feet, rotation, translation)
+    return replace(pairing, averted=nearest, hanging=rim.partly, share=share)
+
+
+def covered_weights(slave: FacetSurface, rim: Rim, inside: NDArray[np.bool_]) -> Array:
+    """`contact_weights` (n_nodes,) of the area that the master covers.
+
+    The covered part of a facet at the rim is shared out among its nodes `inside` (n_nodes,), so that force over area is
+    a mean pressure; how it varies over such a facet is for mortar coupling to tell.
+    """
+    weights = contact_weights(slave)
+    if len(rim.facets) == 0:
+        return weights
+    facets = slave.facets[rim.facets]
+    # facets that share no node, with a triangle's repeated columns at the first
+    first = (facets[:, :, None] == facets[:, None, :]).argmax(axis=2)
+    alone = np.arange(len(facets))[:, None] * facets.shape[1] + first
+    parts = _contact_weights(replace(slave, points=slave.points[facets].reshape(-1, 3), facets=alone))
+    parts = parts.reshape(facets.shape)
+    there = np.where(inside[facets], parts, 0.0)
+    there *= (rim.share * parts.sum(axis=1) / there.sum(axis=1))[:, None]
+    weights = weights.copy()
+    np.add.at(weights, facets, there - parts)
+    return weights
+
+
+def nodal_pairing(
+    slave: FacetSurface, nodes: IntArray, weights: Array, feet: Feet, rotation: Array, translation: Array
+) -> Pairing:
+    """Couple slave nodes (n,) with areas (n,) by themselves, leaving out those whose feet (n) lie beyond the rim."""
+    kept = np.flatnonzero(~feet.beyond)
+    n = len(kept)
+    ones, pointer = np.ones(n), np.arange(n + 1)
+    return Pairing(
+        nodes=nodes[kept],
+        weights=weights[kept],
+        slave_points=slave.points[nodes[kept]],
+        average=sp.csr_matrix((ones, np.arange(n), pointer), shape=(n, n)),
+        slave_weights=sp.csr_matrix((ones, nodes[kept], pointer), shape=(n, len(slave.points))),
+        slave_normals=feet.normals[kept] @ rotation,
+        feet=feet.chosen(kept),
+        n_beyond=len(nodes) - n,
+        rotation=rotation,
+        translation=translation,
+        covered=_covered(slave, nodes[kept]),
+    )
+
+
+def _covered(slave: FacetSurface, nodes: IntArray) -> IntArray:
+    """Facets of which the centre node, three corners of four, or all corners face the master."""
+    paired = np.zeros(len(slave.points), bool)
+    paired[nodes] = True
+    on = paired[slave.facets]
+    corners = on[:, : min(4, on.shape[1])]
+    inside = corners.sum(axis=1) >= np.where(slave.triangle, 4, 3)
+    if on.shape[1] == 9:
+        inside |= on[:, 8]
+    return np.flatnonzero(inside)
+
+
+def contact_weights(surface: FacetSurface) -> Array:
+    """Area (n_nodes,) by which a nodal contact force is divided to show a pressure.
+
+    Faces of four nodes or with a centre node: the consistent weights, which are positive. Eight-node faces and six-node
+    triangles: their consistent corner weights are negative or zero, so tributary areas are shown instead; the forces
+    themselves stay wrong at the corners.
+    """
+    return surface.once(_contact_weights)
+
+
+def _contact_weights(surface: FacetSurface) -> Array:
+    if isinstance(surface, CurveSurface):
+        return surface.nodal_areas
+    if surface.facets.shape[1] == 8:
+        return tributary_areas(surface.points, surface.facets)
+    weights = nodal_areas(surface.points, surface.facets)
+    bad = weights[surface.facets].min(axis=1) <= 0
+    if bad.any():
+        raise MeshError(
+            f"Face {np.argmax(bad)} of the contact surface {surface.name!r} is so distorted that a nodal weight is not "
+            "positive; a contact force there would not be a pressure. Make its sides and angles more equal."
+        )
+    return weights
+
+
+def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: IntArray) -> bool:
+    """Whether every slave face near the contact lies inside one master face, so that nodal forces are exact.
+
+    On curved surfaces feet shift sideways by a share of the facet that vanishes with (r/R)^2; `NESTED_TOLERANCE` of a
+    facet's size is let pass. A triangle's weights are exact to degree three, so it does not count as nested in a
+    quadrilateral, whose functions are of degree four. Nor does a face that hangs over the master's rim.
+
+    Parameters
+    ----------
+    near : int array
+        Pairs that count as near the contact.
+    """
+    near_node = np.zeros(len(slave.points), bool)
+    near_node[pairing.nodes[near]] = True
+    if near_node[slave.facets[pairing.hanging]].any():
+        return False
+    faces = np.flatnonzero(near_node[slave.facets].all(axis=1))
+    if len(faces) == 0:
+        paired = np.zeros(len(slave.points), bool)
+        paired[pairing.nodes] = True
+        faces = np.flatnonzero(near_node[slave.facets].any(axis=1) & paired[slave.facets].all(axis=1))
+    if len(faces) == 0:
+        return False
+    # one face that is not nested will do
+    return all(_nested(slave, master, pairing, part) for part in (faces[:FEW], faces[FEW:]) if len(part))
+
+
+def _nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, faces: IntArray) -> bool:
+    middle, share = facet_centres(slave.triangle[faces]), pairing.share
+    centres, normals = slave.evaluate(faces, middle)[0], -normals_of(slave).at(faces, middle) @ pairing.rotation.T
+    holder = feet_along(master, centres @ pairing.rotation.T + pairing.translation, normals, share).facet
+    assert holder is not None
+    if (slave.triangle[faces] & ~master.triangle[holder]).any():
+        return False
+    nodes = slave.facets[faces].ravel()
+    corners = slave.points[nodes] @ pairing.rotation.T + pairing.translation
+    feet = feet_along(master, corners, opposing(slave, nodes) @ pairing.rotation.T, share).points
+    facet = np.repeat(holder, slave.facets.shape[1])
+    off = master.distance_to_facet(feet, facet)
+    return bool((off <= NESTED_TOLERANCE * master.mean_facet_size[facet]).all())

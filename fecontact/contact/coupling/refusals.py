@@ -1,0 +1,83 @@
+"""Refusal of contacts whose surfaces do not face each other, or meet on a line, a point or a sliver only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fecontact.bodies.halfspace.surface import GridSurface
+from fecontact.common.errors import InputError
+from fecontact.contact.coupling.facing import TIE, Averted, unopposed
+from fecontact.contact.coupling.mortar import hat_areas
+from fecontact.contact.coupling.nodal import contact_weights
+from fecontact.contact.interface import Interface
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.section_curve import CurveSurface
+
+#: Share of the faces that have to lie over the other body: less is what rounding and the chords of curved sides make of
+#: bodies that meet on a line.
+LEAST_SHARE = 1e-3
+
+
+def check_faced(interface: Interface, first: bool = True) -> None:
+    """Refuse a contact of which no part faces the other body, or where other parts would touch before.
+
+    Parameters
+    ----------
+    interface : Interface
+    first : bool
+        Whether the sides are paired for the first time, so that nodal forces have not looked at the normals before.
+
+    Raises
+    ------
+    InputError
+        With the angle between the normals, or the share of the faces that lies over the other body.
+    """
+    surface, pairing = interface.slave.surface(interface.surfaces[0]), interface.pairing
+    assert isinstance(surface, FacetSurface)
+    empty = len(pairing.nodes) == 0
+    found = pairing.averted
+    if empty or (first and pairing.coupling == "mortar" and not isinstance(surface, GridSurface)):
+        found = _averted(interface, surface)
+    one = f"{interface.surfaces[0]!r} of {interface.slave.name!r}"
+    other = f"{interface.surfaces[1]!r} of {interface.master.name!r}"
+    if np.isfinite(found.gap) and (empty or found.gap < found.facing - TIE * surface.size):
+        nearest = "where they are nearest " if np.isfinite(found.facing) else ""
+        raise InputError(
+            f"The surfaces {one} and {other} do not face each other: {nearest}their outward normals are "
+            f"{found.angle:.0f} degrees apart; expected about 180. Check the poses, and name as contact the boundaries "
+            "that look at each other."
+        )
+    if empty and found.facing == np.inf:
+        raise InputError(
+            f"The surfaces {one} and {other} do not face each other: no point of the one has its foot on the other. "
+            "Check the poses and which boundaries are named."
+        )
+    share = 0.0 if empty else _covered_share(interface, surface)
+    if share < LEAST_SHARE:
+        raise InputError(
+            f"The surfaces {one} and {other} meet on a line, a point or a sliver only: the area in which they face "
+            f"each other is {pairing.weights.sum():.3g}, {share:.1e} of the faces there; expected "
+            f"{LEAST_SHARE:g} or more. Check the poses and which boundaries are named, or cut finer faces there."
+        )
+
+
+def _covered_share(interface: Interface, surface: FacetSurface) -> float:
+    """Area of overlap relative to that of the slave's faces there, or of the whole master if that is less."""
+    pairing = interface.pairing
+    if isinstance(surface, GridSurface):
+        return 1.0
+    whole = hat_areas(surface) if pairing.coupling == "mortar" else contact_weights(surface)
+    area = float(whole[pairing.nodes].sum())
+    master = interface.master.surface(interface.surfaces[1])
+    if isinstance(master, FacetSurface) and not isinstance(master, CurveSurface):
+        area = min(area, float((master.mean_facet_size**2).sum()))
+    return float(pairing.weights.sum()) / area
+
+
+def _averted(interface: Interface, surface: FacetSurface) -> Averted:
+    """Of the slave's nodes, whatever the coupling."""
+    near, relative = interface.near, interface.slave.pose.relative_to(interface.master.pose)
+    nodes = surface.nodes if near is None else np.flatnonzero(near.nodes)
+    points = surface.points[nodes] @ relative.rotation.T + relative.translation
+    feet = interface.master.surface(interface.surfaces[1]).project(points)
+    return unopposed(surface, nodes, feet, relative.rotation)[1]

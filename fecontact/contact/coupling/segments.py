@@ -1,0 +1,173 @@
+"""Overlap of facets of two surfaces: pieces in which one slave facet meets one master facet, and rules on them.
+
+Pieces are cut in the plane of the slave facet (`contact.coupling.tangent_plane`): the master facet's outline is carried
+there and clipped to the convex outlines of the sub-faces on which the slave's hats are smooth (Sutherland & Hodgman
+1974), so that pieces tile what both surfaces cover, no more. They are cut into triangles, each with a rule whose degree
+follows the taper of both facets over it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.contact.coupling.mortar_basis import fans, sub_faces, triangle_samples
+from fecontact.contact.coupling.tangent_plane import FOLD, Chart, charts, degrees
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.line_of_action import FACING, SLACK, meet
+from fecontact.surfaces.normals import normals_of
+
+#: Difference of unit normals that is rounding.
+PARALLEL = 1e-14
+
+
+def overlap_samples(
+    slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, share: float
+) -> tuple[IntArray, Array, Array, IntArray]:
+    """Quadrature over the pieces of overlap of pairs of facets.
+
+    Parameters
+    ----------
+    slave, master : FacetSurface
+        In the same axes.
+    f, m : (n_pairs,) int arrays
+        Facets of the slave and of the master.
+    share : float
+        Weight of the slave's normal in the lines along which one is seen from the other.
+
+    Returns
+    -------
+    facet : (n,) int array
+        Slave facets of the samples.
+    local : (n, 2) array
+        Their coordinates there.
+    weight : (n,) array
+        Weights in those coordinates.
+    on_master : (n,) int array
+        Master facets of the samples.
+    """
+    chart, below = charts(slave), charts(master)
+    outline = _outlines(slave, master, f, m, chart, share)
+    pairs, corners, doubles = [], [], []
+    for kind in (False, True):
+        members = np.flatnonzero(slave.triangle[f] == kind)
+        if len(members):
+            windows = sub_faces(slave.facets.shape[1], kind)
+            pair = np.repeat(members, len(windows))
+            polygon, count = clip(outline[pair], chart.to_plane(f[pair], np.tile(windows, (len(members), 1, 1))))
+            triangle, double, piece = fans(polygon, count)
+            pairs.append(pair[piece])
+            corners.append(triangle)
+            doubles.append(double)
+    pair, triangle, double = np.concatenate(pairs), np.concatenate(corners), np.concatenate(doubles)
+    degree = _degrees(slave, chart, f[pair], below, m[pair], triangle)
+    parts = []
+    for order in np.unique(degree):
+        of = np.flatnonzero(degree == order)
+        local, weight, own = triangle_samples(triangle[of], double[of], int(order))
+        sampled = pair[of][own]
+        local, jacobian = chart.from_plane(f[sampled], local)
+        parts.append((f[sampled], local, weight / jacobian, m[sampled]))
+    if not parts:
+        return np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64)
+    facet, local, weight, on_master = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return facet, local, weight, on_master
+
+
+def _degrees(slave: FacetSurface, chart: Chart, f: IntArray, below: Chart, m: IntArray, triangle: Array) -> IntArray:
+    """Degrees of quadrature (n,) that serve both sides on triangles (n, 3, 2) in the charts of slave facets f (n,)."""
+    departure = np.maximum(chart.departure[f], below.departure[m])
+    degree = degrees(chart, f, triangle, departure)
+    bent = np.flatnonzero(below.taper[m] > 0)
+    if len(bent):
+        local, _ = chart.from_plane(np.repeat(f[bent], 3), triangle[bent].reshape(-1, 2))
+        x, _, _ = slave.evaluate(np.repeat(f[bent], 3), local)
+        seen = below.projected(np.repeat(m[bent], 3), x).reshape(-1, 3, 2)
+        degree[bent] = np.maximum(degree[bent], degrees(below, m[bent], seen, departure[bent]))
+    return degree
+
+
+def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, chart: Chart, share: float) -> Array:
+    """Outlines (n_pairs, 4 | 8, 2) of master facets in the charts of slave facets, counter-clockwise or not.
+
+    A triangle's outline repeats its last corner, where its sides of no length lie.
+
+    Every vertex has one image in a slave facet's chart, so neighbouring master facets keep their common sides and tile
+    the slave facet. It is where the vertex's line of action meets the slave facet, the same line as from the slave's
+    point there (`surfaces.line_of_action`); where there is none within the continued facet short of its fold, it is the
+    same on the tangent plane at its centre. On a flat facet below a parallel one both are the projection.
+    """
+    corners = master.facets[m][:, :4]
+    ring = corners
+    if master.facets.shape[1] > 4:
+        ring = np.stack([corners, master.facets[m][:, 4:8]], axis=2).reshape(len(m), 8)
+    vertices = master.points[ring].reshape(-1, 3)
+    facet = np.repeat(f, ring.shape[1])
+    own, theirs = normals_of(slave), normals_of(master).nodal[ring.ravel()]
+    normal = np.repeat(slave.normals(f, chart.middle[f]), ring.shape[1], axis=0)
+    parallel = chart.flat[facet] & own.even[facet] & (np.abs(normal + theirs).max(axis=1) <= PARALLEL)
+    lines = share * normal - (1 - share) * theirs
+    cosine = np.einsum("ni,ni->n", lines, normal)
+    height = np.einsum("ni,ni->n", vertices - chart.origin[facet], normal)
+    seen = ~parallel & (cosine > FACING)
+    vertices_seen = vertices - np.divide(height, cosine, out=np.zeros_like(height), where=seen)[:, None] * lines
+    plane = chart.projected(facet, vertices_seen)
+    rows = np.flatnonzero(~parallel & ((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1))
+    start, _ = chart.from_plane(facet[rows], plane[rows])
+    local, met = meet(slave, facet[rows], start, vertices[rows], -theirs[rows], 1 - share, 2 * SLACK)
+    met &= chart.jacobian(facet[rows], local) > FOLD
+    rows, local = rows[met], local[met]
+    plane[rows] = chart.to_plane(facet[rows], local)
+    return plane.reshape(len(m), -1, 2)
+
+
+def clip(polygons: Array, windows: Array) -> tuple[Array, IntArray]:
+    """Clip polygons to convex windows, all at once (Sutherland & Hodgman 1974).
+
+    Parameters
+    ----------
+    polygons : (n, m, 2) array
+    windows : (n, k, 2) array
+        Convex outlines, counter-clockwise.
+
+    Returns
+    -------
+    clipped : (n, most, 2) array
+        Vertices, of which the first `count` of each row are valid.
+    count : (n,) int array
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> square = np.array([[[0.5, 0.5], [2.0, 0.5], [2.0, 2.0], [0.5, 2.0]]])
+    >>> clipped, count = clip(square, np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]]))
+    >>> sorted(map(tuple, clipped[0, : count[0]].tolist()))
+    [(0.5, 0.5), (0.5, 1.0), (1.0, 0.5), (1.0, 1.0)]
+    """
+    count = np.full(len(polygons), polygons.shape[1])
+    for side in range(windows.shape[1]):
+        start = windows[:, side]
+        along = windows[:, (side + 1) % windows.shape[1]] - start
+        polygons, count = _clip_side(polygons, count, start, along)
+    return polygons, count
+
+
+def _clip_side(polygons: Array, count: IntArray, start: Array, along: Array) -> tuple[Array, IntArray]:
+    """Keep what lies to the left of lines through `start` (n, 2) along `along` (n, 2)."""
+    n, m, _ = polygons.shape
+    column = np.arange(m)[None, :]
+    valid = column < count[:, None]
+    following = np.where(column + 1 < count[:, None], column + 1, 0)
+    after = np.take_along_axis(polygons, following[:, :, None].repeat(2, axis=2), axis=1)
+    offset = polygons - start[:, None]
+    height = along[:, None, 0] * offset[..., 1] - along[:, None, 1] * offset[..., 0]
+    height_after = np.take_along_axis(height, following, axis=1)
+    crossing = valid & ((height >= 0) != (height_after >= 0))
+    share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crossing)
+    cut = polygons + share[:, :, None] * (after - polygons)
+    points = np.stack([polygons, cut], axis=2).reshape(n, 2 * m, 2)
+    kept = np.stack([valid & (height >= 0), crossing], axis=2).reshape(n, 2 * m)
+    order = np.argsort(~kept, axis=1, kind="stable")
+    count = kept.sum(axis=1)
+    order = order[:, : max(int(count.max(initial=0)), 1)]
+    return np.take_along_axis(points, order[:, :, None].repeat(2, axis=2), axis=1), count

@@ -1,0 +1,244 @@
+"""Where a scene takes place: in space, in a plane or round an axis; and what cannot be there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Body
+from fecontact.bodies.rigid import RigidBody
+from fecontact.bodies.section import SectionBody
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.contact.rigid_motion import Frame
+from fecontact.contact.springs import Spring
+from fecontact.fem.rigid import COMPONENTS
+from fecontact.mesh.section_mesh import Extent
+from fecontact.surfaces.facet_surface import Feet, Surface
+
+if TYPE_CHECKING:
+    from fecontact.scene.scene import Contact
+
+
+#: Sines and lengths (relative to a body's size) below this are rounding.
+ROUNDING = 1e-9
+#: Angle (radians) and shift (of the points' own spread) by which a rigid surface is tried for its symmetry.
+TRY_TURN, TRY_SHIFT = 0.7, 0.5
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Where a scene takes place.
+
+    Attributes
+    ----------
+    name : str
+        'space', 'plane' or 'axis'.
+    motions : tuple of int
+        Rigid components a body can have there.
+    """
+
+    name: str
+    motions: tuple[int, ...]
+
+    def check_pose(self, body: Body) -> None:
+        """Refuse a section that has left the plane or the axis; rigid bodies are judged by their surfaces."""
+        if not isinstance(body, SectionBody):
+            return
+        Q, shift = body.pose.rotation, body.pose.translation / body.size
+        axis, held = (2, [0, 1]) if self.name == "axis" else (1, [1])
+        if np.abs(shift[held]).max() > ROUNDING:
+            raise InputError(f"{body.name!r} has been moved off the {self.where}; it can move {self.ways}.")
+        mirrored = self.name == "axis" and Q[0, 0] < 1 - ROUNDING
+        if abs(Q[axis, axis]) < 1 - ROUNDING or mirrored:
+            raise InputError(f"{body.name!r} has been turned out of the {self.where}; it can turn {self.turns}.")
+
+    @property
+    def where(self) -> str:
+        """In words."""
+        return "axis" if self.name == "axis" else "plane y = 0"
+
+    @property
+    def ways(self) -> str:
+        """How a body can be moved, in words."""
+        return "along z" if self.name == "axis" else "along x and z"
+
+    @property
+    def turns(self) -> str:
+        """How a body can be turned, in words."""
+        return "half round about x" if self.name == "axis" else "about y, or half round about an axis in the plane"
+
+    def check_frame(self, frame: Frame) -> None:
+        """Refuse loads and motions that do not exist here.
+
+        Raises
+        ------
+        InputError
+        """
+        columns = np.concatenate([frame.released, frame.moved[:, None], frame.load[:, None]], axis=1)
+        others = np.ones(6, bool)
+        others[list(self.motions)] = False
+        wrong = (np.abs(columns) > ROUNDING * np.abs(columns).max(axis=0)).any(axis=1) & others
+        if wrong.any():
+            raise InputError(
+                f"{frame.body.name!r} is loaded, moved or free in {_named(np.flatnonzero(wrong))}; in {self.article} "
+                f"scene there are only {_named(self.motions)}."
+            )
+
+    def check_spring(self, spring: Spring) -> None:
+        """Refuse springs round an axis, and those that leave the plane.
+
+        Raises
+        ------
+        InputError
+        """
+        if self.name == "axis":
+            raise InputError(f"An axisymmetric scene has no springs; {spring.name!r} would have to be a whole ring.")
+        places = np.array([point for _, point in (spring.start, spring.end)], dtype=float)
+        if self.name == "plane" and np.abs(places[:, 1]).max() > ROUNDING * np.abs(places).max(initial=0.0):
+            raise InputError(f"{spring.name!r} leaves the plane y = 0 of its scene.")
+
+    def check_force(self, force: Array, what: str) -> None:
+        """Refuse a force (3,) in world axes that does not exist here.
+
+        Raises
+        ------
+        InputError
+        """
+        others = [k for k in range(3) if k not in self.motions]
+        if others and np.abs(force[others]).max() > ROUNDING * np.abs(force).max():
+            raise InputError(
+                f"{what} acts along {_named(np.flatnonzero(force))}; in {self.article} scene forces act along "
+                f"{_named([k for k in range(3) if k in self.motions])} only."
+            )
+
+    @property
+    def article(self) -> str:
+        """Of the scene, in words."""
+        return {"space": "a spatial", "plane": "a plane", "axis": "an axisymmetric"}[self.name]
+
+
+def _named(components: Iterable[int]) -> str:
+    return ", ".join(COMPONENTS[c] for c in components)
+
+
+SPACE = Setting("space", (0, 1, 2, 3, 4, 5))
+PLANE = Setting("plane", (0, 2, 4))
+AXIS = Setting("axis", (2,))
+
+
+def setting_of(bodies: Sequence[Body]) -> Setting:
+    """Where a scene with these bodies takes place.
+
+    Raises
+    ------
+    InputError
+        If they do not go together, or one stands outside the plane or off the axis.
+    """
+    kinds: dict[Setting, Body] = {}
+    for body in bodies:
+        if not isinstance(body, RigidBody):
+            kinds.setdefault(_own(body), body)
+    if len(kinds) > 1:
+        names = "; ".join(f"{b.name!r} is {_KINDS[s.name]}" for s, b in kinds.items())
+        raise InputError(
+            f"Spatial, plane and axisymmetric bodies cannot share a scene: {names}. Model all bodies in one way; rigid "
+            "bodies go with any."
+        )
+    setting = next(iter(kinds), SPACE)
+    for body in bodies:
+        setting.check_pose(body)
+    wide = {b.along.thickness for b in bodies if isinstance(b, SectionBody)}
+    if len(wide) > 1:
+        raise InputError(
+            f"Plane bodies of one scene need one thickness; found {sorted(map(float, filter(None, wide)))}."
+        )
+    return setting
+
+
+_KINDS = {"space": "spatial", "plane": "plane", "axis": "axisymmetric"}
+
+
+def _own(body: Body) -> Setting:
+    if not isinstance(body, SectionBody):
+        return SPACE
+    return AXIS if body.along.revolved else PLANE
+
+
+def check_contacts(contacts: Sequence[Contact]) -> None:
+    """Refuse the same faces in two contacts of the same two bodies: each would bear a part of their force.
+
+    Raises
+    ------
+    InputError
+    """
+    for k, one in enumerate(contacts):
+        for other in contacts[:k]:
+            sides, others = (
+                {id(b): (b, s) for b, s in zip((c.slave, c.master), c.surfaces or (), strict=True)}
+                for c in (one, other)
+            )
+            if sides.keys() != others.keys():
+                continue
+            count = [_shared_faces(body, name, others[key][1]) for key, (body, name) in sides.items()]
+            if all(count):
+                raise InputError(
+                    f"Two contacts between {one.slave.name!r} and {one.master.name!r}, {one.surfaces} and "
+                    f"{other.surfaces}, share faces on both bodies ({max(count)} on one): forces there would be shared "
+                    "in any proportion. Take the faces out of one boundary, or make one contact of the two."
+                )
+
+
+def _shared_faces(body: Body, one: str, other: str) -> int:
+    """Number of faces that two surfaces of a body have in common; 1 for the only surface of a rigid body."""
+    if not isinstance(body, ElasticBody):
+        return int(one == other)
+    keys = [body.mesh.faces(name) @ np.array([6, 1]) for name in (one, other)]
+    return int(np.isin(*keys).sum())
+
+
+def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Extent) -> None:
+    """Refuse a rigid surface that does not share the symmetry of the sections it meets.
+
+    Parameters
+    ----------
+    body : Body
+        The rigid one.
+    surface : Surface
+    points : (n, 3) array
+        Of the section's surface, in the world.
+    along : Extent
+
+    Raises
+    ------
+    InputError
+        If the distance from the surface changes across the thickness or round the axis.
+    """
+    spread = float(np.ptp(points, axis=0).max())
+    if along.revolved:
+        c, s = np.cos(TRY_TURN), np.sin(TRY_TURN)
+        tried = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    else:
+        tried = points + np.array([0.0, TRY_SHIFT * spread, 0.0])
+    here, there = surface.project(body.pose.to_body(points)), surface.project(body.pose.to_body(tried))
+    seen = ~here.beyond
+    if np.abs(here.gap - there.gap)[seen].max(initial=0.0) > ROUNDING * spread or (here.beyond != there.beyond).any():
+        what = "is no surface of revolution about the z axis" if along.revolved else "is not the same all along y"
+        raise InputError(
+            f"The surface of {body.name!r} {what}, as that of a rigid body in such a scene has to be: a plane, "
+            + ("a sphere, a cone on the axis." if along.revolved else "fecontact.surfaces.Cylinder.")
+        )
+
+
+def mean_feet(feet: Feet, pose: Pose, along: Extent) -> Feet:
+    """Feet on a rigid body as the forces of whole rings act: along and on the axis (as they are in a plane)."""
+    if not along.revolved:
+        return feet
+    points = pose.to_body(along.mean(pose.to_world(feet.points)))
+    normals = along.mean(feet.normals @ pose.rotation.T) @ pose.rotation
+    return Feet(points, normals, feet.gap, feet.beyond)

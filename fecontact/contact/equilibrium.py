@@ -1,0 +1,176 @@
+"""Whether contact forces can balance the loads: by statics, before anything is condensed, and by the motion found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.optimize
+import scipy.sparse as sp
+
+from fecontact.bodies.rigid import RigidBody
+from fecontact.common.arrays import Array
+from fecontact.common.errors import SupportError
+from fecontact.contact.interface import Rows
+from fecontact.contact.loads import Loading
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
+
+#: Rotation (radians) and translation (of the largest body, gap and elastic displacement) by which a body that contacts
+#: hold at rest can have moved; beyond, nothing but rounding or the corners of facets has stopped it.
+LARGEST_TURN, LARGEST_SHIFT = 1.0, 1e3
+#: Share of the largest opening by a unit motion up to which contacts do not resist one (flat facets are read from files
+#: with seven digits), and share of a load that may lie in such a motion.
+UNRESISTED, SWALLOWED = 1e-6, 1e-5
+
+
+def opening_by_motions(rows: sp.csr_matrix, modes: Array, rounding: float) -> Array:
+    """Opening (n, k) by rigid motions with fields (n_dofs, k), rounding cut off, see `Loading.rounding`.
+
+    A motion that opens nothing but for rounding is as a rule no coordinate motion but a combination: a slide along a
+    plane that is oblique to the world. Singular vectors find it in any axes, so that a turned scene is the same scene.
+    """
+    opening = np.asarray(rows @ modes)
+    if not opening.any():
+        return opening
+    largest = abs(rows).sum(axis=1).max() * np.abs(modes).max(axis=0)
+    largest[largest == 0] = 1.0
+    n, m = opening.shape
+    _, singular, Vt = np.linalg.svd(np.linalg.qr(opening / largest, mode="r"))
+    none = np.concatenate([singular, np.zeros(m - len(singular))]) < rounding * np.sqrt(n)
+    if none.any():
+        opening -= ((opening / largest) @ Vt[none].T) @ Vt[none] * largest
+    opening[np.abs(opening) < rounding * largest] = 0.0
+    return opening
+
+
+def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
+    """Refuse loads that no contact forces can balance, before anything is condensed.
+
+    By Farkas' lemma either B l = F has a solution l >= 0, or some rigid motion closes no gap while the load drives it;
+    non-negative least squares finds the one or the other.
+
+    Raises
+    ------
+    SupportError
+        Names the motion in words.
+    """
+    blocks, load = [], []
+    _check_across(interfaces, loading)
+    for k, frame in enumerate(loading.frames):
+        if frame.released.shape[1] == 0:
+            continue
+        modes = frame.modes(frame.released)
+        parts = [i.rows(frame.body) for i in interfaces]
+        columns = [
+            np.zeros((len(i.gap), modes.shape[1])) if r is None else opening_by_motions(r, modes, loading.rounding)
+            for i, r in zip(interfaces, parts, strict=True)
+        ]
+        blocks.append(np.concatenate(columns).T)
+        load.append(-loading.driving(k, frame.released))
+    if not blocks:
+        return
+    B, F = np.concatenate(blocks), np.concatenate(load)
+    scale = np.abs(B).max(axis=1, initial=0.0)
+    # a row that says nothing is compared with the others, in whatever unit they are
+    scale[scale == 0] = scale.max() or 1.0
+    if not F.any():
+        return
+    B, F = B / scale[:, None], F / scale
+    forces, rest = scipy.optimize.nnls(B, F, maxiter=50 * sum(B.shape))
+    if rest <= 1e-8 * np.linalg.norm(F):
+        return
+    direction = (B @ forces - F) / scale
+    texts, start = [], 0
+    for frame in loading.frames:
+        part = direction[start : start + frame.released.shape[1]]
+        start += len(part)
+        arm = np.array([1.0] * 3 + [frame.body.size] * 3)
+        motion = frame.released @ part
+        if np.linalg.norm(arm * motion) > 1e-6 * np.linalg.norm(direction):
+            texts.append(frame.describe(motion))
+    raise _unbalanced(texts, interfaces)
+
+
+def _unbalanced(texts: Sequence[str], interfaces: Sequence[Rows]) -> SupportError:
+    return SupportError(
+        "No contact forces can balance the load; it drives a motion that nothing resists - "
+        + "; ".join(texts)
+        + ". "
+        + "".join(i.says_of_balance for i in interfaces if i.says_of_balance)
+        + "Support the body in that motion, prescribe it with motions=, or change the load."
+    )
+
+
+def _check_across(interfaces: Sequence[Rows], loading: Loading) -> None:
+    """Refuse a load on a body as a whole with a component in which no contact resists the body.
+
+    The frame follows along the load only and is held across it. On a frictionless floor 10 sideways and 1 downwards
+    would so become a wedge that presses with 101. What no contact resists is judged by the contacts' lines of action,
+    so that a turned scene is the same scene.
+
+    Raises
+    ------
+    SupportError
+        Names the component as a motion.
+    """
+    texts = []
+    for frame in loading.frames:
+        if not frame.load.any():
+            continue
+        rows = [r for i in interfaces if (r := i.rows(frame.body)) is not None]
+        modes = frame.modes(np.eye(6))
+        opening = np.concatenate([np.zeros((0, 6)), *(r @ modes for r in rows)])
+        for kind in (range(3), range(3, 6)):
+            left = [c for c in kind if c not in frame.prescribed]
+            if not frame.load[left].any():
+                continue
+            _, singular, Vt = np.linalg.svd(np.linalg.qr(opening[:, left], mode="r"))
+            resisting = int((singular > UNRESISTED * singular.max(initial=0.0)).sum())
+            swallowed = Vt[resisting:].T @ (Vt[resisting:] @ frame.load[left])
+            if np.linalg.norm(swallowed) > SWALLOWED * np.linalg.norm(frame.load[left]):
+                motion = np.zeros(6)
+                motion[left] = swallowed
+                texts.append(frame.describe(motion))
+    if texts:
+        raise _unbalanced(texts, interfaces)
+
+
+def check_rest(result: ContactResult) -> ContactResult:
+    """The result, unless a body has found no rest within any distance that its scene knows of.
+
+    A load that drives a motion which only rounding or the corners of facets resist (a ring on a round shaft that does
+    not match it) has an answer by the algebra: the body turns until a slope of 1e-8 has given way.
+
+    Raises
+    ------
+    SupportError
+        Names the motion in words.
+    """
+    bodies, frames, state = result.scene.bodies, result.loading.frames, result.state
+    sizes = [b.size for b in bodies if not isinstance(b, RigidBody)] or [b.size for b in bodies]
+    gaps = np.concatenate([i.gap for i in result.reduction.interfaces])
+    known = max(sizes) + float(np.abs(gaps[np.isfinite(gaps)]).max(initial=0.0))
+    found = [motion - frame.moved for frame, motion in zip(frames, state.motions, strict=True)]
+    shifts, turns = np.linalg.norm(np.reshape(found, (-1, 2, 3)), axis=2).T
+    if turns.max() <= LARGEST_TURN and shifts.max() <= LARGEST_SHIFT * known:
+        return result
+    # under a load that deforms the bodies by as much there is a rest, though an absurd one; strains tell of that
+    rest = [u - f.modes(m[:, None])[:, 0] for u, f, m in zip(state.displacements, frames, state.motions, strict=True)]
+    elastic = max(float(np.abs(r).max(initial=0.0)) for r in rest)
+    texts = []
+    for frame, motion, turn, shift in zip(frames, found, turns, shifts, strict=True):
+        if turn > LARGEST_TURN * max(1.0, elastic / max(sizes)):
+            texts.append(f"{frame.describe(motion)}, by {turn:.3g} rad")
+        elif shift > LARGEST_SHIFT * max(known, elastic):
+            texts.append(f"{frame.describe(motion)}, by {shift:.3g}")
+    if not texts:
+        return result
+    raise SupportError(
+        "The load drives a motion that nothing resists but rounding or the corners of facets; what was found is no "
+        f"rest - {'; '.join(texts)}. Support the body in that motion, prescribe it with motions=, change the load, or "
+        "start nearer to the rest that finite_motion=True is to find."
+    )

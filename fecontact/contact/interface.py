@@ -1,0 +1,123 @@
+"""Unilateral conditions between bodies: what opens a gap, and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.bodies.protocol import Body
+from fecontact.bodies.rigid import RigidBody
+from fecontact.common.arrays import Array
+from fecontact.contact.coupling.nodal import Pairing
+from fecontact.contact.dimension import mean_feet
+from fecontact.contact.rigid_motion import Frame
+from fecontact.contact.search.region import Near
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.section_curve import CurveSurface
+
+if TYPE_CHECKING:
+    from fecontact.contact.search.radius import Reach
+
+
+class Rows(Protocol):
+    """Unilateral conditions of the problem: contact pairs or springs."""
+
+    @property
+    def gap(self) -> Array:
+        """Initial gap (n,)."""
+
+    @property
+    def own_compliance(self) -> Array:
+        """Gap (n,) by a unit force on its own row, without the bodies."""
+
+    @property
+    def says_of_balance(self) -> str:
+        """What is to be said where loads cannot be balanced; may be empty."""
+
+    def rows(self, body: Body) -> sp.csr_matrix | None:
+        """Opening (n, n_dofs) by the displacements of a body; None if it has no part in this."""
+
+    def opening_by(self, frames: Sequence[Frame]) -> Array:
+        """Gap (n,) after the prescribed rigid motions."""
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """One contact, paired: every slave node with its foot, and what the bodies' displacements do to the gap.
+
+    Attributes
+    ----------
+    slave, master : Body
+        As used, after a possible swap.
+    surfaces : (str, str)
+    pairing : Pairing
+    note : str
+        What was found about the two meshes.
+    near : Near, optional
+        Parts of the surfaces that were paired; None if all of them were.
+    reach : Reach, optional
+        Up to where parts were paired, the sides as they stand here.
+    """
+
+    slave: Body
+    master: Body
+    surfaces: tuple[str, str]
+    pairing: Pairing
+    note: str
+    near: Near | None = None
+    reach: Reach | None = None
+
+    @property
+    def gap(self) -> Array:
+        """Initial gap (n_pairs,)."""
+        return self.pairing.gap
+
+    @property
+    def own_compliance(self) -> Array:
+        """Zero (n_pairs,): the interface itself does not give."""
+        return np.zeros(len(self.gap))
+
+    @property
+    def says_of_balance(self) -> str:
+        """Nothing: contacts are spoken of anyway."""
+        return ""
+
+    @property
+    def slave_nodes(self) -> Array:
+        """Coordinates (n_nodes, 3) of the slave's mesh, in its axes."""
+        surface = self.slave.surface(self.surfaces[0])
+        assert isinstance(surface, FacetSurface)
+        return surface.points
+
+    @cached_property
+    def slave_rows(self) -> sp.csr_matrix:
+        """Opening by the slave's displacements (n_pairs, n_dofs)."""
+        return self.pairing.rows_on_slave(self.slave, self.surfaces[0])
+
+    @cached_property
+    def master_rows(self) -> sp.csr_matrix:
+        """Opening by the master's displacements (n_pairs, n_dofs)."""
+        surface, pairing = self.slave.surface(self.surfaces[0]), self.pairing
+        if isinstance(surface, CurveSurface) and isinstance(self.master, RigidBody):
+            pairing = replace(pairing, feet=mean_feet(pairing.feet, self.master.pose, surface.along))
+        return pairing.master_rows(self.master)
+
+    def rows(self, body: Body) -> sp.csr_matrix | None:
+        """Opening by the displacements of a body; None if it has no part in this contact."""
+        if body is self.slave:
+            return self.slave_rows
+        return self.master_rows if body is self.master else None
+
+    def opening_by(self, frames: Sequence[Frame]) -> Array:
+        """Gap (n_pairs,) after the prescribed rigid motions."""
+        opening = self.gap.copy()
+        for frame in frames:
+            rows = self.rows(frame.body) if frame.moved.any() else None
+            if rows is not None:
+                opening += rows @ (frame.modes(frame.moved[:, None])[:, 0])
+        return opening

@@ -1,0 +1,263 @@
+"""Loads of a scene, sorted: what acts on bodies as a whole, on their boundaries and in their volume."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.contact.dimension import Setting, setting_of
+from fecontact.contact.rigid_motion import Frame, make_frame, number, vector
+
+#: Share of the largest possible opening by a rigid motion, and of the work that loads could do at the most, up to which
+#: they are rounding: a plane's normal that is off by 1e-17 must not let a huge tangential motion open the contact, or a
+#: huge pressure balance a tangential load.
+SMALLEST = 1e-12
+#: The same for coordinates far from the origin of a mesh, in units of their last digit over the body's size: facets of
+#: a tenth or a hundredth of that size have normals that are off by as much more.
+LAST_DIGITS = 100 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Loading:
+    """Loads and rigid motions of a scene.
+
+    Attributes
+    ----------
+    frames : tuple of Frame
+        One for each body.
+    distributed : tuple of (n_dofs,) array or None
+        Nodal forces on each body, in its axes.
+    rounding : float
+        Share of the largest possible up to which openings and work by rigid motions are rounding.
+    """
+
+    frames: tuple[Frame, ...]
+    distributed: tuple[Array | None, ...]
+    rounding: float = SMALLEST
+
+    @property
+    def magnitude(self) -> float:
+        """Sum of the sizes of all applied forces, for estimates."""
+        total = sum(
+            float(np.linalg.norm(f.load[:3])) + float(np.linalg.norm(f.load[3:])) / f.body.size for f in self.frames
+        )
+        return total + sum(
+            float(np.linalg.norm(f.reshape(-1, 3).sum(axis=0))) for f in self.distributed if f is not None
+        )
+
+    def resultant(self, k: int) -> Array:
+        """Applied force and moment (6,) on body k about its reference point, in world axes."""
+        frame, nodal = self.frames[k], self.distributed[k]
+        total = np.zeros(6) if frame.spread else frame.load.copy()
+        if nodal is not None:
+            total += frame.modes(np.eye(6)).T @ nodal
+        return total
+
+    def driving(self, k: int, motions: Array) -> Array:
+        """Work (m,) of the loads on body k along world motions (6, m), rounding cut off.
+
+        Nodal forces that cancel leave a share of 1e-16 of their sizes, which must not count as a load that nothing
+        balances.
+        """
+        frame, nodal = self.frames[k], self.distributed[k]
+        sizes = (
+            np.zeros(motions.shape[1]) if frame.spread else _lengths(motions).T @ _lengths(frame.load[:, None])[:, 0]
+        )
+        if nodal is not None:
+            sizes += _lengths(frame.modes(motions)).T @ _lengths(nodal[:, None])[:, 0]
+        work = motions.T @ self.resultant(k)
+        work[np.abs(work) < self.rounding * sizes] = 0.0
+        return work
+
+
+def _farness(body: Body) -> float:
+    """Largest coordinate of a body's mesh over its size; zero where there is none."""
+    for holder in (body, getattr(body, "shape", None)):
+        mesh = getattr(holder, "mesh", None)
+        if mesh is not None:
+            return float(np.abs(mesh.points).max() / body.size)
+    return 0.0
+
+
+def _lengths(vectors: Array) -> Array:
+    """Lengths (n, k) of the vectors in columns (3 n, k)."""
+    return np.asarray(np.linalg.norm(vectors.reshape(len(vectors) // 3, 3, vectors.shape[1]), axis=1))
+
+
+def make_loading(
+    bodies: Sequence[Body],
+    forces: Mapping[object, ArrayLike] | None,
+    moments: Mapping[Body, ArrayLike] | None,
+    motions: Mapping[Body, Mapping[str, float]] | None,
+    free: Mapping[Body, str] | None,
+    pressures: Mapping[tuple[Body, str], float] | None,
+    gravity: ArrayLike | None,
+) -> Loading:
+    """Sort loads by body.
+
+    Raises
+    ------
+    InputError
+        If a key is no body of the scene or no boundary of its mesh, or gravity acts on a body without density.
+    """
+    whole, boundary = _split_keys(forces or {})
+    for pressed in pressures or {}:
+        if not isinstance(pressed, tuple) or len(pressed) != 2 or not isinstance(pressed[1], str):
+            raise InputError(f"A pressure acts on (body, 'boundary'); found the key {pressed!r}.")
+    for given in (whole, moments or {}, motions or {}, free or {}):
+        for key in given:
+            check_member(key, bodies)
+    for member, _ in [*boundary, *(pressures or {})]:
+        check_member(member, bodies)
+    setting = setting_of(bodies)
+    _check_forces(setting, boundary, gravity)
+    frames, distributed = [], []
+    turning = [c - 3 for c in setting.motions if c >= 3]
+    for body in bodies:
+        frame = make_frame(
+            body,
+            whole.get(body),
+            (moments or {}).get(body),
+            (motions or {}).get(body),
+            (free or {}).get(body, ()),
+            _pushes(body, boundary),
+            turning,
+        )
+        setting.check_frame(frame)
+        parts = [
+            _local_force(b, place, f)
+            for (b, place), f in boundary.items()
+            if b is body and (isinstance(b, ElasticBody) or isinstance(place, str))
+        ]
+        parts += [_pressure(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
+        if gravity is not None and isinstance(body, ElasticBody):
+            parts.append(_gravity(body, gravity))
+        if frame.spread:
+            parts.append(_spread(frame))
+        frames.append(frame)
+        distributed.append(np.sum(parts, axis=0) if parts else None)
+    return Loading(
+        tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * max(map(_farness, bodies), default=0.0))
+    )
+
+
+def _pushes(body: Body, local: Mapping[tuple[Body, Any], ArrayLike]) -> list[tuple[Array, Array]]:
+    """World points of a body that does not deform as a whole, and the forces given there."""
+    if isinstance(body, ElasticBody):
+        return []
+    return [
+        (
+            body.pose.to_world(vector(place, f"The point of the force on {body.name!r}")),
+            vector(force, f"The force at {place} of {body.name!r}"),
+        )
+        for (b, place), force in local.items()
+        if b is body and not isinstance(place, str)
+    ]
+
+
+def _check_forces(setting: Setting, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
+    """Refuse forces and gravity across a plane or an axis."""
+    for (body, place), force in local.items():
+        what = f"The force on {place!r} of {body.name!r}"
+        setting.check_force(vector(force, what), what)
+    if gravity is not None:
+        setting.check_force(vector(gravity, "Gravity"), "Gravity")
+
+
+def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLike], dict[tuple[Body, str], ArrayLike]]:
+    whole: dict = {}
+    boundary: dict = {}
+    for key, value in forces.items():
+        if isinstance(key, tuple):
+            if len(key) != 2 or not (isinstance(key[1], str) or np.shape(key[1]) == (3,)):
+                raise InputError(
+                    f"A force acts on a body, on (body, 'boundary') or on (body, (x, y, z)); found the key {key!r}."
+                )
+            boundary[key] = value
+        else:
+            whole[key] = value
+    return whole, boundary
+
+
+def check_member(key: object, bodies: Sequence[Body], what: str = "A load or motion") -> None:
+    """Refuse what is no body of the scene, a body's name among it."""
+    if not any(key is b for b in bodies):
+        names = ", ".join(repr(b.name) for b in bodies)
+        if isinstance(key, str):
+            raise InputError(
+                f"{what} is given for the string {key!r}; pass the body object itself, not its name "
+                f"(this scene's bodies are named {names})."
+            )
+        name, namesake = getattr(key, "name", key), ""
+        if any(name == b.name for b in bodies):
+            namesake = " One of that name is, but it is another object: a body that was placed or made again is new."
+        raise InputError(
+            f"{what} is given for {name!r}, which is not a body of this scene (they are {names}).{namesake}"
+        )
+
+
+def _elastic(body: Body, what: str) -> ElasticBody:
+    if not isinstance(body, ElasticBody):
+        raise InputError(f"{what} needs an elastic body; {body.name!r} is not. Give the force on the body as a whole.")
+    return body
+
+
+def _local_force(body: Body, place: str | tuple[float, float, float], force: ArrayLike) -> Array:
+    """Nodal forces of a resultant on a boundary or at a point of the body's axes."""
+    if isinstance(place, str):
+        return _boundary_force(body, place, force)
+    local = vector(force, f"The force at {place} of {body.name!r}") @ body.pose.rotation
+    point = vector(place, f"The point of the force on {body.name!r}")
+    size = float(np.linalg.norm(local))
+    return np.asarray(body.attachment(point, local / size).T @ [size]) if size > 0 else np.zeros(body.n_dofs)
+
+
+def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
+    """A resultant spread evenly over a boundary."""
+    elastic = _elastic(body, "A force on a boundary")
+    f = vector(force, f"The force on {name!r} of {body.name!r}")
+    assert elastic.model is not None
+    local = f @ body.pose.rotation
+    spread = elastic.model.traction(name, lambda x, n: np.broadcast_to(local, x.shape))
+    area = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum()
+    return spread / area
+
+
+def _pressure(body: Body, name: str, pressure: float) -> Array:
+    elastic = _elastic(body, "A pressure")
+    p = number(pressure, f"The pressure on {name!r} of {body.name!r}")
+    assert elastic.model is not None
+    return elastic.model.traction(name, lambda x, n: -p * n)
+
+
+def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
+    g = vector(gravity, "Gravity")
+    assert body.model is not None
+    if any(m.density is None for m in body.model.materials):
+        raise InputError(f"Gravity needs a density for every material of {body.name!r}: Material(E, nu, density=...).")
+    local = g @ body.pose.rotation
+    return body.model.body_force(lambda x: np.broadcast_to(local, x.shape))
+
+
+def mass_weighted(frame: Frame, motions: Array) -> Array:
+    """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R."""
+    body = _elastic(frame.body, "A floating body")
+    assert body.model is not None
+    return np.asarray(body.model.weighted_modes @ frame.in_body_axes(motions))
+
+
+def _spread(frame: Frame) -> Array:
+    """Nodal forces of a resultant spread over the mass as by an acceleration of the whole body."""
+    columns = mass_weighted(frame, np.eye(6))
+    inertia = frame.modes(np.eye(6)).T @ columns
+    # a section does not move in all components
+    moving = np.flatnonzero(np.diag(inertia) > 0)
+    return columns[:, moving] @ np.linalg.solve(inertia[np.ix_(moving, moving)], frame.load[moving])

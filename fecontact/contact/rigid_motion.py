@@ -1,0 +1,199 @@
+"""Rigid motions of the bodies of a scene: which are held, moved, loaded or free.
+
+Every body has a frame to which its supports are tied. Its six components (x, y, z, rx, ry, rz: world axes, rotations
+about the body's reference point) are
+
+- **held**, if a support resists them and nothing else is said;
+- **moved** by what `motions` prescribes;
+- **loaded**, along the direction of the force and about that of the moment that `forces` and `moments` give: there
+  the frame follows, across it stays held. The direction is that of the load, not its components along the world's
+  axes: a turned scene is then the same scene. A load with a component in which no contact resists the body is refused
+  (`balance.check_balance`): held across its load, the body would be a wedge. Where the hold across takes a large share
+  of the load, a warning says so and how to release it. A force at a point of a rigid body also lets the body turn about
+  that point, as a load through a ball joint does;
+- **free**, if no support resists them, or if `free` names them.
+
+A load on a body acts through its supports as through a rigid platen; on a component that floats it is spread over the
+body like gravity. A moved component that floats moves the body's mean position (weighted by mass, as in Elangovan
+1978, eq. A-17), and the force this takes is spread in the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array
+from fecontact.common.checks import reckonable
+from fecontact.common.errors import InputError
+from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Rigid motions of one body, in world axes about its reference point.
+
+    Attributes
+    ----------
+    released : (6, k) array
+        Motions that the contact problem has to find.
+    moved : (6,) array
+        Prescribed motion.
+    mean_held : (6, j) array
+        Floating motions that are prescribed, hence held by the body's mean position.
+    load : (6,) array
+        Force and moment that act on the body as a whole.
+    spread : bool
+        Whether that load is spread over the mass instead of acting through the supports.
+    prescribed : tuple of int
+        Components that `motions` prescribes, zero or not.
+    """
+
+    body: Body
+    released: Array
+    moved: Array
+    mean_held: Array
+    load: Array
+    spread: bool
+    prescribed: tuple[int, ...] = ()
+
+    @property
+    def point(self) -> Array:
+        """Reference point (3,) in the world."""
+        return self.body.pose.to_world(self.body.reference_point)
+
+    def in_body_axes(self, motions: Array) -> Array:
+        """World motions (6, k) as motions in the body's axes."""
+        Q = self.body.pose.rotation
+        return np.concatenate([Q.T @ motions[:3], Q.T @ motions[3:]])
+
+    def modes(self, motions: Array) -> Array:
+        """Displacement fields (n_dofs, k) in the body's axes of world motions (6, k)."""
+        return self.body.rigid_modes @ self.in_body_axes(motions)
+
+    def describe(self, motion: Array) -> str:
+        """A world motion (6,) of this body in words."""
+        return f"{self.body.name}: {describe_motion(motion, self.point, self.body.size)}"
+
+
+def vector(value: ArrayLike, what: str) -> Array:
+    """Three finite numbers of a size to be worked with, or an InputError that begins with `what`."""
+    try:
+        v = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        v = np.zeros(0)
+    if v.shape != (3,) or not np.isfinite(v).all():
+        raise InputError(f"{what} must be three finite numbers; found {value!r}.")
+    reckonable(what, v)
+    return v
+
+
+def number(value: float, what: str) -> float:
+    """A finite number of a size to be worked with, or an InputError that begins with `what`."""
+    if not isinstance(value, int | float | np.number) or not np.isfinite(value):
+        raise InputError(f"{what} must be a finite number; found {value!r}.")
+    reckonable(what, value)
+    return float(value)
+
+
+def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:
+    """Prescribed components by number."""
+    out = {}
+    for name, value in (given or {}).items():
+        if name not in COMPONENTS:
+            raise InputError(
+                f"Unknown component {name!r} of the motion of {body.name!r}; expected {', '.join(COMPONENTS)}."
+            )
+        out[COMPONENTS.index(name)] = number(value, f"The motion {name!r} of {body.name!r}")
+    return out
+
+
+def make_frame(
+    body: Body,
+    force: ArrayLike | None = None,
+    moment: ArrayLike | None = None,
+    motion: Mapping[str, float] | None = None,
+    free: str | Sequence[str] = (),
+    pushes: Sequence[tuple[Array, Array]] = (),
+    turning: Sequence[int] = (0, 1, 2),
+) -> Frame:
+    """Sort the six components of a body.
+
+    Parameters
+    ----------
+    body : Body
+    force, moment, motion, free
+        As of `Scene.solve`, for this body.
+    pushes : sequence of ((3,) array, (3,) array)
+        World points of the body's frame and the forces that act there. They let the body turn about their mean point,
+        weighted by the forces' sizes, so that the answer does not depend on the reference point.
+    turning : sequence of int
+        Axes about which bodies of this scene can turn.
+
+    Raises
+    ------
+    InputError
+        Unknown components, numbers that are not finite, a component both loaded and moved.
+    """
+    load = np.concatenate(
+        [
+            np.zeros(3) if force is None else vector(force, f"The force on {body.name!r}"),
+            np.zeros(3) if moment is None else vector(moment, f"The moment on {body.name!r}"),
+        ]
+    )
+    point = body.pose.to_world(body.reference_point)
+    for _, push in pushes:
+        load[:3] += push
+    direct = load.copy()
+    for at, push in pushes if len(turning) else ():
+        load[3:] += np.cross(at - point, push)
+    prescribed = _motion(motion, body)
+    names = free.split() if isinstance(free, str) else list(free)
+    if unknown := set(names) - set(COMPONENTS):
+        raise InputError(
+            f"Unknown free components {sorted(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}."
+        )
+    freed = [COMPONENTS.index(n) for n in names]
+    if both := (set(np.flatnonzero(direct).tolist()) | set(freed)) & set(prescribed):
+        which = ", ".join(COMPONENTS[c] for c in sorted(both))
+        raise InputError(f"{body.name!r} is both loaded (or free) and moved in {which}; a component takes one of them.")
+    Q = body.pose.rotation
+    scale = np.array([1.0] * 3 + [body.size] * 3)[:, None]
+    floating = scale * np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+    unit = np.eye(6)
+    # the directions of force and moment, not their components: a turned scene is then the same scene
+    along = np.stack([np.concatenate([direct[:3], np.zeros(3)]), np.concatenate([np.zeros(3), direct[3:]])], axis=1)
+    jointed = _turns_about_pushes(pushes, turning, point, body.size)
+    everything = gram_schmidt(np.concatenate([along, jointed, unit[:, freed], floating], axis=1), 1e-8)
+    released = _without(everything, list(prescribed))
+    # what floats and is not released; completing the basis judges dependence by the columns' own length
+    mean_held = gram_schmidt(np.concatenate([released, floating], axis=1), 1e-8)[:, released.shape[1] :]
+    moved = np.zeros(6)
+    for component, value in prescribed.items():
+        moved[component] = value
+    work = np.abs(floating.T @ (load[:, None] / scale)).max(initial=0.0) if load.any() else 0.0
+    spread = bool(work > 1e-9 * np.abs(load[:, None] / scale).max()) if work else False
+    return Frame(body, released / scale, moved, mean_held / scale, load, spread, tuple(prescribed))
+
+
+def _turns_about_pushes(
+    pushes: Sequence[tuple[Array, Array]], turning: Sequence[int], point: Array, size: float
+) -> Array:
+    """Turns (6, k) about the mean point of forces, as motions of the reference point, rotations times `size`."""
+    sizes = np.array([np.linalg.norm(push) for _, push in pushes])
+    if not sizes.any():
+        return np.zeros((6, 0))
+    centre = sizes @ np.array([at for at, _ in pushes]) / sizes.sum()
+    axes = np.eye(3)[list(turning)].reshape(-1, 3)
+    return np.concatenate([np.cross(axes, point - centre).T, size * axes.T])
+
+
+def _without(basis: Array, components: list[int]) -> Array:
+    """Orthonormal basis of the part of a space in which the given components are zero."""
+    _, singular, Vt = np.linalg.svd(basis[components], full_matrices=True)
+    rank = int((singular > 1e-8).sum())
+    return basis @ Vt[rank:].T

@@ -1,0 +1,1 @@
+"""Which parts of two surfaces may touch: search regions, bounds, candidates."""

@@ -1,0 +1,216 @@
+"""What is known of a surface's facets without a search: hulls, parts, cones of normals, and bounds of displacements.
+
+A part is a quarter of a quadratic facet, on which its hats are bilinear, or else a whole facet. Bernstein coefficients
+bound what lies between nodes: displacements by their largest, and the cone by those of x_s x x_t, a polynomial of
+degree three, and of the normals interpolated between nodes (`surfaces.normals`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.element.hexahedron import QUAD_CORNERS, quad_nodes
+from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, facet_shapes
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.normals import normals_of
+
+#: Sum of the absolute shape functions other than the corners', on facets of 8 or 9 columns: 2 in the middle of an
+#: eight-node facet, less on all others.
+BULGE = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """What is known of all facets of a surface without a search, in the surface's axes.
+
+    A facet is x = L + sum N_a d_a, L interpolating its corners linearly and d_a the offsets of the other nodes from L,
+    so that it lies no further than `bulge` = `BULGE` max |d_a| from the hull of its corners.
+
+    Attributes
+    ----------
+    corners : (n, 4, 3) array
+    centre, normal : (n, 3) arrays
+        Of the facet's middle.
+    bulge : (n,) array
+    radius : (n,) array
+        Of a ball round the centre that holds the facet.
+    trees : tuple of (IntArray, float, cKDTree)
+        Facets of similar radius, the largest radius among them, and their centres.
+    all_centres, nodes : cKDTree
+    """
+
+    corners: Array
+    centre: Array
+    normal: Array
+    bulge: Array
+    radius: Array
+    trees: tuple[tuple[IntArray, float, cKDTree], ...]
+    all_centres: cKDTree
+    nodes: cKDTree
+
+
+def bounds_of(surface: FacetSurface) -> Bounds:
+    """Bounds of a surface, worked out once."""
+    return surface.once(_bounds)
+
+
+def _bounds(surface: FacetSurface) -> Bounds:
+    n, k = surface.facets.shape
+    x = surface.points[surface.facets]
+    bulge = np.zeros(n)
+    if k > 4:
+        off = np.zeros((n, k))
+        for kind in (False, True):
+            rows = np.flatnonzero(surface.triangle == kind)
+            linear = facet_shapes(4, np.full(k, kind), facet_nodes(k, kind))[0]
+            off[rows] = np.linalg.norm(x[rows] - np.einsum("ab,nbi->nai", linear, x[rows, :4]), axis=2)
+        bulge = BULGE * np.where(distinct_columns(surface.facets), off, 0.0).max(axis=1)
+    middle = facet_centres(surface.triangle)
+    every = np.arange(n)
+    centre = surface.evaluate(every, middle)[0]
+    corners = x[:, :4]
+    radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1) + bulge
+    size = np.floor(np.log2(radius / radius.min())).astype(int)
+    groups = [np.flatnonzero(size == s) for s in np.unique(size)]
+    trees = tuple((g, float(radius[g].max()), cKDTree(centre[g])) for g in groups)
+    return Bounds(corners, centre, surface.normals(every, middle), bulge, radius, trees, cKDTree(centre), surface.tree)
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """A surface cut into parts.
+
+    Attributes
+    ----------
+    surface : FacetSurface
+        With the parts as facets.
+    owner : (n_parts,) int array
+        Facet that a part belongs to.
+    columns : (n_parts, k) bool array
+        Nodes of that facet whose hats live on the part.
+    """
+
+    surface: FacetSurface
+    owner: IntArray
+    columns: Mask
+
+
+def parts_of(surface: FacetSurface) -> Parts:
+    """Quarters of quadratic quadrilaterals; whole facets where there are others. Worked out once."""
+    return surface.once(_parts)
+
+
+def _parts(surface: FacetSurface) -> Parts:
+    n, k = surface.facets.shape
+    if k == 4 or surface.triangle.any():
+        return Parts(surface, np.arange(n), np.ones((n, k), bool))
+    low = 0.5 * QUAD_CORNERS[:, None]
+    local = (low + 0.5 * quad_nodes(9)).reshape(-1, 2)
+    points = surface.evaluate(np.repeat(np.arange(n), len(local)), np.tile(local, (n, 1)))[0]
+    nodes = quad_nodes(k)
+    columns = ((nodes >= low) & (nodes <= low + 0.5)).all(axis=2)
+    cut = FacetSurface(points, np.arange(len(points)).reshape(-1, 9), surface.name)
+    return Parts(cut, np.repeat(np.arange(n), 4), np.tile(columns, (n, 1)))
+
+
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """Cones that hold the normals of each facet, its own and interpolated ones, and of its neighbours.
+
+    Attributes
+    ----------
+    axis : (n, 3) array
+    angle : (n,) array
+        Half of the whole.
+    """
+
+    axis: Array
+    angle: Array
+
+    def chosen(self, rows: IntArray) -> Cones:
+        """Some of the cones."""
+        return Cones(self.axis[rows], self.angle[rows])
+
+
+def cones_of(surface: FacetSurface) -> Cones:
+    """Cones of normals, worked out once."""
+    return surface.once(_cones)
+
+
+@cache
+def _bernstein(degree: int) -> tuple[Array, Array]:
+    """A grid (n, 2) on the unit square, and the matrix (n, n) from values there to Bernstein coefficients."""
+    t = np.linspace(0.0, 1.0, degree + 1)
+    basis = np.stack([math.comb(degree, i) * t**i * (1 - t) ** (degree - i) for i in range(degree + 1)], axis=1)
+    grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
+    return grid, np.linalg.inv(np.kron(basis, basis))
+
+
+def _cones(surface: FacetSurface) -> Cones:
+    n = len(surface.facets)
+    axis = bounds_of(surface).normal
+    if surface.triangle.any():
+        return Cones(axis, np.full(n, np.pi))
+    own = np.zeros(n)
+    for degree in (3, 2):
+        grid, to_bernstein = _bernstein(degree)
+        facet, local = np.repeat(np.arange(n), len(grid)), np.tile(grid, (n, 1))
+        if degree == 3:
+            tangents = surface.evaluate(facet, local)[1]
+            normals = np.cross(tangents[..., 0], tangents[..., 1])
+        else:
+            normals = normals_of(surface).at(facet, local)
+        coefficients = to_bernstein @ normals.reshape(n, len(grid), 3)
+        cosine = np.einsum("npi,ni->np", coefficients, axis) / np.linalg.norm(coefficients, axis=2)
+        own = np.maximum(own, np.arccos(np.clip(cosine.min(axis=1), -1.0, 1.0)))
+    member = sp.csr_matrix((np.ones(4 * n), (np.repeat(np.arange(n), 4), surface.facets[:, :4].ravel())))
+    pair = (member @ member.T).tocoo()
+    between = np.arccos(np.clip(np.einsum("ni,ni->n", axis[pair.row], axis[pair.col]), -1.0, 1.0))
+    angle: Array = own.copy()
+    np.maximum.at(angle, pair.row, between + own[pair.col])
+    return Cones(axis, angle)
+
+
+@cache
+def lebesgue(n_columns: int) -> float:
+    """Upper bound of sum |N_a| over a facet: 1 bilinear, 25/16 on nine nodes, 3 on eight; triangles less than these.
+
+    Six- and seven-node triangles reach 5/3 and less than 2; facets of nine columns may be such.
+    """
+    return {4: 1.0, 8: 3.0, 9: 2.0}[n_columns]
+
+
+@cache
+def _to_quarters(n_columns: int) -> Array:
+    """From nodal values (n_columns,) of a quadratic quadrilateral to Bernstein coefficients (4, 9) of its quarters."""
+    grid, to_bernstein = _bernstein(2)
+    local = (0.5 * QUAD_CORNERS[:, None] + 0.5 * grid).reshape(-1, 2)
+    N = facet_shapes(n_columns, np.zeros(len(local), bool), local)[0].reshape(4, 9, n_columns)
+    return np.asarray(to_bernstein @ N)
+
+
+def part_displacements(surface: FacetSurface, displacement: Array) -> Array:
+    """Upper bound (n_parts,) of the displacement of any point of a part, from those of the nodes (n_points, 3).
+
+    On a quarter of a quadratic facet it is no larger than the largest Bernstein coefficient. Elsewhere |u| <= |m| + L
+    max |u_a - m| with the mean m of the nodes: shape functions sum to one, and only the rest is enlarged by the
+    Lebesgue constant L.
+    """
+    u = displacement[surface.facets]
+    if len(parts_of(surface).owner) > len(u):
+        return np.linalg.norm(_to_quarters(u.shape[1]) @ u[:, None], axis=3).max(axis=2).ravel()
+    mean = u.mean(axis=1)
+    rest = np.linalg.norm(u - mean[:, None], axis=2).max(axis=1)
+    return np.asarray(np.linalg.norm(mean, axis=1) + lebesgue(surface.facets.shape[1]) * rest)
+
+
+def facet_displacements(surface: FacetSurface, displacement: Array) -> Array:
+    """The same for whole facets (n_facets,)."""
+    return part_displacements(surface, displacement).reshape(len(surface.facets), -1).max(axis=1)

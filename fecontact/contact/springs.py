@@ -1,0 +1,198 @@
+"""Springs and ligaments: complementarity conditions like contact, in the same problem.
+
+A ligament of stiffness k and slack length L pulls with T >= 0. With the elongation e = length - L its law reads
+
+    w = T / k - e >= 0,   T >= 0,   T w = 0
+
+which is a contact condition whose gap is -e and whose own compliance is 1/k. A spring that also pushes is two of them,
+one for each sign. Small motions change the length along the line between its ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.contact.rigid_motion import Frame
+
+KINDS = ("tension", "linear")
+
+
+@dataclass(frozen=True, eq=False)
+class Spring:
+    """A spring between points of two bodies, or of a body and the ground.
+
+    Parameters
+    ----------
+    stiffness : float
+        Force per length, positive.
+    start, end : (Body or None, (3,) point)
+        A body with a point in its own axes, or None with a point of the world (the ground).
+    slack_length : float, optional
+        Length at which the force vanishes; the length in the given poses unless said otherwise.
+    kind : {'tension', 'linear'}
+        'tension': a ligament, slack when shorter; 'linear': pulls and pushes.
+    name : str
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> ball = fc.RigidBody(fc.Sphere(1.0))
+    >>> fc.Spring(10.0, (ball, (0, 0, 2)), (None, (0, 0, 5))).slack_length
+    3.0
+    """
+
+    stiffness: float
+    start: tuple[Body | None, ArrayLike]
+    end: tuple[Body | None, ArrayLike]
+    slack_length: float | None = None
+    kind: str = "tension"
+    name: str = "spring"
+
+    def __post_init__(self) -> None:
+        positive(f"the stiffness of {self.name!r}", self.stiffness)
+        if self.kind not in KINDS:
+            raise InputError(
+                f"Unknown kind {self.kind!r} of {self.name!r}; expected one of {', '.join(map(repr, KINDS))}."
+            )
+        for _, point in (self.start, self.end):
+            p = np.asarray(point, dtype=float)
+            if p.shape != (3,) or not np.isfinite(p).all():
+                raise InputError(f"The ends of {self.name!r} must be points of three finite numbers; found {point!r}.")
+        if self.start[0] is self.end[0]:
+            raise InputError(f"{self.name!r} ties {'the ground' if self.start[0] is None else 'a body'} to itself.")
+        if self.length == 0:
+            raise InputError(f"The ends of {self.name!r} coincide, so it has no direction; move one of them.")
+        if self.slack_length is None:
+            object.__setattr__(self, "slack_length", self.length)
+        elif not (np.isfinite(self.slack_length) and self.slack_length >= 0):
+            raise InputError(f"The slack length of {self.name!r} must not be negative; found {self.slack_length!r}.")
+
+    @cached_property
+    def ends(self) -> Array:
+        """World positions (2, 3) of start and end."""
+        return np.stack([_world(*self.start), _world(*self.end)])
+
+    @property
+    def length(self) -> float:
+        """Distance of the ends."""
+        return float(np.linalg.norm(self.ends[1] - self.ends[0]))
+
+    @property
+    def direction(self) -> Array:
+        """Unit vector (3,) from start to end."""
+        return (self.ends[1] - self.ends[0]) / self.length
+
+    @property
+    def elongation(self) -> float:
+        """Length beyond the slack length, in the given poses."""
+        assert self.slack_length is not None
+        return self.length - self.slack_length
+
+
+def _world(body: Body | None, point: ArrayLike) -> Array:
+    p = np.asarray(point, dtype=float)
+    return p if body is None else body.pose.to_world(p[None, :])[0]
+
+
+@dataclass(frozen=True, eq=False)
+class SpringRows:
+    """The springs of a scene as rows of its problem, in the form of an interface.
+
+    Attributes
+    ----------
+    springs : tuple of Spring
+    number : (n,) int array
+        Spring of each row.
+    sign : (n,) array
+        +1 for a row that pulls, -1 for one that pushes.
+    """
+
+    springs: tuple[Spring, ...]
+    number: NDArray[np.int64]
+    sign: Array
+
+    @property
+    def gap(self) -> Array:
+        """Minus the elongations (n,), with the row's sign."""
+        return -self.sign * np.array([s.elongation for s in self.springs])[self.number]
+
+    @property
+    def own_compliance(self) -> Array:
+        """Inverse stiffnesses (n,)."""
+        return 1 / np.array([s.stiffness for s in self.springs])[self.number]
+
+    @property
+    def says_of_balance(self) -> str:
+        """That ligaments only pull; nothing if there is none."""
+        names = ", ".join(repr(s.name) for s in self.springs if s.kind == "tension")
+        return f"Of the springs {names} only pull, and this motion tightens none of them. " if names else ""
+
+    def rows(self, body: Body) -> sp.csr_matrix | None:
+        """Shortening of the springs by the displacements of a body, (n, n_dofs); None if none is tied to it."""
+        per_spring = sp.lil_matrix((len(self.springs), body.n_dofs))
+        tied = False
+        for k, spring in enumerate(self.springs):
+            for (owner, point), sign in ((spring.start, 1.0), (spring.end, -1.0)):
+                if owner is body:
+                    tied = True
+                    direction = sign * spring.direction @ body.pose.rotation
+                    per_spring[k] = per_spring[k] + body.attachment(np.asarray(point, dtype=float), direction)
+        return sp.diags(self.sign) @ per_spring.tocsr()[self.number] if tied else None
+
+    def opening_by(self, frames: Sequence[Frame]) -> Array:
+        """Gaps (n,) after the prescribed rigid motions."""
+        opening = self.gap.copy()
+        for frame in frames:
+            rows = self.rows(frame.body)
+            if rows is not None:
+                opening += rows @ frame.modes(frame.moved[:, None])[:, 0]
+        return opening
+
+
+def spring_rows(springs: Sequence[Spring]) -> SpringRows:
+    """One row for each ligament, two for each linear spring."""
+    number = [k for k, s in enumerate(springs) for _ in range(1 if s.kind == "tension" else 2)]
+    sign = [x for s in springs for x in ((1.0,) if s.kind == "tension" else (1.0, -1.0))]
+    return SpringRows(tuple(springs), np.array(number, dtype=np.int64), np.array(sign))
+
+
+@dataclass(frozen=True)
+class SpringState:
+    """Force and length of a spring after solution.
+
+    Attributes
+    ----------
+    spring : Spring
+    tension : float
+        Positive where it pulls.
+    elongation : float
+        Beyond the slack length; tension / stiffness unless slack.
+    """
+
+    spring: Spring
+    tension: float
+    elongation: float
+
+
+def spring_states(rows: SpringRows, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
+    """States from the forces (n,) of the rows and their gaps (n,) by the bodies' displacements alone, minus e."""
+    out = []
+    elongation = -rows.sign * gaps
+    for k, spring in enumerate(rows.springs):
+        mine = rows.number == k
+        out.append(SpringState(spring, float(rows.sign[mine] @ forces[mine]), float(elongation[mine][0])))
+    return tuple(out)

@@ -1,0 +1,186 @@
+"""Finite elements of sections: plane strain, plane stress and axisymmetric quadrilaterals of 8 or 9 nodes.
+
+Displacements have three components per node, of which y is always held; so a section is a body of space that happens
+to have no y in it, and surfaces, poses and condensation are those of space. The strains are xx, zz, the one across the
+section yy (round the axis u_x / x; zero in plane strain; from the stress being zero in plane stress) and xz. The
+stiffness is the sum of a volumetric and a shearing part, K = int lambda d d^T + mu B^T diag(2, 2, 2, 1) B with d the
+rows of the volume change, so that the former can be integrated at reduced points (Hughes, The Finite Element Method,
+1987, sections 2.7, 2.12 and 4.4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefQuad
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.mesh.element.hexahedron import quad_nodes, quad_quadrature, quad_shapes
+from fecontact.mesh.section_mesh import Extent, SectionMesh, jacobian_2d, line_integrals
+
+#: Components of the strain rows, as numbers of `fem.stress.VOIGT`.
+_VOIGT = (0, 2, 1, 5)
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Shape functions of all cells of a section at their quadrature points.
+
+    Attributes
+    ----------
+    N : (n_q, n_nodes) array
+    x : (n_cells, n_q, 3) array
+    dV : (n_cells, n_q) array
+        Volume, through the thickness or round the axis.
+    B : (n_cells, n_q, 4, 2 n_nodes) array
+        Strain rows xx, zz, yy, 2 xz over the displacements x, z of each node in turn.
+    """
+
+    N: Array
+    x: Array
+    dV: Array
+    B: Array
+
+    @property
+    def volume_change(self) -> Array:
+        """Rows d (n_cells, n_q, 2 n_nodes)."""
+        return self.B[:, :, :3].sum(axis=2)
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A section and how far it goes on: what its elements are integrated over.
+
+    Parameters
+    ----------
+    mesh : SectionMesh
+    along : Extent
+    """
+
+    mesh: SectionMesh
+    along: Extent
+
+    @cached_property
+    def dofs(self) -> IntArray:
+        """Degrees of freedom (n_cells, 2 n_nodes): 3 * node + 0 and 3 * node + 2 of each node in turn."""
+        cells = self.mesh.cells
+        return (3 * cells[:, :, None] + np.array([0, 2])).reshape(len(cells), -1)
+
+    def points(self, reduced: bool = False) -> Points:
+        """Gauss points: 3 x 3, or 2 x 2 for the volumetric part of nearly incompressible elements."""
+        X, W = gauss(reduced)
+        N, dN = quad_shapes(self.mesh.cells.shape[1], X)
+        nodes = self.mesh.points[self.mesh.cells]
+        inverse, det = jacobian_2d(nodes, dN)
+        gradient = np.einsum("qaj,cqji->cqai", dN, inverse, optimize=True)
+        x = N @ nodes
+        B = np.zeros((*x.shape[:2], 4, 2 * N.shape[1]))
+        B[:, :, 0, 0::2] = B[:, :, 3, 1::2] = gradient[..., 0]
+        B[:, :, 1, 1::2] = B[:, :, 3, 0::2] = gradient[..., 1]
+        if self.along.revolved:
+            B[:, :, 2, 0::2] = N / x[..., :1]
+        return Points(N, x, det * W * self.along(x), B)
+
+    def stiffness(self, lame: Array, shear: Array, selective: bool) -> sp.csr_matrix:
+        """Upper triangle (3 n_points, 3 n_points) of the stiffness; the rows of y are empty.
+
+        Parameters
+        ----------
+        lame, shear : (n_cells,) arrays
+            Lame constants of each cell; in plane stress the first is 2 lambda mu / (lambda + 2 mu).
+        selective : bool
+            Whether the volumetric part is integrated at reduced points.
+        """
+        full = self.points()
+        n_cells, n_q, _, width = full.B.shape
+        weighted = full.B * (full.dV * shear[:, None])[:, :, None, None] * np.array([2.0, 2.0, 2.0, 1.0])[:, None]
+        flat = (n_cells, 4 * n_q, width)
+        K = full.B.reshape(flat).swapaxes(1, 2) @ weighted.reshape(flat)
+        volumetric = self.points(reduced=True) if selective else full
+        d = volumetric.volume_change
+        K += (d * (volumetric.dV * lame[:, None])[:, :, None]).swapaxes(1, 2) @ d
+        rows = np.repeat(self.dofs, width, axis=1).ravel()
+        columns = np.tile(self.dofs, (1, width)).ravel()
+        upper = rows <= columns
+        shape = (3 * len(self.mesh.points),) * 2
+        matrix = sp.coo_matrix((K.ravel()[upper], (rows[upper], columns[upper])), shape=shape).tocsr()
+        matrix.sort_indices()
+        return matrix
+
+    def strain(self, u: Array, selective: bool, across: Array | None) -> tuple[Array, Array]:
+        """Strains at the Gauss points.
+
+        Parameters
+        ----------
+        u : (3 n_points,) array
+        selective : bool
+            Whether the volume change is that of the reduced points, carried over by bilinear functions.
+        across : (n_cells,) array or None
+            In plane stress: -lambda / (lambda + 2 mu), by which xx + zz make the strain yy.
+
+        Returns
+        -------
+        strain : (n_cells, n_q, 6) array
+            In the order of `fem.stress.VOIGT`, shears not doubled.
+        points : (n_cells, n_q, 3) array
+        """
+        full, local = self.points(), u[self.dofs]
+        rows = np.einsum("cqsj,cj->cqs", full.B, local, optimize=True)
+        if selective:
+            change = np.einsum("cqj,cj->cq", self.points(reduced=True).volume_change, local)
+            carry = quad_shapes(4, gauss()[0])[0] @ np.linalg.inv(quad_shapes(4, gauss(reduced=True)[0])[0])
+            rows[..., :3] += ((change @ carry.T - rows[..., :3].sum(axis=2)) / 3)[..., None]
+        if across is not None:
+            rows[..., 2] = across[:, None] * (rows[..., 0] + rows[..., 1])
+        strain = np.zeros((*rows.shape[:2], 6))
+        strain[..., _VOIGT] = rows * np.array([1.0, 1.0, 1.0, 0.5])
+        return strain, full.x
+
+    def to_nodes(self, values: Array, among: IntArray | None = None) -> Array:
+        """Gauss-point values (n_cells, n_q, k), fitted bilinearly, averaged at the nodes: (n_points, k).
+
+        Over all cells or some; nodes that have none of these get NaN.
+        """
+        cells, values = (self.mesh.cells, values) if among is None else (self.mesh.cells[among], values[among])
+        fit = quad_shapes(4, quad_nodes(cells.shape[1]))[0] @ np.linalg.pinv(quad_shapes(4, gauss()[0])[0])
+        total = np.zeros((len(self.mesh.points), values.shape[2]))
+        np.add.at(total, cells, np.einsum("nq,cqk->cnk", fit, values))
+        count = np.bincount(cells.ravel(), minlength=len(total))[:, None]
+        return np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
+
+    def body_force(self, field: Callable[[Array], Array], density: Array) -> Array:
+        """Nodal forces (3 n_points,) of a force per mass ``field(points (n, 3)) -> (n, 3)``; those along y are lost."""
+        p = self.points()
+        b = field(p.x.reshape(-1, 3)).reshape(p.x.shape)
+        f = np.zeros((len(self.mesh.points), 3))
+        np.add.at(f, self.mesh.cells, np.einsum("qa,cqi,cq->cai", p.N, b, p.dV * density[:, None], optimize=True))
+        return (f * np.array([1.0, 0.0, 1.0])).ravel()
+
+    def mass_and_centre(self, density: Array) -> tuple[float, Array]:
+        """Mass and its centre (3,), on the axis of a body of revolution."""
+        p = self.points()
+        dm = p.dV * density[:, None]
+        return float(dm.sum()), self.along.mean(np.einsum("cq,cqi->i", dm, p.x) / dm.sum())
+
+    def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+        """Nodal forces (3 n_points,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)`` on a boundary."""
+        sides = self.mesh.face_nodes(self.mesh.faces(name))
+        N, x, ds = line_integrals(self.mesh.points, sides)
+        length = np.linalg.norm(ds, axis=2)
+        t = field(x.reshape(-1, 3), (ds / length[..., None]).reshape(-1, 3)).reshape(x.shape)
+        f = np.zeros((len(self.mesh.points), 3))
+        np.add.at(f, sides, np.einsum("qa,fqi,fq->fai", N, t, length * self.along(x)))
+        return (f * np.array([1.0, 0.0, 1.0])).ravel()
+
+
+def gauss(reduced: bool = False) -> tuple[Array, Array]:
+    """Gauss points (n_q, 2) and weights (n_q,): 3 x 3, or 2 x 2."""
+    if not reduced:
+        return quad_quadrature()
+    X, W = get_quadrature(RefQuad, 3)
+    return np.ascontiguousarray(X.T), W

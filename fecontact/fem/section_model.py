@@ -1,0 +1,138 @@
+"""The finite element model behind a plane or axisymmetric body: that of space, with y held and other elements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError, MeshError
+from fecontact.common.material import Material
+from fecontact.fem.model import NEARLY_INCOMPRESSIBLE, Model, materials_of_cells
+from fecontact.fem.rigid import unresisted
+from fecontact.fem.section_element import Section
+from fecontact.fem.stress import hooke
+from fecontact.fem.support import Holds
+from fecontact.mesh.check import check_size
+from fecontact.mesh.section_mesh import Extent, SectionMesh
+
+#: Distance from the axis, relative to the size, that counts as on it.
+ON_AXIS = 1e-12
+
+
+def on_axis(points: Array, size: float) -> IntArray:
+    """Which points (n, 3) of a body of revolution of this size lie on the axis."""
+    return np.flatnonzero(points[:, 0] <= ON_AXIS * size)
+
+
+class SectionModel(Model):
+    """Section, materials and supports, with what is computed from them on first use.
+
+    Parameters
+    ----------
+    mesh : SectionMesh
+    materials : Material or mapping of element set to Material
+    supports : mapping of boundary name to 'x', 'z' or 'xz'
+    along : Extent
+    plane_stress : bool
+    backend, integration : str
+        As for `Model`.
+    """
+
+    dofs_per_node = 2
+
+    def __init__(
+        self,
+        mesh: SectionMesh,
+        materials: Material | Mapping[str, Material],
+        supports: Mapping[str, str],
+        along: Extent,
+        plane_stress: bool,
+        backend: str,
+        integration: str,
+    ) -> None:
+        check_size(mesh.points)
+        _check_supports(mesh, supports)
+        self.section, self.plane_stress = Section(mesh, along), plane_stress
+        self.mesh = mesh  # type: ignore[assignment]
+        if along.revolved and mesh.points[:, 0].min() < -ON_AXIS * self.size:
+            raise MeshError(
+                f"A body of revolution lies at x >= 0 (x is the radius); point {np.argmin(mesh.points[:, 0])} has "
+                f"x = {mesh.points[:, 0].min():g}."
+            )
+        self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
+        self.supports, self.backend = dict(supports), backend
+        self.selective = integration == "selective" or (
+            integration == "auto" and not plane_stress and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
+        )
+        self._holds = Holds(self._held(), None)
+        self._check_connected()
+
+    @cached_property
+    def mass_and_centre(self) -> tuple[float, Array]:
+        """Mass and its centre."""
+        return self.section.mass_and_centre(self.density)
+
+    @cached_property
+    def rigid_modes(self) -> Array:
+        """Displacements (n_dofs, 6) of the rigid motions; of a body of revolution all but the axial one are zero."""
+        modes = super().rigid_modes
+        return modes * (np.arange(6) == 2) if self.section.along.revolved else modes
+
+    def _held(self) -> IntArray:
+        """Degrees of freedom held by the supports, all along y, and on the axis the radial ones."""
+        n = np.arange(len(self.mesh.points))
+        parts = [3 * n + 1]
+        parts += [3 * self.mesh.boundary_nodes(k) + "xyz".index(str(c)) for k, v in self.supports.items() for c in v]
+        if self.section.along.revolved:
+            parts.append(3 * on_axis(self.mesh.points, self.size))
+        return np.unique(np.concatenate(parts))
+
+    def unresisted_by(self, held: IntArray) -> Array:
+        """Rigid motions (6, k) that held degrees of freedom do not resist: at most x, z, ry, or z alone."""
+        rows = self.rigid_modes[held]
+        others = (0, 1, 3, 4, 5) if self.section.along.revolved else (1, 3, 5)
+        return unresisted(np.concatenate([rows, np.eye(6)[list(others)]]), self.size)
+
+    @cached_property
+    def effective_lame(self) -> Array:
+        """First Lame constant (n_cells,) that the stiffness takes: of plane stress, or the material's."""
+        return 2 * self.lame * self.shear / (self.lame + 2 * self.shear) if self.plane_stress else self.lame
+
+    @cached_property
+    def stiffness(self) -> sp.csr_matrix:
+        """Upper triangle of the stiffness (n_dofs, n_dofs)."""
+        return self.section.stiffness(self.effective_lame, self.shear, self.selective)
+
+    def body_force(self, field: Callable[[Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of a force per mass ``field(points (n, 3)) -> (n, 3)``."""
+        return self.section.body_force(field, self.density)
+
+    def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of ``field(points (n, 3), normals (n, 3)) -> (n, 3)`` on a boundary."""
+        return self.section.traction(name, field)
+
+    def gauss_strain(self, u: Array) -> Array:
+        """Strains (n_cells, n_q, 6) at the Gauss points."""
+        across = -self.lame / (self.lame + 2 * self.shear) if self.plane_stress else None
+        return self.section.strain(u, self.selective, across)[0]
+
+    def nodal_strain(self, u: Array) -> Array:
+        """Strains (n_points, 6) at the nodes."""
+        return self.section.to_nodes(self.gauss_strain(u))
+
+    def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
+        """Stresses (n_points, 6) at the nodes, averaged over all cells or some (NaN where there is none of these)."""
+        return self.section.to_nodes(hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
+
+
+def _check_supports(mesh: SectionMesh, supports: Mapping[str, str]) -> None:
+    for name, components in supports.items():
+        mesh.boundary_nodes(name)
+        if not isinstance(components, str) or not components or set(components) - set("xz"):
+            raise InputError(
+                f"The support of {name!r} of a section must name components out of 'x' and 'z'; found {components!r}."
+            )

@@ -1,0 +1,1 @@
+"""The reference elements: shape functions, quadrature, degenerate hexahedra."""

@@ -1,0 +1,85 @@
+"""Hexahedra on an index box, to be mapped to a true shape, and the positions that its indices stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.mesh.mesh import Mesh
+
+#: Share of a size up to which the ends of given positions are off it by rounding; they are put where they belong.
+SAME_POSITION = 1e-9
+
+_NODES = {"hex8": 8, "hex20": 20, "hex27": 27}
+
+
+def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str = "hex20") -> Mesh:
+    """Mesh of an index box [0, n1] x [0, n2] x [0, n3], to be mapped to its true shape.
+
+    Parameters
+    ----------
+    divisions : three ints
+    names : six names or None
+        Boundaries at i = 0, i = n1, j = 0, j = n2, k = 0, k = n3.
+    element : {'hex8', 'hex20', 'hex27'}
+    """
+    if element not in _NODES:
+        raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, _NODES))}.")
+    n = np.asarray(divisions)
+    if n.shape != (3,) or (n < 1).any():
+        raise InputError(f"Divisions must be three positive integers; found {tuple(divisions)}.")
+    index = np.arange(np.prod(n + 1)).reshape(n + 1)
+    points = np.stack(np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cells = np.stack([index[tuple(slice(c, c + k) for c, k in zip(cor, n, strict=True))].ravel() for cor in corners], 1)
+    number = np.arange(len(cells)).reshape(n)
+    boundaries: dict[str, NDArray[np.int64]] = {}
+    for face, name in enumerate(names):
+        if name is not None:
+            layer = np.take(number, -1 if face % 2 else 0, axis=face // 2).ravel()
+            faces = np.stack([layer, np.full_like(layer, face)], axis=1)
+            boundaries[name] = np.concatenate([boundaries[name], faces]) if name in boundaries else faces
+    mesh = Mesh(points, cells, boundaries)
+    return mesh if element == "hex8" else mesh.upgraded(_NODES[element])
+
+
+def division(size: float, given: int | ArrayLike, what: str) -> Array:
+    """Positions 0 ... size: an equal division, or the given increasing positions.
+
+    Raises
+    ------
+    InputError
+        If they do not increase or do not run from 0 to `size`; `what` says of what they are.
+    """
+    if isinstance(given, int | np.integer):
+        return np.linspace(0.0, size, int(given) + 1)
+    positions = np.array(given, dtype=float)
+    if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
+        raise InputError(f"The {what} must be a count or increasing positions; found {given!r}.")
+    if np.abs(positions[[0, -1]] - [0.0, size]).max() > SAME_POSITION * size:
+        raise InputError(
+            f"The positions of the {what} must run from 0 to {size:g}; found {positions[0]:g} to {positions[-1]:g}."
+        )
+    inner = positions[1:-1]
+    return np.concatenate([[0.0], inner[(inner > 0) & (inner < size)], [size]])
+
+
+def check_lengths(**lengths: float) -> None:
+    """Refuse lengths that are not positive and finite, by their names.
+
+    Raises
+    ------
+    InputError
+    """
+    for name, value in lengths.items():
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} must be a positive, finite length; found {value!r}.")
+
+
+def interpolated(index: Array, positions: Array) -> Array:
+    """Positions at fractional indices, linear between whole ones."""
+    return np.interp(index, np.arange(len(positions)), positions)

@@ -1,0 +1,282 @@
+"""Surface meshes: triangles and quadrilaterals from .stl, .ply and .obj files or from the boundary of a solid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError, MeshError
+from fecontact.mesh.facets import distinct_columns, facet_integrals, facet_nodes, facet_shapes, triangular
+from fecontact.mesh.formats.generic import load, points_in_space
+from fecontact.mesh.formats.triangulated import read_obj, read_stl
+from fecontact.mesh.mesh import Mesh, first_alike, representatives
+from fecontact.mesh.orient import oriented, shared_sides, turned
+from fecontact.mesh.polygons import cut
+
+#: Points of an .stl file closer than this, relative to the size of the surface, are one point.
+SAME_POINT = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMesh:
+    """Quadrilaterals and triangles, linear or quadratic.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+    facets : (n_facets, 4 | 8) int array
+        Corners counter-clockwise seen from outside, then mid-side nodes; triangles as in `mesh.facets`: the last two
+        corners are one node.
+    notes : tuple of str
+        What was mended when the surface was read; results repeat it.
+
+    Raises
+    ------
+    MeshError
+        If a facet refers to a point that does not exist or has no area, a side belongs to more than two facets, or
+        neighbours face opposite ways.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> SurfaceMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2, 2]]))
+    SurfaceMesh(1 facets, 1 of them triangles, 3 points, area 0.5)
+    """
+
+    points: Array
+    facets: IntArray
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        points = np.ascontiguousarray(self.points, dtype=float)
+        facets = np.ascontiguousarray(self.facets, dtype=np.int64)
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise MeshError(f"Points must be finite and have the shape (n, 3); found {points.shape}.")
+        if facets.ndim != 2 or facets.shape[1] not in (4, 8) or len(facets) == 0:
+            raise MeshError(f"Facets must have the shape (n, 4) or (n, 8); found {facets.shape}.")
+        if facets.min() < 0 or facets.max() >= len(points):
+            raise MeshError(f"A facet refers to point {facets.max()}, but there are only {len(points)} points.")
+        for name, value in {"points": points, "facets": facets}.items():
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+        if (self.areas <= 0).any():
+            raise MeshError(f"Facet {np.argmin(self.areas)} has no area; {(self.areas <= 0).sum()} facets in all.")
+        if (self._side_count > 2).any():
+            raise MeshError("A side belongs to more than two facets: the surface branches there, so it has no outside.")
+        pairs, against = shared_sides(facets[:, :4])
+        if against.any():
+            one, other = pairs[np.argmax(against)]
+            raise MeshError(
+                f"Facets {one} and {other} run along their common side the same way, so they face opposite ways; "
+                f"{against.sum()} sides in all. fecontact.mesh.orient.oriented(points, facets) turns facets one way."
+            )
+
+    def __repr__(self) -> str:
+        return (
+            f"SurfaceMesh({len(self.facets)} facets, {triangular(self.facets).sum()} of them triangles, "
+            f"{len(self.nodes)} points, area {self.areas.sum():.6g})"
+        )
+
+    @cached_property
+    def nodes(self) -> IntArray:
+        """Distinct node numbers."""
+        return np.unique(self.facets)
+
+    @cached_property
+    def areas(self) -> Array:
+        """Area (n_facets,) of each facet."""
+        _, _, dA = facet_integrals(self.points, self.facets)
+        return np.linalg.norm(dA, axis=2).sum(axis=1)
+
+    @cached_property
+    def sides(self) -> IntArray:
+        """Directed corner pairs (n_facets, 4, 2); the third of a triangle is one node twice."""
+        corners = self.facets[:, :4]
+        return np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+
+    @cached_property
+    def _side_count(self) -> IntArray:
+        """How many facets share each side (n_facets, 4); 2 for the missing side of a triangle."""
+        ends = np.sort(self.sides.reshape(-1, 2), axis=1)
+        _, inverse, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+        return np.where(ends[:, 0] == ends[:, 1], 2, count[inverse.ravel()]).reshape(-1, 4)
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether every side belongs to two facets."""
+        return bool((self._side_count == 2).all())
+
+    @cached_property
+    def normals(self) -> Array:
+        """Unit normals (n_points, 3) averaged over the facets round each node; zero at points without facets.
+
+        Each facet counts by the angle it has at a corner, so that the cutting into triangles does not matter.
+        """
+        return averaged_normals(self.points, self.facets)[0]
+
+    @classmethod
+    def of(cls, mesh: Mesh, name: str) -> SurfaceMesh:
+        """Boundary of a solid as a surface of its own, with the solid's points.
+
+        A layer extruded from it fits the solid node by node; `mesh.merge` joins them.
+        """
+        facets = replace(mesh, midface=None).face_nodes(mesh.faces(name))[:, :8]
+        return cls(mesh.points, facets, mesh.notes)
+
+    def flipped(self) -> SurfaceMesh:
+        """The same surface with its outside inside."""
+        return replace(self, facets=turned(self.facets))
+
+    def mapped(self, mapping: Callable[[Array], ArrayLike]) -> SurfaceMesh:
+        """Move every point by ``mapping(points) -> points``."""
+        return replace(self, points=np.asarray(mapping(self.points), dtype=float))
+
+
+def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
+    """Unit normals averaged over the facets round each node, by the angle each facet has there.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+    facets : (n_facets, 4 | 8 | 9) int array
+
+    Returns
+    -------
+    normals : (n_points, 3) array
+        Zero at points without facets.
+    cosine : (n_points,) array
+        Of the largest angle between the average and the normal of a facet; 1 at points without facets.
+    """
+    k = facets.shape[1]
+    facet, column = np.nonzero(distinct_columns(facets))
+    node, triangle = facets[facet, column], triangular(facets)[facet]
+    local = np.stack([facet_nodes(k, False), facet_nodes(k, True)])[triangle.astype(int), column]
+    _, dN = facet_shapes(k, triangle, local)
+    tangents = np.einsum("naj,nai->nij", dN, points[facets[facet]])
+    t1, t2 = tangents[:, :, 0], tangents[:, :, 1]
+    normal = np.cross(t1, t2)
+    length = np.linalg.norm(normal, axis=1)
+    # the angle between the sides at a corner; at a mid-side node it is straight
+    angle = np.arctan2(length, np.einsum("ni,ni->n", *_sides_at(t1, t2, column, triangle)))
+    weight = np.where(column < 4, angle, np.pi)
+    normal /= length[:, None]
+    total = np.zeros_like(points)
+    np.add.at(total, node, normal * weight[:, None])
+    size = np.linalg.norm(total, axis=1, keepdims=True)
+    normals = np.divide(total, size, out=np.zeros_like(total), where=size > 0)
+    cosine = np.ones(len(points))
+    np.minimum.at(cosine, node, np.einsum("ni,ni->n", normal, normals[node]))
+    return normals, cosine
+
+
+def _sides_at(t1: Array, t2: Array, column: IntArray, triangle: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Directions from a corner along its two sides, from the tangents there."""
+    sign1 = np.where((column == 0) | (column == 3), 1.0, -1.0)[:, None]
+    sign2 = np.where(column < 2, 1.0, -1.0)[:, None]
+    a, b = sign1 * t1, sign2 * t2
+    second, third = triangle & (column == 1), triangle & (column == 2)
+    a, b = np.where(second[:, None], -t1, a), np.where(second[:, None], t2 - t1, b)
+    return np.where(third[:, None], -t2, a), np.where(third[:, None], t1 - t2, b)
+
+
+def read_surface(path: str | Path, scale: float = 1.0) -> SurfaceMesh:
+    """Read a surface from an .stl, .ply or .obj file.
+
+    Parameters
+    ----------
+    path : str or Path
+    scale : float
+        By which all coordinates are multiplied.
+
+    Returns
+    -------
+    SurfaceMesh
+        Points in the same place are joined (.stl lists each corner once per triangle); triangles that shrink to a line
+        by that are left out, and so are copies. Polygons are cut into triangles. Facets that face against their
+        neighbours, and closed surfaces that face inwards, are turned (`mesh.orient.oriented`); `notes` says so.
+
+    Raises
+    ------
+    InputError, MeshError
+        Unknown file type, damaged file, branching or one-sided surface, no surface cells.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in READERS:
+        raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {', '.join(READERS)}.")
+    positive("the scale", scale)
+    if not path.is_file():
+        raise InputError(f"There is no file {path}.")
+    try:
+        points, polygons = READERS[suffix](path)
+    except (ValueError, OverflowError) as error:
+        if isinstance(error, MeshError):
+            raise
+        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.") from error
+    if not sum(map(np.size, polygons)):
+        raise MeshError(f"{path.name} holds no triangles or polygons.")
+    if not np.isfinite(points).all():
+        raise MeshError(f"{path.name}: point {np.argmin(np.isfinite(points).all(axis=1))} is not finite.")
+    numbers = np.concatenate([p.ravel() for p in polygons])
+    if numbers.min() < 0 or numbers.max() >= len(points):
+        raise MeshError(f"{path.name}: a polygon refers to a point that is not among its {len(points)} points.")
+    points = scale * points_in_space(points, path.name)
+    surface = joined(points, np.concatenate([cut(points, p) for p in polygons]))
+    return replace(surface, notes=tuple(f"{path.name}: {note}" for note in surface.notes))
+
+
+def _read_ply(path: Path) -> tuple[Array, list[IntArray]]:
+    import meshio
+
+    mesh, _ = load(path, meshio.ply.read)
+    polygons = [np.asarray(b.data, dtype=np.int64) for b in mesh.cells if b.type in ("triangle", "quad", "polygon")]
+    return np.asarray(mesh.points, dtype=float), polygons
+
+
+READERS: dict[str, Callable[[Path], tuple[Array, list[IntArray]]]] = {
+    ".stl": read_stl,
+    ".ply": _read_ply,
+    ".obj": read_obj,
+}
+
+
+def joined(points: Array, facets: IntArray) -> SurfaceMesh:
+    """Surface of facets (n, 4) whose points in the same place have become one, each facet once, all facing one way.
+
+    Raises
+    ------
+    MeshError
+        A facet refers to a point that does not exist; the outside cannot be told (`mesh.orient.oriented`).
+    """
+    if facets.min() < 0 or facets.max() >= len(points):
+        raise MeshError(f"A facet refers to point {facets.max()}, but there are only {len(points)} points.")
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    target = representatives(points, SAME_POINT * size)
+    facets = target[facets]
+    distinct = 1 + (np.diff(np.sort(facets, axis=1), axis=1) > 0).sum(axis=1)
+    used, number = np.unique(facets[distinct >= 3], return_inverse=True)
+    # a quadrilateral of which two corners have met is a triangle
+    facets = _as_triangles(number.reshape(-1, 4))
+    first = first_alike(facets)
+    own = first == np.arange(len(first))
+    notes = () if own.all() else (f"{(~own).sum()} of {len(own)} facets are there again: each is taken once.",)
+    facets, said = oriented(points[used], facets[own])
+    return SurfaceMesh(points[used], facets, (*notes, *said))
+
+
+def _as_triangles(facets: IntArray) -> IntArray:
+    """Facets (n, 4) of which those with two corners in one turn so that these come last."""
+    out = facets.copy()
+    for k in range(3):
+        rows = facets[:, k] == facets[:, (k + 1) % 4]
+        out[rows] = np.roll(facets[rows], 2 - k, axis=1)
+    rows = facets[:, 3] == facets[:, 0]
+    out[rows] = np.roll(facets[rows], -1, axis=1)
+    return out

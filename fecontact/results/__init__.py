@@ -1,0 +1,1 @@
+"""What a solution tells: fields, resultants, warnings, tables, pictures, files."""

@@ -1,0 +1,206 @@
+"""What linearised rigid motions leave out: gaps and lines of action after the same motions taken as finite.
+
+The problem of a scene is linear in the rigid motions of its bodies. A motion d of a surface of curvature k along itself
+changes the gap by about k d^2 / 2 more than that, and a turn changes the direction of the forces. Both are measured at
+the pairs in contact, without a further solution: the surfaces are projected on each other again in the moved poses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array, IntArray
+from fecontact.contact.interface import Interface
+from fecontact.contact.springs import SpringState
+from fecontact.results.contact_fields import ContactFields
+from fecontact.scene.poses import turned
+from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
+from fecontact.surfaces.section_curve import CurveSurface
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
+
+#: Error of linearised motions, relative to the approach, that is let pass.
+BEARABLE = 1e-3
+#: Points of a contact that are looked at: so many of those in contact, and so many of the nearest others.
+MOST_POINTS = 400
+#: Opening by a unit of a rigid motion, relative to the largest, below which it changes no gap.
+NEUTRAL = 1e-7
+#: Share of a foot that nodes inside the surface have at the most if it lies on the rim.
+ON_RIM = 1e-9
+#: Least approach, relative to the smallest body, by which changes are judged: less is rounding.
+LEAST_APPROACH = 1e-9
+
+
+@dataclass(frozen=True)
+class LinearisationError:
+    """What linearised motions leave out of a result.
+
+    Attributes
+    ----------
+    gap : float
+        Largest change of a gap or of a spring's length; infinite where contact is lost or overlooked.
+    approach : float
+        Largest elastic approach of two surfaces or elongation of a spring, by which it is judged.
+    direction : float
+        Change (radians) of the direction of a contact's resultant or of a spring.
+    stretch : float
+        Largest stretch of a body by a linearised turn t: t^2 / 2.
+    """
+
+    gap: float
+    approach: float
+    direction: float
+    stretch: float = 0.0
+
+    @property
+    def worst(self) -> float:
+        """The largest of the change of gap over the approach, of direction, and of the stretch."""
+        return max(self.gap / self.approach, self.direction, self.stretch)
+
+
+def linearisation_error(result: ContactResult) -> LinearisationError:
+    """What the linearised rigid motions of a result leave out.
+
+    Parameters
+    ----------
+    result : ContactResult
+
+    Returns
+    -------
+    LinearisationError
+    """
+    least = LEAST_APPROACH * min(b.size for b in result.scene.bodies)
+    found = [LinearisationError(0.0, least, 0.0)]
+    motions = driven_motions(result)
+    if np.any(motions):
+        after = {id(f.body): _Motion(f.body, f.point, m) for f, m in zip(result.loading.frames, motions, strict=True)}
+        found += [_of_contact(i, c, after) for i, c in zip(result.interfaces, result.contacts, strict=True)]
+        found += [_of_spring(s, after) for s in result.springs]
+    stretch = max(float(m[3:] @ m[3:]) / 2 for m in motions)
+    approach = max(e.approach for e in found)
+    return LinearisationError(max(e.gap for e in found), approach, max(e.direction for e in found), stretch)
+
+
+def driven_motions(result: ContactResult) -> Array:
+    """Rigid motions (n_bodies, 6) of a result without those that change no gap, which are as large as chance has it."""
+    frames, motions = result.loading.frames, result.motions
+    B = result.reduction.problem.B
+    if not len(B):
+        return motions
+    squares, directions = np.linalg.eigh(B @ B.T)
+    neutral = directions[:, squares <= NEUTRAL**2 * squares[-1]]
+    scale = np.array([[1.0] * 3 + [f.body.size] * 3 for f in frames])
+    count = np.cumsum([0] + [p.released.shape[1] for p in result.reduction.parts])
+    fields = [
+        p.frame.released @ neutral[a:b] for p, a, b in zip(result.reduction.parts, count, count[1:], strict=False)
+    ]
+    basis, _ = np.linalg.qr(scale.reshape(-1, 1) * np.concatenate(fields))
+    flat = (scale * motions).ravel()
+    return np.asarray((flat - basis @ (basis.T @ flat)).reshape(motions.shape) / scale)
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """A small rigid motion (6,) of a body about a world point, also taken as finite."""
+
+    body: Body
+    point: Array
+    motion: Array
+
+    def linear(self, points: Array) -> Array:
+        """Displacements (n, 3) of world points (n, 3)."""
+        return np.asarray(self.motion[:3] + np.cross(self.motion[3:], points - self.point))
+
+    @property
+    def pose(self) -> Pose:
+        """The pose after the finite motion."""
+        return turned(self.body.pose, self.motion, self.point)
+
+
+def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _Motion]) -> LinearisationError:
+    chosen = _looked_at(fields)
+    active = fields.forces[chosen] > 0
+    slave, master = after[id(interface.slave)], after[id(interface.master)]
+    surface = interface.master.surface(interface.surfaces[1])
+    x = fields.points[chosen]
+    own = interface.slave.pose.to_body(x)
+    before = surface.project(interface.master.pose.to_body(x))
+    moved, there = slave.pose, master.pose
+    feet = surface.project(there.to_body(moved.to_world(own)))
+    lines = before.normals @ interface.master.pose.rotation.T
+    foot = interface.master.pose.to_world(before.points)
+    linear = before.gap + np.einsum("ni,ni->n", lines, slave.linear(x) - master.linear(foot))
+    seen = ~(before.beyond | feet.beyond)
+    inside = seen & ~(_at_rim(surface, before) | _at_rim(surface, feet))
+    # a foot on the rim tells nothing of how the surface goes on
+    seen = inside if (active & inside).any() else seen
+    if not active.any():
+        overlooked = bool((feet.gap[seen] < -LEAST_APPROACH * interface.slave.size).any())
+        return LinearisationError(np.inf if overlooked else 0.0, 1.0, 0.0)
+    if not (active & seen).any():
+        return LinearisationError(np.inf, 1.0, 0.0)
+    change = feet.gap - linear
+    approach = max(float(-linear[active].min()), 0.0)
+    # others count where the change would bring them into contact
+    counted = seen & (active | (fields.gap[chosen] + change < -BEARABLE * approach))
+    forces = np.where(active & seen, fields.forces[chosen], 0.0)
+    turn = _smooth(surface, feet) @ there.rotation.T - _smooth(surface, before) @ interface.master.pose.rotation.T
+    direction = float(np.linalg.norm(forces @ turn) / forces.sum())
+    return LinearisationError(float(np.abs(change[counted]).max()), approach, direction)
+
+
+def _looked_at(fields: ContactFields) -> IntArray:
+    """Points in contact and the nearest others, each no more than `MOST_POINTS`; all pairs where nothing touches."""
+    active = np.flatnonzero(fields.active)
+    others = fields.candidates[fields.forces[fields.candidates] <= 0] if len(active) else np.arange(len(fields.gap))
+    nearest = others[np.argsort(fields.gap[others], kind="stable")[:MOST_POINTS]]
+    return np.concatenate([active[:: 1 + len(active) // MOST_POINTS], nearest])
+
+
+def _at_rim(surface: Surface, feet: Feet) -> NDArray[np.bool_]:
+    """Which feet (n,) lie on the rim: those that nodes of the rim alone interpolate."""
+    if not isinstance(surface, FacetSurface) or feet.weights is None:
+        return np.zeros(len(feet.gap), bool)
+    inner = abs(feet.weights) @ ~surface.rim_nodes
+    return np.asarray(inner <= ON_RIM)
+
+
+def _smooth(surface: Surface, feet: Feet) -> Array:
+    """Normals (n, 3) at feet without the kinks between facets, over which a point slides without consequence."""
+    if not isinstance(surface, FacetSurface) or feet.weights is None:
+        return feet.normals
+    if isinstance(surface, CurveSurface):
+        assert feet.facet is not None
+        assert feet.local is not None
+        return surface.normals(feet.facet, feet.local)
+    mean = feet.weights @ surface.mean_normals
+    length = np.linalg.norm(mean, axis=1, keepdims=True)
+    return np.divide(mean, length, out=feet.normals.copy(), where=length > 0)
+
+
+def _of_spring(state: SpringState, after: dict[int, _Motion]) -> LinearisationError:
+    """The same of a spring that pulls or pushes, or would do so."""
+    spring = state.spring
+    ends, displaced = spring.ends, []
+    finite = ends.copy()
+    for k, (body, point) in enumerate((spring.start, spring.end)):
+        motion = None if body is None else after[id(body)]
+        displaced.append(np.zeros(3) if motion is None else motion.linear(ends[k][None])[0])
+        if motion is not None:
+            finite[k] = motion.pose.to_world(np.asarray(point, dtype=float)[None])[0]
+    line = finite[1] - finite[0]
+    length = float(np.linalg.norm(line))
+    linear = spring.length + float(spring.direction @ (displaced[1] - displaced[0]))
+    assert spring.slack_length is not None
+    if state.tension == 0 and length <= spring.slack_length:
+        return LinearisationError(0.0, 0.0, 0.0)
+    turn = float(np.linalg.norm(line / length - spring.direction)) if length > 0 else np.inf
+    return LinearisationError(abs(length - linear), abs(state.elongation), turn if state.tension else 0.0)

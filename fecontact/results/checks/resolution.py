@@ -1,0 +1,218 @@
+"""How well a contact is resolved: overlap left between surfaces, points across, and chords of round faces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.halfspace.surface import GridSurface
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.contact.coupling.facing import STEEPEST, opposition
+from fecontact.contact.interface import Interface
+from fecontact.contact.search.region import with_rings
+from fecontact.fem.support import is_plane
+from fecontact.mesh.facets import facet_centres
+from fecontact.mesh.pick import shared_sides
+from fecontact.results.checks.rims import node_sizes
+from fecontact.results.contact_fields import ContactFields
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.section_curve import CurveSurface
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
+
+#: Overlap of nodes, relative to the elastic displacement and to it together, from which a result warns, and relative
+#: to a face, below which it is rounding.
+LEAST_OVERLAP, ROUNDING = 0.2, 1e-4
+#: Points across a contact below which its pressures are not resolved.
+FEWEST_ACROSS = 10
+#: Share of a contact's force from which a region of it is spoken of.
+LEAST_REGION = 0.05
+#: Distance of faces from the round shape that they stand for, relative to the elastic displacement, that is noted.
+LEAST_CHORD = 0.15
+#: Cosine of the angle between neighbouring faces below which they form an edge and no round shape.
+EDGE = np.cos(np.radians(40.0))
+
+
+class _Side(NamedTuple):
+    """One elastic side of a contact, in its own axes: its surface, deformed, and elastic displacements of its nodes."""
+
+    body: Body
+    before: FacetSurface
+    after: FacetSurface
+    elastic: Array
+
+
+def _side(result: ContactResult, body: Body, name: str) -> _Side | None:
+    surface = body.surface(name)
+    if not isinstance(body, ElasticBody) or not isinstance(surface, FacetSurface):
+        return None
+    k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
+    assert body.model is not None
+    u, frame = result.state.displacements[k], result.loading.frames[k]
+    rest = body.model.at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
+    return _Side(body, surface, replace(surface, points=surface.points + body.model.at_points(u)), rest)
+
+
+def overlap_left(result: ContactResult) -> Iterator[str]:
+    """Contacts of elastic bodies whose nodes lie inside the other although the gaps that were solved for are open."""
+    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+        slave = _side(result, interface.slave, interface.surfaces[0])
+        master = _side(result, interface.master, interface.surfaces[1])
+        if slave is None or master is None:
+            continue
+        ours = interface.pairing.nodes[contact.candidates]
+        one, elastic, size, facets = _deepest(slave, master, np.asarray(np.isin(slave.before.facets, ours).any(axis=1)))
+        other, yielded, _, _ = _deepest(master, slave, facets)
+        depth, given = max(one, other), elastic + yielded
+        if depth > LEAST_OVERLAP * (depth + given) and depth > ROUNDING * size:
+            points = int(contact.active.sum())
+            carry = "no point" if points == 0 else "1 point" if points == 1 else f"{points} points"
+            carry += " of the contact between them " + ("carries" if points < 2 else "carry")
+            yield (
+                f"Nodes of {contact.slave.name!r} and {contact.master.name!r} overlap by {depth:.3g}, "
+                f"{depth / size:.2g} of a face and {100 * depth / (depth + given):.0f} % of the approach, "
+                f"and {carry} force: their faces are too coarse for this contact. Refine them there."
+            )
+
+
+def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, float, Mask]:
+    """How deep nodes of chosen facets of one side, and of those round them, lie in the other.
+
+    Returns
+    -------
+    depth, elastic, size : float
+        The largest depth and elastic displacement, and the mean size of the faces.
+    facets : (n_facets,) bool array
+        Of the other side, those that hold the feet.
+    """
+    surface = one.after
+    nodes = np.unique(surface.facets[with_rings(surface, chosen, 1)])
+    touched = np.zeros(len(other.after.facets), bool)
+    if len(nodes) == 0:
+        return 0.0, 0.0, 1.0, touched
+    relative = one.body.pose.relative_to(other.body.pose)
+    feet = other.after.project(surface.points[nodes] @ relative.rotation.T + relative.translation)
+    assert feet.facet is not None
+    touched[feet.facet] = True
+    facing = opposition(surface, nodes, feet.normals @ relative.rotation) >= STEEPEST
+    depth = np.where(feet.beyond | ~facing, 0.0, -feet.gap).max(initial=0.0)
+    elastic = np.linalg.norm(one.elastic[nodes], axis=1).max()
+    return float(depth), float(elastic), float(node_sizes(surface)[nodes].mean()), touched
+
+
+def few_points(result: ContactResult) -> Iterator[str]:
+    """Contacts of which a region is a handful of points wide."""
+    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+        # a contact that fills its faces is as wide as they are, and not sought
+        if not contact.active.any() or contact.active.all():
+            continue
+        between = f"The contact of {contact.slave.name!r} and {contact.master.name!r}"
+        number = int(contact.active.sum())
+        if number <= 3:
+            yield (
+                f"{between} is carried by {number} {'point' if number == 1 else 'points'} only: forces and approach "
+                "may be off by tens of percent, pressures more. Refine the faces there."
+            )
+            continue
+        load = np.bincount(contact.region, contact.forces)
+        load[0] = 0.0
+        across = min(_across(contact, interface, int(k)) for k in np.flatnonzero(load > LEAST_REGION * load.sum()))
+        if across < FEWEST_ACROSS:
+            yield (
+                f"{between} is resolved by about {across:.0f} points across: its pressures may be off by tens of "
+                f"percent. Refine the faces there to {FEWEST_ACROSS} points across or more."
+            )
+
+
+def _across(contact: ContactFields, interface: Interface, region: int) -> float:
+    """Points across a region: those of the diameter of an ellipse, its shorter one, with as many points in it."""
+    chosen = contact.region == region
+    n = chosen.sum() * _images(interface, interface.pairing.nodes[chosen])
+    if contact.is_curve:
+        return float(n * (2 if contact.is_ring and _on_axis(contact, chosen) else 1))
+    spread = np.linalg.svd(contact.points[chosen] - contact.points[chosen].mean(axis=0), compute_uv=False)
+    slender = spread[1] / spread[0] if len(spread) > 1 and spread[0] > 0 else 0.0
+    return float(max(1.0, np.sqrt(4 * n * slender / np.pi)))
+
+
+def _on_axis(contact: ContactFields, chosen: Mask) -> bool:
+    """Whether a region of a ring's contact reaches the axis."""
+    r = contact.slave.pose.to_body(contact.points)[:, 0]
+    return bool(r[chosen].min() <= r.min() + 1e-9 * contact.slave.size)
+
+
+def _images(interface: Interface, nodes: IntArray) -> int:
+    """How often a region stands for itself by planes of symmetry through it: supports along one normal on its nodes."""
+    mesh, supports = getattr(interface.slave, "mesh", None), getattr(interface.slave, "supports", {})
+    planes = [name for name, support in supports.items() if is_plane(support)]
+    return 2 ** sum(bool(np.isin(nodes, mesh.boundary_nodes(name)).any()) for name in planes)  # type: ignore[union-attr]
+
+
+def chords(result: ContactResult) -> Iterator[str]:
+    """Contacts of round faces whose chords are as far apart as the bodies are pressed together."""
+    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+        if not contact.active.any() or interface.note.startswith("faces match or nest"):
+            continue
+        chord, given = 0.0, 0.0
+        nodes = interface.pairing.nodes[contact.active]
+        for body, name in zip((interface.slave, interface.master), interface.surfaces, strict=True):
+            side = _side(result, body, name)
+            if side is None:
+                continue
+            if body is interface.slave:
+                touched: Mask = np.asarray(np.isin(side.before.facets, nodes).any(axis=1))
+            else:
+                relative = interface.slave.pose.relative_to(body.pose)
+                points = interface.pairing.slave_points[contact.active] @ relative.rotation.T + relative.translation
+                touched = np.zeros(len(side.before.facets), bool)
+                touched[side.before.project(points).facet] = True
+            chord += _chord(side.before, touched)
+            given += float(np.linalg.norm(side.elastic[np.unique(side.before.facets[touched])], axis=1).max())
+        if chord > LEAST_CHORD * given:
+            yield (
+                f"Faces of {contact.slave.name!r} and {contact.master.name!r} depart from the round shapes they stand "
+                f"for by about {chord:.2g}, {100 * chord / given:.0f} % of the elastic displacement there: pressures "
+                "may vary by as much about their mean. Take finer faces, or quadratic ones."
+            )
+
+
+def _chord(surface: FacetSurface, chosen: Mask) -> float:
+    """Mean over chosen facets of their distance from a round shape through their sides."""
+    return 0.0 if isinstance(surface, GridSurface) else float(surface.once(_sagittas)[chosen].mean())
+
+
+def _sagittas(surface: FacetSurface) -> Array:
+    """Distance (n_facets,) of each facet from its arc: step to a neighbour times the angle between them over 8.
+
+    The largest over the sides counts; edges, sharper than round shapes are cut, count nothing.
+    """
+    if isinstance(surface, CurveSurface):
+        a, b, cosine = _shared_ends(surface)
+    else:
+        a, b, cosine = shared_sides(surface.points, surface.facets)
+        a, b = a // 4, b // 4
+    centres = surface.evaluate(np.arange(len(surface.facets)), facet_centres(surface.triangle))[0]
+    angle = np.where(cosine >= EDGE, np.arccos(np.clip(cosine, -1.0, 1.0)), 0.0)
+    sagitta = np.linalg.norm(centres[a] - centres[b], axis=1) * angle / 8
+    out = np.zeros(len(surface.facets))
+    np.maximum.at(out, a, sagitta)
+    np.maximum.at(out, b, sagitta)
+    return out
+
+
+def _shared_ends(surface: CurveSurface) -> tuple[IntArray, IntArray, Array]:
+    """Sides that follow on one another, and the cosine between their tangents there."""
+    order = np.argsort(surface.facets[:, 0])
+    place = np.searchsorted(surface.facets[order, 0], surface.facets[:, 1])
+    place = np.minimum(place, len(order) - 1)
+    a = np.flatnonzero(surface.facets[order[place], 0] == surface.facets[:, 1])
+    b = order[place[a]]
+    ends = [np.tile([s, 0.5], (len(a), 1)) for s in (1.0, 0.0)]
+    return a, b, np.einsum("ni,ni->n", surface.normals(a, ends[0]), surface.normals(b, ends[1]))

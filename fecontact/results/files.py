@@ -1,0 +1,228 @@
+"""Files: results to VTU and PVD (ParaView), JSON (scripts) and CSV (spreadsheets)."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import quoteattr
+
+import meshio
+import numpy as np
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.fem.stress import von_mises
+from fecontact.mesh.formats.generic import teach_meshio
+from fecontact.mesh.formats.vtk_cells import native_cells
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import SectionMesh
+from fecontact.surfaces.facet_surface import FacetSurface
+
+if TYPE_CHECKING:
+    from fecontact.contact.interface import Interface
+    from fecontact.results.contact_fields import ContactFields
+    from fecontact.results.result import ContactResult
+
+
+def check_writable(path: str | Path) -> Path:
+    """Refuse a path that cannot be written, before long work.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist, is no folder, or the file cannot be written.
+    """
+    path = Path(path)
+    folder = path.parent
+    if not folder.is_dir():
+        raise InputError(
+            f"Cannot write {path}: the folder {folder} does not exist. Make it first or choose another path."
+        )
+    if path.is_dir():
+        raise InputError(f"Cannot write {path}: it is a folder.")
+    target = path if path.exists() else folder
+    if not os.access(target, os.W_OK):
+        raise InputError(f"Cannot write {path}: no permission for {target}.")
+    return path
+
+
+def write_atomically(path: str | Path, text: str) -> Path:
+    """Write a text file under a temporary name and move it into place, so that an interruption loses nothing."""
+    path = check_writable(path)
+    if path.exists() and not path.is_file():
+        path.write_text(text, encoding="utf-8")  # a pipe or a device is written to, never replaced
+        return path
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+    return path
+
+
+def save_json(path: str | Path, data: dict[str, Any]) -> Path:
+    """Write numbers for scripts; numpy scalars and arrays become plain ones."""
+    return write_atomically(path, json.dumps(data, indent=2, default=_plain) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"{type(value).__name__} has no place in a JSON file")
+
+
+def save_result(result: ContactResult, path: str | Path) -> Path:
+    """Write a result; the suffix decides.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown or the path cannot be written.
+    """
+    writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, r.summary()), ".csv": save_csv}
+    suffix = Path(path).suffix.lower()
+    if suffix not in writers:
+        raise InputError(f"Unknown file type {suffix!r} for a result; expected one of {', '.join(writers)}.")
+    check_writable(path)
+    return writers[suffix](result, path)
+
+
+def save_csv(result: ContactResult, path: str | Path) -> Path:
+    """One row per contact point: contact, position, normal, area, force, pressure, gap, region (0: no contact)."""
+    path = check_writable(path)
+    head = ["contact", "x", "y", "z", "nx", "ny", "nz", "area", "force", "pressure", "gap", "region"]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(head)
+        for k, c in enumerate(result.contacts):
+            table = np.column_stack([c.points, c.normals, c.weights, c.forces, c.pressure, c.gap])
+            rows = zip(table.tolist(), c.region.tolist(), strict=True)
+            writer.writerows([k, *map(repr, row), region] for row, region in rows)
+    return path
+
+
+def save_vtu(result: ContactResult, path: str | Path) -> Path:
+    """All elastic bodies with displacement, stress, equivalent stress and contact pressure as point data.
+
+    Stresses are in each body's own axes. Wedges, pyramids and tetrahedra are written as such. Mid-face nodes have no
+    place in the file's elements and are left out.
+    """
+    path = check_writable(path)
+    teach_meshio()
+    points: list[Array] = []
+    cells: dict[str, list[IntArray]] = {}
+    owner: dict[str, list[IntArray]] = {}
+    data: dict[str, list[Array]] = {}
+    start = 0
+    for k, body in enumerate(result.elastic_bodies):
+        mesh = body.mesh
+        used = np.unique(mesh.cells)
+        index = np.full(len(mesh.points), -1, dtype=np.int64)
+        index[used] = start + np.arange(len(used))
+        points.append(result.given(body).pose.to_world(mesh.points[used]))
+        for name, block in _blocks(mesh):
+            cells.setdefault(name, []).append(index[block])
+            owner.setdefault(name, []).append(np.full(len(block), k))
+        for name, values in body_fields(result, body).items():
+            data.setdefault(name, []).append(values[used])
+        start += len(used)
+    if not points:
+        raise InputError("The scene has no elastic body, so there is nothing to write to a VTU file.")
+    meshio.Mesh(
+        np.concatenate(points),
+        [(name, np.concatenate(c)) for name, c in cells.items()],
+        point_data={k: np.concatenate(v) for k, v in data.items()},
+        cell_data={"body": [np.concatenate(owner[name]) for name in cells]},
+    ).write(path, file_format="vtu")
+    return path
+
+
+def _blocks(mesh: Mesh | SectionMesh) -> list[tuple[str, IntArray]]:
+    """Cells by their names in meshio, in VTK's node order."""
+    if isinstance(mesh, SectionMesh):
+        return [(mesh.cell_type, mesh.cells)]
+    return [(name, cells) for name, cells, _ in native_cells(mesh)]
+
+
+def save_series(results: Sequence[ContactResult], path: str | Path, times: Sequence[float] | None = None) -> Path:
+    """Write results as a series for ParaView: a PVD file and, beside it, one VTU file for each result.
+
+    Parameters
+    ----------
+    results : sequence of ContactResult
+    path : str or Path
+        Ends in ``.pvd``; the others are named after it, with a number.
+    times : sequence of float, optional
+        Time (or load, or angle) of each result; 0, 1, 2, ... unless given.
+
+    Raises
+    ------
+    InputError
+        If there is no result, not one time for each, another suffix, or a path that cannot be written.
+    """
+    path = check_writable(path)
+    if path.suffix.lower() != ".pvd":
+        raise InputError(f"A series is written to a .pvd file; found {path.name!r}.")
+    instants = [float(k) for k in range(len(results))] if times is None else [float(t) for t in times]
+    if not results or len(instants) != len(results):
+        raise InputError(f"A series needs results and one time for each; found {len(results)} and {len(instants)}.")
+    files = [save_vtu(result, path.with_name(f"{path.stem}_{k:04d}.vtu")) for k, result in enumerate(results)]
+    return write_collection(path, files, instants)
+
+
+def write_collection(path: Path, files: Sequence[Path], times: Sequence[float]) -> Path:
+    """Write the PVD file that lists files beside it with their times."""
+    pairs = zip(files, times, strict=True)
+    lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(file.name)}/>' for file, time in pairs]
+    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+    return write_atomically(path, head + "\n".join(lines) + "\n  </Collection>\n</VTKFile>\n")
+
+
+def body_fields(result: ContactResult, body: ElasticBody) -> dict[str, Array]:
+    """Nodal fields of a body by name: displacement (n, 3), stress (n, 6), von_mises (n,), contact_pressure (n,)."""
+    stress = result.stress(body)
+    return {
+        "displacement": result.displacement(body),
+        "stress": stress,
+        "von_mises": von_mises(stress),
+        "contact_pressure": nodal_pressure(result, body),
+    }
+
+
+def nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
+    """Contact pressure (n_points,) on a body's nodes; zero where there is none.
+
+    As slave: the contact's own. As master: the slave's at the point opposite each node.
+    """
+    pressure = np.zeros(len(body.mesh.points))
+    for interface, contact in zip(result.interfaces, result.contacts, strict=True):
+        if interface.slave is body:
+            pressure += interface.pairing.at_nodes @ contact.pressure
+        elif interface.master is body and contact.active.any():
+            nodes, values = _opposite_pressure(interface, contact)
+            pressure[nodes] += values
+    return pressure
+
+
+def _opposite_pressure(interface: Interface, contact: ContactFields) -> tuple[IntArray, Array]:
+    """Nodes of the master's surface and the slave's pressure opposite them."""
+    slave = interface.slave.surface(interface.surfaces[0])
+    master = interface.master.surface(interface.surfaces[1])
+    assert isinstance(slave, FacetSurface)
+    assert isinstance(master, FacetSurface)
+    p = interface.pairing
+    nodal = p.at_nodes @ contact.pressure
+    feet = slave.project((master.points[master.nodes] - p.translation) @ p.rotation)
+    assert feet.weights is not None
+    # a node that stands further off than any point in contact does is on another part of the surface
+    off = np.abs(feet.gap) > 2 * np.abs(p.gap[contact.active]).max() + 1e-6 * slave.size
+    values = np.clip(feet.weights @ nodal, 0.0, contact.max_pressure)
+    return master.nodes, np.where(off | feet.beyond, 0.0, values)

@@ -1,0 +1,298 @@
+"""Pictures of bodies: deformed shape with stress, displacement or contact pressure on the outer faces, or on a cut.
+
+To a file without a screen by `results.pictures.renderer` and matplotlib; on the screen through pyvista, where it is installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array
+from fecontact.common.errors import MissingPackageError
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import SectionMesh
+from fecontact.results.files import check_writable
+from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
+from fecontact.results.pictures.rigid_patches import rigid_patches
+from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
+
+#: Fields of every result; vectors and tensors also by component.
+FIELDS = (
+    "von_mises",
+    "contact_pressure",
+    "displacement",
+    *(f"displacement_{c}" for c in COMPONENTS[3]),
+    *(f"stress_{c}" for c in COMPONENTS[6]),
+)
+#: Colour tables: fields of one sign from light to dark, so that light and shade are seen; of two signs about white.
+TABLES = {"displacement": "YlGnBu"}
+ONE_SIGN, TWO_SIGNS = "YlOrRd", "RdBu_r"
+PIXELS = (1100, 820)
+#: Pieces per side into which a curved face is cut for pyvista, which knows flat ones only.
+SUBDIVISION = 6
+
+
+def view(
+    solids: Sequence[Solid],
+    field: str = "von_mises",
+    path: str | Path | None = None,
+    *,
+    scale: float = 1.0,
+    direction: str | tuple[float, float] = "iso",
+    only: Sequence[str] | None = None,
+    where: str | None = None,
+    limits: tuple[float, float] | None = None,
+    edges: bool = True,
+    units: str = "",
+    length: str = "",
+    title: str | None = None,
+    pixels: tuple[int, int] | None = None,
+    rigid: tuple[Array, NDArray[np.int64]] | None = None,
+) -> Figure:
+    """Draw bodies with a field on their outer faces.
+
+    Parameters
+    ----------
+    solids : sequence of Solid
+    field : str
+        Such as 'von_mises', 'contact_pressure', 'displacement', 'displacement_z', 'stress_xx'.
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    scale : float
+        By which displacements are exaggerated; 0 shows the bodies undeformed.
+    direction : str or (azimuth, elevation) in degrees
+        Where the eye stands, see `render.VIEWS`; sections are seen along y unless given.
+    only : sequence of str, optional
+        Names of the bodies to show.
+    where : str, optional
+        Cut: what is to be kept, for instance ``"y>0"``.
+    limits : (low, high), optional
+        Of the colours; what is shown decides unless given.
+    edges : bool
+        Whether the mesh is drawn.
+    units, length : str
+        Units of the field, and of length.
+    title : str, optional
+    pixels : (width, height)
+        Of the drawing itself, at most; `PIXELS` unless given.
+    rigid : (points, quadrilaterals), optional
+        Rigid surfaces, drawn translucent.
+
+    Raises
+    ------
+    InputError
+        Unknown field, body or direction, or a path that cannot be written.
+    """
+    if path is not None:
+        check_writable(path)
+    shown = chosen(solids, only, where)
+    points, facets, values = _skin(shown, field, scale)
+    table, norm = _colours(field, values[np.unique(facets)], limits)
+    flat = direction == "iso" and all(isinstance(s.mesh, SectionMesh) for s in shown)
+    camera = Camera.looking("-y" if flat else direction)
+    image = draw_facets(
+        points,
+        facets,
+        values,
+        lambda v: table(norm(v))[:, :3],
+        camera,
+        pixels or PIXELS,
+        edges,
+        closed=True,
+        veil=rigid,
+    )
+    left, right, bottom, top = image.extent
+    width = float(np.clip(5.6 * (right - left) / (top - bottom) + 2.8, 5.6, 9.6))
+    figure = Figure(figsize=(width, 6.6), layout="constrained")
+    axes = figure.subplots()
+    axes.imshow(image.rgba, extent=image.extent, origin="lower", interpolation="antialiased")
+    axes.set_axis_off()
+    axes.set_title(title if title is not None else _title(shown, scale))
+    bar = figure.colorbar(ScalarMappable(norm, table), ax=axes, shrink=0.75, pad=0.02)
+    bar.set_label(f"{_label(field)} [{units}]" if units else _label(field))
+    _draw_ruler(axes, image, length)
+    _draw_triad(figure, camera)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def view_result(result: ContactResult, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
+    """Draw the elastic bodies of a result, and what is near of the rigid surfaces they touch; options as in `view`.
+
+    Rigid surfaces are left out of cuts and of pictures of chosen bodies.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="bottom", supports={"top": "xyz"})
+    >>> floor = fc.RigidBody(fc.Plane())
+    >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    >>> figure = view_result(result, "displacement_z", scale=10, units="mm")
+    >>> figure.axes[1].get_ylabel()
+    'displacement z [mm]'
+    """
+    whole = options.get("only") is None and options.get("where") is None
+    rigid = rigid_patches(result, options.get("scale", 1.0)) if whole else None
+    return view(solids_of_result(result), field, path, rigid=rigid, **options)
+
+
+def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDArray[np.int64], Array]:
+    """Points, facets (counter-clockwise seen from outside) and nodal values of all bodies together."""
+    points, facets, values = [], [], []
+    start = 0
+    for solid in solids:
+        points.append(solid.deformed(scale))
+        values.append(solid.scalar(field))
+        facets.append(start + _faces(solid.mesh))
+        start += len(solid.mesh.points)
+    widest = max(f.shape[1] for f in facets)
+    if any(f.shape[1] != widest for f in facets):
+        facets = [f[:, :4] for f in facets]
+    return np.concatenate(points), np.concatenate(facets), np.concatenate(values)
+
+
+def _faces(mesh: Mesh | SectionMesh) -> NDArray[np.int64]:
+    """What is seen of a mesh: its outer faces, or the cells of a section."""
+    if isinstance(mesh, SectionMesh):
+        return mesh.cells
+    plain = replace(mesh, midface=None)
+    return _outwards(plain.points, plain.face_nodes(plain.outer_faces))
+
+
+def _outwards(points: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces of a closed surface turned outwards if they enclose a negative volume, as those of mirrored cells do."""
+    corners = points[faces[:, :4]] - points[faces[0, 0]]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    if np.einsum("fi,fi->", corners.mean(axis=1), normals) >= 0:
+        return faces
+    return faces[:, [1, 0, 3, 2, 4, 7, 6, 5, 8][: faces.shape[1]]]
+
+
+def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> tuple[Any, Normalize]:
+    """Colour table and its limits for the values shown."""
+    low, high = limits if limits is not None else (float(values.min()), float(values.max()))
+    signed = field.rpartition("_")[2] in (*COMPONENTS[3], *COMPONENTS[6])
+    if signed and limits is None:
+        high = max(abs(low), abs(high))
+        low = -high
+    elif not signed and limits is None:
+        low = min(low, 0.0)
+    if not high > low:
+        high = low + 1.0
+    return colormaps[TWO_SIGNS if signed else TABLES.get(field, ONE_SIGN)], Normalize(low, high)
+
+
+def _label(field: str) -> str:
+    return {"von_mises": "von Mises stress"}.get(field, field.replace("_", " "))
+
+
+def _title(solids: Sequence[Solid], scale: float) -> str:
+    names = list(dict.fromkeys(s.name for s in solids))
+    bodies = f"{'body' if len(names) == 1 else 'bodies'} {', '.join(names)}"
+    if scale == 0 or not any("displacement" in s.fields for s in solids):
+        return f"{bodies}, undeformed"
+    return f"{bodies}, deformed" if scale == 1 else f"{bodies}, displacements × {scale:g}"
+
+
+def _draw_ruler(axes: Any, image: Image, length: str) -> None:
+    """A ruler of a round length below the picture; the projection is parallel, so it holds everywhere."""
+    left, right, bottom, top = image.extent
+    target = 0.2 * (right - left)
+    decade = 10 ** np.floor(np.log10(target))
+    size = max(f * decade for f in (1.0, 2.0, 5.0) if f * decade <= target)
+    y = bottom - 0.05 * (top - bottom)
+    axes.plot([right - size, right], [y, y], color="black", linewidth=2.5, solid_capstyle="butt", clip_on=False)
+    text = f"{size:g} {length}".strip()
+    axes.text(right - size / 2, y - 0.02 * (top - bottom), text, ha="center", va="top")
+    axes.set_ylim(bottom - 0.12 * (top - bottom), top)
+    axes.set_xlim(left, right)
+
+
+def _draw_triad(figure: Figure, camera: Camera) -> None:
+    """The world's axes in the lower left corner."""
+    axes = figure.add_axes((0.01, 0.01, 0.11, 0.16))
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    axes.set_xlim(-1.4, 1.4)
+    axes.set_ylim(-1.4, 1.4)
+    for k in np.argsort(camera.axes[2]).tolist():
+        x, y = camera.axes[:2, k]
+        name, colour = "xyz"[k], ("tab:red", "tab:green", "tab:blue")[k]
+        axes.annotate("", (x, y), (0, 0), arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
+        if np.hypot(x, y) > 0.05:
+            axes.text(1.25 * x, 1.25 * y, name, color=colour, ha="center", va="center")
+
+
+def show(
+    solids: Sequence[Solid],
+    field: str = "von_mises",
+    path: str | Path | None = None,
+    *,
+    scale: float = 1.0,
+    direction: str | tuple[float, float] = "iso",
+    only: Sequence[str] | None = None,
+    where: str | None = None,
+    limits: tuple[float, float] | None = None,
+    units: str = "",
+) -> None:
+    """Show bodies in a window of pyvista, to be turned with the mouse, or draw its picture into a file.
+
+    Options as in `view`.
+
+    Raises
+    ------
+    MissingPackageError
+        If pyvista is not installed.
+    InputError
+        As `view`.
+    """
+    pyvista = _pyvista()
+    if path is not None:
+        check_writable(path)
+    points, facets, values = _skin(chosen(solids, only, where), field, scale)
+    table, norm = _colours(field, values[np.unique(facets)], limits)
+    fine, quads = subdivided(np.column_stack([points, values]), facets, SUBDIVISION)
+    faces = np.column_stack([np.full(len(quads), 4), quads]).ravel()
+    label = f"{_label(field)} [{units}]" if units else _label(field)
+    camera = Camera.looking(direction)
+    plotter = pyvista.Plotter(off_screen=path is not None, window_size=PIXELS)
+    plotter.set_background("white")
+    plotter.add_mesh(
+        pyvista.PolyData(fine[:, :3].copy(), faces),
+        scalars=fine[:, 3].copy(),
+        cmap=table,
+        clim=(norm.vmin, norm.vmax),
+        ambient=0.5,
+        scalar_bar_args={"title": label, "vertical": True, "color": "black"},
+    )
+    plotter.add_axes(color="black")
+    plotter.enable_parallel_projection()
+    plotter.view_vector(camera.axes[2], camera.axes[1])
+    plotter.show(screenshot=None if path is None else str(path))
+
+
+def _pyvista() -> Any:
+    try:
+        import pyvista
+    except ImportError as error:
+        raise MissingPackageError(
+            "Showing bodies on the screen needs pyvista: pip install 'fecontact[view]'. "
+            "Pictures in files (--out) need only matplotlib."
+        ) from error
+    return pyvista

@@ -1,0 +1,66 @@
+"""Patches of rigid surfaces to be shown beside the bodies that they touch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fecontact.bodies.rigid import RigidBody
+from fecontact.common.arrays import Array, IntArray
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
+    from fecontact.results.result import ContactResult
+
+
+#: Half side of a patch over the largest distance of the contact's points from its middle.
+MARGIN = 1.3
+#: Quadrilaterals per side of a patch.
+PIECES = 24
+#: Side of a quadrilateral over that of the grid in the tangent plane above which a fold or jump is crossed.
+STRETCH = 3.0
+
+
+def rigid_patches(result: ContactResult, scale: float) -> tuple[Array, IntArray]:
+    """Points (n, 3) and quadrilaterals (n_quads, 4) of the rigid surfaces of a result, where bodies touch them.
+
+    Parameters
+    ----------
+    result : ContactResult
+    scale : float
+        By which displacements are exaggerated, rigid motions too.
+    """
+    points, quads, start = [np.zeros((0, 3))], [np.zeros((0, 4), np.int64)], 0
+    for contact in result.contacts:
+        if isinstance(contact.master, RigidBody) and not contact.is_curve:
+            motion = result.state.motions[result.scene.bodies.index(contact.master)]
+            x, q = _patch(contact, contact.master)
+            begin = result.given(contact.master).pose.to_world(contact.master.pose.to_body(x))
+            end = x + motion[:3] + np.cross(motion[3:], x - contact.master.pose.translation)
+            points.append(begin + scale * (end - begin))
+            quads.append(q + start)
+            start += len(x)
+    return np.concatenate(points), np.concatenate(quads)
+
+
+def _patch(contact: ContactFields, body: RigidBody) -> tuple[Array, IntArray]:
+    """Feet of a grid in the tangent plane where the gap is least; quadrilaterals beyond the surface are left out."""
+    shape = body.surface(contact.surfaces[1])
+    nearest = body.pose.to_body(contact.points[[np.argmin(contact.gap)]])
+    foot = shape.project(nearest)
+    normal = foot.normals[0]
+    along = np.eye(3)[np.argmin(np.abs(normal))]
+    first = np.cross(normal, along) / np.linalg.norm(np.cross(normal, along))
+    axes = np.stack([first, np.cross(normal, first)])
+    offsets = (body.pose.to_body(contact.nodes) - foot.points) @ axes.T
+    half = MARGIN * np.abs(offsets).max()
+    t = half * np.linspace(-1.0, 1.0, PIECES + 1)
+    grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2) @ axes + foot.points
+    feet = shape.project(grid)
+    index = np.arange((PIECES + 1) ** 2).reshape(PIECES + 1, PIECES + 1)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    corners = feet.points[quads]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    kept = ~feet.beyond[quads].any(axis=1) & (longest < STRETCH * 2 * half / PIECES)
+    return body.pose.to_world(feet.points), quads[kept]

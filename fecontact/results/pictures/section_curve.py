@@ -1,0 +1,78 @@
+"""Pictures of the contacts of sections: a field over the curve. Needs matplotlib only."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
+    from fecontact.results.pictures.draw import Units
+
+
+#: Points per side of a section from which its curve is drawn, and how far beyond the contact it is shown.
+FINENESS, MARGIN = 16, 1.35
+
+
+def along_axis(contact: ContactFields) -> int:
+    """The coordinate (0: x, 2: z) over which a curve is drawn: the one it extends in most."""
+    extent = np.ptp(contact.points[contact.active] if contact.active.any() else contact.points, axis=0)
+    return 2 if extent[2] > extent[0] else 0
+
+
+def draw_curve(axes: Any, contact: ContactFields, what: str, units: Units, top: float | None = None) -> None:
+    """Draw a field of a contact of sections: interpolated in its sides, and at its nodes.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    contact : ContactFields
+    what : {'pressure', 'gap'}
+    units : Units
+    top : float, optional
+        Largest pressure of the scale.
+    """
+    values = getattr(contact, what)
+    k = along_axis(contact)
+    s = np.linspace(0.0, 1.0, FINENESS)
+    place = contact.line_points(s)[..., k]
+    field = contact.interpolated(values, s[:, None])
+    broken = np.full((len(place), 1), np.nan)
+    axes.plot(
+        np.concatenate([place, broken], axis=1).ravel(),
+        np.concatenate([field, broken], axis=1).ravel(),
+        color="tab:orange",
+        linewidth=1.4,
+        label="interpolated in the sides",
+    )
+    axes.plot(contact.points[:, k], values, "o", color="tab:blue", markersize=3.5, label="contact nodes")
+    low, high = _window(contact, k)
+    axes.set_xlim(low, high)
+    if what == "pressure":
+        axes.set_ylim(0.0, 1.05 * (top or float(values.max(initial=0.0)) or 1.0))
+    else:
+        shown = values[(contact.points[:, k] >= low) & (contact.points[:, k] <= high)]
+        room = 0.05 * (float(np.ptp(shown)) or 1.0)
+        axes.set_ylim(float(shown.min()) - room, float(shown.max()) + room)
+    axes.set_xlabel(units.after(_name(contact, k), "length"))
+    axes.set_ylabel(units.after("contact pressure", "stress") if what == "pressure" else units.after("gap", "length"))
+    axes.grid(color="0.9")
+    axes.legend(loc="best", fontsize="small")
+
+
+def _window(contact: ContactFields, k: int) -> tuple[float, float]:
+    """Ends of what is worth showing: the contact and a margin, within the curve; all of it without contact."""
+    place = contact.points[:, k]
+    low, high = float(place.min()), float(place.max())
+    if not contact.active.any():
+        return low, high
+    touched = place[contact.active]
+    reach = (MARGIN - 1) * float(np.ptp(touched))
+    return max(low, float(touched.min()) - reach), min(high, float(touched.max()) + reach)
+
+
+def _name(contact: ContactFields, k: int) -> str:
+    if k == 2:
+        return "z"
+    return "radius" if contact.is_ring else "x"

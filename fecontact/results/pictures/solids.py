@@ -1,0 +1,191 @@
+"""Bodies to be shown, out of a result or a VTU file: their meshes and fields, chosen and cut open."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.bodies.pose import Pose
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.fem.stress import VOIGT
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import CELL_TYPES, SectionMesh, counter_clockwise
+from fecontact.results.files import body_fields
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
+
+COMPONENTS = {3: ("x", "y", "z"), 6: VOIGT}
+CUT = re.compile(r"\s*([xyz])\s*([<>])\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*")
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A body to be shown.
+
+    Attributes
+    ----------
+    name : str
+    mesh : Mesh or SectionMesh
+        With its points in the world.
+    fields : mapping of str to (n_points,) or (n_points, k) arrays
+    """
+
+    name: str
+    mesh: Mesh | SectionMesh
+    fields: Mapping[str, Array]
+
+    def deformed(self, scale: float) -> Array:
+        """Points (n_points, 3) with `scale` times the displacement added."""
+        if scale == 0 or "displacement" not in self.fields:
+            return self.mesh.points
+        return np.asarray(self.mesh.points + scale * self.fields["displacement"])
+
+    def scalar(self, name: str) -> Array:
+        """A field (n_points,): as it is, the length of a vector, or a component such as ``stress_xx``.
+
+        Raises
+        ------
+        InputError
+            Lists the fields there are.
+        """
+        if name in self.fields and self.fields[name].ndim == 1:
+            return self.fields[name]
+        if name in self.fields and self.fields[name].shape[1] == 3:
+            return np.asarray(np.linalg.norm(self.fields[name], axis=1))
+        whole, _, component = name.rpartition("_")
+        names = COMPONENTS.get(self.fields[whole].shape[-1], ()) if whole in self.fields else ()
+        if component in names:
+            return np.asarray(self.fields[whole][:, names.index(component)])
+        known = _scalar_names(self.fields)
+        near = difflib.get_close_matches(name, known, 1)
+        raise InputError(
+            f"There is no field {name!r}{f', did you mean {near[0]!r}?' if near else '.'} "
+            f"The fields are: {', '.join(known)}."
+        )
+
+
+def _scalar_names(fields: Mapping[str, Array]) -> list[str]:
+    out = []
+    for name, values in fields.items():
+        columns = values.shape[1] if values.ndim == 2 else 1
+        if columns in (1, 3):
+            out.append(name)
+        out += [f"{name}_{c}" for c in COMPONENTS.get(columns, ())]
+    return out
+
+
+def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
+    """The elastic bodies of a result, in the world.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if not result.elastic_bodies:
+        raise InputError(
+            "No body of this scene is meshed inside; only its contacts can be drawn: plot 'pressure' or 'gap' instead."
+        )
+    return tuple(
+        Solid(b.name, _in_world(b.mesh, result.given(b).pose), body_fields(result, b)) for b in result.elastic_bodies
+    )
+
+
+def _in_world(mesh: Mesh | SectionMesh, pose: Pose) -> Mesh | SectionMesh:
+    """The mesh of a body in a pose; a section that is turned half round keeps running counter-clockwise."""
+    if isinstance(mesh, SectionMesh):
+        points = pose.to_world(mesh.points)
+        return SectionMesh(points, counter_clockwise(points, mesh.cells))
+    return mesh.mapped(pose.to_world)
+
+
+def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
+    """The bodies in a VTU file, as `ContactResult.save` writes it; other solid meshes are shown as one body.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, cannot be read, or holds no solid cells.
+    """
+    from fecontact.mesh.formats.generic import load
+    from fecontact.mesh.kinds import BY_MESHIO
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"Cannot show {path}: there is no such file.")
+    import meshio
+
+    file, _ = load(path, meshio.read)
+    numbers = file.cell_data.get("body", [np.zeros(len(block.data), dtype=np.int64) for block in file.cells])
+    fields = {name: np.asarray(values, dtype=float) for name, values in file.point_data.items()}
+    out: list[Solid] = []
+    # cells of one width are one mesh, whatever their kinds, so that no face between them counts as an outer one
+    parts: dict[tuple[int, int], list[NDArray[np.int64]]] = {}
+    for block, number in zip(file.cells, numbers, strict=True):
+        for k in np.unique(number).tolist():
+            cells = np.asarray(block.data)[number == k]
+            if block.type in CELL_TYPES.values():
+                used, cells = np.unique(cells, return_inverse=True)
+                cells = counter_clockwise(file.points[used], cells.reshape(-1, block.data.shape[1]))
+                section = SectionMesh(file.points[used], cells)
+                out.append(Solid(str(k), section, {name: values[used] for name, values in fields.items()}))
+            elif block.type in BY_MESHIO:
+                cells = BY_MESHIO[block.type].to_hexahedra(cells)
+                parts.setdefault((k, cells.shape[1]), []).append(cells)
+    out += [Solid(str(k), Mesh(file.points, np.concatenate(cells)), fields) for (k, _), cells in parts.items()]
+    if not out:
+        found = ", ".join(sorted({block.type for block in file.cells})) or "nothing"
+        raise InputError(f"Cannot show {path}: it holds no solid cells (found {found}).")
+    return tuple(out)
+
+
+def cut(solid: Solid, where: str) -> Solid | None:
+    """The cells whose centres satisfy a condition such as ``"x<0"``, which lays their inner faces open.
+
+    None if no cell does.
+
+    Raises
+    ------
+    InputError
+        If the condition cannot be read.
+    """
+    found = CUT.fullmatch(where)
+    if found is None:
+        raise InputError(f"A cut reads like 'x<0' or 'z>12.5', of what is to be kept; found {where!r}.")
+    if isinstance(solid.mesh, SectionMesh):
+        raise InputError("A section shows its inside already: there is nothing to cut open.")
+    axis, sign, level = "xyz".index(found[1]), found[2], float(found[3])
+    centre = solid.mesh.points[solid.mesh.cells[:, :8]].mean(axis=1)[:, axis]
+    kept = centre < level if sign == "<" else centre > level
+    if not kept.any():
+        return None
+    mesh = Mesh(solid.mesh.points, solid.mesh.cells[kept])
+    return replace(solid, mesh=mesh)
+
+
+def chosen(solids: Sequence[Solid], only: Sequence[str] | None, where: str | None) -> tuple[Solid, ...]:
+    """The bodies named, cut.
+
+    Raises
+    ------
+    InputError
+        Unknown body, or nothing left.
+    """
+    names = list(dict.fromkeys(s.name for s in solids))
+    if unknown := [n for n in only or () if n not in names]:
+        raise InputError(f"There is no body {unknown[0]!r} to show; the bodies are: {', '.join(names)}.")
+    left = [s for s in solids if not only or s.name in only]
+    shown = left if where is None else [c for c in (cut(s, where) for s in left) if c is not None]
+    if not shown:
+        raise InputError(f"The cut {where!r} leaves nothing to show.")
+    return tuple(shown)

@@ -1,0 +1,57 @@
+"""The table that ``print(result)`` shows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fecontact.common.arrays import Array
+from fecontact.common.stopwatch import peak_memory as peak_memory
+from fecontact.results.model_size import savings
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
+
+def report(result: ContactResult) -> str:
+    """The table that `print(result)` shows."""
+    r = result.residuals()
+    lines = [f"Contact of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
+    lines += [f"  {b.describe()}" for b in result.scene.bodies]
+    lines.append(
+        f"  {result.n_candidates} candidates, {result.n_active} in contact, {result.nit} iterations, "
+        f"{result.rounds} round(s)"
+    )
+    lines += [f"  compliance of {name} by {how}" for name, how in result.condensation.items()]
+    for c in result.contacts:
+        lines += [
+            f"{c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]} ({c.note})",
+            f"  force on {c.slave.name:<12} {_numbers(c.force)}",
+            f"  moment                {_numbers(c.moment)}",
+            f"  area                  {c.area:>13.6g}   in {len(c.regions)} region(s)",
+            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.mean_pressure:>13.6g}",
+        ]
+        if c.active.any():
+            lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}")
+        if len(c.regions) > 1:
+            lines += [
+                f"  region {k + 1}: area {r.area:.6g}, pressure max {r.max_pressure:.6g}, force {_numbers(r.force)}"
+                for k, r in enumerate(c.regions)
+            ]
+    for s in result.springs:
+        lines.append(f"{s.spring.name:<24}tension {s.tension:>13.6g}   elongation {s.elongation:>13.6g}")
+    lines.append(
+        f"Residuals: penetration {r.penetration:.1e}, tension {r.tension:.1e}, "
+        f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}"
+    )
+    lines += [f"Warning:   {text}" for text in result.warnings]
+    lines += [f"Note:      {text}" for text in result.notes]
+    stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
+    lines.append(f"Seconds:   {stages}")
+    needed = "  ".join(f"{k} {v:.0f}" for k, v in result.memory.items())
+    lines.append(f"Peak MB:   {needed} (of the process, by the end of each stage)")
+    lines += [f"{'Saved:' if k == 0 else '':<11}{text}" for k, text in enumerate(savings(result))]
+    return "\n".join(lines)
+
+
+def _numbers(v: Array) -> str:
+    return " ".join(f"{x:>13.6g}" for x in v)

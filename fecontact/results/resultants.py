@@ -1,0 +1,114 @@
+"""Resultants of a solution: forces and moments of parts of a contact, and of what holds a body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse.csgraph import connected_components
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.contact.rigid_motion import vector
+
+if TYPE_CHECKING:
+    from fecontact.bodies.elastic import ElasticBody
+    from fecontact.contact.condensed_problem import Part
+    from fecontact.contact.loads import Loading
+    from fecontact.results.contact_fields import ContactFields
+
+
+#: Distance from a dividing plane, relative to the slave's size, within which a point belongs half to either side.
+ON_PLANE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """A part of a contact area: a connected one, or one side of a plane.
+
+    Attributes
+    ----------
+    area : float
+    force : (3,) array
+        On the slave, world axes.
+    moment : (3,) array
+        On the slave about the contact's `reference_point`.
+    max_pressure, mean_pressure : float
+        Zero without contact.
+    centre_of_pressure : (3,) array
+        NaN without contact.
+    """
+
+    area: float
+    force: Array
+    moment: Array
+    max_pressure: float
+    mean_pressure: float
+    centre_of_pressure: Array
+
+
+def part_of(contact: ContactFields, share: Array) -> Region:
+    """Resultants of the points of a contact, each counted by its share (n,) between 0 and 1."""
+    forces = contact.forces * share
+    total, area = float(forces.sum()), float((contact.weights * share)[contact.active].sum())
+    return Region(
+        area=area,
+        force=forces @ contact.normals,
+        moment=forces @ contact.couples,
+        max_pressure=float(contact.pressure[share > 0].max(initial=0.0)),
+        mean_pressure=total / area if area > 0 else 0.0,
+        centre_of_pressure=forces @ contact.centres / total if total > 0 else np.full(3, np.nan),
+    )
+
+
+def region_numbers(contact: ContactFields) -> IntArray:
+    """Connected region (n,) of each point, 1 for the most loaded, 0 for points that carry no force.
+
+    Points are connected by the facets they share.
+    """
+    active = contact.active
+    member = contact.sharing.multiply(active[:, None]).tocsr()
+    _, label = connected_components(member @ member.T, directed=False)
+    load = np.bincount(label, contact.forces)
+    kinds = np.unique(label[active])
+    number = np.zeros(len(load), dtype=np.int64)
+    number[kinds[np.argsort(-load[kinds], kind="stable")]] = 1 + np.arange(len(kinds))
+    return np.where(active, number[label], 0)
+
+
+def sides_of_plane(contact: ContactFields, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
+    """Resultants on the side a plane's normal points to, and on the other; see `ContactFields.split_by_plane`."""
+    n = vector(normal, "The normal of the dividing plane")
+    length = np.linalg.norm(n)
+    if length == 0:
+        raise InputError("The normal of the dividing plane must not be zero.")
+    distance = (contact.centres - vector(point, "The point of the dividing plane")) @ (n / length)
+    share = np.where(np.abs(distance) <= ON_PLANE * contact.slave.size, 0.5, distance > 0)
+    return part_of(contact, share), part_of(contact, 1 - share)
+
+
+def hold_of_body(part: Part, loading: Loading, k: int, forces: Array) -> Array:
+    """Force and moment (6,) about the reference point by which the surroundings hold body k in equilibrium."""
+    pressing = part.frame.modes(np.eye(6)).T @ (part.rows.T @ forces[part.index])
+    return np.asarray(-(loading.resultant(k) + pressing))
+
+
+def hold_of_boundary(body: ElasticBody, part: Part, name: str, displacement: Array, forces: Array) -> Array:
+    """Force and moment (6,) about the reference point that a supported boundary receives from the body's frame.
+
+    From the nodal forces K u - f along the directions held there; where several boundaries hold one, each takes an
+    equal share.
+    """
+    if name not in body.supports:
+        known = ", ".join(map(repr, body.supports)) or "none"
+        raise InputError(f"{body.name!r} has no support on {name!r}; its supports are on: {known}.")
+    assert body.model is not None
+    K = body.model.stiffness
+    load = np.asarray(part.rows.T @ forces[part.index]) + (0.0 if part.loads is None else part.loads)
+    if part.hold is not None:
+        load = part.hold.balanced(load)
+    rest = K @ displacement + K.T @ displacement - K.diagonal() * displacement - load
+    nodal = body.model.support_forces(name, rest)
+    return np.asarray(part.frame.modes(np.eye(6)).T @ nodal)

@@ -1,0 +1,81 @@
+"""What may be wrong with a result although its certificate holds: warnings, each with a figure and a remedy.
+
+A check is a function of the result that yields sentences; `CHECKS` lists them. A note says what a reader should know
+and need not act on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
+from fecontact.results.checks.overlaps import undeclared_overlaps
+from fecontact.results.checks.resolution import chords, few_points, overlap_left
+from fecontact.results.checks.rims import contact_at_rims
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
+#: Strain from which a result warns: small-strain elasticity errs by its own size.
+LARGEST_STRAIN = 0.05
+
+
+def unborne_motions(result: ContactResult) -> Iterator[str]:
+    """Rigid motions beyond what linearised ones bear."""
+    error = linearisation_error(result)
+    if error.worst > BEARABLE:
+        if not np.isfinite(error.gap):
+            what = "linearised motions lose or overlook the contact"
+        else:
+            what = (
+                f"linearised motions leave out {100 * error.gap / error.approach:.2g} % of the approach in gaps and "
+                f"{error.direction:.2g} rad in directions of forces, and stretch bodies by {100 * error.stretch:.2g} %"
+            )
+        if result.originals:
+            remedy = (
+                "Poses carried along did not settle: start nearer to the contact, or hold motions that find no rest."
+            )
+        else:
+            remedy = "Use finite_motion='auto' (or True), which carries the poses along."
+        yield f"Bodies move or turn far: {what}. {remedy}"
+
+
+def large_strains(result: ContactResult) -> Iterator[str]:
+    """Strains beyond small-strain elasticity."""
+    for body, displacement in zip(result.scene.bodies, result.state.displacements, strict=True):
+        if isinstance(body, ElasticBody):
+            assert body.model is not None
+            strain = float(np.nanmax(np.abs(body.model.gauss_strain(displacement))))
+            if strain > LARGEST_STRAIN:
+                yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
+
+
+def mended(result: ContactResult) -> Iterator[str]:
+    """What readers and surfaces have put right in what they were given."""
+    notes = ((body.name, text) for body in result.scene.bodies for text in body.notes)
+    yield from dict.fromkeys(f"{name!r}: {text}" for name, text in notes)
+
+
+#: Everything that is looked at for `ContactResult.warnings` and for `ContactResult.notes`.
+CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
+    unborne_motions,
+    large_strains,
+    contact_at_rims,
+    undeclared_overlaps,
+    overlap_left,
+)
+NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (mended, few_points, chords)
+
+
+def warnings_of(result: ContactResult) -> tuple[str, ...]:
+    """All warnings of a result."""
+    return tuple(text for check in CHECKS for text in check(result))
+
+
+def notes_of(result: ContactResult) -> tuple[str, ...]:
+    """All notes of a result."""
+    return tuple(text for check in NOTES for text in check(result))

@@ -1,0 +1,255 @@
+"""What solving a scene would take: bodies, degrees of freedom, candidates, the way chosen and why, memory and time.
+
+Points are paired and candidates chosen as for a solution, so these numbers are exact for its first round. Memory and
+time are estimates. PARDISO's factor of a solid takes about 220 n^(4/3) bytes and of a section 66 n log2(n) (n unknowns;
+the powers are those of nested dissection, George 1973 and Lipton, Rose & Tarjan 1979; the factors were measured on
+spheres and blocks of 6,000 to 37,000 unknowns and on sections of 10,000 to 87,000); SuperLU's is about three times as
+large. The rest is arrays whose sizes are known. Seconds come from a small block that is factorised on the spot.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fecontact.ancf.body import AncfBody
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.halfspace import HalfSpace
+from fecontact.bodies.section import SectionBody
+from fecontact.common.material import Material
+from fecontact.common.stopwatch import Stopwatch, peak_memory
+from fecontact.contact.interface import Interface, Rows
+from fecontact.contact.loads import make_loading
+from fecontact.fem.factor import available_backends
+from fecontact.mesh import shapes
+from fecontact.results.model_size import modelled
+
+if TYPE_CHECKING:
+    from fecontact.fem.model import Model
+    from fecontact.scene.scene import Scene
+
+#: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; how much more its analysis takes.
+SOLID_FACTOR, SECTION_FACTOR, ANALYSIS = 220.0, 66.0, 1.35
+#: Bytes while a stiffness is assembled, per pair of nodes in a cell of a solid, and per entry of one of a section.
+PER_PAIR, PER_ENTRY = 490.0, 80.0
+#: MB that loading a factorisation's library takes; how much larger SuperLU's factor is; bytes of a stored entry.
+LIBRARY, SUPERLU, ENTRY = 40.0, 3.0, 12.0
+#: Dense square arrays of retained degrees of freedom, and of candidates, that live at one time.
+DENSE_RETAINED, DENSE_CANDIDATES = 4, 5
+#: Loads that decide about candidates, out of the arguments of `Scene.solve`.
+LOADS = ("forces", "moments", "motions", "free", "pressures", "gravity")
+
+
+@dataclass(frozen=True)
+class ModelCost:
+    """What condensing one model takes.
+
+    Attributes
+    ----------
+    name : str
+        Of the first body that it stands for.
+    n_unknowns, n_retained : int
+        Displacements of its elements; degrees of freedom that the condensation keeps.
+    backend : str
+    memory_mb, seconds : float
+        Estimates.
+    """
+
+    name: str
+    n_unknowns: int
+    n_retained: int
+    backend: str
+    memory_mb: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What a solution would take.
+
+    Attributes
+    ----------
+    bodies : tuple of str
+        One line for each.
+    n_dofs : int
+        Of all elastic bodies, as `ContactResult.n_dofs` counts them.
+    n_candidates, n_points : int
+        Of the first round; a solution may take in more.
+    contacts : tuple of str
+        Coupling of each contact and its candidates.
+    models : tuple of ModelCost
+    solver : str
+    saved : tuple of str
+    memory_mb : float
+        Peak of the process, what it has now included.
+    seconds : float
+    """
+
+    bodies: tuple[str, ...]
+    n_dofs: int
+    n_candidates: int
+    n_points: int
+    contacts: tuple[str, ...]
+    models: tuple[ModelCost, ...]
+    solver: str
+    saved: tuple[str, ...]
+    memory_mb: float
+    seconds: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it, ready for JSON."""
+        return asdict(self)
+
+    def __str__(self) -> str:
+        lines = [
+            *(f"Body:      {text}" for text in self.bodies),
+            f"Unknowns:  {self.n_dofs}",
+            *(f"Contact:   {text}" for text in self.contacts),
+            f"Solver:    {self.solver}",
+            *(
+                f"Condense:  {m.name}: {m.n_unknowns} unknowns onto {m.n_retained} by {m.backend}; "
+                f"about {m.memory_mb:.0f} MB, {m.seconds:.1f} s"
+                for m in self.models
+            ),
+            *(f"Saved:     {text}" for text in self.saved),
+            f"Estimate:  about {self.memory_mb:.0f} MB (peak of the process) and {self.seconds:.1f} s",
+        ]
+        return "\n".join(lines)
+
+
+def explain(scene: Scene, loads: Mapping[str, Any] | None = None, solver: str = "auto") -> Explanation:
+    """Say what solving a scene would take, without assembling or factorising anything of it.
+
+    Parameters
+    ----------
+    scene : Scene
+    loads : mapping, optional
+        Arguments of `Scene.solve`; those that are no loads are passed over.
+    solver : str
+
+    Returns
+    -------
+    Explanation
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.sections.rectangle((1.0, 1.0), (8, 4))
+    >>> body = fc.PlaneBody(mesh, fc.Material(E=1.0, nu=0.3), contact="bottom", supports={"top": "xz"})
+    >>> floor = fc.RigidBody(fc.Plane())
+    >>> scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
+    >>> told = explain(scene, {"motions": {body: {"z": -0.01}}})
+    >>> told.n_dofs, told.n_candidates
+    (242, 17)
+    """
+    given = {name: (loads or {}).get(name) for name in LOADS}
+    conditions, _, chosen = scene.prepared(make_loading(scene.bodies, **given))
+    elastic = [b for b in scene.bodies if isinstance(b, ElasticBody)]
+    models = _model_costs(elastic, conditions, chosen)
+    n = sum(len(c) for c in chosen)
+    dense = 0.0 if any(isinstance(b, HalfSpace) for b in scene.bodies) else DENSE_CANDIDATES * 8 * n**2 / 1e6
+    return Explanation(
+        bodies=tuple(b.describe() for b in scene.bodies),
+        n_dofs=sum(b.n_unknowns for b in elastic),
+        n_candidates=n,
+        n_points=sum(len(c.gap) for c in conditions),
+        contacts=tuple(
+            _coupling(c, len(k)) for c, k in zip(conditions, chosen, strict=True) if isinstance(c, Interface)
+        ),
+        models=models,
+        solver=_solver(solver, n, scene),
+        saved=tuple(modelled(scene.bodies)),
+        memory_mb=peak_memory() + (LIBRARY if models else 0.0) + _peak(models) + dense,
+        seconds=sum(m.seconds for m in models),
+    )
+
+
+def _coupling(interface: Interface, n: int) -> str:
+    coupled = "weighted gaps (mortar)" if interface.pairing.coupling == "mortar" else "forces on nodes"
+    why = f" as {interface.note}" if interface.note else ", as one side is rigid"
+    return (
+        f"{interface.slave.name}.{interface.surfaces[0]} on {interface.master.name}.{interface.surfaces[1]}: "
+        f"{coupled}{why}; {n} candidates out of {len(interface.gap)} points"
+    )
+
+
+def _solver(solver: str, n: int, scene: Scene) -> str:
+    if solver != "auto":
+        return f"{solver}, as asked for"
+    if any(isinstance(b, HalfSpace) for b in scene.bodies):
+        return "conjugate gradients with a compliance that is applied by Fourier transforms"
+    return f"active set on a dense compliance of {n} candidates; slower finite methods only where it is singular"
+
+
+def _model_costs(
+    elastic: Sequence[ElasticBody], conditions: Sequence[Rows], chosen: Sequence[np.ndarray]
+) -> tuple[ModelCost, ...]:
+    """Costs of all models, each condensed once onto what all its bodies' candidates touch."""
+    touched: dict[int, set[int]] = {}
+    first: dict[int, ElasticBody] = {}
+    for body in elastic:
+        first.setdefault(id(body.model), body)
+        nodes = touched.setdefault(id(body.model), set())
+        for condition, candidates in zip(conditions, chosen, strict=True):
+            rows = condition.rows(body)
+            if rows is not None and body.model is not None:
+                nodes.update(body.model.touched(rows[candidates]).tolist())
+    if not first:
+        return ()
+    rate = _measured_rate()
+    return tuple(
+        _model_cost(first[key], np.array(sorted(nodes), dtype=np.int64), rate) for key, nodes in touched.items()
+    )
+
+
+def _model_cost(body: ElasticBody, nodes: np.ndarray, rate: float) -> ModelCost:
+    model = body.model
+    assert model is not None
+    mask = np.zeros(model.n_dofs, bool)
+    mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
+    mask[model.held] = mask[model.grounded] = False
+    retained = max(int(mask.sum()), 1)
+    backend = available_backends()[0] if body.backend == "auto" else body.backend
+    assembling, stored, factor = _arrays(body, model)
+    factor *= 1.0 if backend == "pardiso" else SUPERLU
+    dense = DENSE_RETAINED * 8 * retained**2
+    needed = max(assembling, 2 * stored + ANALYSIS * factor + dense)
+    return ModelCost(body.name, body.n_unknowns, retained, backend, needed / 1e6, rate * factor)
+
+
+def _arrays(body: ElasticBody, model: Model) -> tuple[float, float, float]:
+    """Bytes while the stiffness is assembled, of its upper triangle, and of PARDISO's factor."""
+    n, n_cells = len(model.solved_dofs), len(body.mesh.cells)
+    if isinstance(body, SectionBody):
+        width = 2 * body.mesh.cells.shape[1]
+        return PER_ENTRY * n_cells * width**2, ENTRY * 17 * n, SECTION_FACTOR * n * np.log2(max(n, 2))
+    functions = 32 if isinstance(body, AncfBody) else body.mesh.cells.shape[1]
+    pairs = n_cells * functions * (functions + 1) / 2
+    # about two fifths of the entries of all cells are left when shared ones have been added up
+    return PER_PAIR * pairs, ENTRY * 9 * 0.6 * pairs, SOLID_FACTOR * n ** (4 / 3)
+
+
+def _measured_rate() -> float:
+    """Seconds per byte of factor on this machine: a block of 216 hexahedra, assembled and condensed."""
+    mesh = shapes.block((1.0, 1.0, 1.0), (6, 6, 6))
+    body = ElasticBody(mesh, Material(E=1.0, nu=0.3), "bottom", {"top": "xyz"})
+    assert body.model is not None
+    nodes = body.surface("bottom").nodes[:20]
+    body.model.condensed(nodes[:1], Stopwatch())  # the first call loads the library
+    start = time.perf_counter()
+    fresh = ElasticBody(mesh, Material(E=1.0, nu=0.3), "bottom", {"top": "xyz"})
+    assert fresh.model is not None
+    fresh.model.condensed(nodes, Stopwatch())
+    return (time.perf_counter() - start) / _arrays(fresh, fresh.model)[2]
+
+
+def _peak(models: Sequence[ModelCost]) -> float:
+    """MB of the largest model while all others' factors are kept."""
+    if not models:
+        return 0.0
+    needed = [m.memory_mb for m in models]
+    return max(needed) + 0.7 * (sum(needed) - max(needed))

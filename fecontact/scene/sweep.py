@@ -1,0 +1,229 @@
+"""Many load cases and poses on the same bodies: one condensation, one row per case, nothing lost on the way."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from tqdm import tqdm
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.common.arrays import IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.json_lines import append_row
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.loads import Loading
+from fecontact.contact.search.radius import near_nodes, plain_facets
+from fecontact.contact.springs import spring_rows
+from fecontact.fem.condensation import Schur
+from fecontact.fem.model import Model
+from fecontact.scene.local_search import Guide
+from fecontact.scene.sending import packed_case, packed_scene, solved_there
+from fecontact.scene.sweep_case import Case, Posed, fingerprints, finished, naming, summary_of
+from fecontact.scene.workers import FreshInterpreters
+
+if TYPE_CHECKING:
+    from fecontact.scene.scene import Scene
+
+
+def run_sweep(
+    scene: Scene,
+    cases: Sequence[Case],
+    path: str | Path | None = None,
+    processes: int = 1,
+    executor: Executor | None = None,
+) -> list[dict[str, Any]]:
+    """Solve all cases.
+
+    The case with the largest load is solved first. What it touches tells what all cases may touch, onto which every
+    model is then condensed once; a case that touches more condenses again.
+
+    Parameters
+    ----------
+    scene : Scene
+    cases : sequence of mappings
+        Arguments of `Scene.solve`, and optionally ``name`` (a number otherwise) and ``poses``, a mapping of Body to
+        Pose.
+    path : str or Path, optional
+        File of JSON lines, one per case, written as cases are done. Cases whose name it already holds are not solved
+        again, so an interrupted sweep goes on where it stopped. Every row has a fingerprint of its model, its case and
+        its settings; a row of the same name with another one is refused.
+    processes : int
+        Cases under way at a time. More than one are solved by as many worker processes on this machine, which are
+        sent the scene with its condensed compliance (`scene.workers`, `scene.sending`): so what only the main
+        script knows, such as a rigid surface by a lambda, is refused. No ``__main__`` guard is needed.
+    executor : concurrent.futures.Executor, optional
+        Has the cases solved elsewhere: a pool of the standard library (not one that forks), loky's, the one that
+        ``dask.distributed.Client.get_executor()`` gives, mpi4py's. Cases under way are then `processes`, or its
+        number of workers if that is 1. It is not shut down.
+
+    Returns
+    -------
+    list of dict
+        `ContactResult.summary` of each case with its ``name`` and ``fingerprint``, in the order of the cases. Answers
+        are the same whoever finds them; what a row says of the way there (candidates, rounds, iterations, seconds,
+        memory) depends on the case solved before. In the file rows stand in the order in which they were done.
+
+    Raises
+    ------
+    InputError
+        If two cases have one name, a case names bodies that are not in the scene, the file is not of this kind or of
+        other cases, the number of processes makes no sense, or the scene cannot be sent to other processes.
+    """
+    named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
+    if len(named) != len(cases):
+        raise InputError("Two cases of the sweep have the same name; names tell the rows apart.")
+    if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
+        raise InputError(f"processes must be a whole number of at least 1; found {processes!r}.")
+    prints = fingerprints(scene, named)
+    done = finished(path, prints)
+    left = {name: case for name, case in named.items() if name not in done}
+    for name, row in tqdm(
+        _solved(scene, left, processes, executor) if left else (),
+        total=len(left),
+        desc="sweep",
+        unit="case",
+        disable=None,
+    ):
+        done[name] = {"name": name, **row, "fingerprint": prints[name]}
+        if path is not None:
+            append_row(path, done[name])
+    return [done[name] for name in named]
+
+
+Rows = Iterator[tuple[str, dict[str, Any]]]
+
+
+def _solved(scene: Scene, left: Mapping[str, Case], processes: int, executor: Executor | None) -> Rows:
+    """Rows as they are done: the case of the largest load first, as it tells what the others may touch.
+
+    What a process has found for one pose tells it where to look in the next, and no more: answers do not depend on who
+    finds them.
+    """
+    posed, loadings = {}, {}
+    for name, case in left.items():
+        with naming(name):
+            posed[name] = Posed.of(scene, case)
+            loadings[name] = posed[name].loading()
+    lead = max(left, key=lambda name: loadings[name].magnitude)
+    rest = {name: case for name, case in left.items() if name != lead}
+    guide = Guide()
+    away = bool(rest) and (executor is not None or processes > 1)
+    if away:
+        # what cannot be sent is refused before any work
+        packed_scene(scene, guide)
+        packed = {name: packed_case(name, case, scene.bodies) for name, case in rest.items()}
+    yield lead, _row(scene, lead, left[lead], guide)
+    if rest:
+        _condense_all({name: (posed[name].scene, loadings[name]) for name in rest}, guide)
+    if not away:
+        for name, case in rest.items():
+            yield name, _row(scene, name, case, guide)
+    elif executor is None:
+        with FreshInterpreters(min(processes, len(rest))) as pool:
+            yield from _carried(packed_scene(scene, guide), packed, pool, processes)
+    else:
+        _check_executor(executor)
+        yield from _carried(packed_scene(scene, guide), packed, executor, _lanes(executor, processes))
+
+
+def _row(scene: Scene, name: str, case: Case, guide: Guide) -> dict[str, Any]:
+    with naming(name):
+        return summary_of(scene, case, guide)
+
+
+def _check_executor(executor: Executor) -> None:
+    """Refuse a pool of forks: threads of the numerical libraries live here, and their locks would hold for ever."""
+    context = getattr(executor, "_mp_context", None)
+    if isinstance(executor, ProcessPoolExecutor) and context is not None and context.get_start_method() == "fork":
+        raise InputError(
+            "This executor forks its workers, which then wait for ever for threads that were not forked with them; "
+            'give it mp_context=multiprocessing.get_context("spawn"), or use processes= instead.'
+        )
+
+
+def _lanes(executor: Executor, processes: int) -> int:
+    """Cases to be under way at a time."""
+    told = (getattr(executor, name, None) for name in ("_max_workers", "num_workers"))
+    return processes if processes > 1 else next((n for n in told if isinstance(n, int) and n > 0), os.cpu_count() or 1)
+
+
+def _carried(scene: bytes, packed: Mapping[str, bytes], executor: Executor, lanes: int) -> Rows:
+    """Rows from an executor. The scene goes with the first cases, and with those that meet a process without it."""
+    token = uuid.uuid4().hex
+    waiting = iter(packed)
+    under_way = {executor.submit(solved_there, token, packed[k], scene): k for k in islice(waiting, lanes)}
+    try:
+        while under_way:
+            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                name = under_way.pop(future)
+                with naming(name):
+                    row = future.result()
+                if row is None:
+                    under_way[executor.submit(solved_there, token, packed[name], scene)] = name
+                    continue
+                for following in islice(waiting, 1):
+                    under_way[executor.submit(solved_there, token, packed[following], None)] = following
+                yield name, row
+    finally:
+        for future in under_way:
+            future.cancel()
+
+
+def _condense_all(left: Mapping[str, tuple[Scene, Loading]], guide: Guide) -> None:
+    """Condense every model once onto what all cases may need, and take its compliance, which all of them use."""
+    nodes: dict[int, list[IntArray]] = {}
+    models: dict[int, Model] = {}
+    for scene, loading in left.values():
+        for body, touched in _touched(scene, loading, guide):
+            assert body.model is not None
+            models[id(body.model)] = body.model
+            nodes.setdefault(id(body.model), []).append(touched)
+    for key, found in nodes.items():
+        condensation = models[key].condensed(np.unique(np.concatenate(found)), Stopwatch(), often=True)
+        if isinstance(condensation, Schur):
+            condensation.invert()
+
+
+def _touched(scene: Scene, loading: Loading, guide: Guide) -> list[tuple[ElasticBody, IntArray]]:
+    """Nodes of elastic bodies that the contacts and springs of a case may touch."""
+    found: list[tuple[ElasticBody, IntArray]] = []
+    known = guide.reaches or [None] * len(scene.contacts)
+    for contact, reach in zip(scene.contacts, known, strict=True):
+        assert contact.surfaces is not None
+        bodies = (contact.slave, contact.master)
+        surfaces = plain_facets(bodies, contact.surfaces)
+        if surfaces is None:
+            return _touched_when_paired(scene, loading)
+        found += [
+            (body, nodes)
+            for body, nodes in zip(bodies, near_nodes(bodies, surfaces, loading, reach), strict=True)
+            if isinstance(body, ElasticBody)
+        ]
+    return found + _touched_by_springs(scene)
+
+
+def _touched_by_springs(scene: Scene) -> list[tuple[ElasticBody, IntArray]]:
+    if not scene.springs:
+        return []
+    ligaments = spring_rows(scene.springs)
+    rows = [(body, ligaments.rows(body)) for body in scene.bodies if isinstance(body, ElasticBody)]
+    return [(body, body.model.touched(r)) for body, r in rows if r is not None and body.model is not None]
+
+
+def _touched_when_paired(scene: Scene, loading: Loading) -> list[tuple[ElasticBody, IntArray]]:
+    """The same from the pairs themselves, where a surface has no facets or no nodes of the usual kind."""
+    conditions, _, chosen = scene.prepared(loading)
+    return [
+        (body, body.model.touched(rows[c]))
+        for body in scene.bodies
+        if isinstance(body, ElasticBody) and body.model is not None
+        for condition, c in zip(conditions, chosen, strict=True)
+        if (rows := condition.rows(body)) is not None
+    ]

@@ -1,0 +1,146 @@
+"""One case of a sweep: its scene in its poses, its loads, its summary, and what tells it from other cases."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fecontact.bodies.protocol import Body
+from fecontact.common.errors import FecontactError, InputError
+from fecontact.common.fingerprint import fingerprint
+from fecontact.common.json_lines import read_rows
+from fecontact.contact.equilibrium import check_rest
+from fecontact.contact.loads import Loading, make_loading
+from fecontact.scene.finite_rotation import follow
+from fecontact.scene.local_search import Guide, Settings, solve_guided
+from fecontact.scene.poses import KEYED, moved
+from fecontact.solvers import TOLERANCE
+
+if TYPE_CHECKING:
+    from fecontact.scene.scene import Scene
+
+Case = Mapping[str, Any]
+#: Arguments of `Scene.solve` that are no loads, and those that are no settings of the solver.
+_OTHER = ("whole", "finite_motion")
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A case in its poses.
+
+    Attributes
+    ----------
+    scene : Scene
+        Of the moved bodies.
+    arguments : dict
+        Of `Scene.solve`, for the moved bodies.
+    """
+
+    scene: Scene
+    arguments: dict[str, Any]
+
+    @classmethod
+    def of(cls, scene: Scene, case: Case) -> Posed:
+        """The case put into effect."""
+        now = moved(scene, case.get("poses") or {})
+        return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in ("name", "poses")}))
+
+    def loading(self) -> Loading:
+        """Its loads, sorted and checked, and its settings checked with them."""
+        rest = {k: v for k, v in self.arguments.items() if k not in (*KEYED, "gravity", *_OTHER)}
+        if rest:
+            Settings(rest.pop("solver", "auto"), rest.pop("tolerance", TOLERANCE), rest).check()
+        return make_loading(self.scene.bodies, **{k: self.arguments.get(k) for k in (*KEYED, "gravity")})
+
+
+def summary_of(scene: Scene, case: Case, guide: Guide) -> dict[str, Any]:
+    """`ContactResult.summary` of a case; near parts of surfaces suffice unless it says otherwise."""
+    posed = Posed.of(scene, case)
+    arguments = {"whole": False, **posed.arguments}
+    finite = arguments.get("finite_motion", "auto")
+    if arguments["whole"] or finite is True:
+        return posed.scene.solve(**arguments).summary()
+    small = {k: v for k, v in arguments.items() if k not in _OTHER}
+    result = solve_guided(posed.scene, small, guide)
+    if finite == "auto":
+        result = follow(result, {**small, "whole": False})
+    return check_rest(result).summary()
+
+
+@contextmanager
+def naming(name: str) -> Iterator[None]:
+    """Put the name of a case in front of what it is refused or fails for."""
+    try:
+        yield
+    except FecontactError as error:
+        if len(error.args) != 1:
+            raise
+        raise type(error)(f"Case {name!r}: {error}") from error
+
+
+def fingerprints(scene: Scene, cases: Mapping[str, Case]) -> dict[str, dict[str, str]]:
+    """Fingerprints of what makes each case, by what it is: each body, contacts, springs, and every argument."""
+    from fecontact import __version__
+
+    bodies = scene.bodies
+    model = {"fecontact": __version__}
+    for name in dict.fromkeys(b.name for b in bodies):
+        model[f"body {name!r}"] = fingerprint([b for b in bodies if b.name == name])
+    for what in ("contacts", "springs"):
+        parts = [{f.name: getattr(part, f.name) for f in fields(part)} for part in getattr(scene, what)]
+        model[what] = fingerprint(_numbered(parts, bodies))
+    usual = {k: p.default for k, p in inspect.signature(type(scene).solve).parameters.items()} | {"whole": False}
+    nothing = {fingerprint(None), fingerprint({})}
+    out = {}
+    for name, case in cases.items():
+        given = {k: fingerprint(_numbered(v, bodies)) for k, v in case.items() if k != "name"}
+        said = {k: v for k, v in given.items() if v not in nothing and v != fingerprint(usual.get(k))}
+        out[name] = {**model, **said}
+    return out
+
+
+def _numbered(thing: Any, bodies: Sequence[Body]) -> Any:
+    """The same with the bodies of a scene by their numbers, which are quicker to compare than they are."""
+    for k, body in enumerate(bodies):
+        if thing is body:
+            return ("body", k)
+    if isinstance(thing, Mapping):
+        return {_numbered(k, bodies): _numbered(v, bodies) for k, v in thing.items()}
+    if isinstance(thing, (tuple, list)):
+        return tuple(_numbered(v, bodies) for v in thing)
+    return thing
+
+
+def finished(path: str | Path | None, prints: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, Any]]:
+    """Rows of an earlier run that are of these cases.
+
+    Parameters
+    ----------
+    path : str, Path or None
+    prints : mapping
+        `fingerprints` of the cases.
+
+    Raises
+    ------
+    InputError
+        If a row with the name of a case is of another model or case, or does not tell.
+    """
+    rows = {} if path is None else read_rows(path, "name", "a row of a sweep")
+    remedy = "Give another path, or delete that line of the file to have the case solved again."
+    for name, now in prints.items():
+        if name not in rows:
+            continue
+        then = rows[name].get("fingerprint")
+        if not isinstance(then, dict):
+            raise InputError(
+                f"The row {name!r} in {path} has no fingerprint (it was written by an earlier version or by hand), so "
+                f"that it cannot be told whether it is of this model and case. {remedy}"
+            )
+        other = sorted(k for k in {*then, *now} if then.get(k) != now.get(k))
+        if other:
+            raise InputError(f"The row {name!r} in {path} is of another model or case ({', '.join(other)}). {remedy}")
+    return {name: rows[name] for name in prints if name in rows}

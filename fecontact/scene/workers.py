@@ -1,0 +1,169 @@
+"""A local pool of worker processes, each a fresh interpreter that imports and inherits nothing.
+
+The pools of the standard library either fork, which a process with running threads (MKL, OpenMP) must not do, or run
+the main script again in every worker, which needs a ``__main__`` guard and fails from standard input. Here a worker is
+``python -c`` that reads tasks from its standard input and writes replies: so it ends when its parent does, however
+that one ends.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
+from queue import SimpleQueue
+from typing import IO, Any
+
+from fecontact.common.errors import FecontactError, InputError
+
+#: Variables that say how many threads the numerical libraries start.
+THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+
+_START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from fecontact.scene.workers import serve; serve()"
+
+
+class FreshInterpreters(Executor):
+    """An executor whose workers are interpreters of their own.
+
+    They share the cores: unless the environment says otherwise, each of n workers starts cores / n threads. What is
+    submitted must be importable; nothing of the main script is.
+
+    Parameters
+    ----------
+    workers : int
+
+    Examples
+    --------
+    >>> import math
+    >>> with FreshInterpreters(1) as pool:
+    ...     pool.submit(math.hypot, 3.0, 4.0).result()
+    5.0
+    """
+
+    def __init__(self, workers: int) -> None:
+        if not sys.executable:
+            raise InputError(
+                "Several processes need a Python interpreter to start (sys.executable); leave processes=1."
+            )
+        self._environment = os.environ | {
+            name: str(max(1, (os.cpu_count() or 1) // workers)) for name in THREADS if name not in os.environ
+        }
+        self._own = threading.local()
+        self._started: list[subprocess.Popen[bytes]] = []
+        self._threads = ThreadPoolExecutor(workers, "fecontact-worker")
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Have a worker call a function."""
+        return self._threads.submit(self._asked, fn, args, kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers when they have done what was submitted."""
+        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        if wait:
+            for process in self._started:
+                _close(process)
+
+    def __exit__(self, kind: Any, value: Any, trace: Any) -> None:
+        if kind is not None:
+            # nobody waits for what is under way any more
+            for process in self._started:
+                process.kill()
+        self.shutdown(cancel_futures=kind is not None)
+
+    def _asked(self, fn: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        """Reply of this thread's own worker."""
+        if not hasattr(self._own, "process"):
+            self._own.process = self._start()
+        process = self._own.process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            _write(process.stdin, pickle.dumps((fn, args, kwargs)))
+            reply = _read(process.stdout)
+        except (BrokenPipeError, EOFError):
+            code = process.wait()
+            raise FecontactError(
+                f"A worker process has ended (exit {code}) before its task was done; if it was killed for want of "
+                "memory, use fewer processes."
+            ) from None
+        good, value = pickle.loads(reply)
+        if good:
+            return value
+        raise value
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        path = json.dumps([entry for entry in sys.path if isinstance(entry, str)])
+        process = subprocess.Popen(
+            [sys.executable, "-c", _START, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=self._environment
+        )
+        self._started.append(process)
+        return process
+
+
+def _close(process: subprocess.Popen[bytes]) -> None:
+    for pipe in (process.stdin, process.stdout):
+        assert pipe is not None
+        with suppress(OSError):  # the worker has gone with something still unread
+            pipe.close()
+    process.wait()
+
+
+def serve() -> None:
+    """Do tasks from standard input, one after the other, until it ends; then leave at once, whatever is under way."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides, and takes its workers with it
+    tasks, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    # what libraries print or read is none of the exchange
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    os.dup2(2, 1)
+    waiting: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_listen, args=(tasks, waiting), daemon=True).start()
+    while True:
+        _write(replies, _reply(waiting.get()))
+
+
+def _listen(tasks: IO[bytes], waiting: SimpleQueue[bytes]) -> None:
+    try:
+        while True:
+            waiting.put(_read(tasks))
+    except EOFError:
+        os._exit(0)
+
+
+def _reply(task: bytes) -> bytes:
+    try:
+        fn, args, kwargs = pickle.loads(task)
+        return pickle.dumps((True, fn(*args, **kwargs)))
+    except BaseException as error:
+        if not isinstance(error, FecontactError):
+            error.add_note(f"In a worker process:\n{traceback.format_exc()}")
+        try:
+            return pickle.dumps((False, error))
+        except Exception:
+            return pickle.dumps((False, RuntimeError(traceback.format_exc())))
+
+
+def _write(pipe: IO[bytes], data: bytes) -> None:
+    pipe.write(len(data).to_bytes(8, "little"))
+    pipe.write(data)
+    pipe.flush()
+
+
+def _read(pipe: IO[bytes]) -> bytes:
+    size = int.from_bytes(_exactly(pipe, 8), "little")
+    return _exactly(pipe, size)
+
+
+def _exactly(pipe: IO[bytes], size: int) -> bytes:
+    data = pipe.read(size)
+    if len(data) < size:
+        raise EOFError
+    return data

@@ -1,0 +1,397 @@
+"""Surfaces that points can be projected on: linear or quadratic facets of a mesh, quadrilaterals and triangles.
+
+A foot is the point of a surface nearest to a given one. For facets it is found by Newton's method on the curved
+facet, for all points and their nearby facets at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol, Self, TypeVar, cast
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import MeshError
+from fecontact.mesh.facets import facet_centres, triangular
+from fecontact.mesh.surface_mesh import averaged_normals
+from fecontact.surfaces.closest_point import BLOCK, Patches, derivatives, patches
+
+T = TypeVar("T")
+
+
+#: Sideways offset, relative to the surface's size, below which it is rounding: coordinates are good to 1e-16 of it.
+SHORTEST_OFFSET = 1e-12
+#: Sine of the angle between offset and normal from which a point with its foot on the rim counts as beyond it.
+RIM_LEAN = 0.2
+#: Distance from a triangle's side, in its local coordinates, that counts as on it.
+ON_SIDE = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """Feet of n points on a surface, in the surface's own axes.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        The feet.
+    normals : (n, 3) array
+        Outward unit vectors along the line from foot to point: the surface's normals there.
+    gap : (n,) array
+        Signed distance along the normal; negative inside the body.
+    beyond : (n,) bool array
+        Whether the nearest point lies on the rim of the surface with the given point outside of it.
+    weights : (n, n_nodes) csr_matrix, optional
+        Interpolation from the nodes of the surface's mesh; None for a surface without nodes.
+    facet, local : (n,) and (n, 2) arrays, optional
+        Facet and its coordinates.
+    surface : str
+        Name of the surface whose facets these are.
+    """
+
+    points: Array
+    normals: Array
+    gap: Array
+    beyond: NDArray[np.bool_]
+    weights: sp.csr_matrix | None = None
+    facet: IntArray | None = None
+    local: Array | None = None
+    surface: str = ""
+
+    def chosen(self, kept: IntArray) -> Feet:
+        """Some of the feet."""
+        return Feet(
+            self.points[kept],
+            self.normals[kept],
+            self.gap[kept],
+            self.beyond[kept],
+            None if self.weights is None else self.weights[kept],
+            None if self.facet is None else self.facet[kept],
+            None if self.local is None else self.local[kept],
+            self.surface,
+        )
+
+
+class Surface(Protocol):
+    """Something a point can be projected on."""
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3) given in the surface's axes."""
+
+
+@dataclass(frozen=True, eq=False)
+class FacetSurface:
+    """Curved facets of a mesh.
+
+    Parameters
+    ----------
+    points : (n_nodes, 3) array
+        All nodes of the mesh.
+    facets : (n_facets, 4 | 8 | 9) int array
+        Node numbers, corners counter-clockwise seen from outside; triangles as in `mesh.facets`.
+    name : str
+    eight_hats : bool
+        Whether eight-node facets can carry pressure shapes, because displacements on them have functions of their own;
+        see `contact.coupling.mortar_basis`.
+    planes : ((k,) int array, (k, 3) array), optional
+        Nodes on planes of symmetry and the normals of these planes; a node on two of them is there twice.
+    """
+
+    points: Array
+    facets: IntArray
+    name: str = "surface"
+    eight_hats: bool = False
+    planes: tuple[IntArray, Array] | None = None
+
+    @cached_property
+    def nodes(self) -> IntArray:
+        """Distinct node numbers of the surface."""
+        return np.unique(self.facets)
+
+    @property
+    def spatial(self) -> FacetSurface:
+        """Facets in space on which points are projected: these themselves, but for a section's curve."""
+        return self
+
+    def moved(self, rotation: Array, translation: Array) -> Self:
+        """The surface in other axes, in which its own stand turned and shifted."""
+        planes = None if self.planes is None else (self.planes[0], self.planes[1] @ rotation.T)
+        return replace(self, points=self.points @ rotation.T + translation, planes=planes)
+
+    @cached_property
+    def triangle(self) -> NDArray[np.bool_]:
+        """Which facets (n_facets,) are triangles."""
+        return triangular(self.facets)
+
+    @cached_property
+    def _known(self) -> dict[object, object]:
+        return {}
+
+    def once(self, work_out: Callable[[FacetSurface], T]) -> T:
+        """What a function works out about this surface alone; kept for the next pairings."""
+        if work_out not in self._known:
+            self._known[work_out] = work_out(self)
+        return cast(T, self._known[work_out])
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.points[self.nodes], axis=0)))
+
+    @cached_property
+    def mean_facet_size(self) -> Array:
+        """Square root of the approximate area (n_facets,) of each facet."""
+        corners = self.points[self.facets[:, :4]]
+        diagonals = corners[:, [2, 3]] - corners[:, [0, 1]]
+        return np.sqrt(np.linalg.norm(np.cross(diagonals[:, 0], diagonals[:, 1]), axis=1) / 2)
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Of its nodes."""
+        return cKDTree(self.points[self.nodes])
+
+    @cached_property
+    def facets_of_node(self) -> IntArray:
+        """Facets around each surface node (n_surface_nodes, most), filled up by repeating the first."""
+        local = np.searchsorted(self.nodes, self.facets.ravel())
+        owner = np.repeat(np.arange(len(self.facets)), self.facets.shape[1])
+        order = np.argsort(local, kind="stable")
+        count = np.bincount(local, minlength=len(self.nodes))
+        start = np.concatenate([[0], np.cumsum(count)[:-1]])
+        column = np.arange(count.max())[None, :]
+        return owner[order][start[:, None] + np.where(column < count[:, None], column, 0)]
+
+    @cached_property
+    def on_rim(self) -> NDArray[np.bool_]:
+        """Of each facet's four sides (n_facets, 4), those that belong to no other facet."""
+        corners = self.facets[:, :4]
+        sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        _, inverse, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+        return (count[inverse.ravel()] == 1).reshape(-1, 4)
+
+    @cached_property
+    def rim_nodes(self) -> NDArray[np.bool_]:
+        """Which nodes of the mesh (n_nodes,) lie on the surface's rim."""
+        facet, side = np.nonzero(self.on_rim)
+        ends = [self.facets[facet, side], self.facets[facet, (side + 1) % 4]]
+        if self.facets.shape[1] > 4:
+            ends.append(self.facets[facet, 4 + side])
+        out = np.zeros(len(self.points), bool)
+        out[np.concatenate(ends)] = True
+        return out
+
+    @cached_property
+    def rim_sides(self) -> tuple[IntArray, IntArray]:
+        """Facets (n,) and which of their sides (n,) are on the rim; the third side of a triangle is none."""
+        real = ~(self.triangle[:, None] & (np.arange(4) == 2))
+        facet, side = np.nonzero(self.on_rim & real)
+        return facet, side
+
+    def extent(self, points: Array) -> Array:
+        """What a piece of area at points (n, 3) stands for, over that area (n,): one; more for sections."""
+        return np.ones(len(points))
+
+    def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
+        """Positions (n, 3), tangents (n, 3, 2) and shape functions (n, k) at facet coordinates."""
+        return *self.polynomials.evaluate(facet, local), self.polynomials.shapes(facet, local)
+
+    @cached_property
+    def polynomials(self) -> Patches:
+        """The facets as polynomials."""
+        return patches(self.points, self.facets, self.triangle)
+
+    def normals(self, facet: IntArray, local: Array) -> Array:
+        """Outward unit normals (n, 3)."""
+        _, tangents, _ = self.evaluate(facet, local)
+        n = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+        length = np.linalg.norm(n, axis=1)
+        if (length == 0).any():
+            raise MeshError(
+                f"Facet {facet[np.argmin(length)]} of {self.name!r} has no normal: two of its sides coincide."
+            )
+        return n / length[:, None]
+
+    def project(self, points: Array, n_near: int = 3) -> Feet:
+        """Feet of points (n, 3): the nearest over the facets round each point's `n_near` nearest nodes."""
+        _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
+        around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
+        # one number for each pair of point and facet: its distinct values are found faster than those of pairs
+        key = np.unique((np.arange(len(points))[:, None] * len(self.facets) + around).ravel())
+        point, facet = np.divmod(key, len(self.facets))
+        local, distance2 = self._newton(points[point], facet)
+        # the nearest facet of each point; among equals the first, so that shared edges are decided once
+        order = np.lexsort((facet, _rounded(distance2, self.mean_facet_size[facet]), point))
+        best = order[np.searchsorted(point[order], np.arange(len(points)))]
+        facet, local = facet[best], local[best]
+        x, _, N = self.evaluate(facet, local)
+        offset = points - x
+        normals = self._lines_of_action(facet, local, N, offset)
+        gap = np.einsum("ni,ni->n", offset, normals)
+        columns = self.facets[facet]
+        indptr = np.arange(0, columns.size + 1, columns.shape[1])
+        weights = sp.csr_matrix((N.ravel(), columns.ravel(), indptr), shape=(len(points), len(self.points)))
+        return Feet(x, normals, gap, self._beyond(facet, local, offset), weights, facet, local, self.name)
+
+    @cached_property
+    def mean_normals(self) -> Array:
+        """Unit normals (n_nodes, 3) averaged over the facets round each surface node; zero elsewhere."""
+        return averaged_normals(self.points, self.facets)[0]
+
+    def _lines_of_action(self, facet: IntArray, local: Array, N: Array, offset: Array) -> Array:
+        """Unit vectors from foot to point, outwards: a force along them has no moment about the foot.
+
+        Inside a facet that is its normal. On an edge or corner between facets any direction of the normal cone can be
+        nearest, so the offset itself gives the line; where it does not depart from the mean normal by more than
+        rounding, the mean normal does (on a flat surface all lines are parallel, however short the offsets).
+        """
+        normals = self.normals(facet, local)
+        on_edge = self._at_sides(facet, local).any(axis=1)
+        mean = np.einsum("na,nai->ni", N[on_edge], self.mean_normals[self.facets[facet[on_edge]]])
+        mean /= np.linalg.norm(mean, axis=1, keepdims=True)
+        along = offset[on_edge]
+        length = np.linalg.norm(along, axis=1)
+        sideways = np.linalg.norm(along - np.einsum("ni,ni->n", along, mean)[:, None] * mean, axis=1)
+        long = sideways > SHORTEST_OFFSET * self.size
+        sign = np.where(np.einsum("ni,ni->n", along, mean) < 0, -1.0, 1.0)
+        lines = np.divide(along, (sign * length)[:, None], out=mean.copy(), where=long[:, None])
+        normals[on_edge] = lines
+        return normals
+
+    def _at_sides(self, facet: IntArray, local: Array) -> NDArray[np.bool_]:
+        """On which sides of their facet points lie (n, 4)."""
+        s, t = local.T
+        triangle = self.triangle[facet]
+        right = np.where(triangle, s + t >= 1 - ON_SIDE, s >= 1)
+        return np.stack([t <= 0, right, ~triangle & (t >= 1), s <= 0], axis=1)
+
+    def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
+        """Distance (n,) of each point from its given facet."""
+        return np.sqrt(self._newton(points, facet)[1])
+
+    def _newton(
+        self, points: Array, facet: IntArray, iterations: int = 30, slack: float = 0.0, start: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Nearest point of given facets: Newton on half the squared distance, kept within the facet.
+
+        Gauss-Newton's matrix replaces the Hessian where that is not positive definite; a coordinate that leaves the
+        facet (extended by `slack` on all sides) is held at its bound.
+        """
+        local, distance2 = np.empty((len(points), 2)), np.empty(len(points))
+        for first in range(0, len(points), BLOCK):
+            part = slice(first, first + BLOCK)
+            begun = None if start is None else start[part]
+            local[part], distance2[part] = self._searched(points[part], facet[part], iterations, slack, begun)
+        return local, distance2
+
+    def _searched(
+        self, points: Array, facet: IntArray, iterations: int, slack: float, start: Array | None
+    ) -> tuple[Array, Array]:
+        """`_newton` for one block of points."""
+        triangle = self.triangle[facet]
+        local = facet_centres(triangle) if start is None else np.clip(start, -slack, 1 + slack)
+        local = local.T.copy()
+        active = np.arange(len(points))
+        polynomials = self.polynomials.relative_to(facet, points)
+        # continued beyond its sides, a triangle too is searched in a square
+        triangle = triangle & (slack == 0)
+        for _ in range(iterations):
+            before = local[:, active]
+            gradient, matrix = derivatives(polynomials, before)
+            new = _step_in_square(before, gradient, matrix, slack)
+            rows = np.flatnonzero(triangle[active])
+            if len(rows):
+                a, b, d = matrix[:, rows]
+                hessian = np.stack([np.stack([a, b], axis=1), np.stack([b, d], axis=1)], axis=1)
+                new[:, rows] = _step_in_triangle(before[:, rows].T, gradient[:, rows].T, hessian).T
+            local[:, active] = new
+            moving = np.flatnonzero(np.abs(new - before).max(axis=0) > 1e-13)
+            if len(moving) == 0:
+                break
+            if len(moving) < len(active):
+                active, polynomials = active[moving], polynomials[..., moving]
+        out = np.ascontiguousarray(local.T)
+        return out, ((points - self.polynomials.evaluate(facet, out)[0]) ** 2).sum(axis=1)
+
+    def _beyond(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
+        """Whether a foot lies on a rim side while the point's offset leans outwards across it.
+
+        On a plane of symmetry a coarse facet's normal leans a little out of the plane, so a small angle is let pass.
+        """
+        normals = self.normals(facet, local)
+        sideways = offset - np.einsum("ni,ni->n", offset, normals)[:, None] * normals
+        sideways = np.linalg.norm(sideways, axis=1)
+        leaning = (sideways > 1e-6 * self.mean_facet_size[facet]) & (
+            sideways > RIM_LEAN * np.linalg.norm(offset, axis=1)
+        )
+        return leaning & (self._at_sides(facet, local) & self.on_rim[facet]).any(axis=1)
+
+
+def _newton_direction(gradient: Array, matrix: Array) -> Array:
+    """Solve -H^-1 g (2, n), H given by its components ss, st, tt (3, n); zero where H is singular."""
+    a, b, d = matrix
+    det = a * d - b**2
+    det = np.where(det > 0, det, np.inf)
+    s = (d * gradient[0] - b * gradient[1]) / det
+    t = (a * gradient[1] - b * gradient[0]) / det
+    return -np.stack([s, t])
+
+
+def _step_in_square(local: Array, gradient: Array, matrix: Array, slack: float) -> Array:
+    """Where Newton's step leads (2, n) within the unit square, extended by `slack` on all sides."""
+    # a coordinate at its bound that would leave the facet is fixed, the other moves alone
+    held = ((local <= -slack) & (gradient > 0)) | ((local >= 1 + slack) & (gradient < 0))
+    gradient, matrix = np.where(held, 0.0, gradient), matrix.copy()
+    matrix[1, held.any(axis=0)] = 0.0
+    return np.clip(local + np.clip(_newton_direction(gradient, matrix), -1.0, 1.0), -slack, 1.0 + slack)
+
+
+#: Sides of the reference triangle: a point on it, the outward normal, the direction.
+_SIDES = (
+    (np.array([0.0, 0.0]), np.array([0.0, -1.0]), np.array([1.0, 0.0])),
+    (np.array([1.0, 0.0]), np.array([1.0, 1.0]), np.array([-1.0, 1.0])),
+    (np.array([0.0, 0.0]), np.array([-1.0, 0.0]), np.array([0.0, 1.0])),
+)
+
+
+def _step_in_triangle(local: Array, gradient: Array, hessian: Array) -> Array:
+    """Where Newton's step leads within the triangle s, t >= 0, s + t <= 1.
+
+    On a side that the full step would cross, the least value of the quadratic model lies on that side or, in a corner,
+    on the other one: the better of the two steps along them is taken. Every step stops where it meets a side.
+    """
+    room = np.stack([(p - local) @ n for p, n, _ in _SIDES], axis=1)
+    at = np.asarray(room <= ON_SIDE)
+    step = _newton_direction(gradient.T, hessian.reshape(-1, 4)[:, [0, 1, 3]].T).T
+    crossing = (at & (np.stack([step @ n for _, n, _ in _SIDES], axis=1) > 0)).any(axis=1, keepdims=True)
+    best, gain = np.zeros_like(step), np.zeros(len(step))
+    for k, (_, _, along) in enumerate(_SIDES):
+        slope = gradient @ along
+        length = -slope / np.maximum(np.einsum("i,nij,j->n", along, hessian, along), 1e-300)
+        for j, (_, n, _) in enumerate(_SIDES):
+            if j != k:
+                length = np.where(at[:, j] & (length * (along @ n) > 0), 0.0, length)
+        better = at[:, k] & (slope * length < gain)
+        gain = np.where(better, slope * length, gain)
+        best = np.where(better[:, None], length[:, None] * along, best)
+    step = np.where(crossing, best, step)
+    speed = np.stack([step @ n for _, n, _ in _SIDES], axis=1)
+    along_side = at & (np.abs(speed) <= 1e-12 * np.abs(step).max(axis=1, keepdims=True))
+    outwards = (speed > 0) & ~along_side
+    share = np.divide(np.maximum(room, 0.0), speed, out=np.ones_like(room), where=outwards).min(axis=1, initial=1.0)
+    new = np.maximum(local + share[:, None] * step, 0.0)
+    new[new <= ON_SIDE] = 0.0
+    return new / np.maximum(new.sum(axis=1, keepdims=True), 1.0)
+
+
+def _rounded(distance2: Array, size: Array) -> Array:
+    """Logarithms of squared distances with their last digits cut off, so that equal ones compare equal.
+
+    Cut at 1e-12, for a foot moves sideways by the root of that, and at 1e-12 of the facet's size.
+    """
+    return np.asarray(np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12), dtype=np.float64)

@@ -1,0 +1,105 @@
+"""Normals of a surface of facets that are continuous over its facets' sides.
+
+A facet's own normal jumps from one facet to the next. A line of action needs a normal that does not, so the normals at
+the nodes, averaged over the facets round them, are interpolated like positions. On an edge (`SHARPEST`) there is no one
+normal: facets keep their own there. At the rim half of a node's neighbourhood is missing and the average leans, which
+matters on planes of symmetry only: there the normal lies in the plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.facets import facet_nodes
+from fecontact.mesh.surface_mesh import averaged_normals
+from fecontact.surfaces.closest_point import Patches, patches
+from fecontact.surfaces.facet_surface import FacetSurface
+
+#: Largest angle (degrees) between the average at a node and the normal of a facet there, so that a polygon of eight
+#: sides is still round and an edge of 50 degrees is one.
+SHARPEST = 25.0
+#: Largest lean of an average at a plane of symmetry, in turns of the normal over the facets there: flat ones lean by
+#: half of what it turns, more where they grow narrower; curved ones by the cube of their size only.
+BIAS_FLAT, BIAS_CURVED = 2.0, 0.2
+#: Smallest eigenvalue of the sum of n n^T over planes of symmetry through a node that is not rounding.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Normals:
+    """Continuous normals of a surface.
+
+    Attributes
+    ----------
+    nodal : (n_points, 3) array
+        Outward unit vectors at the nodes, zero at points that are none.
+    sharp : (n_points,) bool array
+        Nodes on edges.
+    field : Patches
+        Normals over all facets, not quite of unit length.
+    even : (n_facets,) bool array
+        Facets over which they are all the same.
+    """
+
+    nodal: Array
+    sharp: Mask
+    field: Patches
+    even: Mask
+
+    def at(self, facet: IntArray, local: Array) -> Array:
+        """Normals (n, 3) at coordinates (n, 2) of facets (n,), as they are interpolated."""
+        return self.field.evaluate(facet, local)[0]
+
+
+def normals_of(surface: FacetSurface) -> Normals:
+    """Continuous normals of a surface, worked out once; those of a curve run along its ribbon."""
+    return surface.spatial.once(_normals)
+
+
+def opposing(surface: FacetSurface, nodes: IntArray) -> Array:
+    """Inward unit normals (n, 3) at nodes (n,); zero on edges, which have none."""
+    normals = normals_of(surface)
+    return np.where(normals.sharp[nodes, None], 0.0, -normals.nodal[nodes])
+
+
+def _normals(surface: FacetSurface) -> Normals:
+    nodal, cosine = averaged_normals(surface.points, surface.facets)
+    sharp = cosine < np.cos(np.radians(SHARPEST))
+    if surface.planes is not None:
+        nodal = _within(surface, nodal, *surface.planes)
+    corners = nodal[surface.facets]
+    edged = np.flatnonzero(sharp[surface.facets].any(axis=1))
+    if len(edged):
+        k = surface.facets.shape[1]
+        places = np.stack([facet_nodes(k, False), facet_nodes(k, True)])[surface.triangle[edged].astype(int)]
+        own = surface.normals(np.repeat(edged, k), places.reshape(-1, 2)).reshape(-1, k, 3)
+        corners[edged] = np.where(sharp[surface.facets[edged], None], own, corners[edged])
+    index = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
+    field = patches(corners.reshape(-1, 3), index, surface.triangle)
+    even = np.ptp(corners, axis=1).max(axis=1) <= 1e-14
+    return Normals(nodal, sharp, field, np.asarray(even))
+
+
+def _within(surface: FacetSurface, nodal: Array, nodes: IntArray, across: Array) -> Array:
+    """Nodal normals without the components across planes of symmetry, where only averaging gave them.
+
+    At such a plane the average over half a neighbourhood leans by half of what the normal turns over a facet, on curved
+    facets by far less. A surface that meets the plane at another angle than a right one leans by more than that.
+    """
+    on = np.isin(nodes, surface.nodes)
+    nodes, across = nodes[on], across[on]
+    around = surface.facets[surface.facets_of_node[np.searchsorted(surface.nodes, nodes)]]
+    lean = np.einsum("ni,ni->n", nodal[nodes], across)
+    turn = np.abs(np.einsum("nfai,ni->nfa", nodal[around], across) - lean[:, None, None]).max(axis=(1, 2))
+    biased = np.abs(lean) <= (BIAS_FLAT if surface.facets.shape[1] == 4 else BIAS_CURVED) * turn
+    planes = np.zeros((len(nodal), 3, 3))
+    np.add.at(planes, nodes[biased], np.einsum("ni,nj->nij", across[biased], across[biased]))
+    held = np.unique(nodes[biased])
+    inverse = np.linalg.pinv(planes[held], rcond=ROUNDING, hermitian=True)
+    inside = nodal[held] - np.einsum("nij,njk,nk->ni", inverse, planes[held], nodal[held])
+    out = nodal.copy()
+    out[held] = inside / np.linalg.norm(inside, axis=1, keepdims=True)
+    return out

@@ -1,0 +1,136 @@
+"""Rigid surfaces given by heights on a grid, or by a function."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import RectBivariateSpline
+
+from fecontact.common.arrays import Array
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.rigid.closest_point import differences, nearest
+
+OVERHANG = 1e-9
+"""Share of a cell by which a point may lie outside the map and still count as on its rim."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMap:
+    """A surface z(x, y) given at the middles of equal cells, centred on the origin and lowered onto z = 0.
+
+    Parameters
+    ----------
+    z : (nx, ny) array
+        Heights, finite.
+    size : (float, float)
+        Sides of the map.
+
+    Notes
+    -----
+    On a grid with the same cells the heights are returned as they are; elsewhere a cubic spline runs through them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> surface = HeightMap(np.array([[3.0, 2.0], [2.0, 4.0]]), (2.0, 2.0))
+    >>> surface.heights(np.array([[-0.5], [0.5]]), np.array([[-0.5, 0.5]])).tolist()
+    [[1.0, 0.0], [0.0, 2.0]]
+    """
+
+    z: Array
+    size_xy: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        z = np.array(self.z, dtype=float)
+        if z.ndim != 2 or min(z.shape, default=0) < 2:
+            raise InputError(f"Heights must be an array (nx, ny) of at least 2 x 2 numbers; found shape {z.shape}.")
+        if not np.isfinite(z).all():
+            raise InputError(
+                f"Heights must be finite; found {int((~np.isfinite(z)).sum())} that are not. Fill the holes first."
+            )
+        if len(self.size_xy) != 2 or not all(math.isfinite(s) and s > 0 for s in self.size_xy):
+            raise InputError(f"A height map's size must be two positive lengths; found {self.size_xy!r}.")
+        object.__setattr__(self, "z", z - z.min())
+
+    @property
+    def size(self) -> float:
+        """Longer side."""
+        return max(self.size_xy)
+
+    @cached_property
+    def _axes(self) -> tuple[Array, Array]:
+        x, y = ((np.arange(n) - (n - 1) / 2) * (s / n) for n, s in zip(self.z.shape, self.size_xy, strict=True))
+        return x, y
+
+    @cached_property
+    def _spline(self) -> RectBivariateSpline:
+        orders = [min(3, n - 1) for n in self.z.shape]
+        return RectBivariateSpline(*self._axes, self.z, kx=orders[0], ky=orders[1])
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together; infinite beyond the outermost cells."""
+        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        if self._is_own_grid(x, y):
+            return self.z.copy()
+        xs, ys = np.broadcast_arrays(x, y)
+        inside = np.ones(xs.shape, bool)
+        for c, n, s in zip((xs, ys), self.z.shape, self.size_xy, strict=True):
+            inside &= np.abs(c) <= s / 2 * (1 + OVERHANG / n)
+        return np.where(inside, self._spline.ev(xs, ys), np.inf)
+
+    def _is_own_grid(self, x: Array, y: Array) -> bool:
+        if x.shape != (self.z.shape[0], 1) or y.shape != (1, self.z.shape[1]):
+            return False
+        own = self._axes
+        cell = min(s / n for s, n in zip(self.size_xy, self.z.shape, strict=True))
+        return bool(np.abs(x[:, 0] - own[0]).max() < 1e-9 * cell and np.abs(y[0] - own[1]).max() < 1e-9 * cell)
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3)."""
+
+        def derivatives(x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
+            s = self._spline
+            return s.ev(x, y, 1, 0), s.ev(x, y, 0, 1), s.ev(x, y, 2, 0), s.ev(x, y, 1, 1), s.ev(x, y, 0, 2)
+
+        return nearest(points, self.heights, derivatives, self.size)
+
+
+@dataclass(frozen=True, eq=False)
+class FunctionSurface:
+    """A surface z = f(x, y).
+
+    Parameters
+    ----------
+    function : function of x, y
+        Takes and returns arrays; infinite where there is no surface.
+    size : float
+        A length over which it varies.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> FunctionSurface(lambda x, y: x**2 + y**2, size=1.0).heights(np.array([1.0]), np.array([2.0])).tolist()
+    [5.0]
+    """
+
+    function: Callable[[Array, Array], Array]
+    size: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise InputError(f"Expected a function of x and y; found {type(self.function).__name__}.")
+        positive("a surface's size", self.size)
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together."""
+        return np.asarray(self.function(np.asarray(x, dtype=float), np.asarray(y, dtype=float)), dtype=float)
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3)."""
+        return nearest(points, self.heights, differences(self.heights, 1e-4 * self.size), self.size)

@@ -1,0 +1,158 @@
+"""Self-affine rough surfaces by their power spectrum, repeatable by seed, and detrending of measured ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.common.arrays import Array
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+
+TRENDS = ("mean", "plane", "quadratic")
+
+
+@dataclass(frozen=True, eq=False)
+class RoughSurface:
+    """Heights with what was asked of them achieved; made by `self_affine`.
+
+    Attributes
+    ----------
+    z : (nx, ny) array
+        Heights, of mean zero, periodic.
+    size : (float, float)
+    rms_height : float
+    rms_slope : float
+        Root of the mean of |grad z|^2, by the spectrum.
+    rms_curvature : float
+        Root of the mean of ((z_xx + z_yy)/2)^2, by the spectrum.
+    """
+
+    z: Array
+    size: tuple[float, float]
+    rms_height: float
+    rms_slope: float
+    rms_curvature: float
+
+
+def self_affine(
+    shape: tuple[int, int],
+    size: tuple[float, float],
+    *,
+    hurst: float,
+    seed: int,
+    rms_height: float | None = None,
+    rms_slope: float | None = None,
+    roll_off: float | None = None,
+    longest: float | None = None,
+    shortest: float | None = None,
+) -> RoughSurface:
+    """Return a periodic, isotropic, Gaussian surface with a power-law spectrum.
+
+    Parameters
+    ----------
+    shape : (int, int)
+    size : (float, float)
+    hurst : float
+        Hurst exponent, between 0 and 1: the spectrum falls as |k|^(-2 - 2 H).
+    seed : int
+        The same seed gives the same surface.
+    rms_height, rms_slope : float, optional
+        Exactly one; achieved to rounding.
+    roll_off : float, optional
+        Wavelength above which the spectrum is flat; none, if left out.
+    longest, shortest : float, optional
+        Wavelengths beyond which it is zero; the size and four cells, if left out.
+
+    Returns
+    -------
+    RoughSurface
+
+    Raises
+    ------
+    InputError
+        Values out of range, or no wave between the cut-offs.
+
+    References
+    ----------
+    B. N. J. Persson et al., J. Phys.: Condens. Matter 17 (2005) R1; T. D. B. Jacobs, T. Junge, L. Pastewka, Surf.
+    Topogr.: Metrol. Prop. 5 (2017) 013001.
+
+    Examples
+    --------
+    >>> surface = self_affine((64, 64), (1.0, 1.0), hurst=0.8, seed=1, rms_slope=0.1)
+    >>> round(surface.rms_slope, 12), abs(float(surface.z.mean())) < 1e-15
+    (0.1, True)
+    """
+    if not 0 < hurst < 1:
+        raise InputError(f"The Hurst exponent must lie between 0 and 1; found {hurst!r}.")
+    if (rms_height is None) == (rms_slope is None):
+        raise InputError("Give exactly one of rms_height and rms_slope.")
+    target = rms_height if rms_height is not None else rms_slope
+    assert target is not None
+    positive("the rms height or slope", target)
+    kx, ky = (2 * math.pi * np.fft.fftfreq(n, s / n) for n, s in zip(shape, size, strict=True))
+    k = np.hypot(kx[:, None], ky[None, :])
+    lowest = 2 * math.pi / (longest if longest is not None else max(size))
+    cells = max(s / n for s, n in zip(size, shape, strict=True))
+    highest = 2 * math.pi / (shortest if shortest is not None else 4 * cells)
+    band = (k >= lowest * (1 - 1e-12)) & (k <= highest * (1 + 1e-12)) & (k > 0)
+    if not band.any():
+        raise InputError(
+            f"No wave of the grid lies between the cut-offs {2 * math.pi / highest:g} and {2 * math.pi / lowest:g}."
+        )
+    flat = 2 * math.pi / roll_off if roll_off is not None else 0.0
+    amplitude = np.zeros(k.shape)
+    amplitude[band] = np.maximum(k[band], flat) ** (-1 - hurst)
+    white = np.fft.fft2(np.random.default_rng(seed).standard_normal(shape))
+    spectrum = amplitude * white
+    moments = [_root_mean_square(spectrum * factor) for factor in (1.0, k, k**2 / 2)]
+    scale = target / moments[0 if rms_height is not None else 1]
+    z = np.fft.ifft2(spectrum).real * scale
+    height, slope, curvature = (m * scale for m in moments)
+    return RoughSurface(z, (float(size[0]), float(size[1])), height, slope, curvature)
+
+
+def _root_mean_square(spectrum: NDArray) -> float:
+    """Of the field that belongs to a spectrum, by Parseval's theorem."""
+    return float(np.linalg.norm(spectrum)) / spectrum.size
+
+
+def detrend(z: ArrayLike, trend: str = "plane") -> Array:
+    """Heights less their mean, their best plane, or their best quadratic surface.
+
+    Parameters
+    ----------
+    z : (nx, ny) array_like
+    trend : {'mean', 'plane', 'quadratic'}
+
+    Returns
+    -------
+    (nx, ny) array
+
+    Raises
+    ------
+    InputError
+        Unknown trend, or heights that are not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x, y = np.meshgrid(np.arange(4.0), np.arange(5.0), indexing="ij")
+    >>> float(np.abs(detrend(3 + 2 * x - y)).max()) < 1e-12
+    True
+    """
+    heights = np.asarray(z, dtype=float)
+    if heights.ndim != 2 or not np.isfinite(heights).all():
+        raise InputError("Heights must be a finite array (nx, ny) to be detrended.")
+    if trend not in TRENDS:
+        raise InputError(f"Unknown trend {trend!r}; expected one of {', '.join(map(repr, TRENDS))}.")
+    x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)
+    X, Y = x[:, None] + 0 * y, y[None, :] + 0 * x[:, None]
+    terms = [np.ones_like(X), X, Y, X**2, X * Y, Y**2]
+    basis = np.stack(terms[: {"mean": 1, "plane": 3, "quadratic": 6}[trend]], axis=-1).reshape(heights.size, -1)
+    factors = np.linalg.lstsq(basis, heights.ravel(), rcond=None)[0]
+    return np.asarray(heights - (basis @ factors).reshape(heights.shape))

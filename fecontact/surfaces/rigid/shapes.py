@@ -1,0 +1,311 @@
+"""Rigid shapes that rest on the origin from above: z = 0 touches their lowest point, their bodies lie above.
+
+Each gives `heights` over the plane (infinite where a vertical line misses it), exact near the lowest point where
+a difference of large numbers would lose the digits, and `project`, the feet of points on it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.rigid.closest_point import differences, nearest
+
+
+def _round(distance2: Array, radius: float) -> Array:
+    """Height of a circle's underside, d^2/(R + sqrt(R^2 - d^2)); infinite beyond the radius."""
+    under = radius**2 - distance2
+    safe = radius + np.sqrt(np.maximum(under, 0.0))
+    return np.where(under >= 0, distance2 / safe, np.inf)
+
+
+def _circle(planar: Array, z: Array, radius: float) -> tuple[Array, Array, Array]:
+    """Gap to a circle of given radius about (0, radius), and the unit normal (in the plane, along z) there."""
+    height = z - radius
+    distance = np.hypot(planar, height)
+    gap = (planar**2 + z**2 - 2 * z * radius) / (distance + radius)
+    safe = np.where(distance > 0, distance, 1.0)
+    return gap, planar / safe, np.where(distance > 0, height / safe, -1.0)
+
+
+def _feet(points: Array, normals: Array, gap: Array, beyond: NDArray[np.bool_] | None = None) -> Feet:
+    none = np.zeros(len(points), bool) if beyond is None else beyond
+    return Feet(points - gap[:, None] * normals, normals, gap, none)
+
+
+@dataclass(frozen=True)
+class Paraboloid:
+    """Hertz's surface z = x^2/(2 Rx) + y^2/(2 Ry).
+
+    Parameters
+    ----------
+    radius_x : float
+    radius_y : float, optional
+        As the first, if left out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Paraboloid(2.0).heights(np.array([2.0]), np.array([2.0])).tolist()
+    [2.0]
+    """
+
+    radius_x: float
+    radius_y: float | None = None
+
+    def __post_init__(self) -> None:
+        positive("a paraboloid's radius of curvature", self.radius_x)
+        object.__setattr__(self, "radius_y", self.radius_x if self.radius_y is None else self.radius_y)
+        positive("a paraboloid's radius of curvature", self.curvature_radii[1])
+
+    @property
+    def curvature_radii(self) -> tuple[float, float]:
+        """Radii of curvature along x and y."""
+        assert self.radius_y is not None
+        return self.radius_x, self.radius_y
+
+    @property
+    def size(self) -> float:
+        """The smaller radius of curvature."""
+        return min(self.curvature_radii)
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together."""
+        rx, ry = self.curvature_radii
+        return x**2 / (2 * rx) + y**2 / (2 * ry)
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3)."""
+        rx, ry = self.curvature_radii
+
+        def derivatives(x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
+            one = np.ones_like(x)
+            return x / rx, y / ry, one / rx, 0 * one, one / ry
+
+        return nearest(points, self.heights, derivatives, self.size)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder that lies on the line x = 0, along y.
+
+    Parameters
+    ----------
+    radius : float
+    length : float, optional
+        It ends at y = -length/2 and length/2; infinite, if left out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Cylinder(1.0, length=2.0).heights(np.array([0.6, 0.0]), np.array([0.0, 1.5])).round(12).tolist()
+    [0.2, inf]
+    """
+
+    radius: float
+    length: float = math.inf
+
+    def __post_init__(self) -> None:
+        positive("a cylinder's radius", self.radius)
+        if not self.length > 0:
+            raise InputError(f"A cylinder's length must be positive; found {self.length!r}.")
+
+    @property
+    def size(self) -> float:
+        """Diameter."""
+        return 2 * self.radius
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together."""
+        return np.where(np.abs(y) <= self.length / 2, _round(np.asarray(x) ** 2, self.radius), np.inf)
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3) on the curved face."""
+        gap, along, up = _circle(points[:, 0], points[:, 2], self.radius)
+        normals = np.stack([along, np.zeros_like(along), up], axis=1)
+        return _feet(points, normals, gap, np.abs(points[:, 1]) > self.length / 2)
+
+
+@dataclass(frozen=True)
+class Cone:
+    """A cone that stands on its tip, axis z.
+
+    Parameters
+    ----------
+    angle : float
+        Between its flank and the plane z = 0 (radians), between 0 and pi/2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Cone(np.pi / 4).heights(np.array([3.0]), np.array([4.0])).round(12).tolist()
+    [5.0]
+    """
+
+    angle: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.angle < math.pi / 2:
+            raise InputError(
+                f"A cone's angle to the plane must lie between 0 and pi/2 (radians); found {self.angle!r}."
+            )
+
+    @property
+    def size(self) -> float:
+        """A cone has no length of its own."""
+        return 1.0
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together."""
+        return np.hypot(x, y) * math.tan(self.angle)
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3) on the flank, or on the tip."""
+        r, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        c, s = math.cos(self.angle), math.sin(self.angle)
+        outwards = np.divide(points[:, :2], r[:, None], out=np.zeros((len(r), 2)), where=r[:, None] > 0)
+        outwards[r == 0, 0] = 1.0
+        normals = np.concatenate([s * outwards, np.full((len(r), 1), -c)], axis=1)
+        gap = s * r - c * z
+        at_tip = c * r + s * z <= 0
+        distance = np.linalg.norm(points, axis=1)
+        off = at_tip & (distance > 0)
+        normals[off] = points[off] / distance[off, None]
+        return _feet(points, normals, np.where(off, distance, gap))
+
+
+@dataclass(frozen=True)
+class FlatPunch:
+    """The flat end of a cylinder (radius) or of a prism (sides), in the plane z = 0.
+
+    Parameters
+    ----------
+    radius : float, optional
+    sides : (float, float), optional
+        Along x and y. Exactly one of the two.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> FlatPunch(radius=1.0).heights(np.array([0.5, 1.5]), np.zeros(2)).tolist()
+    [0.0, inf]
+    """
+
+    radius: float | None = None
+    sides: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if (self.radius is None) == (self.sides is None):
+            raise InputError("A flat punch needs either a radius or two sides.")
+        for value in (self.radius,) if self.sides is None else self.sides:
+            assert value is not None
+            positive("a flat punch's radius or side", value)
+
+    @property
+    def size(self) -> float:
+        """Diameter, or the longer side."""
+        return 2 * self.radius if self.radius is not None else max(self.sides or (0.0,))
+
+    def _inside(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        if self.radius is not None:
+            return np.hypot(x, y) <= self.radius
+        assert self.sides is not None
+        return (np.abs(x) <= self.sides[0] / 2) & (np.abs(y) <= self.sides[1] / 2)
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Zero under the punch, infinite beside it."""
+        return np.where(self._inside(x, y), 0.0, np.inf)
+
+    def project(self, points: Array) -> Feet:
+        """Feet straight above or below; points beside the punch lie beyond it."""
+        normals = np.tile([0.0, 0.0, -1.0], (len(points), 1))
+        return _feet(points, normals, -points[:, 2], ~self._inside(points[:, 0], points[:, 1]))
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid with semi-axes along x, y and z.
+
+    Parameters
+    ----------
+    semi_axes : (float, float, float)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Ellipsoid((2.0, 1.0, 1.0)).heights(np.array([1.2]), np.zeros(1)).round(12).tolist()
+    [0.2]
+    """
+
+    semi_axes: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        if len(self.semi_axes) != 3:
+            raise InputError(f"An ellipsoid needs three semi-axes; found {self.semi_axes!r}.")
+        for value in self.semi_axes:
+            positive("an ellipsoid's semi-axis", value)
+
+    @property
+    def size(self) -> float:
+        """Longest axis."""
+        return 2 * max(self.semi_axes)
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together; infinite beyond the outline."""
+        a, b, c = self.semi_axes
+        return c * _round((x / a) ** 2 + (y / b) ** 2, 1.0)
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3) on the lower half."""
+        return nearest(points, self.heights, differences(self.heights, 1e-4 * min(self.semi_axes)), self.size)
+
+
+@dataclass(frozen=True)
+class Torus:
+    """A ring that lies on the circle x^2 + y^2 = ring^2.
+
+    Parameters
+    ----------
+    ring : float
+        Radius of the circle.
+    tube : float
+        Radius of the tube, less than that of the ring.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Torus(ring=5.0, tube=1.0).heights(np.array([5.0, 5.6, 0.0]), np.zeros(3)).round(12).tolist()
+    [0.0, 0.2, inf]
+    """
+
+    ring: float
+    tube: float
+
+    def __post_init__(self) -> None:
+        positive("a torus's ring radius", self.ring)
+        if positive("a torus's tube radius", self.tube) >= self.ring:
+            raise InputError(f"A torus's tube ({self.tube:g}) must be thinner than its ring ({self.ring:g}).")
+
+    @property
+    def size(self) -> float:
+        """Outer diameter."""
+        return 2 * (self.ring + self.tube)
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together."""
+        return _round((np.hypot(x, y) - self.ring) ** 2, self.tube)
+
+    def project(self, points: Array) -> Feet:
+        """Feet of points (n, 3)."""
+        r = np.hypot(points[:, 0], points[:, 1])
+        gap, along, up = _circle(r - self.ring, points[:, 2], self.tube)
+        outwards = np.divide(points[:, :2], r[:, None], out=np.zeros((len(r), 2)), where=r[:, None] > 0)
+        outwards[r == 0, 0] = 1.0
+        return _feet(points, np.concatenate([along[:, None] * outwards, up[:, None]], axis=1), gap)

@@ -1,0 +1,177 @@
+"""Surfaces of sections: curves that stand for a strip of given width or for a surface of revolution.
+
+A curve is projected on as a ribbon: three rows of the same nodes make nine-node facets that run along y, so feet, lines
+of action and rims are found by what finds them in space (`surfaces.facet_surface`); the weights of the three rows
+are added up afterwards.
+
+Pressures of a side of three nodes: its functions have the weights 1/6, 4/6 and 1/6 of a strip. Of a ring's side that
+ends on the axis the node there has the weight 2 pi int N r ds = 0 (r linear): a force on it says nothing about a
+pressure. The hats of the mortar coupling, linear on either half of a side, keep a positive weight (1/24 of 2 pi L^2),
+so rings are always coupled by mortar.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import MeshError
+from fecontact.mesh.section_mesh import Extent, line_integrals, line_shapes
+from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
+from fecontact.surfaces.line_of_action import feet_along
+from fecontact.surfaces.normals import opposing
+
+#: Of unit thickness.
+UNIT = Extent(1.0)
+#: Gauss points of a piece of a side: hats times quadratics times a radius, degree five on a straight side.
+POINTS = 4
+#: Pieces of a side shorter than this share of it are rounding.
+SHORTEST = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class CurveSurface(FacetSurface):
+    """Curved sides of a section as a surface.
+
+    Parameters
+    ----------
+    points : (n_nodes, 3) array
+        All nodes of the section, y = 0.
+    facets : (n_facets, 3) int array
+        Sides: beginning, end, middle, counter-clockwise round the body.
+    name : str
+    along : Extent
+    """
+
+    along: Extent = UNIT
+
+    @cached_property
+    def triangle(self) -> NDArray[np.bool_]:
+        """No side is a triangle."""
+        return np.zeros(len(self.facets), bool)
+
+    @cached_property
+    def rim_nodes(self) -> NDArray[np.bool_]:
+        """Which nodes of the section (n_nodes,) are ends of the surface."""
+        return np.bincount(self.facets[:, :2].ravel(), minlength=len(self.points)) == 1
+
+    @cached_property
+    def mean_facet_size(self) -> Array:
+        """Length (n_facets,) of the chord of each side."""
+        ends = self.points[self.facets[:, :2]]
+        return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+
+    @property
+    def spatial(self) -> FacetSurface:
+        """The ribbon."""
+        return self._ribbon
+
+    @cached_property
+    def _ribbon(self) -> FacetSurface:
+        """Nine-node facets between the planes y = size and y = -size."""
+        n = len(self.points)
+        a, b, m = self.facets.T
+        shift = np.array([0.0, self.size, 0.0])
+        facets = np.stack([a, b, b + 2 * n, a + 2 * n, m, b + n, m + 2 * n, a + n, m + n], axis=1)
+        points = np.concatenate([self.points + shift, self.points, self.points - shift])
+        planes = None
+        if self.planes is not None:
+            nodes, across = self.planes
+            planes = np.concatenate([nodes, nodes + n, nodes + 2 * n]), np.tile(across, (3, 1))
+        return FacetSurface(points, facets, self.name, planes=planes)
+
+    def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
+        """Positions (n, 3), tangents (n, 3, 2), the second of them -y, and shape functions (n, 3)."""
+        N, dN = line_shapes(local[:, 0])
+        x = self.points[self.facets[facet]]
+        tangent = np.einsum("na,nai->ni", dN, x)
+        across = np.broadcast_to([0.0, -1.0, 0.0], tangent.shape)
+        return np.einsum("na,nai->ni", N, x), np.stack([tangent, across], axis=2), N
+
+    def project(self, points: Array, n_near: int = 3) -> Feet:
+        """Feet of points (n, 3) of the plane y = 0."""
+        feet = self._ribbon.project(points, n_near)
+        assert feet.weights is not None
+        n = len(self.points)
+        fold = sp.csr_matrix((np.ones(3 * n), (np.arange(3 * n), np.tile(np.arange(n), 3))))
+        weights = (feet.weights @ fold).tocsr()
+        weights.eliminate_zeros()
+        in_plane = np.array([1.0, 0.0, 1.0])
+        return replace(feet, points=feet.points * in_plane, normals=feet.normals * in_plane, weights=weights)
+
+    def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
+        """Distance (n,) of each point from its given side."""
+        return self._ribbon.distance_to_facet(points, facet)
+
+    def extent(self, points: Array) -> Array:
+        """Width of the strip, or circumference of the ring, (n,) at points (n, 3)."""
+        return self.along(points)
+
+    @cached_property
+    def nodal_areas(self) -> Array:
+        """Consistent nodal weights (n_points,): integrals of the shape functions.
+
+        Raises
+        ------
+        MeshError
+            If one is not positive, as on the axis of a body of revolution.
+        """
+        N, x, ds = line_integrals(self.points, self.facets)
+        weights = np.zeros(len(self.points))
+        area = np.linalg.norm(ds, axis=2) * self.along(x)
+        np.add.at(weights, self.facets, area @ N)
+        bad = weights[self.nodes] <= 1e-12 * weights.max()
+        if bad.any():
+            where = np.array2string(self.points[self.nodes[np.argmax(bad)]], precision=4)
+            raise MeshError(
+                f"The node of {self.name!r} at {where} has no area of its own, as every node on the axis of a body of "
+                "revolution: a force on it is no pressure. Leave coupling='auto' or take 'mortar'."
+            )
+        return weights
+
+
+def curve_samples(
+    slave: CurveSurface, master: Surface | None, rotation: Array, translation: Array, share: float
+) -> tuple[IntArray, Array, Array]:
+    """Gauss points on pieces of the slave's sides within which neither hats nor the master's functions have a kink.
+
+    Parameters
+    ----------
+    slave : CurveSurface
+    master : Surface, optional
+    rotation, translation
+        Pose of the slave's axes seen from the master's.
+    share : float
+        Weight of the slave's normal in the lines of action.
+
+    Returns
+    -------
+    facet : (n,) int array
+    local : (n, 2) array
+    weight : (n,) array
+        In the side's coordinate.
+    """
+    n = len(slave.facets)
+    facet, s = np.repeat(np.arange(n), 3), np.tile([0.0, 0.5, 1.0], n)
+    if isinstance(master, CurveSurface):
+        ends = np.unique(master.facets[:, :2])
+        # along the lines of action too, the other way round
+        feet = feet_along(
+            slave, (master.points[ends] - translation) @ rotation, opposing(master, ends) @ rotation, 1 - share
+        )
+        assert feet.facet is not None
+        assert feet.local is not None
+        facet, s = np.concatenate([facet, feet.facet]), np.concatenate([s, feet.local[:, 0]])
+    order = np.lexsort((s, facet))
+    facet, s = facet[order], s[order]
+    kept = np.flatnonzero((facet[1:] == facet[:-1]) & (np.diff(s) > SHORTEST))
+    t, w = np.polynomial.legendre.leggauss(POINTS)
+    length = s[kept + 1] - s[kept]
+    local = s[kept][:, None] + length[:, None] * (t + 1) / 2
+    two = np.stack([local.ravel(), np.full(local.size, 0.5)], axis=1)
+    return np.repeat(facet[kept], POINTS), two, (length[:, None] * w / 2).ravel()
