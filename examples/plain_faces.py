@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 import fecontact as fc
 from fecontact.app.spheres.spheres import solve_spheres
-from fecontact.results.pictures.draw import Units, draw_field, save_figure
+from fecontact.common.units import Units
+from fecontact.results.pictures.draw import draw_field, save_figure
 
 
 def patch(pressure: str, n: int = 3) -> fc.ContactResult:

@@ -10,11 +10,11 @@ from fecontact.ancf.model import AncfModel, twenty_nodes
 from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
-from fecontact.contact.coupling.nodal import along
 from fecontact.fem.condensation import checked_route
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.surfaces.facet_surface import FacetSurface, Feet
+from fecontact.surfaces.nodal_weights import along
 
 
 @dataclass(frozen=True, eq=False)

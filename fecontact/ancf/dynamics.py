@@ -19,7 +19,7 @@ from fecontact.ancf.schemes import GeneralisedAlpha, Instant, Scheme
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
-from fecontact.results.files import check_writable
+from fecontact.common.text_files import check_writable
 
 #: Halvings of the step after which a motion is given up.
 MOST_HALVINGS = 12

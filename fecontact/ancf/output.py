@@ -11,9 +11,9 @@ import numpy as np
 from fecontact.ancf.assembly import Assembly
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+from fecontact.common.text_files import check_writable, write_collection
 from fecontact.fem.stress import von_mises
 from fecontact.mesh.element.hexahedron import CORNERS, EDGES
-from fecontact.results.files import check_writable, write_collection
 
 #: Corners and mid-sides of a cell, in VTK's order.
 NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])

@@ -39,7 +39,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _check_files(*paths: str | None) -> None:
     """Refuse files that cannot be written before any work."""
-    from fecontact.results.files import check_writable
+    from fecontact.common.text_files import check_writable
 
     for path in paths:
         if path not in (None, "-"):
@@ -48,7 +48,7 @@ def _check_files(*paths: str | None) -> None:
 
 def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
     """Print a result and save its figures, or print the figures alone where they go to '-'; says where remarks go."""
-    from fecontact.results.files import save_json
+    from fecontact.common.text_files import save_json
 
     if to == "-":
         json.dump(figures, sys.stdout, indent=2)

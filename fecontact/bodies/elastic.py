@@ -17,7 +17,6 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.coupling.nodal import along
 from fecontact.fem.condensation import checked_route
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
@@ -25,6 +24,7 @@ from fecontact.fem.support import Support, symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface, Feet
+from fecontact.surfaces.nodal_weights import along
 
 PRESSURES = ("midface", "nodal")
 INTEGRATIONS = ("auto", "full", "selective")

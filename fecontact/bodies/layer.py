@@ -16,11 +16,11 @@ from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.coupling.nodal import along, contact_weights
 from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface, Feet
+from fecontact.surfaces.nodal_weights import along, contact_weights
 
 LAWS = ("bonded", "frictionless", "uniaxial")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.common.errors import InputError
-from fecontact.results.files import check_writable
+from fecontact.common.text_files import check_writable
 
 
 def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]]:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import csv
-import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import quoteattr
+from typing import TYPE_CHECKING
 
 import meshio
 import numpy as np
@@ -16,6 +13,7 @@ import numpy as np
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
+from fecontact.common.text_files import check_writable, save_json, write_collection
 from fecontact.fem.stress import von_mises
 from fecontact.mesh.formats.generic import teach_meshio
 from fecontact.mesh.formats.vtk_cells import native_cells
@@ -27,56 +25,6 @@ if TYPE_CHECKING:
     from fecontact.contact.interface import Interface
     from fecontact.results.contact_fields import ContactFields
     from fecontact.results.result import ContactResult
-
-
-def check_writable(path: str | Path) -> Path:
-    """Refuse a path that cannot be written, before long work.
-
-    Raises
-    ------
-    InputError
-        If the folder does not exist, is no folder, or the file cannot be written.
-    """
-    path = Path(path)
-    folder = path.parent
-    if not folder.is_dir():
-        raise InputError(
-            f"Cannot write {path}: the folder {folder} does not exist. Make it first or choose another path."
-        )
-    if path.is_dir():
-        raise InputError(f"Cannot write {path}: it is a folder.")
-    target = path if path.exists() else folder
-    if not os.access(target, os.W_OK):
-        raise InputError(f"Cannot write {path}: no permission for {target}.")
-    return path
-
-
-def write_atomically(path: str | Path, text: str) -> Path:
-    """Write a text file under a temporary name and move it into place, so that an interruption loses nothing."""
-    path = check_writable(path)
-    if path.exists() and not path.is_file():
-        path.write_text(text, encoding="utf-8")  # a pipe or a device is written to, never replaced
-        return path
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
-    return path
-
-
-def save_json(path: str | Path, data: dict[str, Any]) -> Path:
-    """Write numbers for scripts; numpy scalars and arrays become plain ones."""
-    return write_atomically(path, json.dumps(data, indent=2, default=_plain) + "\n")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"{type(value).__name__} has no place in a JSON file")
 
 
 def save_result(result: ContactResult, path: str | Path) -> Path:
@@ -176,14 +124,6 @@ def save_series(results: Sequence[ContactResult], path: str | Path, times: Seque
         raise InputError(f"A series needs results and one time for each; found {len(results)} and {len(instants)}.")
     files = [save_vtu(result, path.with_name(f"{path.stem}_{k:04d}.vtu")) for k, result in enumerate(results)]
     return write_collection(path, files, instants)
-
-
-def write_collection(path: Path, files: Sequence[Path], times: Sequence[float]) -> Path:
-    """Write the PVD file that lists files beside it with their times."""
-    pairs = zip(files, times, strict=True)
-    lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(file.name)}/>' for file, time in pairs]
-    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
-    return write_atomically(path, head + "\n".join(lines) + "\n  </Collection>\n</VTKFile>\n")
 
 
 def body_fields(result: ContactResult, body: ElasticBody) -> dict[str, Array]:

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.errors import InputError
+from fecontact.common.text_files import check_writable
 from fecontact.contact.condensed_problem import uncondensed
 from fecontact.contact.equilibrium import check_balance
 from fecontact.contact.loads import make_loading
-from fecontact.results.files import check_writable
 from fecontact.scene.scene import Scene
 
 #: Version of the file's meaning.

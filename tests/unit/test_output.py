@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.results.files import check_writable, nodal_pressure, save_json, save_series
+from fecontact.common.text_files import check_writable, save_json
+from fecontact.results.files import nodal_pressure, save_series
 
 
 @pytest.fixture(scope="module")

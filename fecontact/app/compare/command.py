@@ -16,7 +16,7 @@ from fecontact.app.compare.problems import problem
 from fecontact.app.compare.run import Plan, compare
 from fecontact.app.compare.scenes import compare_scene
 from fecontact.common.errors import InputError
-from fecontact.results.files import check_writable, save_json, write_atomically
+from fecontact.common.text_files import check_writable, save_json, write_atomically
 
 Row = dict[str, Any]
 

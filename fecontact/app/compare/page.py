@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.app.compare.precision import against_peers, curves, order, sentence
-from fecontact.results.files import write_atomically
+from fecontact.common.text_files import write_atomically
 
 Row = dict[str, Any]
 

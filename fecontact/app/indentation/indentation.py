@@ -18,7 +18,7 @@ from fecontact.bodies import HalfSpace, HalfSpaceContact, Layer
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.results.files import write_atomically
+from fecontact.common.text_files import write_atomically
 from fecontact.results.report import peak_memory
 from fecontact.surfaces import Cylinder, FlatPunch
 
@@ -101,7 +101,7 @@ class Indentation:
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
         """Pressure, gap, displacement and stress inside, see `indentplot.plot_indentation`."""
         from fecontact.app.indentation.pictures import plot_indentation
-        from fecontact.results.pictures.draw import Units
+        from fecontact.common.units import Units
 
         return plot_indentation(self, path, Units(length, force, stress))
 
@@ -402,7 +402,7 @@ class Curve:
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
         """Draw the curves, see `indentplot.plot_curve`."""
         from fecontact.app.indentation.pictures import plot_curve
-        from fecontact.results.pictures.draw import Units
+        from fecontact.common.units import Units
 
         return plot_curve(self, path, Units(length, force, stress))
 

@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from fecontact.app.indentation.indentation import Curve, Indentation
 from fecontact.bodies import HalfSpaceContact
 from fecontact.common.arrays import Array
+from fecontact.common.units import Units
 from fecontact.fem.stress import von_mises
-from fecontact.results.pictures.draw import Units, save_figure
+from fecontact.results.pictures.draw import save_figure
 
 SECTION = (61, 31)
 """Points of the section through the body, along it and downwards."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fecontact.app.scene_file.cases import CASE_FILES
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
 from fecontact.common.errors import InputError
-from fecontact.results.files import check_writable, save_json, write_atomically
+from fecontact.common.text_files import check_writable, save_json, write_atomically
 from fecontact.results.result import ContactResult
 
 if TYPE_CHECKING:

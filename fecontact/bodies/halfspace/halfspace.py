@@ -27,9 +27,9 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.coupling.nodal import along
 from fecontact.fem.rigid import rigid_modes
 from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.nodal_weights import along
 
 
 class HeightSurface(Protocol):

@@ -14,13 +14,14 @@ from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.mortar_basis import hats_exist
-from fecontact.contact.coupling.nodal import Pairing, contact_weights, nested, pair
+from fecontact.contact.coupling.nodal import Pairing, nested, pair
 from fecontact.contact.coupling.refusals import check_faced
 from fecontact.contact.dimension import check_rigid_surface
 from fecontact.contact.interface import Interface
 from fecontact.contact.search.radius import Reach, plain_facets
 from fecontact.contact.search.region import Near, near_parts
 from fecontact.surfaces.facet_surface import FacetSurface, Surface
+from fecontact.surfaces.nodal_weights import contact_weights
 from fecontact.surfaces.section_curve import CurveSurface
 
 if TYPE_CHECKING:

@@ -14,8 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.contact.coupling.nodal import Sums, along
+from fecontact.contact.coupling.nodal import Sums
 from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.nodal_weights import along
 
 
 class Samples(NamedTuple):

@@ -16,15 +16,14 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import MeshError
 from fecontact.contact.coupling.covered_area import Rim, rim_of
 from fecontact.contact.coupling.facing import NONE_AVERTED, Averted, unopposed
 from fecontact.contact.search.region import Near
-from fecontact.mesh.facets import facet_centres, nodal_areas, tributary_areas
+from fecontact.mesh.facets import facet_centres
 from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
 from fecontact.surfaces.line_of_action import feet_along
+from fecontact.surfaces.nodal_weights import _contact_weights, along, contact_weights
 from fecontact.surfaces.normals import normals_of, opposing
-from fecontact.surfaces.section_curve import CurveSurface
 
 if TYPE_CHECKING:
     from fecontact.bodies.protocol import Body
@@ -180,15 +179,6 @@ class Pairing:
         return np.asarray(self.average @ np.cross(lever, self.feet.normals))
 
 
-def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
-    """Rows that take the component along `directions` (n, 3) of points interpolated by `weights` (n, n_nodes)."""
-    count = np.diff(weights.indptr)
-    d = np.repeat(directions, count, axis=0)
-    data = (weights.data[:, None] * d).ravel()
-    columns = (3 * weights.indices[:, None] + np.arange(3)).ravel()
-    return sp.csr_matrix((data, columns, 3 * weights.indptr), shape=(weights.shape[0], 3 * weights.shape[1]))
-
-
 def pair(
     slave: FacetSurface,
     master: Surface,
@@ -283,31 +273,6 @@ def _covered(slave: FacetSurface, nodes: IntArray) -> IntArray:
     if on.shape[1] == 9:
         inside |= on[:, 8]
     return np.flatnonzero(inside)
-
-
-def contact_weights(surface: FacetSurface) -> Array:
-    """Area (n_nodes,) by which a nodal contact force is divided to show a pressure.
-
-    Faces of four nodes or with a centre node: the consistent weights, which are positive. Eight-node faces and six-node
-    triangles: their consistent corner weights are negative or zero, so tributary areas are shown instead; the forces
-    themselves stay wrong at the corners.
-    """
-    return surface.once(_contact_weights)
-
-
-def _contact_weights(surface: FacetSurface) -> Array:
-    if isinstance(surface, CurveSurface):
-        return surface.nodal_areas
-    if surface.facets.shape[1] == 8:
-        return tributary_areas(surface.points, surface.facets)
-    weights = nodal_areas(surface.points, surface.facets)
-    bad = weights[surface.facets].min(axis=1) <= 0
-    if bad.any():
-        raise MeshError(
-            f"Face {np.argmax(bad)} of the contact surface {surface.name!r} is so distorted that a nodal weight is not "
-            "positive; a contact force there would not be a pressure. Make its sides and angles more equal."
-        )
-    return weights
 
 
 def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: IntArray) -> bool:

@@ -8,9 +8,9 @@ from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.common.errors import InputError
 from fecontact.contact.coupling.facing import TIE, Averted, unopposed
 from fecontact.contact.coupling.mortar import hat_areas
-from fecontact.contact.coupling.nodal import contact_weights
 from fecontact.contact.interface import Interface
 from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.nodal_weights import contact_weights
 from fecontact.surfaces.section_curve import CurveSurface
 
 #: Share of the faces that have to lie over the other body: less is what rounding and the chords of curved sides make of

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array
 from fecontact.common.errors import MissingPackageError
+from fecontact.common.text_files import check_writable
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
-from fecontact.results.files import check_writable
 from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
 from fecontact.results.pictures.rigid_patches import rigid_patches
 from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result

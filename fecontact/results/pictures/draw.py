@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +15,9 @@ from matplotlib.tri import Triangulation
 from fecontact.common.arrays import Array
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
+from fecontact.common.text_files import check_writable
+from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
-from fecontact.results.files import check_writable
 from fecontact.results.pictures.section_curve import draw_curve
 
 if TYPE_CHECKING:
@@ -35,31 +35,6 @@ FINENESS = 6
 OUTLINE = 0.02
 #: Sensels across a contact unless a pitch is given, and steps of their colours, as on the screens of pressure films.
 SENSELS, STEPS = 24, 13
-
-
-@dataclass(frozen=True)
-class Units:
-    """Names of units for labels; empty ones are left out.
-
-    Examples
-    --------
-    >>> Units(stress="MPa").after("pressure", "stress")
-    'pressure [MPa]'
-    """
-
-    length: str = ""
-    force: str = ""
-    stress: str = ""
-
-    def after(self, text: str, kind: str) -> str:
-        """A label with its unit in brackets."""
-        unit = getattr(self, kind)
-        return f"{text} [{unit}]" if unit else text
-
-    def number(self, value: float, kind: str, power: str = "") -> str:
-        """A number with its unit."""
-        unit = getattr(self, kind)
-        return f"{value:.4g} {unit}{power}" if unit else f"{value:.4g}"
 
 
 def save_figure(figure: Figure, path: str | Path | None) -> Figure:

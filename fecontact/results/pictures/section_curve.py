@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from fecontact.common.units import Units
     from fecontact.results.contact_fields import ContactFields
-    from fecontact.results.pictures.draw import Units
 
 
 #: Points per side of a section from which its curve is drawn, and how far beyond the contact it is shown.

@@ -6,11 +6,12 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact.common.errors import MeshError
-from fecontact.contact.coupling.nodal import along, contact_weights, nested, pair
+from fecontact.contact.coupling.nodal import nested, pair
 from fecontact.contact.search import candidates
 from fecontact.mesh.element.hexahedron import quad_nodes
 from fecontact.mesh.facets import nodal_areas, tributary_areas
 from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.nodal_weights import along, contact_weights
 
 IDENTITY, ORIGIN = np.eye(3), np.zeros(3)
 
