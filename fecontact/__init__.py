@@ -38,6 +38,7 @@ from fecontact.common.errors import (
     SupportError,
 )
 from fecontact.common.material import Material
+from fecontact.contact.contact import Contact
 from fecontact.contact.springs import Spring
 from fecontact.mesh import pick, shapes
 from fecontact.mesh import section_shapes as sections
@@ -47,7 +48,7 @@ from fecontact.mesh.read import read_mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.mesh.surface_mesh import SurfaceMesh, read_surface
 from fecontact.results.result import ContactResult
-from fecontact.scene.scene import Contact, Scene
+from fecontact.scene.scene import Scene
 from fecontact.solvers import available_solvers
 
 __all__ = [

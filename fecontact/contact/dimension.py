@@ -22,7 +22,7 @@ from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Feet, Surface
 
 if TYPE_CHECKING:
-    from fecontact.scene.scene import Contact
+    from fecontact.contact.contact import Contact
 
 
 #: Sines and lengths (relative to a body's size) below this are rounding.

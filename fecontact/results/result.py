@@ -28,7 +28,7 @@ from fecontact.results.warnings import notes_of, warnings_of
 from fecontact.solvers import Residuals, Solution
 
 if TYPE_CHECKING:
-    from fecontact.scene.scene import Scene
+    from fecontact.contact.model import SceneModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class ContactResult:
         After a finite motion: the bodies as they were given; `scene` holds them in their final poses.
     """
 
-    scene: Scene
+    scene: SceneModel
     contacts: tuple[ContactFields, ...]
     springs: tuple[SpringState, ...]
     solution: Solution
@@ -367,7 +367,7 @@ def _plain_region(region: Region) -> dict[str, Any]:
 
 
 def make_result(
-    scene: Scene,
+    scene: SceneModel,
     interfaces: Sequence[Rows],
     chosen: Sequence[IntArray],
     loading: Loading,

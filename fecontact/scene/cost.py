@@ -27,10 +27,11 @@ from fecontact.contact.loads import make_loading
 from fecontact.fem.factor import available_backends
 from fecontact.mesh import shapes
 from fecontact.results.model_size import modelled
+from fecontact.scene.linear import prepared
 
 if TYPE_CHECKING:
+    from fecontact.contact.model import SceneModel
     from fecontact.fem.model import Model
-    from fecontact.scene.scene import Scene
 
 #: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; how much more its analysis takes.
 SOLID_FACTOR, SECTION_FACTOR, ANALYSIS = 220.0, 66.0, 1.35
@@ -121,12 +122,12 @@ class Explanation:
         return "\n".join(lines)
 
 
-def explain(scene: Scene, loads: Mapping[str, Any] | None = None, solver: str = "auto") -> Explanation:
+def explain(scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: str = "auto") -> Explanation:
     """Say what solving a scene would take, without assembling or factorising anything of it.
 
     Parameters
     ----------
-    scene : Scene
+    scene : SceneModel
     loads : mapping, optional
         Arguments of `Scene.solve`; those that are no loads are passed over.
     solver : str
@@ -147,7 +148,7 @@ def explain(scene: Scene, loads: Mapping[str, Any] | None = None, solver: str = 
     (242, 17)
     """
     given = {name: (loads or {}).get(name) for name in LOADS}
-    conditions, _, chosen = scene.prepared(make_loading(scene.bodies, **given))
+    conditions, _, chosen = prepared(scene, make_loading(scene.bodies, **given))
     elastic = [b for b in scene.bodies if isinstance(b, ElasticBody)]
     models = _model_costs(elastic, conditions, chosen)
     n = sum(len(c) for c in chosen)
@@ -177,7 +178,7 @@ def _coupling(interface: Interface, n: int) -> str:
     )
 
 
-def _solver(solver: str, n: int, scene: Scene) -> str:
+def _solver(solver: str, n: int, scene: SceneModel) -> str:
     if solver != "auto":
         return f"{solver}, as asked for"
     if any(isinstance(b, HalfSpace) for b in scene.bodies):

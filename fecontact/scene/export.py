@@ -21,14 +21,15 @@ from fecontact.common.text_files import check_writable
 from fecontact.contact.condensed_problem import uncondensed
 from fecontact.contact.equilibrium import check_balance
 from fecontact.contact.loads import make_loading
-from fecontact.scene.scene import Scene
+from fecontact.contact.model import SceneModel
+from fecontact.scene.linear import prepared
 
 #: Version of the file's meaning.
 VERSION = 1
 
 
 def export_problem(
-    scene: Scene,
+    scene: SceneModel,
     path: str | Path,
     forces: Any = None,
     *,
@@ -43,7 +44,7 @@ def export_problem(
 
     Parameters
     ----------
-    scene : Scene
+    scene : SceneModel
         Of elastic and rigid bodies.
     path : str or Path
         Ends in ``.npz``.
@@ -78,7 +79,7 @@ def export_problem(
         if not isinstance(body, ElasticBody | RigidBody):
             raise InputError(f"{body.name!r} is a {type(body).__name__}, which has no stiffness matrix to write.")
     loading = make_loading(scene.bodies, forces, moments, motions, free, pressures, gravity)
-    conditions, opening, chosen = scene.prepared(loading)
+    conditions, opening, chosen = prepared(scene, loading)
     check_balance(conditions, loading)
     if not likely:
         chosen = [np.arange(len(gap)) for gap in opening]

@@ -19,14 +19,16 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, SolverError
+from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.checks.linearisation import BEARABLE, driven_motions, linearisation_error
-from fecontact.scene.local_search import Guide, solve_guided
+from fecontact.scene.linear import solved
+from fecontact.scene.local_search import Guide, solve_guided, sorted_case
 from fecontact.scene.poses import moved, turned
 
 if TYPE_CHECKING:
+    from fecontact.contact.model import SceneModel
     from fecontact.results.result import ContactResult
-    from fecontact.scene.scene import Scene
 
 
 #: Change of pose, relative to the elastic displacements, at which the poses have settled. The last change is still in
@@ -42,12 +44,12 @@ PATIENCE = 8
 GROWTH = 3.0
 
 
-def solve_finite(scene: Scene, arguments: Mapping[str, Any]) -> ContactResult:
+def solve_finite(scene: SceneModel, arguments: Mapping[str, Any]) -> ContactResult:
     """Solve with poses carried along until they settle.
 
     Parameters
     ----------
-    scene : Scene
+    scene : SceneModel
     arguments : mapping
         Of `Scene.solve`. Prescribed motions are finite: rotation vectors about the reference point, then translations.
 
@@ -147,7 +149,7 @@ class _Path:
 
     depth = 5
 
-    def __init__(self, scene: Scene, arguments: Mapping[str, Any]) -> None:
+    def __init__(self, scene: SceneModel, arguments: Mapping[str, Any]) -> None:
         motions = arguments.get("motions") or {}
         self._scene, self._guide = scene, Guide()
         self._start = [
@@ -173,7 +175,9 @@ class _Path:
     def finished(self, result: ContactResult) -> ContactResult:
         """The result for the original bodies, on whole surfaces if that was asked for."""
         if self._whole and any(i.near is not None for i in result.interfaces):
-            result = self._now.scene.solve(**self._now.loads(self._held), finite_motion=False)
+            now = self._now.scene
+            loading, settings = sorted_case(now, self._now.loads(self._held))
+            result = solved(now, loading, None, settings, Stopwatch())
         return replace(result, originals=self._scene.bodies)
 
     def begin(self, result: ContactResult) -> None:

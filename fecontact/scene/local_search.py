@@ -10,37 +10,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from fecontact.common.errors import FecontactError, InputError
+from fecontact.common.errors import FecontactError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.search.radius import Reach, first_reach, following, judged
 from fecontact.contact.search.region import STILL
+from fecontact.scene.linear import solved
 from fecontact.scene.poses import KEYED
-from fecontact.solvers import TOLERANCE, ComplementarityProblem, solve
+from fecontact.scene.settings import Settings
+from fecontact.solvers import TOLERANCE
 
 if TYPE_CHECKING:
+    from fecontact.contact.model import SceneModel
     from fecontact.results.result import ContactResult
-    from fecontact.scene.scene import Scene
 
 #: Number of reaches that are tried before whole surfaces are paired.
 MOST_REACHES = 4
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a problem is to be solved: `solver`, `tolerance` of the certificate, and the solver's `options`."""
-
-    solver: str
-    tolerance: float
-    options: Mapping[str, Any]
-
-    def check(self) -> None:
-        """Refuse an unknown solver or option before any work, by a problem of one open point."""
-        if not (np.isfinite(self.tolerance) and 0 < self.tolerance < 1):
-            raise InputError(f"The tolerance must lie between 0 and 1; found {self.tolerance!r}.")
-        solve(ComplementarityProblem(S=np.eye(1), g=np.ones(1)), self.solver, **self.options)
 
 
 @dataclass
@@ -54,31 +39,36 @@ class Guide:
         self.reaches = [None if r is None else replace(r, drift=STILL) for r in self.reaches]
 
 
-def solve_guided(scene: Scene, arguments: Mapping[str, Any], guide: Guide) -> ContactResult:
+def solve_guided(scene: SceneModel, arguments: Mapping[str, Any], guide: Guide) -> ContactResult:
     """`Scene.solve` of near parts for one of a row of similar cases; small motions.
 
     Parameters
     ----------
-    scene : Scene
+    scene : SceneModel
     arguments : mapping
         Of `Scene.solve`, except `finite_motion` and `whole`.
     guide : Guide
     """
+    return solve_partly(scene, *sorted_case(scene, arguments), Stopwatch(), guide)
+
+
+def sorted_case(scene: SceneModel, arguments: Mapping[str, Any]) -> tuple[Loading, Settings]:
+    """Loads and settings of a case, from the arguments of `Scene.solve` but `finite_motion` and `whole`."""
     rest = dict(arguments)
     loads = {name: rest.pop(name, None) for name in (*KEYED, "gravity")}
     settings = Settings(rest.pop("solver", "auto"), rest.pop("tolerance", TOLERANCE), rest)
     settings.check()
-    return solve_partly(scene, make_loading(scene.bodies, **loads), settings, Stopwatch(), guide)
+    return make_loading(scene.bodies, **loads), settings
 
 
 def solve_partly(
-    scene: Scene, loading: Loading, settings: Settings, watch: Stopwatch, guide: Guide | None = None
+    scene: SceneModel, loading: Loading, settings: Settings, watch: Stopwatch, guide: Guide | None = None
 ) -> ContactResult:
     """Solution with only near parts paired, or all where these do not do.
 
     Parameters
     ----------
-    scene : Scene
+    scene : SceneModel
     loading : Loading
     settings : Settings
     watch : Stopwatch
@@ -91,7 +81,7 @@ def solve_partly(
     tries = 0 if all(r is None for r in reaches) else MOST_REACHES
     for _ in range(tries):
         try:
-            result = scene.solved(loading, reaches, settings, watch)
+            result = solved(scene, loading, reaches, settings, watch)
         except FecontactError:
             # what was left out may be what carries the load; if not, the whole surfaces say so again
             break
@@ -100,4 +90,4 @@ def solve_partly(
             if guide is not None:
                 guide.reaches = reaches
             return result
-    return scene.solved(loading, None, settings, watch)
+    return solved(scene, loading, None, settings, watch)

@@ -17,7 +17,7 @@ from fecontact.common.errors import InputError
 from fecontact.contact.loads import check_member
 
 if TYPE_CHECKING:
-    from fecontact.scene.scene import Scene
+    from fecontact.contact.model import SceneModel
 
 
 #: Arguments of `Scene.solve` whose keys are bodies.
@@ -30,13 +30,13 @@ class Moved:
 
     Attributes
     ----------
-    scene : Scene
+    scene : SceneModel
         Of the moved bodies, which share their models with the originals.
     originals : tuple of Body
         In the scene's order.
     """
 
-    scene: Scene
+    scene: SceneModel
     originals: tuple[Body, ...]
 
     def body(self, original: Any) -> Any:
@@ -57,7 +57,7 @@ class Moved:
         return out
 
 
-def moved(scene: Scene, poses: Mapping[Body, Pose]) -> Moved:
+def moved(scene: SceneModel, poses: Mapping[Body, Pose]) -> Moved:
     """The scene with some bodies in new poses; contacts and springs follow.
 
     Raises

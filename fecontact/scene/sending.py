@@ -19,7 +19,7 @@ from fecontact.scene.local_search import Guide
 from fecontact.scene.sweep_case import summary_of
 
 if TYPE_CHECKING:
-    from fecontact.scene.scene import Scene
+    from fecontact.contact.model import SceneModel
 
 REMEDY = (
     "Define it in a module that other processes can import (not in the main script, a notebook or by lambda), or "
@@ -60,7 +60,7 @@ def _packed(thing: Any, bodies: Sequence[Body] = ()) -> bytes:
     return file.getvalue()
 
 
-def packed_scene(scene: Scene, guide: Guide) -> bytes:
+def packed_scene(scene: SceneModel, guide: Guide) -> bytes:
     """A scene and what is known of where it touches.
 
     Raises

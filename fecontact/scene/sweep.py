@@ -23,17 +23,18 @@ from fecontact.contact.search.radius import near_nodes, plain_facets
 from fecontact.contact.springs import spring_rows
 from fecontact.fem.condensation import Schur
 from fecontact.fem.model import Model
+from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import Guide
 from fecontact.scene.sending import packed_case, packed_scene, solved_there
 from fecontact.scene.sweep_case import Case, Posed, fingerprints, finished, naming, summary_of
 from fecontact.scene.workers import FreshInterpreters
 
 if TYPE_CHECKING:
-    from fecontact.scene.scene import Scene
+    from fecontact.contact.model import SceneModel
 
 
 def run_sweep(
-    scene: Scene,
+    scene: SceneModel,
     cases: Sequence[Case],
     path: str | Path | None = None,
     processes: int = 1,
@@ -46,7 +47,7 @@ def run_sweep(
 
     Parameters
     ----------
-    scene : Scene
+    scene : SceneModel
     cases : sequence of mappings
         Arguments of `Scene.solve`, and optionally ``name`` (a number otherwise) and ``poses``, a mapping of Body to
         Pose.
@@ -100,7 +101,7 @@ def run_sweep(
 Rows = Iterator[tuple[str, dict[str, Any]]]
 
 
-def _solved(scene: Scene, left: Mapping[str, Case], processes: int, executor: Executor | None) -> Rows:
+def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executor: Executor | None) -> Rows:
     """Rows as they are done: the case of the largest load first, as it tells what the others may touch.
 
     What a process has found for one pose tells it where to look in the next, and no more: answers do not depend on who
@@ -133,7 +134,7 @@ def _solved(scene: Scene, left: Mapping[str, Case], processes: int, executor: Ex
         yield from _carried(packed_scene(scene, guide), packed, executor, _lanes(executor, processes))
 
 
-def _row(scene: Scene, name: str, case: Case, guide: Guide) -> dict[str, Any]:
+def _row(scene: SceneModel, name: str, case: Case, guide: Guide) -> dict[str, Any]:
     with naming(name):
         return summary_of(scene, case, guide)
 
@@ -176,7 +177,7 @@ def _carried(scene: bytes, packed: Mapping[str, bytes], executor: Executor, lane
             future.cancel()
 
 
-def _condense_all(left: Mapping[str, tuple[Scene, Loading]], guide: Guide) -> None:
+def _condense_all(left: Mapping[str, tuple[SceneModel, Loading]], guide: Guide) -> None:
     """Condense every model once onto what all cases may need, and take its compliance, which all of them use."""
     nodes: dict[int, list[IntArray]] = {}
     models: dict[int, Model] = {}
@@ -191,7 +192,7 @@ def _condense_all(left: Mapping[str, tuple[Scene, Loading]], guide: Guide) -> No
             condensation.invert()
 
 
-def _touched(scene: Scene, loading: Loading, guide: Guide) -> list[tuple[ElasticBody, IntArray]]:
+def _touched(scene: SceneModel, loading: Loading, guide: Guide) -> list[tuple[ElasticBody, IntArray]]:
     """Nodes of elastic bodies that the contacts and springs of a case may touch."""
     found: list[tuple[ElasticBody, IntArray]] = []
     known = guide.reaches or [None] * len(scene.contacts)
@@ -209,7 +210,7 @@ def _touched(scene: Scene, loading: Loading, guide: Guide) -> list[tuple[Elastic
     return found + _touched_by_springs(scene)
 
 
-def _touched_by_springs(scene: Scene) -> list[tuple[ElasticBody, IntArray]]:
+def _touched_by_springs(scene: SceneModel) -> list[tuple[ElasticBody, IntArray]]:
     if not scene.springs:
         return []
     ligaments = spring_rows(scene.springs)
@@ -217,9 +218,9 @@ def _touched_by_springs(scene: Scene) -> list[tuple[ElasticBody, IntArray]]:
     return [(body, body.model.touched(r)) for body, r in rows if r is not None and body.model is not None]
 
 
-def _touched_when_paired(scene: Scene, loading: Loading) -> list[tuple[ElasticBody, IntArray]]:
+def _touched_when_paired(scene: SceneModel, loading: Loading) -> list[tuple[ElasticBody, IntArray]]:
     """The same from the pairs themselves, where a surface has no facets or no nodes of the usual kind."""
-    conditions, _, chosen = scene.prepared(loading)
+    conditions, _, chosen = prepared(scene, loading)
     return [
         (body, body.model.touched(rows[c]))
         for body in scene.bodies

@@ -16,12 +16,14 @@ from fecontact.common.json_lines import read_rows
 from fecontact.contact.equilibrium import check_rest
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.scene.finite_rotation import follow
-from fecontact.scene.local_search import Guide, Settings, solve_guided
+from fecontact.scene.local_search import Guide, solve_guided
 from fecontact.scene.poses import KEYED, moved
+from fecontact.scene.settings import Settings
+from fecontact.scene.solve import solve_scene
 from fecontact.solvers import TOLERANCE
 
 if TYPE_CHECKING:
-    from fecontact.scene.scene import Scene
+    from fecontact.contact.model import SceneModel
 
 Case = Mapping[str, Any]
 #: Arguments of `Scene.solve` that are no loads, and those that are no settings of the solver.
@@ -34,17 +36,17 @@ class Posed:
 
     Attributes
     ----------
-    scene : Scene
+    scene : SceneModel
         Of the moved bodies.
     arguments : dict
         Of `Scene.solve`, for the moved bodies.
     """
 
-    scene: Scene
+    scene: SceneModel
     arguments: dict[str, Any]
 
     @classmethod
-    def of(cls, scene: Scene, case: Case) -> Posed:
+    def of(cls, scene: SceneModel, case: Case) -> Posed:
         """The case put into effect."""
         now = moved(scene, case.get("poses") or {})
         return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in ("name", "poses")}))
@@ -57,13 +59,13 @@ class Posed:
         return make_loading(self.scene.bodies, **{k: self.arguments.get(k) for k in (*KEYED, "gravity")})
 
 
-def summary_of(scene: Scene, case: Case, guide: Guide) -> dict[str, Any]:
+def summary_of(scene: SceneModel, case: Case, guide: Guide) -> dict[str, Any]:
     """`ContactResult.summary` of a case; near parts of surfaces suffice unless it says otherwise."""
     posed = Posed.of(scene, case)
     arguments = {"whole": False, **posed.arguments}
     finite = arguments.get("finite_motion", "auto")
     if arguments["whole"] or finite is True:
-        return posed.scene.solve(**arguments).summary()
+        return solve_scene(posed.scene, **arguments).summary()
     small = {k: v for k, v in arguments.items() if k not in _OTHER}
     result = solve_guided(posed.scene, small, guide)
     if finite == "auto":
@@ -82,7 +84,7 @@ def naming(name: str) -> Iterator[None]:
         raise type(error)(f"Case {name!r}: {error}") from error
 
 
-def fingerprints(scene: Scene, cases: Mapping[str, Case]) -> dict[str, dict[str, str]]:
+def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict[str, str]]:
     """Fingerprints of what makes each case, by what it is: each body, contacts, springs, and every argument."""
     from fecontact import __version__
 
@@ -93,7 +95,7 @@ def fingerprints(scene: Scene, cases: Mapping[str, Case]) -> dict[str, dict[str,
     for what in ("contacts", "springs"):
         parts = [{f.name: getattr(part, f.name) for f in fields(part)} for part in getattr(scene, what)]
         model[what] = fingerprint(_numbered(parts, bodies))
-    usual = {k: p.default for k, p in inspect.signature(type(scene).solve).parameters.items()} | {"whole": False}
+    usual = {k: p.default for k, p in inspect.signature(solve_scene).parameters.items()} | {"whole": False}
     nothing = {fingerprint(None), fingerprint({})}
     out = {}
     for name, case in cases.items():

@@ -22,10 +22,11 @@ from fecontact.bodies.halfspace import Layer
 from fecontact.bodies.section import SectionBody
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.contact.contact import Contact
 from fecontact.mesh import pick
 from fecontact.mesh.cad import mesh_solid
 from fecontact.results.result import ContactResult
-from fecontact.scene.scene import Contact, Scene
+from fecontact.scene.scene import Scene
 from fecontact.solvers import Residuals
 from fecontact.surfaces import FlatPunch, Paraboloid
 

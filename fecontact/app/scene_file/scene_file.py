@@ -18,11 +18,12 @@ from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body,
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed, read_toml
 from fecontact.bodies import ElasticBody
 from fecontact.common.errors import FecontactError
+from fecontact.contact.contact import Contact
 from fecontact.contact.loads import make_loading
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.result import ContactResult
-from fecontact.scene.scene import Contact, Scene
+from fecontact.scene.scene import Scene
 from fecontact.solvers import available_solvers
 
 

@@ -22,13 +22,14 @@ from fecontact.bodies import AncfBody, AxisymmetricBody, ElasticBody, Plane, Rig
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.contact.contact import Contact
 from fecontact.mesh import section_shapes as sections
 from fecontact.mesh import shapes
 from fecontact.mesh.shapes import Level
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.report import peak_memory
 from fecontact.results.result import ContactResult
-from fecontact.scene.scene import Contact, Scene
+from fecontact.scene.scene import Scene
 
 ELEMENTS = ("hex8", "hex20", "hex27", "ancf")
 PRESSURES = ("midface", "nodal")

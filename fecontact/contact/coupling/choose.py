@@ -25,7 +25,7 @@ from fecontact.surfaces.nodal_weights import contact_weights
 from fecontact.surfaces.section_curve import CurveSurface
 
 if TYPE_CHECKING:
-    from fecontact.scene.scene import Contact
+    from fecontact.contact.contact import Contact
 
 
 #: Ratio of face sizes from which one side counts as the coarser.

@@ -24,9 +24,9 @@ from fecontact.contact.search.region import Drift, bridged, with_rings
 from fecontact.surfaces.facet_surface import FacetSurface
 
 if TYPE_CHECKING:
+    from fecontact.contact.contact import Contact
     from fecontact.contact.interface import Interface
     from fecontact.results.result import ContactResult
-    from fecontact.scene.scene import Contact
 
 
 #: Rings of facets added round those that may touch: condensing again costs more than a few nodes in excess.

@@ -1,0 +1,64 @@
+"""A contact: two surfaces that may touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fecontact.bodies.protocol import Body
+from fecontact.common.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """Two surfaces that may touch, the slave first.
+
+    Contact pressures live on the slave. Where its faces lie inside the master's faces (equal or nested meshes) forces
+    on its nodes are exact; elsewhere mortar coupling takes over, whichever side is the slave.
+
+    Parameters
+    ----------
+    slave, master : Body
+    surfaces : (str, str), optional
+        Names of their surfaces; may be left out where a body has declared only one.
+    swap : {'auto', 'never'}
+        Whether sides may be swapped where faces do not match: mortar coupling wants the coarser side as slave, nodal
+        forces the finer one.
+    coupling : {'auto', 'nodal', 'mortar'}
+        'nodal': forces on slave nodes; 'mortar': non-negative pressure shapes and weighted gaps over the exact overlap;
+        'auto': nodal where faces match or nest and on rigid surfaces, mortar elsewhere.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="bottom", supports={"top": "xyz"})
+    >>> fc.Contact(body, fc.RigidBody(fc.Plane())).surfaces
+    ('bottom', 'surface')
+    """
+
+    slave: Body
+    master: Body
+    surfaces: tuple[str, str] | None = None
+    swap: str = "auto"
+    coupling: str = "auto"
+
+    def __post_init__(self) -> None:
+        if self.coupling not in ("auto", "nodal", "mortar"):
+            raise InputError(f"coupling must be 'auto', 'nodal' or 'mortar'; found {self.coupling!r}.")
+        if self.swap not in ("auto", "never"):
+            raise InputError(f"swap must be 'auto' or 'never'; found {self.swap!r}.")
+        if self.slave is self.master:
+            raise InputError(f"{self.slave.name!r} cannot be in contact with itself; give two bodies.")
+        if self.surfaces is None:
+            for body in (self.slave, self.master):
+                if len(body.contact) != 1:
+                    raise InputError(
+                        f"{body.name!r} declares {len(body.contact)} contact surfaces "
+                        f"({', '.join(body.contact) or 'none'}); say which: Contact(..., surfaces=(slave, master))."
+                    )
+            object.__setattr__(self, "surfaces", (self.slave.contact[0], self.master.contact[0]))
+        elif len(self.surfaces) != 2:
+            raise InputError(f"surfaces must be a pair of names, the slave's first; found {self.surfaces!r}.")
+        assert self.surfaces is not None
+        self.slave.surface(self.surfaces[0])
+        self.master.surface(self.surfaces[1])

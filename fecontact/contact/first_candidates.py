@@ -1,0 +1,60 @@
+"""First candidates of a contact: the pairs near enough to touch under the loads, guessed before anything is solved."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.common.arrays import Array, IntArray
+from fecontact.contact.interface import Interface
+from fecontact.contact.loads import Loading
+from fecontact.contact.search.candidates import FEWEST, approach_for_load, choose
+from fecontact.fem.support import is_plane
+from fecontact.surfaces.section_curve import CurveSurface
+
+#: Share of the elastic displacement that may bridge a gap, up to which points are first candidates after the drift.
+LIKELY = 0.4
+
+
+def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:
+    """First candidates; where the drift is known, the points that it leaves near, as far as they are condensed onto."""
+    reach = interface.reach
+    first = _first_choice(interface, opening, loading)
+    if reach is None or reach.drift is None or interface.pairing.coupling != "mortar":
+        return first
+    drift = reach.drift_in(interface.slave.pose).at(interface.slave_nodes)
+    near = np.flatnonzero(interface.gap + interface.slave_rows @ drift.ravel() <= LIKELY * reach.elastic)
+    ready = np.ones(len(near), bool)
+    for body in (interface.slave, interface.master):
+        rows = interface.rows(body)
+        if isinstance(body, ElasticBody) and body.model is not None and rows is not None:
+            ready &= body.model.has_condensed(rows[near])
+    return near[ready] if ready.all() and len(near) >= FEWEST else np.union1d(first, near[ready])
+
+
+def _first_choice(interface: Interface, opening: Array, loading: Loading) -> IntArray:
+    """Candidates from the gap, the prescribed motions and the size of the loads."""
+    approach = max(0.0, -float(opening.min()))
+    force = loading.magnitude
+    if force > 0:
+        compliances = [1 / b.contact_modulus for b in (interface.slave, interface.master)]
+        if sum(compliances) > 0:
+            images = _mirror_images(interface, opening)
+            area = images * interface.pairing.weights
+            surface = interface.slave.surface(interface.surfaces[0])
+            thickness = surface.along.thickness if isinstance(surface, CurveSurface) else None
+            scale = approach_for_load(opening - opening.min(), area, 1 / sum(compliances), images * force, thickness)
+            approach = max(approach, scale)
+    return choose(opening, approach)
+
+
+def _mirror_images(interface: Interface, opening: Array) -> int:
+    """How many times the modelled part stands for the whole, guessed to judge the load against the area.
+
+    A boundary held in one component only that passes through the point nearest contact is taken for a plane of
+    symmetry. A wrong guess costs time, never accuracy.
+    """
+    supports = getattr(interface.slave, "supports", {})
+    nearest = interface.pairing.nodes[np.argmin(opening)]
+    planes = [name for name, support in supports.items() if is_plane(support)]
+    return 2 ** sum(nearest in interface.slave.mesh.boundary_nodes(name) for name in planes)  # type: ignore[attr-defined]

@@ -1,0 +1,66 @@
+"""Bodies, contacts and springs: what a scene consists of, checked as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from fecontact.bodies.protocol import Body
+from fecontact.common.errors import InputError
+from fecontact.contact.contact import Contact
+from fecontact.contact.coupling.choose import paired_contact
+from fecontact.contact.dimension import check_contacts, setting_of
+from fecontact.contact.interface import Interface
+from fecontact.contact.springs import Spring
+
+
+@dataclass(frozen=True, eq=False)
+class SceneModel:
+    """What a scene consists of; `scene.Scene` adds the verbs.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+    contacts : sequence of Contact
+    springs : sequence of Spring, optional
+        Springs and ligaments.
+
+    Raises
+    ------
+    InputError
+        Bodies named twice or missing, no contact.
+    """
+
+    bodies: Sequence[Body]
+    contacts: Sequence[Contact]
+    springs: Sequence[Spring] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bodies", tuple(self.bodies))
+        object.__setattr__(self, "contacts", tuple(self.contacts))
+        object.__setattr__(self, "springs", tuple(self.springs))
+        if not self.contacts and not self.springs:
+            raise InputError("A scene needs at least one Contact or Spring.")
+        if len({id(b) for b in self.bodies}) != len(self.bodies):
+            raise InputError("A body is listed twice; use body.placed(...) to stand the same model in two places.")
+        setting = setting_of(self.bodies)
+        for contact in self.contacts:
+            for body in (contact.slave, contact.master):
+                if not any(body is b for b in self.bodies):
+                    raise InputError(
+                        f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity)."
+                    )
+        check_contacts(self.contacts)
+        for spring in self.springs:
+            setting.check_spring(spring)
+            for owner, _ in (spring.start, spring.end):
+                if owner is not None and not any(owner is b for b in self.bodies):
+                    raise InputError(
+                        f"{owner.name!r}, to which {spring.name!r} is tied, is not among the scene's bodies."
+                    )
+
+    @cached_property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """The contacts, paired over their whole surfaces."""
+        return tuple(paired_contact(c) for c in self.contacts)

@@ -1,0 +1,126 @@
+"""Small motion: bodies, contacts and loads reduced to one complementarity problem on the candidate contact points.
+
+    minimise 1/2 l^T S l + g^T l   subject to   l >= 0,  B l = F
+    S = sum_b C_b K_b^+ C_b^T,   g = gaps + sum_b C_b (K_b^+ f_b + prescribed motions),   B = [R_b^T C_b^T]
+
+It goes: pair - choose candidates - condense - solve - look for penetration outside - perhaps grow, again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import SolverError
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.condensed_problem import assemble
+from fecontact.contact.coupling.choose import matrix_free, paired_contact, well_coupled
+from fecontact.contact.equilibrium import check_balance
+from fecontact.contact.first_candidates import _candidates, _first_choice
+from fecontact.contact.interface import Rows
+from fecontact.contact.loads import Loading
+from fecontact.contact.model import SceneModel
+from fecontact.contact.search.candidates import grow, widen
+from fecontact.contact.search.radius import Reach
+from fecontact.contact.springs import spring_rows
+from fecontact.results.result import ContactResult, make_result
+from fecontact.scene.settings import Settings
+from fecontact.solvers import InfeasibleLoadError, solve
+
+#: Largest number of times the candidates are enlarged before the search is given up.
+MOST_ROUNDS = 12
+#: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
+OUTSIDE_TOLERANCE = 1e-9
+#: Names of solvers that need products with the compliance only.
+MATRIX_FREE = ("auto", "projected-cg")
+
+
+def solved(
+    model: SceneModel, loading: Loading, reaches: Sequence[Reach | None] | None, settings: Settings, watch: Stopwatch
+) -> ContactResult:
+    """Solution under sorted loads with the surfaces paired up to the given reaches; None: all of them."""
+    solver, tolerance, options = settings.solver, settings.tolerance, settings.options
+    with watch("pair"):
+        interfaces, opening, chosen = prepared(model, loading, reaches)
+        check_balance(interfaces, loading)
+    start: NDArray[np.bool_] | None = None
+    dense = solver not in MATRIX_FREE
+    rounds = 0
+    while True:
+        rounds += 1
+        reduction = assemble(model.bodies, interfaces, chosen, loading, watch, dense)
+        try:
+            with watch("solve"):
+                solution = solve(reduction.problem, solver, start=start, tolerance=tolerance, **options)
+        except InfeasibleLoadError:
+            # all pairs together balance the load, the candidates alone do not: there are too few of them
+            wider = [widen(c, o) for c, o in zip(chosen, opening, strict=True)]
+            if rounds == MOST_ROUNDS or all(len(w) == len(c) for w, c in zip(wider, chosen, strict=True)):
+                raise
+            chosen, start = wider, None
+            continue
+        except SolverError:
+            if not reduction.by_products:
+                raise
+            dense = True  # conjugate gradients did not do; the exact solvers want an array
+            continue
+        with watch("certify"):
+            state = reduction.state(solution)
+            penetrating = [_outside(c, w, state.scale) for c, w in zip(chosen, state.gaps, strict=True)]
+        if not any(p.any() for p in penetrating):
+            break
+        before = chosen
+        chosen = [grow(c, o, p) if p.any() else c for c, o, p in zip(chosen, opening, penetrating, strict=True)]
+        start = _warm_start(before, chosen, solution.active)
+        if rounds == MOST_ROUNDS:
+            raise SolverError(
+                f"The candidates still grew after {MOST_ROUNDS} rounds; the contact does not settle. "
+                "Check the loads and the initial gap."
+            )
+    return make_result(model, interfaces, chosen, loading, reduction, solution, state, watch, rounds)
+
+
+def prepared(
+    model: SceneModel, loading: Loading, reaches: Sequence[Reach | None] | None = None
+) -> tuple[list[Rows], list[Array], list[IntArray]]:
+    """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each.
+
+    `reaches` says for each contact up to where its surfaces are paired; None: all of them.
+    """
+    if reaches is None:
+        paired = model.interfaces
+    else:
+        paired = tuple(paired_contact(c, r) for c, r in zip(model.contacts, reaches, strict=True))
+    conditions: list[Rows] = []
+    opening, chosen = [], []
+    for interface, contact in zip(paired, model.contacts, strict=True):
+        near = _first_choice(interface, interface.opening_by(loading.frames), loading)
+        coupled = well_coupled(interface, near, contact)
+        conditions.append(coupled)
+        opening.append(coupled.opening_by(loading.frames))
+        chosen.append(_candidates(coupled, opening[-1], loading))
+    if not model.springs and all(matrix_free(i) for i in paired):
+        chosen = [np.arange(len(gap)) for gap in opening]
+    if model.springs:
+        ligaments = spring_rows(model.springs)
+        conditions.append(ligaments)
+        opening.append(ligaments.opening_by(loading.frames))
+        chosen.append(np.arange(len(ligaments.gap)))
+    return conditions, opening, chosen
+
+
+def _outside(chosen: IntArray, gaps: Array, scale: float) -> NDArray[np.bool_]:
+    """Pairs that are no candidates and penetrate."""
+    penetrating = gaps < -OUTSIDE_TOLERANCE * scale
+    penetrating[chosen] = False
+    return penetrating
+
+
+def _warm_start(before: list[IntArray], after: list[IntArray], active: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The active set of smaller candidate sets on larger ones."""
+    ends = np.cumsum([0] + [len(b) for b in before])
+    parts = [np.isin(a, b[active[s:e]]) for a, b, s, e in zip(after, before, ends[:-1], ends[1:], strict=True)]
+    return np.concatenate(parts)
