@@ -15,7 +15,9 @@ from tempfile import TemporaryDirectory
 
 from tqdm import tqdm
 
-from fecontact.app.spheres.spheres import CASES, FIRST_PASS, SpheresResult, _press, moment_radius, solve_spheres
+from fecontact.app.spheres.case import CASES
+from fecontact.app.spheres.figures import moment_radius
+from fecontact.app.spheres.spheres import FIRST_PASS, SpheresResult, _press, solve_spheres
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "examples"))

@@ -15,7 +15,8 @@ import numpy as np
 
 import fecontact as fc
 from fecontact.app.indentation.closed_forms import Wave
-from fecontact.app.indentation.indentation import Ground, Indentation, Load, indent
+from fecontact.app.indentation.indentation import Indentation, indent
+from fecontact.app.indentation.setup import Ground, Load
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid
 
 HERE = Path(__file__).parent

@@ -11,9 +11,9 @@ Examples
 
 from fecontact import surfaces
 from fecontact.analytic import hertz
+from fecontact.ancf.body import AncfBody
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.bodies import (
-    AncfBody,
     AxisymmetricBody,
     Body,
     ElasticBody,

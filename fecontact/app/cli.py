@@ -7,12 +7,10 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
+from fecontact.app.scene_file.scene_file import SceneFile
 from fecontact.common.errors import FecontactError, InputError
-
-if TYPE_CHECKING:
-    from fecontact.app.scene_file.scene_file import SceneFile
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -87,8 +85,8 @@ def _add_hertz(commands: argparse._SubParsersAction) -> None:
 
 
 def _hertz(options: argparse.Namespace) -> int:
+    from fecontact.app.spheres.report import report_table
     from fecontact.app.spheres.spheres import solve_spheres
-    from fecontact.app.spheres.table import report_table
 
     _check_files(options.plot, options.vtu, options.json)
     chosen = {

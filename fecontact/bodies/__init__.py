@@ -1,6 +1,5 @@
 """What can take part in a scene; all bodies meet the Protocol of `protocol`."""
 
-from fecontact.ancf.body import AncfBody
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace, HalfSpaceContact, Layer
 from fecontact.bodies.layer import ElasticLayer
@@ -10,7 +9,6 @@ from fecontact.bodies.rigid import Plane, RigidBody, Sphere
 from fecontact.bodies.section import AxisymmetricBody, PlaneBody
 
 __all__ = [
-    "AncfBody",
     "AxisymmetricBody",
     "Body",
     "ElasticBody",

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -75,3 +76,9 @@ class Pose:
     def relative_to(self, other: Pose) -> Pose:
         """This body's pose seen from another's axes; a common offset drops out before anything is rounded."""
         return Pose(other.rotation.T @ self.rotation, (self.translation - other.translation) @ other.rotation)
+
+
+def turned(pose: Pose, motion: Array, point: Array) -> Pose:
+    """A pose after a finite motion (6,): rotation vector about a world point, then translation."""
+    Q = Rotation.from_rotvec(motion[3:]).as_matrix()
+    return Pose(Q @ pose.rotation, Q @ (pose.translation - point) + point + motion[:3])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,15 +14,12 @@ from fecontact.bodies.rigid import RigidBody
 from fecontact.bodies.section import SectionBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+from fecontact.contact.contact import Contact
 from fecontact.contact.rigid_motion import Frame
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Feet, Surface
-
-if TYPE_CHECKING:
-    from fecontact.contact.contact import Contact
-
 
 #: Sines and lengths (relative to a body's size) below this are rounding.
 ROUNDING = 1e-9

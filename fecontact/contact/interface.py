@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,12 +16,10 @@ from fecontact.common.arrays import Array
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.dimension import mean_feet
 from fecontact.contact.rigid_motion import Frame
+from fecontact.contact.search.radius import Reach
 from fecontact.contact.search.region import Near
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
-
-if TYPE_CHECKING:
-    from fecontact.contact.search.radius import Reach
 
 
 class Rows(Protocol):

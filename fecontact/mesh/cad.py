@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError, MissingPackageError
+from fecontact.mesh.build import build
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.tet_to_hex import divided
@@ -103,8 +104,8 @@ def mesh_solid(
     size : float, optional
         Edge length of the elements; a fifteenth of the bounding box's diagonal unless given.
     element : {'tet10', 'hex20', 'tet4', 'hex8'}
-        Hexahedra come from the division of tetrahedra twice as large into four each (`mesh.tet_to_hex`), so they fit any
-        shape but are less regular than those of a swept mesh.
+        Hexahedra come from the division of tetrahedra twice as large into four each (`mesh.tet_to_hex`), so they fit
+        any shape but are less regular than those of a swept mesh.
     near : (3,) or (n, 3) array, optional
         Points of the candidate contact zone, round which the elements are smaller.
     near_size : float, optional
@@ -141,7 +142,6 @@ def mesh_solid(
         except Exception as error:  # gmsh raises plain Exception with its message
             raise MeshError(f"gmsh could not mesh {path.name}: {error}") from error
         raw = _raw(gmsh, path.name)
-    from fecontact.mesh.read import build
 
     mesh = build(raw, path.name, scale)
     return divided(mesh) if element.startswith("hex") else mesh

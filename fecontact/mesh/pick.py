@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,12 +29,19 @@ from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
 
-if TYPE_CHECKING:
-    from fecontact.mesh.mesh import Mesh
-
-
 #: Points along each side of a facet at which the distance from it is measured.
 SAMPLES = 8
+
+
+class Faces(Protocol):
+    """A mesh as a pick sees it."""
+
+    @property
+    def points(self) -> Array:
+        """Coordinates (n_points, 3)."""
+
+    def face_nodes(self, faces: IntArray) -> IntArray:
+        """Nodes (n, k) of faces (n, 2)."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +54,7 @@ class Pick:
         ``chosen(mesh, faces (n, 2)) -> (n,) bool``.
     """
 
-    chosen: Callable[[Mesh, IntArray], Mask]
+    chosen: Callable[[Faces, IntArray], Mask]
 
     def __and__(self, other: Pick) -> Pick:
         return Pick(lambda mesh, faces: self.chosen(mesh, faces) & other.chosen(mesh, faces))
@@ -74,7 +81,7 @@ def _point(point: ArrayLike, what: str) -> Array:
     return p
 
 
-def _middles(mesh: Mesh, faces: IntArray) -> tuple[Array, Array]:
+def _middles(mesh: Faces, faces: IntArray) -> tuple[Array, Array]:
     """Middles (n, 3) of faces and their outward unit normals there."""
     facets = mesh.face_nodes(faces)
     triangle = triangular(facets)
@@ -97,7 +104,7 @@ def plane(point: ArrayLike, normal: ArrayLike, tolerance: float | None = None) -
     """
     p, n = _point(point, "point of the plane"), _unit(normal, "normal of the plane")
 
-    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+    def chosen(mesh: Faces, faces: IntArray) -> Mask:
         near = 1e-6 * np.linalg.norm(np.ptp(mesh.points, axis=0)) if tolerance is None else tolerance
         on = np.asarray(np.abs((mesh.points - p) @ n) <= near)
         return np.asarray(on[mesh.face_nodes(faces)].all(axis=1))
@@ -111,7 +118,7 @@ def box(low: ArrayLike, high: ArrayLike) -> Pick:
     if (a > b).any():
         raise InputError(f"The lower corner must not exceed the upper one; found {low!r} and {high!r}.")
 
-    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+    def chosen(mesh: Faces, faces: IntArray) -> Mask:
         slack = 1e-9 * np.linalg.norm(np.ptp(mesh.points, axis=0))
         inside = np.asarray(((mesh.points >= a - slack) & (mesh.points <= b + slack)).all(axis=1))
         return np.asarray(inside[mesh.face_nodes(faces)].all(axis=1))
@@ -123,7 +130,7 @@ def facing(direction: ArrayLike, angle: float = 30.0) -> Pick:
     """Faces whose outward normal in their middle lies within `angle` (degrees) of a direction."""
     d = _unit(direction, "direction")
 
-    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+    def chosen(mesh: Faces, faces: IntArray) -> Mask:
         normals = _middles(mesh, faces)[1]
         return np.asarray(normals @ d >= np.cos(np.radians(angle)))
 
@@ -143,7 +150,7 @@ def near(other: Any, distance: float) -> Pick:
     """
     positive("the distance", distance)
 
-    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+    def chosen(mesh: Faces, faces: IntArray) -> Mask:
         middles, _ = _middles(mesh, faces)
         return np.asarray(_distance(middles, other) <= distance)
 
@@ -179,7 +186,7 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
     """
     start = _point(seed, "seed")
 
-    def chosen(mesh: Mesh, faces: IntArray) -> Mask:
+    def chosen(mesh: Faces, faces: IntArray) -> Mask:
         first, second, cosine = neighbouring_sides(mesh, faces)
         first, second = first // 4, second // 4
         smooth = cosine >= np.cos(np.radians(angle))
@@ -193,7 +200,7 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
     return Pick(chosen)
 
 
-def neighbouring_sides(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray, Array]:
+def neighbouring_sides(mesh: Faces, faces: IntArray) -> tuple[IntArray, IntArray, Array]:
     """`shared_sides` of some faces of a mesh."""
     return shared_sides(mesh.points, mesh.face_nodes(faces))
 

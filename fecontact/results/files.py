@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import meshio
 import numpy as np
@@ -14,20 +14,18 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.text_files import check_writable, save_json, write_collection
+from fecontact.contact.interface import Interface
 from fecontact.fem.stress import von_mises
 from fecontact.mesh.formats.generic import teach_meshio
 from fecontact.mesh.formats.vtk_cells import native_cells
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import FacetSurface
 
-if TYPE_CHECKING:
-    from fecontact.contact.interface import Interface
-    from fecontact.results.contact_fields import ContactFields
-    from fecontact.results.result import ContactResult
 
-
-def save_result(result: ContactResult, path: str | Path) -> Path:
+def save_result(result: SolvedScene, path: str | Path, summary: Callable[[], dict[str, Any]]) -> Path:
     """Write a result; the suffix decides.
 
     Raises
@@ -35,7 +33,7 @@ def save_result(result: ContactResult, path: str | Path) -> Path:
     InputError
         If the suffix is unknown or the path cannot be written.
     """
-    writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, r.summary()), ".csv": save_csv}
+    writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, summary()), ".csv": save_csv}
     suffix = Path(path).suffix.lower()
     if suffix not in writers:
         raise InputError(f"Unknown file type {suffix!r} for a result; expected one of {', '.join(writers)}.")
@@ -43,7 +41,7 @@ def save_result(result: ContactResult, path: str | Path) -> Path:
     return writers[suffix](result, path)
 
 
-def save_csv(result: ContactResult, path: str | Path) -> Path:
+def save_csv(result: SolvedScene, path: str | Path) -> Path:
     """One row per contact point: contact, position, normal, area, force, pressure, gap, region (0: no contact)."""
     path = check_writable(path)
     head = ["contact", "x", "y", "z", "nx", "ny", "nz", "area", "force", "pressure", "gap", "region"]
@@ -57,7 +55,7 @@ def save_csv(result: ContactResult, path: str | Path) -> Path:
     return path
 
 
-def save_vtu(result: ContactResult, path: str | Path) -> Path:
+def save_vtu(result: SolvedScene, path: str | Path) -> Path:
     """All elastic bodies with displacement, stress, equivalent stress and contact pressure as point data.
 
     Stresses are in each body's own axes. Wedges, pyramids and tetrahedra are written as such. Mid-face nodes have no
@@ -100,12 +98,12 @@ def _blocks(mesh: Mesh | SectionMesh) -> list[tuple[str, IntArray]]:
     return [(name, cells) for name, cells, _ in native_cells(mesh)]
 
 
-def save_series(results: Sequence[ContactResult], path: str | Path, times: Sequence[float] | None = None) -> Path:
+def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequence[float] | None = None) -> Path:
     """Write results as a series for ParaView: a PVD file and, beside it, one VTU file for each result.
 
     Parameters
     ----------
-    results : sequence of ContactResult
+    results : sequence of SolvedScene
     path : str or Path
         Ends in ``.pvd``; the others are named after it, with a number.
     times : sequence of float, optional
@@ -126,7 +124,7 @@ def save_series(results: Sequence[ContactResult], path: str | Path, times: Seque
     return write_collection(path, files, instants)
 
 
-def body_fields(result: ContactResult, body: ElasticBody) -> dict[str, Array]:
+def body_fields(result: SolvedScene, body: ElasticBody) -> dict[str, Array]:
     """Nodal fields of a body by name: displacement (n, 3), stress (n, 6), von_mises (n,), contact_pressure (n,)."""
     stress = result.stress(body)
     return {
@@ -137,7 +135,7 @@ def body_fields(result: ContactResult, body: ElasticBody) -> dict[str, Array]:
     }
 
 
-def nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
+def nodal_pressure(result: SolvedScene, body: ElasticBody) -> Array:
     """Contact pressure (n_points,) on a body's nodes; zero where there is none.
 
     As slave: the contact's own. As master: the slave's at the point opposite each node.

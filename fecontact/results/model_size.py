@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,15 +12,13 @@ from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import RigidBody
 from fecontact.bodies.section import SectionBody
 from fecontact.fem.support import is_plane
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
+from fecontact.results.solved_scene import SolvedScene
 
 #: Distance from a plane, relative to the body's size, within which a boundary is flat.
 FLAT = 1e-9
 
 
-def savings(result: ContactResult) -> list[str]:
+def savings(result: SolvedScene) -> list[str]:
     """Lines for people: what was modelled of the scene, and what that saved."""
     lines = []
     points = sum(len(c.gap) for c in result.contacts)

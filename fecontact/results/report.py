@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from fecontact.common.arrays import Array
 from fecontact.common.stopwatch import peak_memory as peak_memory
 from fecontact.results.model_size import savings
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
+from fecontact.results.solved_scene import SolvedScene
 
 
-def report(result: ContactResult) -> str:
+def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
     """The table that `print(result)` shows."""
     r = result.residuals()
     lines = [f"Contact of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
@@ -43,8 +41,8 @@ def report(result: ContactResult) -> str:
         f"Residuals: penetration {r.penetration:.1e}, tension {r.tension:.1e}, "
         f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}"
     )
-    lines += [f"Warning:   {text}" for text in result.warnings]
-    lines += [f"Note:      {text}" for text in result.notes]
+    lines += [f"Warning:   {text}" for text in warnings]
+    lines += [f"Note:      {text}" for text in notes]
     stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
     lines.append(f"Seconds:   {stages}")
     needed = "  ".join(f"{k} {v:.0f}" for k, v in result.memory.items())

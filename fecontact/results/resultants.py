@@ -3,25 +3,63 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
+from fecontact.contact.condensed_problem import Part
+from fecontact.contact.loads import Loading
 from fecontact.contact.rigid_motion import vector
-
-if TYPE_CHECKING:
-    from fecontact.bodies.elastic import ElasticBody
-    from fecontact.contact.condensed_problem import Part
-    from fecontact.contact.loads import Loading
-    from fecontact.results.contact_fields import ContactFields
-
 
 #: Distance from a dividing plane, relative to the slave's size, within which a point belongs half to either side.
 ON_PLANE = 1e-9
+
+
+class LoadedPoints(Protocol):
+    """Points of a contact that carry forces, as in `contact_fields.ContactFields`."""
+
+    @property
+    def slave(self) -> Body:
+        """The body on which the forces act."""
+
+    @property
+    def forces(self) -> Array:
+        """Contact forces (n,)."""
+
+    @property
+    def pressure(self) -> Array:
+        """Force over area (n,)."""
+
+    @property
+    def weights(self) -> Array:
+        """Areas (n,)."""
+
+    @property
+    def normals(self) -> Array:
+        """Force vectors (n, 3) on the slave per unit of contact force."""
+
+    @property
+    def couples(self) -> Array:
+        """Moments (n, 3) per unit of contact force."""
+
+    @property
+    def centres(self) -> Array:
+        """Where the forces act (n, 3)."""
+
+    @property
+    def active(self) -> Mask:
+        """Points (n,) that carry force."""
+
+    @property
+    def sharing(self) -> sp.csr_matrix:
+        """Which point is on which facet (n, n_facets)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +87,7 @@ class Region:
     centre_of_pressure: Array
 
 
-def part_of(contact: ContactFields, share: Array) -> Region:
+def part_of(contact: LoadedPoints, share: Array) -> Region:
     """Resultants of the points of a contact, each counted by its share (n,) between 0 and 1."""
     forces = contact.forces * share
     total, area = float(forces.sum()), float((contact.weights * share)[contact.active].sum())
@@ -63,7 +101,7 @@ def part_of(contact: ContactFields, share: Array) -> Region:
     )
 
 
-def region_numbers(contact: ContactFields) -> IntArray:
+def region_numbers(contact: LoadedPoints) -> IntArray:
     """Connected region (n,) of each point, 1 for the most loaded, 0 for points that carry no force.
 
     Points are connected by the facets they share.
@@ -78,7 +116,7 @@ def region_numbers(contact: ContactFields) -> IntArray:
     return np.where(active, number[label], 0)
 
 
-def sides_of_plane(contact: ContactFields, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
+def sides_of_plane(contact: LoadedPoints, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
     """Resultants on the side a plane's normal points to, and on the other; see `ContactFields.split_by_plane`."""
     n = vector(normal, "The normal of the dividing plane")
     length = np.linalg.norm(n)

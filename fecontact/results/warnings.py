@@ -7,7 +7,6 @@ and need not act on.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,15 +15,13 @@ from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 from fecontact.results.checks.overlaps import undeclared_overlaps
 from fecontact.results.checks.resolution import chords, few_points, overlap_left
 from fecontact.results.checks.rims import contact_at_rims
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
+from fecontact.results.solved_scene import SolvedScene
 
 #: Strain from which a result warns: small-strain elasticity errs by its own size.
 LARGEST_STRAIN = 0.05
 
 
-def unborne_motions(result: ContactResult) -> Iterator[str]:
+def unborne_motions(result: SolvedScene) -> Iterator[str]:
     """Rigid motions beyond what linearised ones bear."""
     error = linearisation_error(result)
     if error.worst > BEARABLE:
@@ -44,7 +41,7 @@ def unborne_motions(result: ContactResult) -> Iterator[str]:
         yield f"Bodies move or turn far: {what}. {remedy}"
 
 
-def large_strains(result: ContactResult) -> Iterator[str]:
+def large_strains(result: SolvedScene) -> Iterator[str]:
     """Strains beyond small-strain elasticity."""
     for body, displacement in zip(result.scene.bodies, result.state.displacements, strict=True):
         if isinstance(body, ElasticBody):
@@ -54,28 +51,28 @@ def large_strains(result: ContactResult) -> Iterator[str]:
                 yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
 
 
-def mended(result: ContactResult) -> Iterator[str]:
+def mended(result: SolvedScene) -> Iterator[str]:
     """What readers and surfaces have put right in what they were given."""
     notes = ((body.name, text) for body in result.scene.bodies for text in body.notes)
     yield from dict.fromkeys(f"{name!r}: {text}" for name, text in notes)
 
 
 #: Everything that is looked at for `ContactResult.warnings` and for `ContactResult.notes`.
-CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
+CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     unborne_motions,
     large_strains,
     contact_at_rims,
     undeclared_overlaps,
     overlap_left,
 )
-NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (mended, few_points, chords)
+NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, few_points, chords)
 
 
-def warnings_of(result: ContactResult) -> tuple[str, ...]:
+def warnings_of(result: SolvedScene) -> tuple[str, ...]:
     """All warnings of a result."""
     return tuple(text for check in CHECKS for text in check(result))
 
 
-def notes_of(result: ContactResult) -> tuple[str, ...]:
+def notes_of(result: SolvedScene) -> tuple[str, ...]:
     """All notes of a result."""
     return tuple(text for check in NOTES for text in check(result))

@@ -12,7 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,14 +24,12 @@ from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch, peak_memory
 from fecontact.contact.interface import Interface, Rows
 from fecontact.contact.loads import make_loading
+from fecontact.contact.model import SceneModel
 from fecontact.fem.factor import available_backends
+from fecontact.fem.model import Model
 from fecontact.mesh import shapes
 from fecontact.results.model_size import modelled
 from fecontact.scene.linear import prepared
-
-if TYPE_CHECKING:
-    from fecontact.contact.model import SceneModel
-    from fecontact.fem.model import Model
 
 #: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; how much more its analysis takes.
 SOLID_FACTOR, SECTION_FACTOR, ANALYSIS = 220.0, 66.0, 1.35

@@ -10,26 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fecontact.bodies.pose import Pose
+from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, SolverError
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.model import SceneModel
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.checks.linearisation import BEARABLE, driven_motions, linearisation_error
+from fecontact.results.result import ContactResult
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import Guide, solve_guided, sorted_case
-from fecontact.scene.poses import moved, turned
-
-if TYPE_CHECKING:
-    from fecontact.contact.model import SceneModel
-    from fecontact.results.result import ContactResult
-
+from fecontact.scene.poses import moved
 
 #: Change of pose, relative to the elastic displacements, at which the poses have settled. The last change is still in
 #: the linearised solution, so the error left is of its square.

@@ -8,21 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.common.errors import FecontactError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading, make_loading
-from fecontact.contact.search.radius import Reach, first_reach, following, judged
+from fecontact.contact.model import SceneModel
+from fecontact.contact.search.radius import Reach
 from fecontact.contact.search.region import STILL
+from fecontact.results.result import ContactResult
 from fecontact.scene.linear import solved
 from fecontact.scene.poses import KEYED
+from fecontact.scene.search_radius import first_reach, following, judged
 from fecontact.scene.settings import Settings
 from fecontact.solvers import TOLERANCE
-
-if TYPE_CHECKING:
-    from fecontact.contact.model import SceneModel
-    from fecontact.results.result import ContactResult
 
 #: Number of reaches that are tried before whole surfaces are paired.
 MOST_REACHES = 4

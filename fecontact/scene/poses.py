@@ -5,20 +5,15 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.contact.loads import check_member
-
-if TYPE_CHECKING:
-    from fecontact.contact.model import SceneModel
-
+from fecontact.contact.model import SceneModel
 
 #: Arguments of `Scene.solve` whose keys are bodies.
 KEYED = ("forces", "moments", "motions", "free", "pressures")
@@ -86,9 +81,3 @@ def _posed(body: Any, pose: Pose) -> Any:
     other = copy.copy(body)
     object.__setattr__(other, "pose", pose)
     return other
-
-
-def turned(pose: Pose, motion: Array, point: Array) -> Pose:
-    """A pose after a finite motion (6,): rotation vector about a world point, then translation."""
-    Q = Rotation.from_rotvec(motion[3:]).as_matrix()
-    return Pose(Q @ pose.rotation, Q @ (pose.translation - point) + point + motion[:3])

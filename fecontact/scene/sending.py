@@ -11,15 +11,13 @@ import pickle
 import threading
 from collections.abc import Mapping, Sequence
 from types import FunctionType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
+from fecontact.contact.model import SceneModel
 from fecontact.scene.local_search import Guide
 from fecontact.scene.sweep_case import summary_of
-
-if TYPE_CHECKING:
-    from fecontact.contact.model import SceneModel
 
 REMEDY = (
     "Define it in a module that other processes can import (not in the main script, a notebook or by lambda), or "

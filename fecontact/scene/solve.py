@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.equilibrium import check_rest
 from fecontact.contact.loads import make_loading
 from fecontact.contact.model import SceneModel
 from fecontact.results.result import ContactResult
 from fecontact.scene.finite_rotation import follow, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_partly
+from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings
 from fecontact.solvers import TOLERANCE
 

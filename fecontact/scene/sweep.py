@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -19,18 +19,17 @@ from fecontact.common.errors import InputError
 from fecontact.common.json_lines import append_row
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading
-from fecontact.contact.search.radius import near_nodes, plain_facets
+from fecontact.contact.model import SceneModel
+from fecontact.contact.search.radius import plain_facets
 from fecontact.contact.springs import spring_rows
 from fecontact.fem.condensation import Schur
 from fecontact.fem.model import Model
 from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import Guide
+from fecontact.scene.search_radius import near_nodes
 from fecontact.scene.sending import packed_case, packed_scene, solved_there
 from fecontact.scene.sweep_case import Case, Posed, fingerprints, finished, naming, summary_of
 from fecontact.scene.workers import FreshInterpreters
-
-if TYPE_CHECKING:
-    from fecontact.contact.model import SceneModel
 
 
 def run_sweep(

@@ -7,23 +7,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import read_rows
-from fecontact.contact.equilibrium import check_rest
+from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
+from fecontact.contact.model import SceneModel
 from fecontact.scene.finite_rotation import follow
 from fecontact.scene.local_search import Guide, solve_guided
 from fecontact.scene.poses import KEYED, moved
+from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings
 from fecontact.scene.solve import solve_scene
 from fecontact.solvers import TOLERANCE
-
-if TYPE_CHECKING:
-    from fecontact.contact.model import SceneModel
 
 Case = Mapping[str, Any]
 #: Arguments of `Scene.solve` that are no loads, and those that are no settings of the solver.
@@ -86,10 +85,8 @@ def naming(name: str) -> Iterator[None]:
 
 def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict[str, str]]:
     """Fingerprints of what makes each case, by what it is: each body, contacts, springs, and every argument."""
-    from fecontact import __version__
-
     bodies = scene.bodies
-    model = {"fecontact": __version__}
+    model = {"fecontact": VERSION}
     for name in dict.fromkeys(b.name for b in bodies):
         model[f"body {name!r}"] = fingerprint([b for b in bodies if b.name == name])
     for what in ("contacts", "springs"):

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fecontact.app.spheres.spheres import CASES, solve_spheres
+from fecontact.app.spheres.case import CASES
+from fecontact.app.spheres.spheres import solve_spheres
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import pair
 from fecontact.fem.factor import condense

@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.common.errors import SupportError
-from fecontact.contact.equilibrium import LARGEST_SHIFT, LARGEST_TURN, check_rest
+from fecontact.scene.rest import LARGEST_SHIFT, LARGEST_TURN, check_rest
 
 STEEL = fc.Material(E=210e3, nu=0.3)
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.app.spheres.spheres import CASES, Spheres, solve_spheres
-from fecontact.app.spheres.table import report_table
+from fecontact.app.spheres.case import CASES, Spheres
+from fecontact.app.spheres.report import report_table
+from fecontact.app.spheres.spheres import solve_spheres
 
 # pressure L2, centre pressure, contact radius, approach: what the project promises at the default level
 PROMISED = {

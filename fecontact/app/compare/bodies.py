@@ -10,9 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fecontact.ancf.body import AncfBody
 from fecontact.app.compare.problems import Problem
 from fecontact.app.spheres.spheres import FIRST_PASS
-from fecontact.bodies import AncfBody, ElasticBody, ElasticLayer, Plane, PlaneBody, RigidBody, rotation_about
+from fecontact.bodies import ElasticBody, ElasticLayer, Plane, PlaneBody, RigidBody, rotation_about
 from fecontact.contact.contact import Contact
 from fecontact.mesh import section_shapes as sections
 from fecontact.mesh import shapes

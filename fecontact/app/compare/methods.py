@@ -16,7 +16,8 @@ import numpy as np
 
 from fecontact.app.compare.bodies import foundation, indented, section_of_cylinder, start
 from fecontact.app.compare.problems import Problem
-from fecontact.app.spheres.spheres import CASES, Spheres, SpheresResult, solve_spheres
+from fecontact.app.spheres.case import CASES, Spheres
+from fecontact.app.spheres.spheres import SpheresResult, solve_spheres
 from fecontact.bodies import ElasticBody, HalfSpace, Plane, RigidBody
 from fecontact.bodies.halfspace import Layer
 from fecontact.bodies.section import SectionBody

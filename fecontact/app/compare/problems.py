@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.analytic import hertz, layer, punch
-from fecontact.app.spheres.spheres import CASES
+from fecontact.app.spheres.case import CASES
 from fecontact.common.arrays import Array
 from fecontact.common.material import Material
 

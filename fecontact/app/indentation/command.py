@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from fecontact.app.indentation.closed_forms import Wave
-from fecontact.app.indentation.indentation import Curve, Ground, Indentation, Load, curve, indent
+from fecontact.app.indentation.indentation import Curve, Indentation, curve, indent
+from fecontact.app.indentation.setup import Ground, Load
 from fecontact.bodies import Layer, Sphere
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material

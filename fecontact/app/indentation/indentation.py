@@ -7,31 +7,18 @@ import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fecontact.app.indentation.closed_forms import Exact, closed_form
-from fecontact.bodies import HalfSpace, HalfSpaceContact, Layer
-from fecontact.common.arrays import Array
+from fecontact.app.indentation.closed_forms import closed_form
+from fecontact.app.indentation.figures import CURVE, CurveFigures, IndentationFigures
+from fecontact.app.indentation.setup import Ground, Load
+from fecontact.bodies import HalfSpace, HalfSpaceContact
 from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 from fecontact.common.text_files import write_atomically
-from fecontact.results.report import peak_memory
 from fecontact.surfaces import Cylinder, FlatPunch
-
-FIGURES = (
-    "force",
-    "approach",
-    "contact area",
-    "area, edge fitted",
-    "maximum pressure",
-    "mean pressure",
-    "mean gap",
-    "stiffness",
-)
 
 BOX = 3.0
 """Side of a grid whose size is not given, in half-widths of the contact."""
@@ -44,59 +31,8 @@ STEEP = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class Indentation:
-    """A contact with the half-space and the shape that made it; made by `indent`.
-
-    Attributes
-    ----------
-    name : str
-        Of the shape.
-    shape : surface with `heights`, or (nx, ny) array
-    half : HalfSpace
-    contact : HalfSpaceContact
-    exact : Exact or None
-    """
-
-    name: str
-    shape: Any
-    half: HalfSpace
-    contact: HalfSpaceContact
-    exact: Exact | None
-
-    @cached_property
-    def figures(self) -> dict[str, float]:
-        """Figures of the contact by the names in `FIGURES`, and the tilt where the load was off the middle."""
-        c = self.contact
-        found = {
-            "force": c.force,
-            "approach": c.approach,
-            "contact area": c.area,
-            "area, edge fitted": c.edge_area,
-            "maximum pressure": c.max_pressure,
-            "mean pressure": c.mean_pressure,
-            "mean gap": c.mean_gap,
-            "stiffness": self.half.stiffness(c),
-        }
-        if any(c.tilt):
-            found["tilt (rad)"] = math.hypot(*c.tilt)
-        return found
-
-    @cached_property
-    def errors(self) -> dict[str, float]:
-        """Relative differences from the closed form, and that of the pressure in the L2 norm."""
-        if self.exact is None:
-            return {}
-        known = dict(self.exact.figures)
-        if not isinstance(self.shape, FlatPunch):  # elsewhere the edge is looked for
-            known["area, edge fitted"] = known["contact area"]
-        out = {name: self.figures[name] / value - 1 for name, value in known.items() if value and name in self.figures}
-        if self.exact.pressure is not None:
-            x, y = self.contact.grid.x[:, None], self.contact.grid.y[None, :]
-            where = np.broadcast_to(self.exact.compared(x, y), self.contact.grid.shape)
-            target = np.broadcast_to(self.exact.pressure(x, y), self.contact.grid.shape)[where]
-            difference = self.contact.pressure[where] - target
-            out["pressure, L2"] = float(np.linalg.norm(difference) / np.linalg.norm(target))
-        return out
+class Indentation(IndentationFigures):
+    """One indentation, with what a person does with it: draw, save."""
 
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
         """Pressure, gap, displacement and stress inside, see `indentplot.plot_indentation`."""
@@ -109,126 +45,25 @@ class Indentation:
         """Write a CSV file of one row."""
         return Curve((self,)).save(path)
 
-    def as_dict(self) -> dict[str, Any]:
-        """All figures for scripts."""
-        c, s = self.contact, self.contact.solver
-        return {
-            "shape": self.name,
-            "periodic": c.periodic,
-            "cells": list(c.grid.shape),
-            "size": list(c.grid.size),
-            "figures": _finite(self.figures),
-            "centre_of_pressure": [v if math.isfinite(v) else None for v in c.centre_of_pressure],
-            "regions": c.n_regions,
-            "exact": None if self.exact is None else {"source": self.exact.source, **_finite(self.exact.figures)},
-            "errors": _finite(self.errors),
-            "residuals": vars(c.residuals),
-            "iterations": s.nit,
-            "transforms": s.transforms,
-            "seconds": s.seconds,
-            "peak_rss_mb": peak_memory(),
-        }
 
-    def __str__(self) -> str:
-        c = self.contact
-        exact = self.exact.figures if self.exact else {}
-        kind = "periodic" if c.periodic else "free"
-        stack = f", {len(c.layers)} layer(s)" if c.layers else ""
-        lines = [
-            f"{self.name} on a {kind} half-space{stack}, {c.grid.shape[0]} x {c.grid.shape[1]} cells on "
-            f"{c.grid.size[0]:.6g} x {c.grid.size[1]:.6g}"
-        ]
-        if self.exact is not None:
-            lines.append(f"beside: {self.exact.source}")
-            lines.append(f"  {'':20}{'found':>14}{'exact':>14}{'error':>11}")
-        for name, value in self.figures.items():
-            target = exact.get("contact area" if name == "area, edge fitted" and name in self.errors else name)
-            compared = f"{target:>14.6g}" if target is not None else ""
-            error = f"{self.errors[name]:>+11.1e}" if name in self.errors else ""
-            lines.append(f"  {name:20}{value:>14.6g}{compared}{error}")
-        if "pressure, L2" in self.errors:
-            lines.append(f"  {'pressure, L2 error':20}{'':28}{self.errors['pressure, L2']:>11.1e}")
-        lines.append(f"  {'regions':20}{c.n_regions:>14d}")
-        lines.append(f"  centre of pressure  {c.centre_of_pressure[0]:>14.6g}{c.centre_of_pressure[1]:>14.6g}")
-        lines.append(f"residuals: {c.residuals}")
-        lines.append(f"{c.solver.nit} iterations, {c.solver.transforms:.1f} transforms, {c.solver.seconds:.3f} s")
-        return "\n".join(lines)
+@dataclass(frozen=True, eq=False)
+class Curve(CurveFigures):
+    """Indentations by several loads, with what a person does with them: draw, save."""
 
+    def save(self, path: str | Path) -> Path:
+        """Write a CSV file, one row per load."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow([name.replace(", ", " ").replace(" ", "_") for name in (*CURVE, "regions")])
+        writer.writerows([list(map(repr, row.values())) for row in self.rows()])
+        return write_atomically(path, text.getvalue())
 
-def _finite(figures: dict[str, float]) -> dict[str, float | None]:
-    """JSON has no infinity."""
-    return {name: float(value) if math.isfinite(value) else None for name, value in figures.items()}
+    def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
+        """Draw the curves, see `indentplot.plot_curve`."""
+        from fecontact.app.indentation.pictures import plot_curve
+        from fecontact.common.units import Units
 
-
-@dataclass(frozen=True)
-class Ground:
-    """A half-space yet without its grid.
-
-    Attributes
-    ----------
-    material : Material or None
-        None: rigid, under layers.
-    layers : tuple of Layer
-    against : Material or None
-        Of an elastic counter-body.
-    periodic : bool
-    """
-
-    material: Material | None
-    layers: tuple[Layer, ...] = ()
-    against: Material | None = None
-    periodic: bool = False
-
-    def on(self, size: tuple[float, float], cells: tuple[int, int]) -> HalfSpace:
-        """The half-space with a grid."""
-        return HalfSpace(self.material, size, cells, self.periodic, layers=self.layers, against=self.against)
-
-    @property
-    def softest(self) -> Ground:
-        """The homogeneous half-space of its softest part, in which a contact is at its widest."""
-        materials = [m for m in (self.material, *(layer.material for layer in self.layers)) if m is not None]
-        soft = min(materials, key=lambda m: m.plane_strain_modulus)
-        return Ground(soft, (), self.against, False)
-
-
-@dataclass(frozen=True)
-class Load:
-    """Force or approach, and the moment of the force about the origin or the point where it acts.
-
-    Attributes
-    ----------
-    force, approach : float or None
-    point : (float, float) or None
-        Where the force acts; the shape is then free to tilt.
-    """
-
-    force: float | None = None
-    approach: float | None = None
-    point: tuple[float, float] | None = None
-
-    def __post_init__(self) -> None:
-        given = [(n, v) for n, v in (("force", self.force), ("approach", self.approach)) if v is not None]
-        if len(given) != 1:
-            raise InputError(f"Give exactly one of a force and an approach; found {len(given)}.")
-        name, value = given[0]
-        if not (math.isfinite(value) and value > 0):
-            raise InputError(
-                f"The {name} must be positive (pressing together); found {value!r}. A frictionless contact without "
-                "adhesion carries no tension, and without load nothing is pressed."
-            )
-        if self.point is not None and self.force is None:
-            raise InputError("A load point or moment goes with a force: with a prescribed approach nothing tilts.")
-
-    @classmethod
-    def of_moment(cls, force: float, moment: tuple[float, float]) -> Load:
-        """A force downwards with moments about x and y through the origin.
-
-        Examples
-        --------
-        >>> Load.of_moment(10.0, (0.0, 5.0)).point
-        (0.5, 0.0)
-        """
-        return cls(force, None, (moment[1] / force if moment[1] else 0.0, -moment[0] / force if moment[0] else 0.0))
+        return plot_curve(self, path, Units(length, force, stress))
 
 
 def indent(
@@ -367,55 +202,6 @@ def _check_outline(shape: Any, contact: HalfSpaceContact) -> None:
             f"The load is beyond what the geometry allows: the contact reaches the outline of the "
             f"{type(shape).__name__.lower()}, beyond which it has no lower side. Take a smaller load."
         )
-
-
-CURVE = ("force", "approach", "contact area", "area, edge fitted", "mean gap", "maximum pressure", "stiffness")
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """Figures of a shape on a half-space over a list of loads; made by `curve`.
-
-    Attributes
-    ----------
-    steps : tuple of Indentation
-    """
-
-    steps: tuple[Indentation, ...]
-
-    def column(self, name: str) -> Array:
-        """One figure at all loads."""
-        return np.array([step.figures[name] for step in self.steps])
-
-    def rows(self) -> list[dict[str, float]]:
-        """Figures of each load by name, with the number of regions."""
-        return [{**{n: s.figures[n] for n in CURVE}, "regions": s.contact.n_regions} for s in self.steps]
-
-    def save(self, path: str | Path) -> Path:
-        """Write a CSV file, one row per load."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([name.replace(", ", " ").replace(" ", "_") for name in (*CURVE, "regions")])
-        writer.writerows([list(map(repr, row.values())) for row in self.rows()])
-        return write_atomically(path, text.getvalue())
-
-    def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
-        """Draw the curves, see `indentplot.plot_curve`."""
-        from fecontact.app.indentation.pictures import plot_curve
-        from fecontact.common.units import Units
-
-        return plot_curve(self, path, Units(length, force, stress))
-
-    def as_dict(self) -> dict[str, Any]:
-        """All figures for scripts."""
-        return {"shape": self.steps[0].name, "loads": [step.as_dict() for step in self.steps]}
-
-    def __str__(self) -> str:
-        names = (*CURVE, "regions")
-        head = "".join(f"{name:>19}" for name in names)
-        lines = ["".join(f"{row[name]:>19.6g}" for name in names) for row in self.rows()]
-        worst = max(step.contact.residuals.worst for step in self.steps)
-        return "\n".join([f"{self.steps[0].name}, {len(self.steps)} loads", head, *lines, f"residuals: {worst:.1e}"])
 
 
 def curve(shape: Any, ground: Ground, loads: Sequence[Load], **options: Any) -> Curve:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from fecontact.app.indentation.indentation import Curve, Indentation
+from fecontact.app.indentation.figures import CurveFigures, IndentationFigures
 from fecontact.bodies import HalfSpaceContact
 from fecontact.common.arrays import Array
 from fecontact.common.units import Units
@@ -26,12 +26,12 @@ FEWEST = 0.02
 """Share of a cell below which no point of the section lies."""
 
 
-def plot_indentation(found: Indentation, path: str | Path | None = None, units: Units | None = None) -> Figure:
+def plot_indentation(found: IndentationFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
     """Pressure, gap, displacement of the surface, and the von Mises stress below the line y = 0 (or nearest to it).
 
     Parameters
     ----------
-    found : Indentation
+    found : IndentationFigures
     path : str or Path, optional
         File to write; the suffix decides the format.
     units : plot.Units, optional
@@ -83,7 +83,7 @@ def draw_map(
     axes.set_ylabel(names.after("y", "length"))
 
 
-def _draw_outline(axes: Any, found: Indentation) -> None:
+def _draw_outline(axes: Any, found: IndentationFigures) -> None:
     """The edge of the closed form's contact."""
     assert found.exact is not None
     if found.contact.periodic:
@@ -153,7 +153,7 @@ def draw_section(axes: Any, contact: HalfSpaceContact, names: Units) -> None:
     axes.set_aspect("equal" if -z[-1] > 0.2 * (x[-1] - x[0]) else "auto")
 
 
-def plot_curve(found: Curve, path: str | Path | None = None, units: Units | None = None) -> Figure:
+def plot_curve(found: CurveFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
     """Approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
     names = units or Units()
     figure = Figure(figsize=(10.0, 7.6), layout="constrained")

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.app.scene_file.cases import CASE_FILES
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
 from fecontact.common.errors import InputError
 from fecontact.common.text_files import check_writable, save_json, write_atomically
+from fecontact.common.units import Units
 from fecontact.results.result import ContactResult
-
-if TYPE_CHECKING:
-    from fecontact.app.scene_file.scene_file import SceneFile
 
 PICTURES = (".png", ".svg", ".pdf")
 #: Fields that [outputs] can draw on the bodies; those of the contacts are 'pressure' and 'gap'.
@@ -117,11 +115,10 @@ def _cut(table: Table) -> str | None:
     return where
 
 
-def write_output(output: Output, result: ContactResult, file: SceneFile) -> Path:
-    """Write one output."""
-    units = file.units
+def write_output(output: Output, result: ContactResult, units: Units, summary: Mapping[str, Any]) -> Path:
+    """Write one output: with names of units, and the summary for a JSON file."""
     if output.kind == "json":
-        return save_json(output.path, file.summary(result))
+        return save_json(output.path, dict(summary))
     if output.kind == "table":
         return write_atomically(output.path, f"{result}\n")
     if output.kind in FILES:

@@ -18,6 +18,7 @@ from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body,
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed, read_toml
 from fecontact.bodies import ElasticBody
 from fecontact.common.errors import FecontactError
+from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.contact.loads import make_loading
 from fecontact.contact.springs import Spring
@@ -25,15 +26,6 @@ from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.result import ContactResult
 from fecontact.scene.scene import Scene
 from fecontact.solvers import available_solvers
-
-
-@dataclass(frozen=True)
-class UnitNames:
-    """Names of the units of a scene, for labels; the numbers must be consistent by themselves."""
-
-    length: str = ""
-    force: str = ""
-    stress: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +36,7 @@ class SceneFile:
     ----------
     path : Path
     title : str
-    units : UnitNames
+    units : Units
     scene : Scene
     bodies : mapping of str to Body
     loads : dict
@@ -58,7 +50,7 @@ class SceneFile:
 
     path: Path
     title: str
-    units: UnitNames
+    units: Units
     scene: Scene
     bodies: Mapping[str, AnyBody]
     loads: dict[str, Any]
@@ -79,7 +71,7 @@ class SceneFile:
 
     def write(self, result: ContactResult) -> list[Path]:
         """Write all outputs; gives back their paths."""
-        return [write_output(output, result, self) for output in self.outputs]
+        return [write_output(output, result, self.units, self.summary(result)) for output in self.outputs]
 
     def summary(self, result: ContactResult) -> dict[str, Any]:
         """Numbers for scripts: those of the result, with title and units."""
@@ -177,10 +169,10 @@ def read_scene(
     return SceneFile(root.faults.path, title, units, scene, made, loads, options, outputs, tuple(cases))
 
 
-def _units(table: Table) -> UnitNames:
+def _units(table: Table) -> Units:
     length, force, stress = (table.text(key) or "" for key in ("length", "force", "stress"))
     table.finish()
-    return UnitNames(length, force, stress or (f"{force}/{length}²" if length and force else ""))
+    return Units(length, force, stress or (f"{force}/{length}²" if length and force else ""))
 
 
 def _body(table: Table, key: str, bodies: Mapping[str, AnyBody | None], required: bool = True) -> str | None:

@@ -11,23 +11,20 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fecontact.analytic import hertz
-from fecontact.bodies import AncfBody, AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
-from fecontact.common.arrays import Array
+from fecontact.ancf.body import AncfBody
+from fecontact.app.spheres.case import CASES, Spheres
+from fecontact.app.spheres.figures import SpheresFigures, moment_radius
+from fecontact.bodies import AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
 from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 from fecontact.contact.contact import Contact
 from fecontact.mesh import section_shapes as sections
 from fecontact.mesh import shapes
 from fecontact.mesh.shapes import Level
-from fecontact.results.contact_fields import ContactFields
-from fecontact.results.report import peak_memory
 from fecontact.results.result import ContactResult
 from fecontact.scene.scene import Scene
 
@@ -38,51 +35,6 @@ MODELS = ("two-bodies", "symmetric", "axisymmetric")
 SECTIONS = {"hex20": "quad8", "hex27": "quad9"}
 
 
-@dataclass(frozen=True)
-class Spheres:
-    """Two spheres of one material, pressed together.
-
-    Attributes
-    ----------
-    name : str
-    radii : (float, float)
-        The smaller of them may be the first or the second; both are convex.
-    force : float
-    material : Material
-    length, unit_force : str
-        Names of the units, for tables.
-    """
-
-    name: str
-    radii: tuple[float, float]
-    force: float
-    material: Material
-    length: str = "cm"
-    unit_force: str = "kgf"
-
-    @property
-    def hertz(self) -> hertz.CircularContact:
-        """Hertz's solution."""
-        return hertz.spheres(self.radii, (self.material, self.material), force=self.force)
-
-    @property
-    def scale_radius(self) -> float:
-        """Contact radius by dimensional analysis, (P R / pi E*)^(1/3): p ~ P / (pi a^2) ~ E* a / R."""
-        radius = 1 / (1 / self.radii[0] + 1 / self.radii[1])
-        modulus = self.material.plane_strain_modulus / 2
-        return (self.force * radius / (math.pi * modulus)) ** (1 / 3)
-
-
-#: In kgf and cm.
-STEEL = Material(E=2.0e6, nu=0.3)
-
-#: The report's test problems (Elangovan 1978, section IV) in its units; 'light' is the load that it could not solve.
-CASES = {
-    "equal": Spheres("equal", (25.0, 25.0), 726.4, STEEL),
-    "unequal": Spheres("unequal", (25.0, 2.5), 454.0, STEEL),
-    "light": Spheres("light", (25.0, 25.0), 45.4, STEEL),
-}
-
 #: The first pass: coarse, but its contact radius is right to some tenths of a percent.
 FIRST_PASS = Level(core=2, rings=3, edge=0.1, layer=0.3, growth=2.0)
 #: The second pass of the axisymmetric model.
@@ -90,107 +42,8 @@ SECOND_PASS = shapes.LEVELS[2]
 
 
 @dataclass(frozen=True, eq=False)
-class SpheresResult:
-    """Solution of two spheres beside Hertz's.
-
-    Attributes
-    ----------
-    case : Spheres
-    options : dict
-        As chosen: element, pressure, model, level, edge_fit.
-    result : ContactResult
-    upper : ElasticBody
-        The sphere that is pressed down.
-    fitted_radius : float
-        Where the mesh has its ring.
-    seconds : dict
-        Wall time by stage of the main pass, 'first_pass' and 'total'.
-    """
-
-    case: Spheres
-    options: dict[str, Any]
-    result: ContactResult
-    upper: ElasticBody
-    fitted_radius: float
-    seconds: dict[str, float]
-
-    @property
-    def contact(self) -> ContactFields:
-        """The only contact."""
-        return self.result.contacts[0]
-
-    @cached_property
-    def radius(self) -> Array:
-        """Distance (n,) of the contact points from the axis."""
-        return np.hypot(self.contact.points[:, 0], self.contact.points[:, 1])
-
-    @property
-    def contact_radius(self) -> float:
-        """From the second moment of the forces: a^2 = 5/2 sum(F r^2) / sum(F) for a Hertz profile."""
-        return moment_radius(self.contact, self.radius)
-
-    @property
-    def centre_pressure(self) -> float:
-        """Pressure on the axis."""
-        return float(self.contact.pressure[np.argmin(self.radius)])
-
-    @property
-    def approach(self) -> float:
-        """Relative motion of the spheres' far faces."""
-        down = -float(self.result.rigid_motion(self.upper).translation[2])
-        return 2 * down if self.options["model"] == "symmetric" else down
-
-    @property
-    def total_force(self) -> float:
-        """Force on a whole sphere; unless the model is axisymmetric, a quarter was modelled."""
-        return (1 if self.options["model"] == "axisymmetric" else 4) * float(self.contact.force[2])
-
-    @cached_property
-    def pressure_l2_error(self) -> float:
-        """Relative L2 error of the interpolated pressure over r <= 1.2 a, weighted by area."""
-        exact = self.case.hertz
-        points, pressure, area = self.contact.sampled(self.contact.pressure, 12)
-        r = np.hypot(points[:, 0], points[:, 1])
-        inside = r <= 1.2 * exact.a
-        target = exact.pressure(r[inside])
-        weight = area[inside]
-        return float(np.sqrt((weight * (pressure[inside] - target) ** 2).sum() / (weight * target**2).sum()))
-
-    @property
-    def errors(self) -> dict[str, float]:
-        """Signed relative errors against Hertz."""
-        exact = self.case.hertz
-        return {
-            "contact_radius": self.contact_radius / exact.a - 1,
-            "centre_pressure": self.centre_pressure / exact.p0 - 1,
-            "approach": self.approach / exact.approach - 1,
-        }
-
-    def as_dict(self) -> dict[str, Any]:
-        """All figures, ready for JSON."""
-        exact, r = self.case.hertz, self.result.residuals()
-        return {
-            "case": self.case.name,
-            **self.options,
-            "n_dofs": self.result.n_dofs,
-            "n_dofs_factorised": self.result.n_dofs_factorised,
-            "n_candidates": self.result.n_candidates,
-            "n_active": self.result.n_active,
-            "fitted_radius": self.fitted_radius,
-            "contact_radius": self.contact_radius,
-            "centre_pressure": self.centre_pressure,
-            "max_pressure": self.contact.max_pressure,
-            "approach": self.approach,
-            "total_force": self.total_force,
-            "pressure_l2_error": self.pressure_l2_error,
-            "errors": self.errors,
-            "exact": {"a": exact.a, "p0": exact.p0, "approach": exact.approach},
-            "residuals": asdict(r),
-            "seconds": self.seconds,
-            "solver": self.result.solution.solver,
-            "peak_rss_mb": peak_memory(),
-            "units": {"length": self.case.length, "force": self.case.unit_force},
-        }
+class SpheresResult(SpheresFigures):
+    """Two spheres solved, with what a person does with it: print, draw."""
 
     def __str__(self) -> str:
         from fecontact.app.spheres.table import table
@@ -199,15 +52,9 @@ class SpheresResult:
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Pressure against radius beside Hertz, and the pressure map; written to `path` if given."""
-        from fecontact.results.pictures.draw import plot_spheres
+        from fecontact.app.spheres.pictures import plot_spheres
 
         return plot_spheres(self, path)
-
-
-def moment_radius(contact: ContactFields, radius: Array) -> float:
-    """Contact radius of a Hertz profile from its second moment; insensitive to the mesh. Zero without contact."""
-    total = contact.forces.sum()
-    return float(np.sqrt(2.5 * (contact.forces @ radius**2) / total)) if total > 0 else 0.0
 
 
 def solve_spheres(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +11,8 @@ from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
+from fecontact.contact.contact import Contact
+from fecontact.contact.coupling.grid import pair_cells
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.mortar_basis import hats_exist
 from fecontact.contact.coupling.nodal import Pairing, nested, pair
@@ -23,10 +24,6 @@ from fecontact.contact.search.region import Near, near_parts
 from fecontact.surfaces.facet_surface import FacetSurface, Surface
 from fecontact.surfaces.nodal_weights import contact_weights
 from fecontact.surfaces.section_curve import CurveSurface
-
-if TYPE_CHECKING:
-    from fecontact.contact.contact import Contact
-
 
 #: Ratio of face sizes from which one side counts as the coarser.
 COARSER = 1.1
@@ -193,7 +190,7 @@ def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, ne
     relative = slave.pose.relative_to(master.pose)
     couple = pair_mortar if coupling == "mortar" or surface.eight_hats else pair
     if isinstance(surface, GridSurface):
-        pairing = surface.pair(master.surface(names[1]), relative.rotation, relative.translation)
+        pairing = pair_cells(surface, master.surface(names[1]), relative.rotation, relative.translation)
     else:
         share = _share(slave, master)
         pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near, share)

@@ -6,11 +6,11 @@ integrated over the pieces in which one slave face meets one master face:
 
     weighted gap   w_k = int phi_k n . (x_slave - x_foot) dA >= 0,      force on the bodies  +-int phi_k n N dA p_k
 
-The hats of a nine-node face are bilinear on its quarters, those of a triangle linear
-(`contact.coupling.mortar_basis`); they sum to one, so uniform pressure is exact on both sides (Puso & Laursen 2004; Popp et
-al. 2012 for hats on sub-faces). Pieces are cut in the plane of the slave face (`contact.coupling.tangent_plane`): the master
-face's outline is carried there and clipped to the convex outline of a sub-face (Sutherland & Hodgman 1974), so the
-pieces tile what both surfaces cover, no more. The degree of quadrature follows the taper of both faces over a piece.
+The hats of a nine-node face are bilinear on its quarters, those of a triangle linear (`mortar_basis`); they sum to one,
+so uniform pressure is exact on both sides (Puso & Laursen 2004; Popp et al. 2012 for hats on sub-faces). Pieces are cut
+in the plane of the slave face (`tangent_plane`): the master face's outline is carried there and clipped to the convex
+outline of a sub-face (Sutherland & Hodgman 1974), so the pieces tile what both surfaces cover, no more. The degree of
+quadrature follows the taper of both faces over a piece.
 """
 
 from __future__ import annotations

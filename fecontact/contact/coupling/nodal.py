@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.coupling.covered_area import Rim, rim_of
 from fecontact.contact.coupling.facing import NONE_AVERTED, Averted, unopposed
@@ -24,10 +24,6 @@ from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
 from fecontact.surfaces.line_of_action import feet_along
 from fecontact.surfaces.nodal_weights import _contact_weights, along, contact_weights
 from fecontact.surfaces.normals import normals_of, opposing
-
-if TYPE_CHECKING:
-    from fecontact.bodies.protocol import Body
-
 
 #: Overhang of a slave face over its master face, relative to the latter's size, that still counts as nested.
 NESTED_TOLERANCE = 0.02

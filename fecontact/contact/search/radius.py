@@ -8,35 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array, IntArray
-from fecontact.contact.loads import Loading
-from fecontact.contact.search.bounding import bounds_of, facet_displacements, part_displacements
-from fecontact.contact.search.candidates import MARGIN, approach_for_load
-from fecontact.contact.search.region import Drift, bridged, with_rings
+from fecontact.contact.search.region import Drift
 from fecontact.surfaces.facet_surface import FacetSurface
-
-if TYPE_CHECKING:
-    from fecontact.contact.contact import Contact
-    from fecontact.contact.interface import Interface
-    from fecontact.results.result import ContactResult
-
-
-#: Rings of facets added round those that may touch: condensing again costs more than a few nodes in excess.
-RINGS = 2
-#: First reach, in estimated approaches of the bodies: both sides move, and a tilt adds to the approach.
-APPROACHES = 2.0
-#: By how much a reach that fell short is made larger than what turned out to be needed.
-SPARE = 1.25
-#: Displacements besides the drift that the next pose is given, in those of this one.
-FOLLOWING = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +45,7 @@ class Reach:
     def drift_in(self, pose: Pose) -> Drift:
         """The drift in the axes of a body."""
         assert self.drift is not None
-        return _in_axes(self.drift, pose)
+        return in_axes(self.drift, pose)
 
 
 def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurface] | None:
@@ -78,149 +57,7 @@ def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurf
     return facets if len(facets) == 2 else None
 
 
-def rough_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translation: Array) -> Array:
-    """Offsets (n_facets,) of one surface's facets from another; `rotation`, `translation` place it in the other's axes.
-
-    Facets whose centre lies further aside than the nearest facet is long face nothing: infinite.
-    """
-    centres = bounds_of(one).centre @ rotation.T + translation
-    theirs = bounds_of(other)
-    _, nearest = theirs.all_centres.query(centres)
-    normals = theirs.normal[nearest]
-    offset = centres - theirs.centre[nearest]
-    gap = np.einsum("ni,ni->n", offset, normals)
-    aside = np.linalg.norm(offset - gap[:, None] * normals, axis=1)
-    return np.where(aside > other.mean_facet_size[nearest] + one.mean_facet_size, np.inf, gap)
-
-
-def near_nodes(
-    bodies: Sequence[Body], surfaces: Sequence[FacetSurface], loading: Loading, known: Reach | None = None
-) -> list[IntArray]:
-    """Nodes of both surfaces of a contact that may touch under a load, rings of facets round them included.
-
-    With a known reach of a similar case: those that come that near after its drift.
-    """
-    out = []
-    poses = [b.pose for b in bodies]
-    if known is not None and known.drift is not None:
-        poses[0] = poses[0].then(*_finite(known.drift))
-        rings = 1
-    else:
-        known, rings = None, RINGS
-    softness = sum(1 / b.contact_modulus for b in bodies)
-    for k in range(2):
-        one, other, relative = surfaces[k], surfaces[1 - k], poses[k].relative_to(poses[1 - k])
-        gap = rough_gaps(one, other, relative.rotation, relative.translation)
-        if not np.isfinite(gap).any():
-            out.append(one.nodes)
-            continue
-        if known is not None:
-            near = np.asarray(gap <= known.elastic)
-        else:
-            gap = gap - _travel(bodies, loading)
-            near = np.asarray(gap - float(gap.min()) <= MARGIN * _approach(one, gap, softness, loading))
-        out.append(np.unique(one.facets[with_rings(one, near, rings)]))
-    return out
-
-
-def _finite(drift: Drift) -> tuple[Array, Array]:
-    """Rotation (3, 3) about the world's origin and translation (3,) of a drift that is not small."""
-    return Rotation.from_rotvec(drift.turn).as_matrix(), drift.shift
-
-
-def _travel(bodies: Sequence[Body], loading: Loading) -> float:
-    """Largest way by which prescribed motions can bring two bodies nearer to each other."""
-    return sum(
-        float(np.linalg.norm(frame.moved[:3]) + np.linalg.norm(frame.moved[3:]) * frame.body.size)
-        for frame in loading.frames
-        if any(frame.body is b for b in bodies)
-    )
-
-
-def _approach(surface: FacetSurface, gap: Array, softness: float, loading: Loading) -> float:
-    """Estimate of the rigid approach from rough gaps (n_facets,), from first touch; overlaps count as approach."""
-    facing = np.isfinite(gap)
-    lowest = float(gap.min())
-    approach = max(0.0, -lowest)
-    if loading.magnitude > 0 and softness > 0:
-        areas = surface.mean_facet_size[facing] ** 2
-        approach = max(approach, approach_for_load(gap[facing] - lowest, areas, 1 / softness, loading.magnitude))
-    return approach
-
-
-def first_reach(contact: Contact, loading: Loading) -> Reach | None:
-    """Reach that a contact is worth pairing up to; None where that cannot be told beforehand.
-
-    A guess: `judged` finds afterwards whether it was enough.
-    """
-    assert contact.surfaces is not None
-    bodies = (contact.slave, contact.master)
-    surfaces = plain_facets(bodies, contact.surfaces)
-    if surfaces is None:
-        return None
-    relative = bodies[0].pose.relative_to(bodies[1].pose)
-    gap = rough_gaps(surfaces[0], surfaces[1], relative.rotation, relative.translation)
-    if not np.isfinite(gap).any():
-        return None
-    travel = _travel(bodies, loading)
-    softness = sum(1 / b.contact_modulus for b in bodies)
-    approach = APPROACHES * _approach(surfaces[0], gap - travel, softness, loading)
-    distance = max(0.0, float(gap.min())) + travel + approach
-    return Reach(distance, distance)
-
-
-def judged(result: ContactResult) -> tuple[bool, list[Reach | None]]:
-    """Whether nothing was left out of a result that could have met the other surface, and the reaches it asks for.
-
-    The reaches are those that would have done for each contact with `SPARE`, the sides as the contact was given.
-    """
-    enough, out = True, []
-    for interface, contact in zip(result.interfaces, result.scene.contacts, strict=True):
-        reach = interface.reach
-        if interface.near is None or reach is None:
-            out.append(reach)
-            continue
-        drift, elastic = _movement(result, interface)
-        slave, master = (
-            b.surface(name) for b, name in zip((interface.slave, interface.master), interface.surfaces, strict=True)
-        )
-        assert isinstance(slave, FacetSurface)
-        assert isinstance(master, FacetSurface)
-        bounds = (part_displacements(slave, elastic[0]), facet_displacements(master, elastic[1]))
-        relative = interface.slave.pose.relative_to(interface.master.pose)
-        own = _in_axes(drift, interface.master.pose)
-        missed, bridge = bridged(interface.near, slave, master, relative.rotation, relative.translation, own, bounds)
-        enough = enough and not missed
-        points = interface.slave.pose.to_world(slave.points[slave.nodes])
-        motion = float(np.linalg.norm(drift.at(points), axis=1).max() + bounds[0].max() + bounds[1].max())
-        distance = max(SPARE * reach.distance, motion) if missed else reach.distance
-        asked = Reach(distance, SPARE * bridge, drift)
-        out.append(asked if interface.slave is contact.slave else asked.turned_over())
-    return enough, out
-
-
-def following(reach: Reach | None, first: Reach | None) -> Reach | None:
-    """Reach for the next pose of a sweep, from what the last one asked for and a first guess."""
-    if reach is None or first is None or reach.drift is None:
-        return first
-    return Reach(first.distance, FOLLOWING / SPARE * reach.elastic, reach.drift)
-
-
-def _movement(result: ContactResult, interface: Interface) -> tuple[Drift, list[Array]]:
-    """Rigid motion of the slave seen from the master, in world axes, and both sides' displacements (n, 3) besides."""
-    shift, turn, elastic = np.zeros(3), np.zeros(3), []
-    for body, sign in ((interface.slave, 1.0), (interface.master, -1.0)):
-        assert isinstance(body, ElasticBody)
-        assert body.model is not None
-        k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
-        motion, frame = result.state.motions[k], result.loading.frames[k]
-        elastic.append(body.model.at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))
-        shift += sign * (motion[:3] - np.cross(motion[3:], frame.point))
-        turn += sign * motion[3:]
-    return Drift(shift, turn), elastic
-
-
-def _in_axes(drift: Drift, pose: Pose) -> Drift:
+def in_axes(drift: Drift, pose: Pose) -> Drift:
     """A drift in world axes, in those of a body."""
     R, t = pose.rotation, pose.translation
     return Drift((drift.shift + np.cross(drift.turn, t)) @ R, drift.turn @ R)

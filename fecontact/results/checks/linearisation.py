@@ -8,24 +8,19 @@ the pairs in contact, without a further solution: the surfaces are projected on 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.bodies.pose import Pose
+from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.interface import Interface
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
-from fecontact.scene.poses import turned
+from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
 from fecontact.surfaces.section_curve import CurveSurface
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
-
 
 #: Error of linearised motions, relative to the approach, that is let pass.
 BEARABLE = 1e-3
@@ -66,12 +61,12 @@ class LinearisationError:
         return max(self.gap / self.approach, self.direction, self.stretch)
 
 
-def linearisation_error(result: ContactResult) -> LinearisationError:
+def linearisation_error(result: SolvedScene) -> LinearisationError:
     """What the linearised rigid motions of a result leave out.
 
     Parameters
     ----------
-    result : ContactResult
+    result : SolvedScene
 
     Returns
     -------
@@ -89,7 +84,7 @@ def linearisation_error(result: ContactResult) -> LinearisationError:
     return LinearisationError(max(e.gap for e in found), approach, max(e.direction for e in found), stretch)
 
 
-def driven_motions(result: ContactResult) -> Array:
+def driven_motions(result: SolvedScene) -> Array:
     """Rigid motions (n_bodies, 6) of a result without those that change no gap, which are as large as chance has it."""
     frames, motions = result.loading.frames, result.motions
     B = result.reduction.problem.B

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,13 +18,10 @@ from fecontact.bodies.rigid import Plane, RigidBody, Sphere
 from fecontact.bodies.section import SectionBody
 from fecontact.common.arrays import Array
 from fecontact.mesh.section_mesh import SectionMesh
+from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces import Ellipsoid, Facets
 from fecontact.surfaces.facet_surface import FacetSurface, Surface
 from fecontact.surfaces.section_curve import CurveSurface
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
-
 
 #: Depth, relative to the smaller body, from which an overlap counts: chords of round faces that touch make less.
 LEAST_DEPTH = 1e-4
@@ -33,7 +29,7 @@ LEAST_DEPTH = 1e-4
 ALONG = 33
 
 
-def undeclared_overlaps(result: ContactResult) -> Iterator[str]:
+def undeclared_overlaps(result: SolvedScene) -> Iterator[str]:
     """Pairs of bodies without a contact between them that overlap."""
     declared = {frozenset((id(c.slave), id(c.master))) for c in result.scene.contacts}
     bodies = result.scene.bodies
@@ -54,7 +50,7 @@ def undeclared_overlaps(result: ContactResult) -> Iterator[str]:
 class _Placed:
     """A body where it has come to rest."""
 
-    def __init__(self, result: ContactResult, body: Body) -> None:
+    def __init__(self, result: SolvedScene, body: Body) -> None:
         self.result, self.body = result, body
 
     @property

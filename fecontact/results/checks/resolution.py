@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,12 +20,9 @@ from fecontact.mesh.facets import facet_centres
 from fecontact.mesh.pick import shared_sides
 from fecontact.results.checks.rims import node_sizes
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
-
 
 #: Overlap of nodes, relative to the elastic displacement and to it together, from which a result warns, and relative
 #: to a face, below which it is rounding.
@@ -49,7 +46,7 @@ class _Side(NamedTuple):
     elastic: Array
 
 
-def _side(result: ContactResult, body: Body, name: str) -> _Side | None:
+def _side(result: SolvedScene, body: Body, name: str) -> _Side | None:
     surface = body.surface(name)
     if not isinstance(body, ElasticBody) or not isinstance(surface, FacetSurface):
         return None
@@ -60,7 +57,7 @@ def _side(result: ContactResult, body: Body, name: str) -> _Side | None:
     return _Side(body, surface, replace(surface, points=surface.points + body.model.at_points(u)), rest)
 
 
-def overlap_left(result: ContactResult) -> Iterator[str]:
+def overlap_left(result: SolvedScene) -> Iterator[str]:
     """Contacts of elastic bodies whose nodes lie inside the other although the gaps that were solved for are open."""
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         slave = _side(result, interface.slave, interface.surfaces[0])
@@ -107,7 +104,7 @@ def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, floa
     return float(depth), float(elastic), float(node_sizes(surface)[nodes].mean()), touched
 
 
-def few_points(result: ContactResult) -> Iterator[str]:
+def few_points(result: SolvedScene) -> Iterator[str]:
     """Contacts of which a region is a handful of points wide."""
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         # a contact that fills its faces is as wide as they are, and not sought
@@ -155,7 +152,7 @@ def _images(interface: Interface, nodes: IntArray) -> int:
     return 2 ** sum(bool(np.isin(nodes, mesh.boundary_nodes(name)).any()) for name in planes)  # type: ignore[union-attr]
 
 
-def chords(result: ContactResult) -> Iterator[str]:
+def chords(result: SolvedScene) -> Iterator[str]:
     """Contacts of round faces whose chords are as far apart as the bodies are pressed together."""
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         if not contact.active.any() or interface.note.startswith("faces match or nest"):

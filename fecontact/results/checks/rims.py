@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,12 +13,9 @@ from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, Mask
 from fecontact.contact.interface import Interface
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces import Facets, HeightMap
 from fecontact.surfaces.facet_surface import FacetSurface
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
-
 
 #: Share of a contact's force within one face of the rim from which a result warns.
 LEAST_AT_RIM = 0.005
@@ -35,7 +31,7 @@ def node_sizes(surface: FacetSurface) -> Array:
     return total / np.maximum(count, 1)
 
 
-def contact_at_rims(result: ContactResult) -> Iterator[str]:
+def contact_at_rims(result: SolvedScene) -> Iterator[str]:
     """Contacts that reach a rim beyond which the body goes on."""
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         if contact.active.any():

@@ -1,6 +1,7 @@
 """Pictures of bodies: deformed shape with stress, displacement or contact pressure on the outer faces, or on a cut.
 
-To a file without a screen by `results.pictures.renderer` and matplotlib; on the screen through pyvista, where it is installed.
+To a file without a screen by `results.pictures.renderer` and matplotlib; on the screen through pyvista, where it is
+installed.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -25,10 +26,7 @@ from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
 from fecontact.results.pictures.rigid_patches import rigid_patches
 from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
-
+from fecontact.results.solved_scene import SolvedScene
 
 #: Fields of every result; vectors and tensors also by component.
 FIELDS = (
@@ -131,7 +129,7 @@ def view(
     return figure
 
 
-def view_result(result: ContactResult, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
+def view_result(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
     """Draw the elastic bodies of a result, and what is near of the rigid surfaces they touch; options as in `view`.
 
     Rigid surfaces are left out of cuts and of pictures of chosen bodies.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -18,13 +18,9 @@ from fecontact.common.errors import InputError
 from fecontact.common.text_files import check_writable
 from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
+from fecontact.results.contact_fields import ContactFields
 from fecontact.results.pictures.section_curve import draw_curve
-
-if TYPE_CHECKING:
-    from fecontact.app.spheres.spheres import SpheresResult
-    from fecontact.results.contact_fields import ContactFields
-    from fecontact.results.result import ContactResult
-
+from fecontact.results.solved_scene import SolvedScene
 
 FIELDS = ("pressure", "gap")
 STYLES = ("smooth", "sensels")
@@ -44,14 +40,12 @@ def save_figure(figure: Figure, path: str | Path | None) -> Figure:
     return figure
 
 
-def plot_result(
-    result: ContactResult, what: str = "pressure", path: str | Path | None = None, **options: Any
-) -> Figure:
+def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Figure:
     """Draw a field: of the contacts (`plot_contacts`), or of the bodies (`view.view_result`).
 
     Parameters
     ----------
-    result : ContactResult
+    result : SolvedScene
     what : str
         'pressure' or 'gap' of the contacts; 'von_mises', 'displacement', 'contact_pressure', 'stress_xx', ... on the
         bodies.
@@ -76,7 +70,7 @@ def plot_result(
 
 
 def plot_contacts(
-    result: ContactResult,
+    result: SolvedScene,
     what: str = "pressure",
     path: str | Path | None = None,
     *,
@@ -92,7 +86,7 @@ def plot_contacts(
 
     Parameters
     ----------
-    result : ContactResult
+    result : SolvedScene
     what : {'pressure', 'gap'}
     path : str or Path, optional
         File to write; the suffix decides the format.
@@ -137,9 +131,7 @@ def plot_contacts(
     return save_figure(figure, path)
 
 
-def _check_map(
-    result: ContactResult, what: str, style: str, pitch: float | None, contacts: Sequence[int] | None
-) -> None:
+def _check_map(result: SolvedScene, what: str, style: str, pitch: float | None, contacts: Sequence[int] | None) -> None:
     if what not in FIELDS:
         raise InputError(f"Unknown field {what!r} of a contact; expected one of {', '.join(map(repr, FIELDS))}.")
     if style not in STYLES:
@@ -334,43 +326,3 @@ def _facet_sides(contact: ContactFields, xy: Array) -> Array:
     sides = [np.stack(s, 1) for s in ((t, zero), (one, t), (t, one), (zero, t))]
     N, _ = shapes_on_square(contact.facets, np.concatenate(sides))
     return (N @ xy[contact.facets]).reshape(-1, FINENESS + 1, 2)
-
-
-def plot_spheres(out: SpheresResult, path: str | Path | None = None) -> Figure:
-    """Pressure over the radius beside Hertz, and the pressure map of the quarter or the gap of the section."""
-    case, exact, contact = out.case, out.case.hertz, out.contact
-    figure = Figure(figsize=(12.0, 5.0), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))
-    near = out.radius <= 1.35 * exact.a
-    points, pressure, _ = contact.sampled(contact.pressure, FINENESS)
-    r = np.hypot(points[:, 0], points[:, 1])
-    inside = r <= 1.35 * exact.a
-    left.plot(
-        r[inside], pressure[inside], ".", color="tab:orange", markersize=2, alpha=0.5, label="interpolated in the faces"
-    )
-    left.plot(out.radius[near], contact.pressure[near], "o", color="tab:blue", markersize=3.5, label="contact nodes")
-    line = np.linspace(0.0, 1.35 * exact.a, 600)
-    left.plot(line, exact.pressure(line), color="black", linewidth=1.2, label="Hertz")
-    left.set_xlabel(f"radius [{case.length}]")
-    left.set_ylabel(f"pressure [{case.unit_force}/{case.length}²]")
-    left.set_title(
-        f"R = {case.radii[0]:g} and {case.radii[1]:g} {case.length}, P = {case.force:g} {case.unit_force}: "
-        f"L2 error {100 * out.pressure_l2_error:.2f} %"
-    )
-    left.set_ylim(bottom=0.0)
-    left.legend()
-    units = Units(case.length, case.unit_force, f"{case.unit_force}/{case.length}²")
-    if contact.is_curve:
-        draw_curve(right, contact, "gap", units)
-        right.axvline(exact.a, linestyle="--", color="tab:cyan", linewidth=1.5, label="Hertz radius")
-    else:
-        draw_field(right, contact, contact.pressure, "pressure", units)
-        angle = np.linspace(0.0, np.pi / 2, 100)
-        rim = exact.a * np.stack([np.cos(angle), np.sin(angle)])
-        right.plot(*rim, "--", color="tab:cyan", linewidth=1.5, label="Hertz radius")
-    right.legend(loc="upper left" if contact.is_curve else "upper right")
-    right.set_title(
-        f"{out.options['element']}, {out.options['pressure']} pressures, {out.result.n_dofs} dofs, "
-        f"{out.seconds['total']:.1f} s"
-    )
-    return save_figure(figure, path)

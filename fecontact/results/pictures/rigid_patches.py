@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array, IntArray
-
-if TYPE_CHECKING:
-    from fecontact.results.contact_fields import ContactFields
-    from fecontact.results.result import ContactResult
-
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.solved_scene import SolvedScene
 
 #: Half side of a patch over the largest distance of the contact's points from its middle.
 MARGIN = 1.3
@@ -22,12 +17,12 @@ PIECES = 24
 STRETCH = 3.0
 
 
-def rigid_patches(result: ContactResult, scale: float) -> tuple[Array, IntArray]:
+def rigid_patches(result: SolvedScene, scale: float) -> tuple[Array, IntArray]:
     """Points (n, 3) and quadrilaterals (n_quads, 4) of the rigid surfaces of a result, where bodies touch them.
 
     Parameters
     ----------
-    result : ContactResult
+    result : SolvedScene
     scale : float
         By which displacements are exaggerated, rigid motions too.
     """

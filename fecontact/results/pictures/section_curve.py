@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from fecontact.common.units import Units
-    from fecontact.results.contact_fields import ContactFields
-
+from fecontact.common.units import Units
+from fecontact.results.contact_fields import ContactFields
 
 #: Points per side of a section from which its curve is drawn, and how far beyond the contact it is shown.
 FINENESS, MARGIN = 16, 1.35

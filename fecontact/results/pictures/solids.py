@@ -7,7 +7,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,7 @@ from fecontact.fem.stress import VOIGT
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import CELL_TYPES, SectionMesh, counter_clockwise
 from fecontact.results.files import body_fields
-
-if TYPE_CHECKING:
-    from fecontact.results.result import ContactResult
-
+from fecontact.results.solved_scene import SolvedScene
 
 COMPONENTS = {3: ("x", "y", "z"), 6: VOIGT}
 CUT = re.compile(r"\s*([xyz])\s*([<>])\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*")
@@ -84,7 +80,7 @@ def _scalar_names(fields: Mapping[str, Array]) -> list[str]:
     return out
 
 
-def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
+def solids_of_result(result: SolvedScene) -> tuple[Solid, ...]:
     """The elastic bodies of a result, in the world.
 
     Raises

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.bodies.halfspace.surface import grid_surface, straight_above
+from fecontact.bodies.halfspace.surface import grid_surface
 from fecontact.bodies.layer import foundation_modulus
 from fecontact.common.errors import InputError
+from fecontact.contact.coupling.grid import straight_above
 from fecontact.surfaces import Paraboloid
 
 STEEL = fc.Material(210e3, 0.3)

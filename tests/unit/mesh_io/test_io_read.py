@@ -5,9 +5,9 @@ import pytest
 
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
+from fecontact.mesh.build import in_order
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.read import in_order
 
 # text files carry 16 digits, binary ones all; coordinates are of order one
 DIGITS = 1e-14

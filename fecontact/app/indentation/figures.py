@@ -1,0 +1,167 @@
+"""Figures of an indentation and of a curve over the load."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fecontact.app.indentation.closed_forms import Exact
+from fecontact.bodies import HalfSpace, HalfSpaceContact
+from fecontact.common.arrays import Array
+from fecontact.results.report import peak_memory
+from fecontact.surfaces import FlatPunch
+
+FIGURES = (
+    "force",
+    "approach",
+    "contact area",
+    "area, edge fitted",
+    "maximum pressure",
+    "mean pressure",
+    "mean gap",
+    "stiffness",
+)
+
+
+def _finite(figures: dict[str, float]) -> dict[str, float | None]:
+    """JSON has no infinity."""
+    return {name: float(value) if math.isfinite(value) else None for name, value in figures.items()}
+
+
+CURVE = ("force", "approach", "contact area", "area, edge fitted", "mean gap", "maximum pressure", "stiffness")
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFigures:
+    """Figures of a shape on a half-space over a list of loads; made by `curve`.
+
+    Attributes
+    ----------
+    steps : tuple of Indentation
+    """
+
+    steps: tuple[IndentationFigures, ...]
+
+    def column(self, name: str) -> Array:
+        """One figure at all loads."""
+        return np.array([step.figures[name] for step in self.steps])
+
+    def rows(self) -> list[dict[str, float]]:
+        """Figures of each load by name, with the number of regions."""
+        return [{**{n: s.figures[n] for n in CURVE}, "regions": s.contact.n_regions} for s in self.steps]
+
+    def as_dict(self) -> dict[str, Any]:
+        """All figures for scripts."""
+        return {"shape": self.steps[0].name, "loads": [step.as_dict() for step in self.steps]}
+
+    def __str__(self) -> str:
+        names = (*CURVE, "regions")
+        head = "".join(f"{name:>19}" for name in names)
+        lines = ["".join(f"{row[name]:>19.6g}" for name in names) for row in self.rows()]
+        worst = max(step.contact.residuals.worst for step in self.steps)
+        return "\n".join([f"{self.steps[0].name}, {len(self.steps)} loads", head, *lines, f"residuals: {worst:.1e}"])
+
+
+@dataclass(frozen=True, eq=False)
+class IndentationFigures:
+    """A contact with the half-space and the shape that made it; made by `indent`.
+
+    Attributes
+    ----------
+    name : str
+        Of the shape.
+    shape : surface with `heights`, or (nx, ny) array
+    half : HalfSpace
+    contact : HalfSpaceContact
+    exact : Exact or None
+    """
+
+    name: str
+    shape: Any
+    half: HalfSpace
+    contact: HalfSpaceContact
+    exact: Exact | None
+
+    @cached_property
+    def figures(self) -> dict[str, float]:
+        """Figures of the contact by the names in `FIGURES`, and the tilt where the load was off the middle."""
+        c = self.contact
+        found = {
+            "force": c.force,
+            "approach": c.approach,
+            "contact area": c.area,
+            "area, edge fitted": c.edge_area,
+            "maximum pressure": c.max_pressure,
+            "mean pressure": c.mean_pressure,
+            "mean gap": c.mean_gap,
+            "stiffness": self.half.stiffness(c),
+        }
+        if any(c.tilt):
+            found["tilt (rad)"] = math.hypot(*c.tilt)
+        return found
+
+    @cached_property
+    def errors(self) -> dict[str, float]:
+        """Relative differences from the closed form, and that of the pressure in the L2 norm."""
+        if self.exact is None:
+            return {}
+        known = dict(self.exact.figures)
+        if not isinstance(self.shape, FlatPunch):  # elsewhere the edge is looked for
+            known["area, edge fitted"] = known["contact area"]
+        out = {name: self.figures[name] / value - 1 for name, value in known.items() if value and name in self.figures}
+        if self.exact.pressure is not None:
+            x, y = self.contact.grid.x[:, None], self.contact.grid.y[None, :]
+            where = np.broadcast_to(self.exact.compared(x, y), self.contact.grid.shape)
+            target = np.broadcast_to(self.exact.pressure(x, y), self.contact.grid.shape)[where]
+            difference = self.contact.pressure[where] - target
+            out["pressure, L2"] = float(np.linalg.norm(difference) / np.linalg.norm(target))
+        return out
+
+    def as_dict(self) -> dict[str, Any]:
+        """All figures for scripts."""
+        c, s = self.contact, self.contact.solver
+        return {
+            "shape": self.name,
+            "periodic": c.periodic,
+            "cells": list(c.grid.shape),
+            "size": list(c.grid.size),
+            "figures": _finite(self.figures),
+            "centre_of_pressure": [v if math.isfinite(v) else None for v in c.centre_of_pressure],
+            "regions": c.n_regions,
+            "exact": None if self.exact is None else {"source": self.exact.source, **_finite(self.exact.figures)},
+            "errors": _finite(self.errors),
+            "residuals": vars(c.residuals),
+            "iterations": s.nit,
+            "transforms": s.transforms,
+            "seconds": s.seconds,
+            "peak_rss_mb": peak_memory(),
+        }
+
+    def __str__(self) -> str:
+        c = self.contact
+        exact = self.exact.figures if self.exact else {}
+        kind = "periodic" if c.periodic else "free"
+        stack = f", {len(c.layers)} layer(s)" if c.layers else ""
+        lines = [
+            f"{self.name} on a {kind} half-space{stack}, {c.grid.shape[0]} x {c.grid.shape[1]} cells on "
+            f"{c.grid.size[0]:.6g} x {c.grid.size[1]:.6g}"
+        ]
+        if self.exact is not None:
+            lines.append(f"beside: {self.exact.source}")
+            lines.append(f"  {'':20}{'found':>14}{'exact':>14}{'error':>11}")
+        for name, value in self.figures.items():
+            target = exact.get("contact area" if name == "area, edge fitted" and name in self.errors else name)
+            compared = f"{target:>14.6g}" if target is not None else ""
+            error = f"{self.errors[name]:>+11.1e}" if name in self.errors else ""
+            lines.append(f"  {name:20}{value:>14.6g}{compared}{error}")
+        if "pressure, L2" in self.errors:
+            lines.append(f"  {'pressure, L2 error':20}{'':28}{self.errors['pressure, L2']:>11.1e}")
+        lines.append(f"  {'regions':20}{c.n_regions:>14d}")
+        lines.append(f"  centre of pressure  {c.centre_of_pressure[0]:>14.6g}{c.centre_of_pressure[1]:>14.6g}")
+        lines.append(f"residuals: {c.residuals}")
+        lines.append(f"{c.solver.nit} iterations, {c.solver.transforms:.1f} transforms, {c.solver.seconds:.3f} s")
+        return "\n".join(lines)

@@ -1,0 +1,282 @@
+"""A solved scene: its fields, resultants, displacements, stresses and residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.contact.condensed_problem import Reduction, State
+from fecontact.contact.interface import Interface
+from fecontact.contact.loads import Loading, mass_weighted
+from fecontact.contact.model import SceneModel
+from fecontact.contact.springs import SpringState
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.resultants import hold_of_body, hold_of_boundary
+from fecontact.solvers import Residuals, Solution
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """Small rigid motion of a body: `translation` (3,) of `point` (3,) and `rotation` vector (3,), world axes."""
+
+    translation: Array
+    rotation: Array
+    point: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedScene:
+    """Certified solution of a scene.
+
+    Attributes
+    ----------
+    contacts : tuple of ContactFields
+    springs : tuple of SpringState
+    solution : Solution
+        Of the condensed problem.
+    seconds : dict
+        Wall time by stage, and 'total'.
+    memory : dict
+        Largest resident memory of the process in MB, 'before' and by the end of each stage (`Stopwatch.memory`).
+    rounds : int
+        How often candidates were chosen.
+    originals : sequence of Body
+        After a finite motion: the bodies as they were given; `scene` holds them in their final poses.
+    """
+
+    scene: SceneModel
+    contacts: tuple[ContactFields, ...]
+    springs: tuple[SpringState, ...]
+    solution: Solution
+    seconds: dict[str, float]
+    memory: dict[str, float]
+    rounds: int
+    loading: Loading = field(repr=False)
+    reduction: Reduction = field(repr=False)
+    state: State = field(repr=False)
+    originals: Sequence[Body] = ()
+
+    @property
+    def success(self) -> bool:
+        """Whether the certificate holds; always true for a result that was returned."""
+        return self.solution.success
+
+    @property
+    def status(self) -> str:
+        """'solved' or 'no-contact'."""
+        return str(self.solution.status)
+
+    @property
+    def message(self) -> str:
+        """The status in a sentence."""
+        return self.solution.message
+
+    @property
+    def nit(self) -> int:
+        """Iterations of the solver in the last round."""
+        return self.solution.nit
+
+    @property
+    def n_dofs(self) -> int:
+        """Degrees of freedom of all elastic bodies."""
+        return sum(b.n_unknowns for b in self.elastic_bodies)
+
+    @property
+    def n_dofs_factorised(self) -> int:
+        """The same, with a model that stands in several poses counted once."""
+        return sum({id(b.model): b.n_unknowns for b in self.elastic_bodies}.values())
+
+    @property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """The paired contacts, one for each of `contacts`."""
+        return tuple(i for i in self.reduction.interfaces if isinstance(i, Interface))
+
+    @property
+    def elastic_bodies(self) -> tuple[ElasticBody, ...]:
+        """The scene's elastic bodies."""
+        return tuple(b for b in self.scene.bodies if isinstance(b, ElasticBody))
+
+    @property
+    def n_candidates(self) -> int:
+        """Candidate points of all contacts."""
+        return self.reduction.problem.n
+
+    @property
+    def n_active(self) -> int:
+        """Points that carry force."""
+        return int((self.solution.forces > 0).sum())
+
+    @property
+    def condensation(self) -> dict[str, str]:
+        """How the compliance of each elastic body was formed, and why, by name; models in several poses once."""
+        models = {id(b.model): b for b in reversed(self.elastic_bodies)}
+        out = {}
+        for b in reversed(models.values()):
+            assert b.model is not None
+            if (found := b.model.condensation) is not None:
+                out[b.name] = f"{found.route}: {found.why}"
+        return out
+
+    def _number(self, body: Body) -> int:
+        for bodies in (self.scene.bodies, self.originals):
+            for k, b in enumerate(bodies):
+                if b is body:
+                    return k
+        raise InputError(f"{getattr(body, 'name', body)!r} is not a body of this result's scene.")
+
+    def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
+        if not isinstance(body, ElasticBody):
+            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
+        k = self._number(body)
+        posed = self.scene.bodies[k]
+        assert isinstance(posed, ElasticBody)
+        return k, posed
+
+    def given(self, body: Body) -> Body:
+        """The body in the pose in which it was given; `scene` holds it in its final pose after a finite motion."""
+        return self.originals[self._number(body)] if self.originals else body
+
+    def _carried(self, k: int, points: Array) -> Array:
+        """World displacements (n, 3) of points (n, 3) of body k by the change of its pose in a finite motion."""
+        now = self.scene.bodies[k]
+        return now.pose.to_world(points) - self.given(now).pose.to_world(points)
+
+    def displacement(self, body: Body) -> Array:
+        """Total displacement (n_points, 3) of the body's nodes from where they were given, in world axes."""
+        k, elastic = self._elastic(body)
+        assert elastic.model is not None
+        own = elastic.model.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
+        return own + self._carried(k, elastic.mesh.points) if self.originals else own
+
+    def strain(self, body: Body) -> Array:
+        """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
+        k, elastic = self._elastic(body)
+        assert elastic.model is not None
+        return elastic.model.nodal_strain(self.state.displacements[k])
+
+    def stress(self, body: Body, group: str | None = None) -> Array:
+        """Stress (n_points, 6) at the nodes, tension positive, in the body's own axes.
+
+        Taken at the Gauss points, extrapolated and averaged; components xx, yy, zz, xy, yz, xz.
+
+        Parameters
+        ----------
+        body : Body
+        group : str, optional
+            An element set of its mesh, such as the cells of one material: only these are averaged, since stress jumps
+            where two materials meet, and all other nodes get NaN.
+        """
+        k, elastic = self._elastic(body)
+        assert elastic.model is not None
+        groups = elastic.mesh.groups
+        if group is not None and group not in groups:
+            known = ", ".join(map(repr, groups)) or "none"
+            raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
+        return elastic.model.nodal_stress(self.state.displacements[k], None if group is None else groups[group])
+
+    @cached_property
+    def motions(self) -> Array:
+        """Rigid motions (n_bodies, 6) in the present problem, as in `rigid_motion`, in the order of the scene."""
+        return np.stack([self._motion(k) for k in range(len(self.scene.bodies))])
+
+    def _motion(self, k: int) -> Array:
+        body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.state.motions[k]
+        if body.free_motions.shape[1] == 0:
+            return motion
+        Q = body.pose.rotation
+        floating = np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+        modes = frame.modes(floating)
+        weighted = mass_weighted(frame, floating)
+        elastic = self.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
+        return np.asarray(motion + floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic))
+
+    def rigid_motion(self, body: Body) -> RigidMotion:
+        """Rigid motion of a body about its reference point.
+
+        Of the frame, where supports tie the body to it; of the mean position weighted by mass (Elangovan 1978,
+        eq. A-17), where it floats. After a finite motion: from the original pose, with a rotation vector.
+        """
+        k = self._number(body)
+        body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.motions[k]
+        if not self.originals:
+            return RigidMotion(motion[:3], motion[3:], frame.point)
+        start = self.originals[k].pose
+        point = start.to_world(body.reference_point)
+        turn = Rotation.from_matrix(body.pose.rotation @ start.rotation.T).as_rotvec()
+        return RigidMotion(frame.point - point + motion[:3], turn + motion[3:], point)
+
+    def boundary_motion(self, body: Body, name: str) -> Array:
+        """Mean displacement (3,) of a boundary in world axes, over its nodes by their areas."""
+        k, elastic = self._elastic(body)
+        assert elastic.model is not None
+        along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
+        weights = along_z.reshape(-1, 3)[:, 2]
+        area = along_z @ elastic.model.rigid_modes[:, 2]
+        total = elastic.pose.rotation @ (weights @ self.state.displacements[k].reshape(-1, 3)) / area
+        if not self.originals:
+            return total
+        # the modes of turning, x -> e x (x - c), tell the boundary's centre
+        turns = np.tensordot(weights, elastic.model.rigid_modes.reshape(-1, 3, 6), 1)[:, 3:] / area
+        centre = elastic.reference_point + np.array([-turns[2, 1], turns[2, 0], -turns[1, 0]])
+        return total + self._carried(k, centre[None])[0]
+
+    def reaction(self, body: Body, boundary: str | None = None) -> Array:
+        """Force and moment (6,) by which a body is held, about its reference point, in world axes.
+
+        Parameters
+        ----------
+        body : Body
+        boundary : str, optional
+            A supported boundary of an elastic body.
+
+        Returns
+        -------
+        (6,) array
+            Without a boundary: what the surroundings exert on the body's frame, from the equilibrium of the body under
+            its loads, contacts and springs; zero in components that are free. With one: what the frame exerts on that
+            boundary, from the nodal forces there. The latter, summed over all supports, are the former and the load
+            that acts on the body as a whole.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+        >>> round(float(result.reaction(body)[2]), 12), round(float(result.reaction(floor)[2]), 12)
+        (-0.01, 0.01)
+        """
+        k = self._number(body)
+        part, forces = self.reduction.parts[k], self.solution.forces
+        if boundary is None:
+            return hold_of_body(part, self.loading, k, forces)
+        return hold_of_boundary(self._elastic(body)[1], part, boundary, self.state.displacements[k], forces)
+
+    def residuals(self) -> Residuals:
+        """Penetration, tension, complementarity and equilibrium, recomputed from the problem; all relative.
+
+        Penetration covers the points outside the candidates too. Equilibrium is the larger of the condensed problem's
+        and of the balance of forces and moments of every pair of bodies in contact and on every free frame.
+        """
+        r = self.solution.residuals
+        outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
+        scale = self.state.scale if self.state.scale > 0 else 1.0
+        equilibrium = max([r.equilibrium, *map(self._imbalance, self.interfaces, self.contacts)])
+        return Residuals(max(r.penetration, outside / scale), r.tension, r.complementarity, equilibrium)
+
+    def _imbalance(self, interface: Interface, fields: ContactFields) -> float:
+        """Resultant of the forces on slave and master together (six components), relative to the forces."""
+        if fields.total_force == 0:
+            return 0.0
+        # the forces themselves are equal and opposite by construction; their lines of action must coincide
+        couple = fields.forces @ interface.pairing.about_feet(interface.slave_nodes)
+        return float(np.linalg.norm(couple) / (fields.total_force * interface.slave.size))
