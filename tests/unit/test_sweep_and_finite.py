@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.scene import local_search
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 
@@ -32,9 +33,9 @@ def test_far_off_ball_comes_down_and_gives_the_same_force_as_when_placed_there()
 
 def test_no_pose_is_solved_twice_where_whole_surfaces_are_paired_anyway(monkeypatch):
     plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball").placed((0.0, 0.0, 3.0))
-    heights, solved = [], fc.Scene.solved
+    heights, solved = [], local_search.solved
     monkeypatch.setattr(
-        fc.Scene, "solved", lambda s, *rest: heights.append(s.bodies[1].pose.translation[2]) or solved(s, *rest)
+        local_search, "solved", lambda s, *rest: heights.append(s.bodies[1].pose.translation[2]) or solved(s, *rest)
     )
     scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
     scene.solve(forces={ball: (0.0, 0.0, -20.0)}, finite_motion=True)
@@ -153,7 +154,7 @@ def test_rows_without_a_fingerprint_are_refused(tmp_path):
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_cases_for_bodies_that_are_not_in_the_scene_are_refused_by_name(processes, monkeypatch):
-    monkeypatch.setattr(fc.Scene, "solved", lambda *args: pytest.fail("solved before it was refused"))
+    monkeypatch.setattr(local_search, "solved", lambda *args: pytest.fail("solved before it was refused"))
     scene, ball, good = pressed()
     stranger = fc.RigidBody(fc.Sphere(radius=5.0), name="stranger")
     twin = ball.placed((0.0, 0.0, 0.0))  # equal, but another body

@@ -23,6 +23,7 @@ from fecontact.common.fingerprint import fingerprint
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import Carried
 from fecontact.fem.pardiso import PardisoFactor
+from fecontact.scene import local_search
 from fecontact.scene.workers import FreshInterpreters
 
 SOLID = fc.Material(E=1000.0, nu=0.3, density=1e-3)
@@ -173,7 +174,7 @@ def test_a_pool_that_forks_is_refused():
 
 
 def test_a_scene_that_cannot_be_sent_is_refused_by_name_before_any_work(monkeypatch):
-    monkeypatch.setattr(fc.Scene, "solved", lambda *args: pytest.fail("solved before it was refused"))
+    monkeypatch.setattr(local_search, "solved", lambda *args: pytest.fail("solved before it was refused"))
     scene, _ = stacked()
     bump = fc.RigidBody.from_function(lambda x, y: 0.1 * (x**2 + y**2), size=1.0, name="bump")
     scene = fc.Scene([scene.bodies[0], bump], [fc.Contact(scene.bodies[0], bump)])

@@ -11,7 +11,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import condensation, model
 from fecontact.fem.condensation import choose_route, memory_budget
 from fecontact.fem.factor import available_backends, factorise
-from fecontact.scene.scene import scene as scene_module
+from fecontact.scene import linear as scene_module
 
 # projected conjugate gradients stop at 1e-12 of the deflection; the forces have that times the condition of S, 1e2
 SAME = 1e-9

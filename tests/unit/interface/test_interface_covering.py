@@ -68,7 +68,7 @@ def test_faces_under_a_rigid_punch_are_covered_to_a_share_of_a_face():
     """Source: geometry. The rim of a rigid shape is found to 1/24 of a face, along both pairs of sides."""
     body = solid("body", "top", "bottom", (6, 6, 2))
     punch = fc.RigidBody(FlatPunch(sides=(0.7, 0.5))).placed((0.5, 0.5, 1.0))
-    pairing = fc.Scene([body, punch], [fc.Contact(body, punch)])._interfaces[0].pairing
+    pairing = fc.Scene([body, punch], [fc.Contact(body, punch)]).interfaces[0].pairing
     assert abs(pairing.weights.sum() - 0.35) < 2 * (0.7 + 0.5) / 6 / 24
 
 

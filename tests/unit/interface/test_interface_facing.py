@@ -82,7 +82,7 @@ def test_a_pin_in_its_bore_faces_it_all_round():
     pin = fc.ElasticBody(fc.shapes.thick_ring(0.3, 0.99, 0.5, (6, 2, 1), sector="full"), SOLID, "outer")
     lug = fc.ElasticBody(fc.shapes.thick_ring(1.0, 2.0, 0.5, (6, 2, 1), sector="full"), SOLID, "inner")
     for slave, master in ((pin, lug), (lug, pin)):
-        pairing = fc.Scene([pin, lug], [fc.Contact(slave, master, swap="never")])._interfaces[0].pairing
+        pairing = fc.Scene([pin, lug], [fc.Contact(slave, master, swap="never")]).interfaces[0].pairing
         assert pairing.n_beyond == 0
         assert len(pairing.nodes) == len(slave.surface(slave.contact[0]).nodes)
 

@@ -15,7 +15,7 @@ from fecontact.contact.search import radius as reach
 from fecontact.contact.search import region as near
 from fecontact.mesh.element.hexahedron import QUAD_CORNERS
 from fecontact.mesh.facets import facet_shapes
-from fecontact.scene.scene import Scene
+from fecontact.scene import local_search, search_radius
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.line_of_action import feet_along
 from fecontact.surfaces.normals import normals_of
@@ -273,7 +273,7 @@ def half_spheres():
     below = below.placed(
         (0.0, 0.0, 0.0), rotation=fc.rotation_about((1, 0, 0), np.pi) @ fc.rotation_about((0, 0, 1), 0.3)
     )
-    return Scene([above, below], [fc.Contact(above, below)]), {"motions": {above: {"z": -0.05}}}
+    return fc.Scene([above, below], [fc.Contact(above, below)]), {"motions": {above: {"z": -0.05}}}
 
 
 def knee():
@@ -284,7 +284,7 @@ def knee():
     spec.loader.exec_module(module)
     below = module.tibia(4)
     bone = module.femur(4).placed((0.0, 0.0, module.HEIGHT), rotation=fc.rotation_about((1, 0, 0), 0.3))
-    return Scene([below, bone], [fc.Contact(bone, below)]), {"forces": {bone: (0, 0, -500.0)}, "free": {bone: "ry"}}
+    return fc.Scene([below, bone], [fc.Contact(bone, below)]), {"forces": {bone: (0, 0, -500.0)}, "free": {bone: "ry"}}
 
 
 def blocks():
@@ -295,7 +295,7 @@ def blocks():
     ball = fc.shapes.half_sphere(5.0, contact_radius=1.0, level=1)
     upper = fc.ElasticBody(ball, SOLID, "cap", {"base": "xyz"}, name="ball").placed((0.3, 0.1, 0.0))
     contact = fc.Contact(upper, lower, coupling="nodal")
-    return Scene([lower, upper], [contact]), {"forces": {upper: (0, 0, -5.0)}}
+    return fc.Scene([lower, upper], [contact]), {"forces": {upper: (0, 0, -5.0)}}
 
 
 SCENES = [half_spheres, knee, blocks]
@@ -329,13 +329,13 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
     now, loads = scene()
     whole = now.solve(**loads)
     tried = []
-    solved = Scene.solved
+    solved = local_search.solved
 
     def counted(self, loading, reaches, *rest):
         tried.append(reaches)
         return solved(self, loading, reaches, *rest)
 
-    monkeypatch.setattr(Scene, "solved", counted)
+    monkeypatch.setattr(local_search, "solved", counted)
     monkeypatch.setattr("fecontact.scene.local_search.first_reach", lambda contact, loading: reach.Reach(1e-4, 1e-4))
     part = now.solve(**loads, whole=False)
     assert len(tried) > 1
@@ -355,4 +355,4 @@ def test_rigid_and_plane_partners_are_paired_whole():
     ball = fc.RigidBody(fc.Sphere(radius=5.0)).placed((0.5, 0.5, 1.0))
     contact = fc.Contact(lower, ball)
     loading = make_loading([lower, ball], {ball: (0, 0, -1.0)}, None, None, None, None, None)
-    assert reach.first_reach(contact, loading) is None
+    assert search_radius.first_reach(contact, loading) is None
