@@ -74,7 +74,7 @@ def test_a_body_is_named_where_it_moves_by_more_than_1e_6_of_all(share, named):
     one, other = plate("one"), plate("other")
     frames = make_frame(one, force=(0, 0, 1.0)), make_frame(other, force=(0, 0, share))
     with pytest.raises(SupportError) as caught:
-        check_balance([Legs(one)], Loading(frames, (None, None)))
+        check_balance([Legs(one), Legs(other)], Loading(frames, (None, None)))
     assert "one: translation" in str(caught.value)
     assert ("other: " in str(caught.value)) is named
 

@@ -9,7 +9,7 @@ import pytest
 import fecontact as fc
 from fecontact.common.errors import SolverError
 from fecontact.results.checks.linearisation import BEARABLE
-from fecontact.scene.scene import finite_rotation as finite
+from fecontact.scene import finite_rotation as finite
 
 SIZE = 2.0
 
