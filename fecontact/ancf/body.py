@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import scipy.sparse as sp
 
@@ -67,28 +68,30 @@ class AncfBody(ElasticBody):
             )
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
-        if self.model is None:
-            check_skin(self.mesh, names)
-            if self.mesh.has_coalesced:
-                raise MeshError(
-                    f"An AncfBody needs hexahedra with eight distinct corners; this mesh has {self.mesh!r}. "
-                    "Use ElasticBody for it."
-                )
-            mesh = twenty_nodes(self.mesh)
-            object.__setattr__(self, "mesh", mesh)
-            model = AncfModel(mesh, self.material, self.supports, self.backend, self.integration)
-            model.way = checked_route(self.condensation)
-            object.__setattr__(self, "model", model)
+        check_skin(self.mesh, names)
+        if self.mesh.has_coalesced:
+            raise MeshError(
+                f"An AncfBody needs hexahedra with eight distinct corners; this mesh has {self.mesh!r}. "
+                "Use ElasticBody for it."
+            )
+        object.__setattr__(self, "mesh", twenty_nodes(self.mesh))
+        self.model  # noqa: B018 - refuses now what it cannot be made of; copies in other poses share it
+
+    @cached_property
+    def model(self) -> AncfModel:
+        """The model of bricks, in the body's own axes; the same object in every pose of the body."""
+        model = AncfModel(self.mesh, self.material, self.supports, self.backend, self.integration)
+        model.way = checked_route(self.condensation)
+        return model
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
         planes = symmetry_planes(self.mesh, self.supports)
-        return FacetSurface(self._model.mesh.points, facets, name, eight_hats=True, planes=planes)
+        return FacetSurface(self.model.mesh.points, facets, name, eight_hats=True, planes=planes)
 
     def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3), gradients included."""
         assert feet.facet is not None
         assert feet.local is not None
-        assert isinstance(self.model, AncfModel)
         faces = self.mesh.faces(feet.surface)[feet.facet]
         return along(self.model.space.face_rows(faces, feet.local), directions)
 

@@ -83,7 +83,6 @@ class ElasticBody(Placed):
     integration: str = "auto"
     condensation: str = "auto"
     pose: Pose = field(default_factory=Pose)
-    model: Model | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if self.pressure not in PRESSURES:
@@ -95,29 +94,26 @@ class ElasticBody(Placed):
         checked_route(self.condensation)
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
-        if self.model is None:
-            check_skin(self.mesh, names)
-            mesh = self.mesh
-            if names and self.pressure == "midface" and mesh.cell_type == "hex20":
-                mesh = mesh.with_midface_nodes(names)
-            object.__setattr__(self, "mesh", mesh)
-            options = (self.backend, self.integration, self.condensation)
-            object.__setattr__(self, "model", Model(mesh, self.material, self.supports, *options))
+        check_skin(self.mesh, names)
+        if names and self.pressure == "midface" and self.mesh.cell_type == "hex20":
+            object.__setattr__(self, "mesh", self.mesh.with_midface_nodes(names))
+        self.model  # noqa: B018 - refuses now what it cannot be made of; copies in other poses share it
 
-    @property
-    def _model(self) -> Model:
-        assert self.model is not None
-        return self.model
+    @cached_property
+    def model(self) -> Model:
+        """The finite element model, in the body's own axes; the same object in every pose of the body."""
+        options = (self.backend, self.integration, self.condensation)
+        return Model(self.mesh, self.material, self.supports, *options)
 
     @property
     def n_dofs(self) -> int:
         """Degrees of freedom, three per node, held ones included."""
-        return self._model.n_dofs
+        return self.model.n_dofs
 
     @property
     def n_unknowns(self) -> int:
         """Displacements that its elements have, held ones included."""
-        return self._model.n_unknowns
+        return self.model.n_unknowns
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -127,27 +123,27 @@ class ElasticBody(Placed):
     @property
     def size(self) -> float:
         """Diagonal of the bounding box."""
-        return self._model.size
+        return self.model.size
 
     @property
     def reference_point(self) -> Array:
         """Centre of mass (of volume where no density is given), in the body's axes."""
-        return self._model.mass_and_centre[1]
+        return self.model.mass_and_centre[1]
 
     @property
     def contact_modulus(self) -> float:
         """E / (1 - nu^2) of the softest material."""
-        return min(m.plane_strain_modulus for m in self._model.materials)
+        return min(m.plane_strain_modulus for m in self.model.materials)
 
     @property
     def rigid_modes(self) -> Array:
         """Displacements (n_dofs, 6) of the rigid motions about the reference point."""
-        return self._model.rigid_modes
+        return self.model.rigid_modes
 
     @property
     def free_motions(self) -> Array:
         """Rigid motions (6, k) that the supports do not resist."""
-        return self._model.free_motions
+        return self.model.free_motions
 
     @cached_property
     def _surfaces(self) -> dict[str, FacetSurface]:
@@ -169,12 +165,12 @@ class ElasticBody(Placed):
                 f"Pass contact={name!r} when the body is made."
             )
         if name not in self._surfaces:
-            mesh = self._model.mesh
+            mesh = self.model.mesh
             self._surfaces[name] = self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
         return self._surfaces[name]
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
-        return FacetSurface(self._model.mesh.points, facets, name, planes=symmetry_planes(self.mesh, self.supports))
+        return FacetSurface(self.model.mesh.points, facets, name, planes=symmetry_planes(self.mesh, self.supports))
 
     def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
@@ -192,7 +188,7 @@ class ElasticBody(Placed):
         InputError
             If the point is on no node and the body floats.
         """
-        model = self._model
+        model = self.model
         distance = np.linalg.norm(model.mesh.points - point, axis=1)
         nearest = int(np.argmin(distance))
         row = np.zeros(model.n_dofs)
@@ -215,7 +211,7 @@ class ElasticBody(Placed):
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
         """Compliance and response along rows, the compliance in one of the ways of `fem.condensation`."""
-        model = self._model
+        model = self.model
         condensation = model.condensed(model.touched(rows), watch)
         with watch("condense"):
             C = model.solved_rows(rows)
@@ -226,7 +222,7 @@ class ElasticBody(Placed):
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows and external loads."""
-        model = self._model
+        model = self.model
         f = np.asarray(rows.T @ forces) if loads is None else rows.T @ forces + loads
         condensation = model.condensed(model.touched(rows), Stopwatch())
         u = np.zeros(model.n_dofs)
@@ -234,7 +230,7 @@ class ElasticBody(Placed):
         return model.from_nodal(u)
 
     def _solved(self, f: Array) -> Array:
-        return self._model.to_nodal(f)[self._model.solved_dofs]
+        return self.model.to_nodal(f)[self.model.solved_dofs]
 
     def describe(self) -> str:
         """One line: what was modelled."""

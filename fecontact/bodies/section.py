@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,7 +20,6 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.fem.model import Model
 from fecontact.fem.section_model import SectionModel, on_axis
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.section_mesh import Extent, SectionMesh
@@ -42,7 +42,6 @@ class SectionBody(ElasticBody):
     integration: str = "auto"
     condensation: str = field(default="auto", init=False, repr=False)
     pose: Pose = field(default_factory=Pose)
-    model: Model | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, SectionMesh):
@@ -56,10 +55,9 @@ class SectionBody(ElasticBody):
             )
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
-        if self.model is None:
-            for name in names:
-                self.mesh.faces(name)
-            object.__setattr__(self, "model", self._made_model())
+        for name in names:
+            self.mesh.faces(name)
+        self.model  # noqa: B018 - refuses now what it cannot be made of; copies in other poses share it
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -81,7 +79,9 @@ class SectionBody(ElasticBody):
         """What its elements assume, in words."""
         return "axisymmetric"
 
-    def _made_model(self) -> SectionModel:
+    @cached_property
+    def model(self) -> SectionModel:
+        """The finite element model of the section, in the body's own axes; the same object in every pose."""
         return SectionModel(
             self.mesh, self.material, self.supports, self.along, self.plane_stress, self.backend, self.integration
         )
@@ -169,7 +169,7 @@ class PlaneBody(SectionBody):
     @property
     def contact_modulus(self) -> float:
         """E / (1 - nu^2) of the softest material; E in plane stress."""
-        return min(m.E if self.plane_stress else m.plane_strain_modulus for m in self._model.materials)
+        return min(m.E if self.plane_stress else m.plane_strain_modulus for m in self.model.materials)
 
 
 @dataclass(frozen=True, eq=False)

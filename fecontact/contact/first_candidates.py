@@ -27,7 +27,7 @@ def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntAr
     ready = np.ones(len(near), bool)
     for body in (interface.slave, interface.master):
         rows = interface.rows(body)
-        if isinstance(body, ElasticBody) and body.model is not None and rows is not None:
+        if isinstance(body, ElasticBody) and rows is not None:
             ready &= body.model.has_condensed(rows[near])
     return near[ready] if ready.all() and len(near) >= FEWEST else np.union1d(first, near[ready])
 

@@ -224,7 +224,6 @@ def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
     """A resultant spread evenly over a boundary."""
     elastic = _elastic(body, "A force on a boundary")
     f = vector(force, f"The force on {name!r} of {body.name!r}")
-    assert elastic.model is not None
     local = f @ body.pose.rotation
     spread = elastic.model.traction(name, lambda x, n: np.broadcast_to(local, x.shape))
     area = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum()
@@ -234,13 +233,11 @@ def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
 def _pressure(body: Body, name: str, pressure: float) -> Array:
     elastic = _elastic(body, "A pressure")
     p = number(pressure, f"The pressure on {name!r} of {body.name!r}")
-    assert elastic.model is not None
     return elastic.model.traction(name, lambda x, n: -p * n)
 
 
 def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
     g = vector(gravity, "Gravity")
-    assert body.model is not None
     if any(m.density is None for m in body.model.materials):
         raise InputError(f"Gravity needs a density for every material of {body.name!r}: Material(E, nu, density=...).")
     local = g @ body.pose.rotation
@@ -250,7 +247,6 @@ def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
 def mass_weighted(frame: Frame, motions: Array) -> Array:
     """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R."""
     body = _elastic(frame.body, "A floating body")
-    assert body.model is not None
     return np.asarray(body.model.weighted_modes @ frame.in_body_axes(motions))
 
 

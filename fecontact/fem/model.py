@@ -95,10 +95,6 @@ class Model:
         """Degrees of freedom that the present condensation keeps; 0 before there is one."""
         return 0 if self.condensation is None else self.condensation.n_retained
 
-    def fingerprinted(self) -> tuple[object, ...]:
-        """What it is made of, without what was computed from that; see `fingerprint`."""
-        return self.mesh, self.materials, self.material_of_cell, self.supports, self.selective
-
     def __getstate__(self) -> dict[str, Any]:
         """What goes to another process, or into a copy: no factor, which is a library's memory, but its inverse."""
         state = {k: v for k, v in vars(self).items() if k != "stiffness"}

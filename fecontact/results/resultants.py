@@ -142,7 +142,6 @@ def hold_of_boundary(body: ElasticBody, part: Part, name: str, displacement: Arr
     if name not in body.supports:
         known = ", ".join(map(repr, body.supports)) or "none"
         raise InputError(f"{body.name!r} has no support on {name!r}; its supports are on: {known}.")
-    assert body.model is not None
     K = body.model.stiffness
     load = np.asarray(part.rows.T @ forces[part.index]) + (0.0 if part.loads is None else part.loads)
     if part.hold is not None:

@@ -120,7 +120,6 @@ class SolvedScene:
         models = {id(b.model): b for b in reversed(self.elastic_bodies)}
         out = {}
         for b in reversed(models.values()):
-            assert b.model is not None
             if (found := b.model.condensation) is not None:
                 out[b.name] = f"{found.route}: {found.why}"
         return out
@@ -152,14 +151,12 @@ class SolvedScene:
     def displacement(self, body: Body) -> Array:
         """Total displacement (n_points, 3) of the body's nodes from where they were given, in world axes."""
         k, elastic = self._elastic(body)
-        assert elastic.model is not None
         own = elastic.model.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
         return own + self._carried(k, elastic.mesh.points) if self.originals else own
 
     def strain(self, body: Body) -> Array:
         """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
         k, elastic = self._elastic(body)
-        assert elastic.model is not None
         return elastic.model.nodal_strain(self.state.displacements[k])
 
     def stress(self, body: Body, group: str | None = None) -> Array:
@@ -175,7 +172,6 @@ class SolvedScene:
             where two materials meet, and all other nodes get NaN.
         """
         k, elastic = self._elastic(body)
-        assert elastic.model is not None
         groups = elastic.mesh.groups
         if group is not None and group not in groups:
             known = ", ".join(map(repr, groups)) or "none"
@@ -216,7 +212,6 @@ class SolvedScene:
     def boundary_motion(self, body: Body, name: str) -> Array:
         """Mean displacement (3,) of a boundary in world axes, over its nodes by their areas."""
         k, elastic = self._elastic(body)
-        assert elastic.model is not None
         along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
         weights = along_z.reshape(-1, 3)[:, 2]
         area = along_z @ elastic.model.rigid_modes[:, 2]

@@ -45,7 +45,6 @@ def large_strains(result: SolvedScene) -> Iterator[str]:
     """Strains beyond small-strain elasticity."""
     for body, displacement in zip(result.scene.bodies, result.state.displacements, strict=True):
         if isinstance(body, ElasticBody):
-            assert body.model is not None
             strain = float(np.nanmax(np.abs(body.model.gauss_strain(displacement))))
             if strain > LARGEST_STRAIN:
                 yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."

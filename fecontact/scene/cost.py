@@ -195,7 +195,7 @@ def _model_costs(
         nodes = touched.setdefault(id(body.model), set())
         for condition, candidates in zip(conditions, chosen, strict=True):
             rows = condition.rows(body)
-            if rows is not None and body.model is not None:
+            if rows is not None:
                 nodes.update(body.model.touched(rows[candidates]).tolist())
     if not first:
         return ()
@@ -207,7 +207,6 @@ def _model_costs(
 
 def _model_cost(body: ElasticBody, nodes: np.ndarray, rate: float) -> ModelCost:
     model = body.model
-    assert model is not None
     mask = np.zeros(model.n_dofs, bool)
     mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
     mask[model.held] = mask[model.grounded] = False
@@ -236,12 +235,10 @@ def _measured_rate() -> float:
     """Seconds per byte of factor on this machine: a block of 216 hexahedra, assembled and condensed."""
     mesh = shapes.block((1.0, 1.0, 1.0), (6, 6, 6))
     body = ElasticBody(mesh, Material(E=1.0, nu=0.3), "bottom", {"top": "xyz"})
-    assert body.model is not None
     nodes = body.surface("bottom").nodes[:20]
     body.model.condensed(nodes[:1], Stopwatch())  # the first call loads the library
     start = time.perf_counter()
     fresh = ElasticBody(mesh, Material(E=1.0, nu=0.3), "bottom", {"top": "xyz"})
-    assert fresh.model is not None
     fresh.model.condensed(nodes, Stopwatch())
     return (time.perf_counter() - start) / _arrays(fresh, fresh.model)[2]
 

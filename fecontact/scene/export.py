@@ -118,7 +118,6 @@ def export_problem(
 def _elastic(body: ElasticBody, part: Any) -> dict[str, NDArray[Any]]:
     """Arrays of one elastic body over its solved degrees of freedom."""
     model = body.model
-    assert model is not None
     upper = model.solved_stiffness()
     K = sp.csr_matrix(upper + sp.triu(upper, 1).T)
     K.sort_indices()

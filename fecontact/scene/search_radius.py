@@ -169,7 +169,6 @@ def _movement(result: ContactResult, interface: Interface) -> tuple[Drift, list[
     shift, turn, elastic = np.zeros(3), np.zeros(3), []
     for body, sign in ((interface.slave, 1.0), (interface.master, -1.0)):
         assert isinstance(body, ElasticBody)
-        assert body.model is not None
         k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
         motion, frame = result.state.motions[k], result.loading.frames[k]
         elastic.append(body.model.at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))

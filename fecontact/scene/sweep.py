@@ -182,7 +182,6 @@ def _condense_all(left: Mapping[str, tuple[SceneModel, Loading]], guide: Guide) 
     models: dict[int, Model] = {}
     for scene, loading in left.values():
         for body, touched in _touched(scene, loading, guide):
-            assert body.model is not None
             models[id(body.model)] = body.model
             nodes.setdefault(id(body.model), []).append(touched)
     for key, found in nodes.items():
@@ -214,7 +213,7 @@ def _touched_by_springs(scene: SceneModel) -> list[tuple[ElasticBody, IntArray]]
         return []
     ligaments = spring_rows(scene.springs)
     rows = [(body, ligaments.rows(body)) for body in scene.bodies if isinstance(body, ElasticBody)]
-    return [(body, body.model.touched(r)) for body, r in rows if r is not None and body.model is not None]
+    return [(body, body.model.touched(r)) for body, r in rows if r is not None]
 
 
 def _touched_when_paired(scene: SceneModel, loading: Loading) -> list[tuple[ElasticBody, IntArray]]:
@@ -223,7 +222,7 @@ def _touched_when_paired(scene: SceneModel, loading: Loading) -> list[tuple[Elas
     return [
         (body, body.model.touched(rows[c]))
         for body in scene.bodies
-        if isinstance(body, ElasticBody) and body.model is not None
+        if isinstance(body, ElasticBody)
         for condition, c in zip(conditions, chosen, strict=True)
         if (rows := condition.rows(body)) is not None
     ]

@@ -51,7 +51,6 @@ def _side(result: SolvedScene, body: Body, name: str) -> _Side | None:
     if not isinstance(body, ElasticBody) or not isinstance(surface, FacetSurface):
         return None
     k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
-    assert body.model is not None
     u, frame = result.state.displacements[k], result.loading.frames[k]
     rest = body.model.at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
     return _Side(body, surface, replace(surface, points=surface.points + body.model.at_points(u)), rest)
