@@ -1,1 +1,1 @@
-"""Front doors: the command line, scene files, ready studies, comparison."""
+"""The front doors: command line, scene files, ready studies, comparison of methods."""

@@ -1,4 +1,4 @@
-"""What can take part in a scene; all bodies meet the Protocol of `protocol`."""
+"""All that has a compliance, rigid modes and a surface: elastic and rigid bodies, sections, layers, half-spaces."""
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace, HalfSpaceContact, Layer

@@ -1,1 +1,1 @@
-"""What every room needs and no room owns: errors, material, checks, array types, units, text files."""
+"""What every room needs and none owns: errors, material, checks, array types, units, text files."""

@@ -1,1 +1,1 @@
-"""From a mesh to numbers: stiffness, supports, rigid modes, condensation, loads, stresses."""
+"""From a mesh to its stiffness, the factor, the Schur complement on some nodes, loads and stresses."""

@@ -1,1 +1,1 @@
-"""What a body is cut into: elements, shapes, checks."""
+"""What a body is cut into: nodes, elements, shapes, readers and writers of meshes, checks."""

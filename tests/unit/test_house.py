@@ -1,0 +1,193 @@
+"""The law of the house: what a room may import, by the table in docs/house.md; no circles, no hidden imports."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = "fecontact"
+
+Rooms = dict[str, set[str]]
+Imports = dict[tuple[str, str], int]
+
+
+def table_of_rooms(page: str) -> tuple[Rooms, dict[str, str]]:
+    """Of the page's table: what each room may import, in the order of the rooms, and its purpose."""
+    rows = re.findall(r"^\| `(\w+)` \| (.+?) \| (.+?) \|$", page, flags=re.MULTILINE)
+    return {room: set(may.split(", ")) - {"nothing"} for room, _, may in rows}, {room: why for room, why, _ in rows}
+
+
+def modules_of(root: Path) -> dict[str, Path]:
+    """Modules of the package in a folder, by their dotted names."""
+    files = sorted((root / PACKAGE).rglob("*.py"))
+    return {".".join(f.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): f for f in files}
+
+
+def targets(node: ast.AST, module: str, is_package: bool) -> list[str]:
+    """Dotted names that a node of a module's tree imports, `from a import b` as ``a.b``."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    if isinstance(node, ast.ImportFrom):
+        above = module.split(".")[: len(module.split(".")) - node.level + is_package] if node.level else []
+        return [".".join([*above, *filter(None, [node.module]), alias.name]) for alias in node.names]
+    if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "__import__")):
+        return [str(a.value) for a in node.args[:1] if isinstance(a, ast.Constant)]
+    return []
+
+
+def imports_of(modules: dict[str, Path]) -> Imports:
+    """All imports between modules with a line each, those in functions too; names belong to the module they are of."""
+    found: Imports = {}
+    for module, path in modules.items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for name in targets(node, module, path.name == "__init__.py"):
+                target = name if name in modules else name.rpartition(".")[0]
+                if target in modules and target != module:
+                    found.setdefault((module, target), getattr(node, "lineno", 0))
+    return found
+
+
+def room_of(module: str) -> str:
+    """The room a module is in; '' for the package itself."""
+    return module.partition(".")[2].partition(".")[0]
+
+
+def entries(root: Path, rooms: Rooms) -> Iterator[str]:
+    """Files and folders at the root that are no rooms, and rooms that are missing."""
+    for entry in sorted((root / PACKAGE).iterdir()):
+        held = entry.is_file() or any(f.is_file() for f in entry.rglob("*") if "__pycache__" not in f.parts)
+        if held and entry.name not in ("__init__.py", "py.typed", *rooms):
+            yield f"unknown entry: {PACKAGE}/{entry.name}"
+    for room in rooms:
+        if not (root / PACKAGE / room / "__init__.py").is_file():
+            yield f"no such room: {PACKAGE}/{room}"
+
+
+def arrows(imports: Imports, rooms: Rooms) -> Iterator[str]:
+    """Imports that run up, and imports that the table does not permit."""
+    order = list(rooms)
+    for (module, target), line in sorted(imports.items()):
+        here, there = room_of(module), room_of(target)
+        if not here or here == there or here not in order:
+            continue
+        if there not in order or order.index(there) > order.index(here):
+            yield f"upward: {module} imports {target} (line {line})"
+        elif there not in rooms[here]:
+            yield f"not permitted: {module} imports {target} (line {line})"
+
+
+def circles(imports: Imports, modules: dict[str, Path]) -> Iterator[str]:
+    """Modules that import each other, at once or by way of others: the strongly connected components."""
+    number = {name: k for k, name in enumerate(modules)}
+    ends = np.array([[number[m], number[t]] for m, t in imports], dtype=int).reshape(-1, 2).T
+    graph = coo_array((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(len(number), len(number)))
+    _, label = connected_components(graph, directed=True, connection="strong")
+    for of in np.flatnonzero(np.bincount(label) > 1):
+        yield "circle: " + ", ".join(name for name, k in number.items() if label[k] == of)
+
+
+def hidden(modules: dict[str, Path]) -> Iterator[str]:
+    """Uses of `TYPE_CHECKING`, by which a circle is hidden; the package itself has its public names there."""
+    for module, path in modules.items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if "TYPE_CHECKING" in (getattr(node, "id", None), getattr(node, "attr", None)) and module != PACKAGE:
+                yield f"TYPE_CHECKING: {module} (line {node.lineno})"  # type: ignore[attr-defined]
+
+
+def complaints(root: Path, rooms: Rooms) -> list[str]:
+    """Whatever in the package breaks the law."""
+    modules = modules_of(root)
+    imports = imports_of(modules)
+    return [*entries(root, rooms), *arrows(imports, rooms), *circles(imports, modules), *hidden(modules)]
+
+
+ROOMS, PURPOSES = table_of_rooms((ROOT / "docs" / "house.md").read_text(encoding="utf-8"))
+
+
+def test_the_law_is_kept() -> None:
+    assert complaints(ROOT, ROOMS) == []
+
+
+def test_the_table_names_twelve_rooms_and_permits_only_rooms_above() -> None:
+    order = list(ROOMS)
+    assert len(order) == 12
+    for k, room in enumerate(order):
+        assert ROOMS[room] <= set(order[:k]), room
+
+
+@pytest.mark.parametrize("room", list(ROOMS))
+def test_the_room_says_what_the_table_says(room: str) -> None:
+    tree = ast.parse((ROOT / PACKAGE / room / "__init__.py").read_text(encoding="utf-8"))
+    assert (ast.get_docstring(tree) or "").splitlines()[0] == PURPOSES[room]
+
+
+#: A small package that keeps the law: `low` below `middle` below `high`, which may not import `low`.
+SMALL: Rooms = {"low": set(), "middle": {"low"}, "high": {"middle"}}
+KEPT = {
+    "__init__.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from fecontact.high.top import top\n",
+    "py.typed": "",
+    "low/__init__.py": '"""Low."""\n',
+    "low/one.py": "import math\n\n\ndef one():\n    return math.pi\n",
+    "low/two.py": "from fecontact.low import one\n",
+    "middle/__init__.py": "from .mean import mean\n",
+    "middle/mean.py": "from fecontact.low.one import one as mean\n",
+    "high/__init__.py": "",
+    "high/top.py": "def top():\n    from fecontact.middle import mean\n    return mean\n",
+}
+BROKEN = [
+    ({"low/one.py": "from fecontact.high.top import top\n"}, "upward: fecontact.low.one imports fecontact.high.top"),
+    ({"low/one.py": "import fecontact.high.top as t\n"}, "upward: fecontact.low.one imports fecontact.high.top"),
+    ({"low/one.py": "from fecontact import high\n"}, "upward: fecontact.low.one imports fecontact.high "),
+    ({"low/one.py": "from ..high import top\n"}, "upward: fecontact.low.one imports fecontact.high.top"),
+    ({"low/one.py": "import fecontact as fc\n"}, "upward: fecontact.low.one imports fecontact "),
+    (
+        {"low/one.py": "def f():\n    from fecontact.middle.mean import mean\n"},
+        "upward: fecontact.low.one imports fecontact.middle.mean (line 2)",
+    ),
+    (
+        {"low/one.py": "from importlib import import_module\nimport_module('fecontact.high.top')\n"},
+        "upward: fecontact.low.one imports fecontact.high.top (line 2)",
+    ),
+    ({"high/top.py": "import fecontact.low.one\n"}, "not permitted: fecontact.high.top imports fecontact.low.one"),
+    ({"low/one.py": "def f():\n    import fecontact.low.two\n"}, "circle: fecontact.low.one, fecontact.low.two"),
+    ({"middle/mean.py": "from fecontact.middle import x\n"}, "circle: fecontact.middle, fecontact.middle.mean"),
+    ({"loose.py": ""}, "unknown entry: fecontact/loose.py"),
+    ({"attic/__init__.py": ""}, "unknown entry: fecontact/attic"),
+    (
+        {"low/one.py": "import typing\nif typing.TYPE_CHECKING:\n    pass\n"},
+        "TYPE_CHECKING: fecontact.low.one (line 2)",
+    ),
+]
+
+
+def built(root: Path, files: dict[str, str]) -> Path:
+    """A folder with a package of these files."""
+    for name, text in files.items():
+        path = root / PACKAGE / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return root
+
+
+def test_a_package_that_keeps_the_law_has_no_complaints(tmp_path: Path) -> None:
+    root = built(tmp_path, KEPT)
+    (root / PACKAGE / "old" / "__pycache__").mkdir(parents=True)
+    assert complaints(root, SMALL) == []
+
+
+@pytest.mark.parametrize(("change", "said"), BROKEN, ids=[said for _, said in BROKEN])
+def test_whatever_breaks_the_law_is_named(change: dict[str, str], said: str, tmp_path: Path) -> None:
+    found = complaints(built(tmp_path, {**KEPT, **change}), SMALL)
+    assert any(f.startswith(said) for f in found), found
+
+
+def test_a_missing_room_is_named(tmp_path: Path) -> None:
+    assert "no such room: fecontact/roof" in complaints(built(tmp_path, KEPT), {**SMALL, "roof": set()})
