@@ -15,7 +15,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.results.result import ContactResult
 from fecontact.scene.solve import solve_scene
 from fecontact.scene.sweep import run_sweep
-from fecontact.solvers import TOLERANCE
+from fecontact.solvers import TOLERANCE, CustomSolver
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Scene(SceneModel):
         pressures: Mapping[tuple[Body, str], float] | None = None,
         gravity: ArrayLike | None = None,
         finite_motion: bool | str = "auto",
-        solver: str = "auto",
+        solver: str | CustomSolver = "auto",
         tolerance: float = TOLERANCE,
         whole: bool = True,
         **options: object,
@@ -86,8 +86,9 @@ class Scene(SceneModel):
             are finite (rotation vectors). False: motions are small and linearised. 'auto': poses are carried along
             where linearised motions would change gaps or lines of action by more than 1e-3 of the approach, until
             they do no more (see `linearisation`).
-        solver : str
-            'auto' or one of `available_solvers()`.
+        solver : str or callable
+            'auto', one of `available_solvers()`, or a function ``solver(problem, **options)`` of the user's own that
+            returns the forces and motions (forces, q) of a `solvers.ComplementarityProblem`; see docs/extending.md.
         tolerance : float
             Of the certificate, see `solvers.Residuals`.
         whole : bool

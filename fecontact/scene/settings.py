@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 
 from fecontact.common.errors import InputError
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import CustomSolver, validate_options
 
 
 @dataclass(frozen=True)
 class Settings:
     """How a problem is to be solved: `solver`, `tolerance` of the certificate, and the solver's `options`."""
 
-    solver: str
+    solver: str | CustomSolver
     tolerance: float
     options: Mapping[str, Any]
 
     def check(self) -> None:
-        """Refuse an unknown solver or option before any work, by a problem of one open point."""
+        """Refuse an unknown solver or option before any work."""
         if not (np.isfinite(self.tolerance) and 0 < self.tolerance < 1):
             raise InputError(f"The tolerance must lie between 0 and 1; found {self.tolerance!r}.")
-        solve(ComplementarityProblem(S=np.eye(1), g=np.ones(1)), self.solver, **self.options)
+        validate_options(self.solver, self.options)

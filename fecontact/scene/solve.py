@@ -17,7 +17,7 @@ from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_partly
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings
-from fecontact.solvers import TOLERANCE
+from fecontact.solvers import TOLERANCE, CustomSolver
 
 
 def solve_scene(
@@ -30,7 +30,7 @@ def solve_scene(
     pressures: Mapping[tuple[Body, str], float] | None = None,
     gravity: ArrayLike | None = None,
     finite_motion: bool | str = "auto",
-    solver: str = "auto",
+    solver: str | CustomSolver = "auto",
     tolerance: float = TOLERANCE,
     whole: bool = True,
     **options: object,

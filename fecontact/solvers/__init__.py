@@ -9,14 +9,18 @@ Examples
 ([1.0, 0.0], True)
 """
 
+from fecontact.solvers.custom import CustomSolver
+from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Residuals, Solution, Status
-from fecontact.solvers.registry import TOLERANCE, attempt, available_solvers, solve
+from fecontact.solvers.registry import TOLERANCE, attempt, available_solvers, solve, validate_options
 from fecontact.solvers.scaling import ScaledProblem
 
 __all__ = [
     "TOLERANCE",
     "ComplementarityProblem",
+    "CustomSolver",
     "InfeasibleLoadError",
+    "Outcome",
     "Residuals",
     "ScaledProblem",
     "Solution",
@@ -24,4 +28,5 @@ __all__ = [
     "attempt",
     "available_solvers",
     "solve",
+    "validate_options",
 ]

@@ -1,4 +1,4 @@
-"""What a solver hands back, in scaled variables and before anybody has checked it."""
+"""What a solver hands back, unverified."""
 
 from __future__ import annotations
 
@@ -13,13 +13,18 @@ from fecontact.solvers.problem import Status
 class Outcome:
     """Claim of a solver; the certificate is not its business.
 
+    In scaled variables from the package's own solvers, in those of the problem from a function of the user's own.
+
     Parameters
     ----------
     x : ndarray, shape (n,)
+        Forces.
     p : ndarray, shape (r,)
+        Multiplier of the equilibrium rows.
     status : Status
     message : str
     nit : int
+        Iterations.
     history : list of float
     """
 

@@ -10,6 +10,7 @@ the points it says are in touch, and its residuals are recomputed from the probl
 ``projected-cg``   matrix products only: large n, S may be a `scipy.sparse.linalg.LinearOperator`
 ``nnls``           Lawson and Hanson's method with equality rows: any semidefinite S
 others             back-ends of `qpsolvers` that are installed
+a function         of the user's own, see `solvers.custom`
 =================  ====================================================================================
 """
 
@@ -17,7 +18,7 @@ from __future__ import annotations
 
 import inspect
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Protocol, runtime_checkable
@@ -27,6 +28,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers.active_set import active_set
+from fecontact.solvers.custom import CustomSolver, check_custom, solve_custom, solver_name
 from fecontact.solvers.lemke import lemke
 from fecontact.solvers.nnls import nnls
 from fecontact.solvers.outcome import Outcome
@@ -52,7 +54,7 @@ FALL_BACK = ("active-set", "nnls", "lemke")
 """What ``auto`` tries, the fastest first and the one that is finite for every semidefinite S last."""
 
 FEW_SOLVES = 10
-"""Equality solves that sharpen the answer of a back-end; one has to do for the exact methods."""
+"""Equality solves that sharpen the answer of a back-end; one has to do for the exact methods and for a function."""
 
 
 def available_solvers() -> tuple[str, ...]:
@@ -72,7 +74,7 @@ def available_solvers() -> tuple[str, ...]:
 
 def solve(
     problem: ComplementarityProblem,
-    solver: str = "auto",
+    solver: str | CustomSolver = "auto",
     *,
     start: np.ndarray | Solution | None = None,
     tolerance: float = TOLERANCE,
@@ -83,15 +85,16 @@ def solve(
     Parameters
     ----------
     problem : ComplementarityProblem
-    solver : str
+    solver : str or callable
         ``auto`` or one of `available_solvers`. ``auto`` tries the fast method and falls back on the finite ones.
+        Or a function of the problem that returns (forces, q), see `CustomSolver`; its answer is certified as any.
     start : ndarray of bool or float, shape (n,), or Solution, optional
         Points thought to touch, or forces that are positive there. A hint: methods that have no use for it
         ignore it, and the answer does not depend on it.
     tolerance : float
         Largest relative residual of a certified answer; ten times that for the penetration.
     **options
-        ``max_iterations`` of our own solvers; ``settings`` (a mapping) of the back-ends.
+        ``max_iterations`` of our own solvers; ``settings`` (a mapping) of the back-ends; keywords of a function.
 
     Returns
     -------
@@ -130,7 +133,7 @@ def solve(
             else "Use solver='auto', which falls back on methods that stand a singular compliance."
         )
         raise SolverError(
-            f"No certified answer from solver {solver!r}: {solution.message} "
+            f"No certified answer from solver {solver_name(solver)!r}: {solution.message} "
             f"(status {solution.status.value}; {solution.residuals}; tolerance {tolerance:.0e}). {advice}"
         )
     return solution
@@ -138,7 +141,7 @@ def solve(
 
 def attempt(
     problem: ComplementarityProblem,
-    solver: str = "auto",
+    solver: str | CustomSolver = "auto",
     *,
     start: np.ndarray | Solution | None = None,
     tolerance: float = TOLERANCE,
@@ -160,7 +163,7 @@ def attempt(
     InputError, SolverNotFoundError
         As in `solve`.
     SolverError
-        If the compliance is an operator and the solver needs an array.
+        If the compliance is an operator and the solver needs an array, or a function's answer has the wrong form.
 
     Examples
     --------
@@ -172,8 +175,8 @@ def attempt(
     (False, 'infeasible', [1.0])
     """
     began = time.perf_counter()
-    names = _chain(problem, solver)
-    _check_options(names, options)
+    validate_options(solver, options)
+    chain = _chain(problem, solver)
     touching = _touching(problem, start)
     scaled = problem.scaled()
     simple = _without_solver(problem, scaled, solver)
@@ -186,8 +189,8 @@ def attempt(
         if solution.success:
             return replace(solution, seconds=time.perf_counter() - began)
         failures.append(solution)
-    for name in names:
-        solution = _certified(_found(problem, scaled, name, touching, tolerance, options), tolerance)
+    for each in chain:
+        solution = _certified(_found(problem, scaled, each, touching, tolerance, options), tolerance)
         solution = replace(solution, seconds=time.perf_counter() - began)
         if solution.success:
             return solution
@@ -227,30 +230,38 @@ def _claimed(problem: ComplementarityProblem, outcome: Outcome, solver: str) -> 
     )  # fmt: skip
 
 
-def _function(name: str) -> Callable[..., Outcome]:
-    return NATIVE[name] if name in NATIVE else partial(backend, name=name)
+def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) -> None:
+    """Refuse an unknown solver, or options that it does not have, before there is a problem.
 
+    Parameters
+    ----------
+    solver : str or callable
+        As in `solve`.
+    options : mapping
 
-def _chain(problem: ComplementarityProblem, solver: str) -> tuple[str, ...]:
-    """Names to try one after the other."""
-    operator = isinstance(problem.S, LinearOperator)
-    if solver == "auto":
-        return ("projected-cg",) if operator else FALL_BACK
-    if solver not in NATIVE and solver not in backends():
+    Raises
+    ------
+    InputError
+        For an option that the solver does not have, or a function that cannot be called so.
+    SolverNotFoundError
+        For a solver that is unknown or not installed.
+
+    Examples
+    --------
+    >>> validate_options("wolfe", {"max_iterations": 100})
+    >>> validate_options("nnls", {"settings": {}})
+    Traceback (most recent call last):
+    fecontact.common.errors.InputError: The solver 'nnls' has no option 'settings'; its options are: max_iterations.
+    """
+    if not isinstance(solver, str):
+        check_custom(solver, options)
+        return
+    if solver != "auto" and solver not in NATIVE and solver not in backends():
         raise SolverNotFoundError(
             f"There is no solver {solver!r} here. Available: auto, {', '.join(available_solvers())}. "
             "More come with the back-ends of qpsolvers: pip install 'fecontact[qp]'."
         )
-    if operator and solver != "projected-cg":
-        raise SolverError(
-            f"The solver {solver!r} needs the compliance as an array, and it is an operator. "
-            "Use solver='projected-cg' or 'auto', or form the array."
-        )
-    return (solver,)
-
-
-def _check_options(names: tuple[str, ...], options: dict[str, object]) -> None:
-    for name in names:
+    for name in (*FALL_BACK, "projected-cg") if solver == "auto" else (solver,):
         parameters = inspect.signature(NATIVE.get(name, backend)).parameters.values()
         allowed = {each.name for each in parameters if each.kind is each.KEYWORD_ONLY} - {"name"}
         if unknown := sorted(set(options) - allowed):
@@ -263,6 +274,19 @@ def _check_options(names: tuple[str, ...], options: dict[str, object]) -> None:
         raise InputError(f"max_iterations must be a positive integer; found {iterations!r}.")
 
 
+def _chain(problem: ComplementarityProblem, solver: str | CustomSolver) -> tuple[str | CustomSolver, ...]:
+    """Solvers to try one after the other."""
+    operator = isinstance(problem.S, LinearOperator)
+    if solver == "auto":
+        return ("projected-cg",) if operator else FALL_BACK
+    if operator and isinstance(solver, str) and solver != "projected-cg":
+        raise SolverError(
+            f"The solver {solver!r} needs the compliance as an array, and it is an operator. "
+            "Use solver='projected-cg' or 'auto', or form the array."
+        )
+    return (solver,)
+
+
 def _touching(problem: ComplementarityProblem, start: np.ndarray | Solution | None) -> np.ndarray | None:
     if start is None:
         return None
@@ -272,11 +296,13 @@ def _touching(problem: ComplementarityProblem, start: np.ndarray | Solution | No
     return mask
 
 
-def _without_solver(problem: ComplementarityProblem, scaled: ScaledProblem, solver: str) -> Solution | None:
+def _without_solver(
+    problem: ComplementarityProblem, scaled: ScaledProblem, solver: str | CustomSolver
+) -> Solution | None:
     """Answer of the two cases that need no solver: nothing touches, or nothing can carry the load."""
-    zero, still = np.zeros(problem.n), np.zeros(problem.m)
+    zero, still, name = np.zeros(problem.n), np.zeros(problem.m), solver_name(solver)
     if not problem.F.any() and problem.g.min() >= 0:
-        return Solution(problem, zero, still, Status.NO_CONTACT, "nothing touches", 0, solver)
+        return Solution(problem, zero, still, Status.NO_CONTACT, "nothing touches", 0, name)
     direction = scaled.free_direction()
     if direction is None:
         return None
@@ -284,23 +310,27 @@ def _without_solver(problem: ComplementarityProblem, scaled: ScaledProblem, solv
         "No contact forces l >= 0 balance the load: along the motion q the load does work and no gap closes. "
         "Hold that motion, or change the load."
     )
-    return Solution(problem, zero, direction, Status.INFEASIBLE, message, 0, solver)
+    return Solution(problem, zero, direction, Status.INFEASIBLE, message, 0, name)
 
 
 def _found(
     problem: ComplementarityProblem,
     scaled: ScaledProblem,
-    name: str,
+    solver: str | CustomSolver,
     start: np.ndarray | None,
     tolerance: float,
     options: dict[str, object],
 ) -> Solution:
     """What one solver found, sharpened."""
-    outcome = _function(name)(scaled, start, **options)
+    name = solver_name(solver)
+    if not isinstance(solver, str):
+        outcome = solve_custom(problem, scaled, solver, options)
+    else:
+        outcome = NATIVE.get(solver, partial(backend, name=solver))(scaled, start, **options)
     claimed = _claimed(problem, _unscaled(problem, scaled, outcome), name)
-    if outcome.status is not Status.SOLVED or not isinstance(scaled.S, np.ndarray) or name == "active-set":
+    if outcome.status is not Status.SOLVED or not isinstance(scaled.S, np.ndarray) or solver == "active-set":
         return claimed
-    solves = 1 if name in NATIVE else FEW_SOLVES
+    solves = FEW_SOLVES if isinstance(solver, str) and solver not in NATIVE else 1
     sharper = [_unscaled(problem, scaled, each) for each in polish(scaled, outcome.x, outcome.p, solves=solves)]
     # the sharpened one first: where the touching points leave a motion open, it has the smallest
     every = [*(replace(claimed, forces=each.x, q=each.p) for each in sharper), claimed]
