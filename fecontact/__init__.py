@@ -9,47 +9,53 @@ Examples
 1.795
 """
 
-from fecontact import surfaces
-from fecontact.analytic import hertz
-from fecontact.ancf.body import AncfBody
-from fecontact.app.scene_file.scene_file import read_scene
-from fecontact.bodies import (
-    AxisymmetricBody,
-    Body,
-    ElasticBody,
-    ElasticLayer,
-    HalfSpace,
-    HalfSpaceContact,
-    Layer,
-    Plane,
-    PlaneBody,
-    Pose,
-    RigidBody,
-    Sphere,
-    rotation_about,
-)
-from fecontact.common.errors import (
-    FecontactError,
-    InputError,
-    MeshError,
-    MissingPackageError,
-    SolverError,
-    SolverNotFoundError,
-    SupportError,
-)
-from fecontact.common.material import Material
-from fecontact.contact.contact import Contact
-from fecontact.contact.springs import Spring
-from fecontact.mesh import pick, shapes
-from fecontact.mesh import section_shapes as sections
-from fecontact.mesh.cad import mesh_solid
-from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.read import read_mesh
-from fecontact.mesh.section_mesh import SectionMesh
-from fecontact.mesh.surface_mesh import SurfaceMesh, read_surface
-from fecontact.results.result import ContactResult
-from fecontact.scene.scene import Scene
-from fecontact.solvers import available_solvers
+import pkgutil
+from typing import TYPE_CHECKING
+
+from fecontact.common.version import VERSION
+
+if TYPE_CHECKING:
+    from fecontact import surfaces
+    from fecontact.analytic import hertz
+    from fecontact.ancf.body import AncfBody
+    from fecontact.app.scene_file.scene_file import read_scene
+    from fecontact.bodies import (
+        AxisymmetricBody,
+        Body,
+        ElasticBody,
+        ElasticLayer,
+        HalfSpace,
+        HalfSpaceContact,
+        Layer,
+        Plane,
+        PlaneBody,
+        Pose,
+        RigidBody,
+        Sphere,
+        rotation_about,
+    )
+    from fecontact.common.errors import (
+        FecontactError,
+        InputError,
+        MeshError,
+        MissingPackageError,
+        SolverError,
+        SolverNotFoundError,
+        SupportError,
+    )
+    from fecontact.common.material import Material
+    from fecontact.contact.contact import Contact
+    from fecontact.contact.springs import Spring
+    from fecontact.mesh import pick, shapes
+    from fecontact.mesh import section_shapes as sections
+    from fecontact.mesh.cad import mesh_solid
+    from fecontact.mesh.mesh import Mesh
+    from fecontact.mesh.read import read_mesh
+    from fecontact.mesh.section_mesh import SectionMesh
+    from fecontact.mesh.surface_mesh import SurfaceMesh, read_surface
+    from fecontact.results.result import ContactResult
+    from fecontact.scene.scene import Scene
+    from fecontact.solvers import available_solvers
 
 __all__ = [
     "AncfBody",
@@ -93,4 +99,65 @@ __all__ = [
     "surfaces",
 ]
 
-__version__ = "0.1.0"
+__version__ = VERSION
+
+#: Where each public name is: imported when it is first used (PEP 562), so that no numerical package is before.
+_PLACES = {
+    "AncfBody": "fecontact.ancf.body:AncfBody",
+    "AxisymmetricBody": "fecontact.bodies:AxisymmetricBody",
+    "Body": "fecontact.bodies:Body",
+    "Contact": "fecontact.contact.contact:Contact",
+    "ContactResult": "fecontact.results.result:ContactResult",
+    "ElasticBody": "fecontact.bodies:ElasticBody",
+    "ElasticLayer": "fecontact.bodies:ElasticLayer",
+    "FecontactError": "fecontact.common.errors:FecontactError",
+    "HalfSpace": "fecontact.bodies:HalfSpace",
+    "HalfSpaceContact": "fecontact.bodies:HalfSpaceContact",
+    "InputError": "fecontact.common.errors:InputError",
+    "Layer": "fecontact.bodies:Layer",
+    "Material": "fecontact.common.material:Material",
+    "Mesh": "fecontact.mesh.mesh:Mesh",
+    "MeshError": "fecontact.common.errors:MeshError",
+    "MissingPackageError": "fecontact.common.errors:MissingPackageError",
+    "Plane": "fecontact.bodies:Plane",
+    "PlaneBody": "fecontact.bodies:PlaneBody",
+    "Pose": "fecontact.bodies:Pose",
+    "RigidBody": "fecontact.bodies:RigidBody",
+    "Scene": "fecontact.scene.scene:Scene",
+    "SectionMesh": "fecontact.mesh.section_mesh:SectionMesh",
+    "SolverError": "fecontact.common.errors:SolverError",
+    "SolverNotFoundError": "fecontact.common.errors:SolverNotFoundError",
+    "Sphere": "fecontact.bodies:Sphere",
+    "Spring": "fecontact.contact.springs:Spring",
+    "SupportError": "fecontact.common.errors:SupportError",
+    "SurfaceMesh": "fecontact.mesh.surface_mesh:SurfaceMesh",
+    "available_solvers": "fecontact.solvers:available_solvers",
+    "hertz": "fecontact.analytic.hertz",
+    "mesh_solid": "fecontact.mesh.cad:mesh_solid",
+    "pick": "fecontact.mesh.pick",
+    "read_mesh": "fecontact.mesh.read:read_mesh",
+    "read_scene": "fecontact.app.scene_file.scene_file:read_scene",
+    "read_surface": "fecontact.mesh.surface_mesh:read_surface",
+    "rotation_about": "fecontact.bodies:rotation_about",
+    "sections": "fecontact.mesh.section_shapes",
+    "shapes": "fecontact.mesh.shapes",
+    "surfaces": "fecontact.surfaces",
+}
+#: Rooms that are attributes of the package too; the public ones among them are above.
+_ROOMS = ("common", "analytic", "solvers", "mesh", "fem", "bodies", "ancf", "contact", "results", "scene", "app")
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted([*__all__, "__all__", "__doc__", "__file__", "__name__", "__path__", "__version__"])
+
+
+if not TYPE_CHECKING:  # for a type checker a name is public or does not exist
+
+    def __getattr__(name: str) -> object:
+        """A public name or a room, imported on first use."""
+        place = f"fecontact.{name}" if name in _ROOMS else _PLACES.get(name)
+        if place is None:
+            raise AttributeError(f"module 'fecontact' has no attribute {name!r}")
+        globals()[name] = found = pkgutil.resolve_name(place)
+        return found

@@ -1,23 +1,26 @@
-"""Command line: ``fecontact hertz``, ``halfspace``, ``solve``, ``explain``, ``view`` and ``compare``."""
+"""Command line: ``fecontact hertz``, ``halfspace``, ``solve``, ``explain``, ``view`` and ``compare``.
+
+Only the options are here, so that help needs none of the numerical packages; what the commands do is in `commands`.
+"""
 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any, TextIO
 
-from fecontact.app.scene_file.scene_file import SceneFile
-from fecontact.common.errors import FecontactError, InputError
+from fecontact.app.indentation.options import SHAPES
+from fecontact.common.errors import FecontactError
+from fecontact.common.version import VERSION
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status (0 success, 2 an error that was explained)."""
     options = _parser().parse_args(arguments)
+    from fecontact.app import commands
+
     try:
-        return int(options.run(options))
+        return commands.RUN[options.run](options)
     except FecontactError as error:
         print(f"fecontact: {error}", file=sys.stderr)
         return 2
@@ -25,6 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="fecontact", description="Frictionless elastic contact of solids, certified.")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {VERSION}")
     commands = parser.add_subparsers(required=True, metavar="command")
     _add_hertz(commands)
     _add_halfspace(commands)
@@ -33,34 +37,6 @@ def _parser() -> argparse.ArgumentParser:
     _add_view(commands)
     _add_compare(commands)
     return parser
-
-
-def _check_files(*paths: str | None) -> None:
-    """Refuse files that cannot be written before any work."""
-    from fecontact.common.text_files import check_writable
-
-    for path in paths:
-        if path not in (None, "-"):
-            check_writable(path)
-
-
-def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
-    """Print a result and save its figures, or print the figures alone where they go to '-'; says where remarks go."""
-    from fecontact.common.text_files import save_json
-
-    if to == "-":
-        json.dump(figures, sys.stdout, indent=2)
-        print()
-        return sys.stderr
-    print(result)
-    if to is not None:
-        print(f"wrote {save_json(to, figures)}")
-    return sys.stdout
-
-
-def _titled(scene: SceneFile, text: object) -> str:
-    """What is to be printed, under the scene's title."""
-    return f"{scene.title}\n{text}" if scene.title else str(text)
 
 
 def _add_hertz(commands: argparse._SubParsersAction) -> None:
@@ -81,43 +57,10 @@ def _add_hertz(commands: argparse._SubParsersAction) -> None:
     hertz.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the table")
     hertz.add_argument("--plot", metavar="FILE", help="write a picture")
     hertz.add_argument("--vtu", metavar="FILE", help="write the bodies for ParaView")
-    hertz.set_defaults(run=_hertz)
-
-
-def _hertz(options: argparse.Namespace) -> int:
-    from fecontact.app.spheres.report import report_table
-    from fecontact.app.spheres.spheres import solve_spheres
-
-    _check_files(options.plot, options.vtu, options.json)
-    chosen = {
-        "element": options.element,
-        "pressure": options.pressure,
-        "model": options.model,
-        "solver": options.solver,
-        "backend": options.backend,
-        "level": options.level,
-        "edge_fit": not options.no_edge_fit,
-    }
-    if options.case == "report":
-        if options.json or options.plot or options.vtu:
-            raise InputError(
-                "--case report prints a table and writes no files; for files take --case equal, unequal or light."
-            )
-        print(report_table(**{**chosen, "model": "axisymmetric" if options.model == "axisymmetric" else "two-bodies"}))
-        return 0
-    out = solve_spheres(options.case, **chosen)
-    remarks = _show(out, out.as_dict(), options.json)
-    if options.plot:
-        out.plot(options.plot)
-        print(f"wrote {Path(options.plot)}", file=remarks)
-    if options.vtu:
-        print(f"wrote {out.result.save(options.vtu)}", file=remarks)
-    return 0
+    hertz.set_defaults(run="hertz")
 
 
 def _add_halfspace(commands: argparse._SubParsersAction) -> None:
-    from fecontact.app.indentation.command import SHAPES, TRENDS
-
     job = commands.add_parser(
         "halfspace",
         help="a rigid shape, a rough surface or measured heights on an elastic half-space",
@@ -153,7 +96,7 @@ def _add_halfspace(commands: argparse._SubParsersAction) -> None:
     form.add_argument("--wavelength", type=float, help="wave; the period unless given")
     form.add_argument("--file", help="heights (.npy .txt .csv .xyz .asc) or a surface (.stl .ply .obj), facing down")
     form.add_argument("--peaks-up", action="store_true", help="heights as measured: the highest touch, not the lowest")
-    form.add_argument("--trend", default="none", choices=("none", *TRENDS), help="to be taken off the heights")
+    form.add_argument("--trend", default="none", help="mean, plane or quadratic, taken off the heights")
     form.add_argument("--hurst", type=float, default=0.8, help="rough")
     form.add_argument("--rms-slope", type=float, help="rough; this or --rms-height")
     form.add_argument("--rms-height", type=float, help="rough")
@@ -166,21 +109,7 @@ def _add_halfspace(commands: argparse._SubParsersAction) -> None:
     out.add_argument("--plot", metavar="FILE", help="pressure, gap, displacement, stress inside; curves for --loads")
     out.add_argument("--csv", metavar="FILE", help="one row per load")
     out.add_argument("--units", nargs=3, default=("", "", ""), metavar=("LENGTH", "FORCE", "STRESS"), help="for labels")
-    job.set_defaults(run=_halfspace)
-
-
-def _halfspace(options: argparse.Namespace) -> int:
-    from fecontact.app.indentation.command import run
-
-    _check_files(options.plot, options.csv, options.json)
-    found = run(vars(options))
-    remarks = _show(found, found.as_dict(), options.json)
-    if options.csv:
-        print(f"wrote {found.save(options.csv)}", file=remarks)
-    if options.plot:
-        found.plot(options.plot, *options.units)
-        print(f"wrote {Path(options.plot)}", file=remarks)
-    return 0
+    job.set_defaults(run="halfspace")
 
 
 def _add_solve(commands: argparse._SubParsersAction) -> None:
@@ -194,34 +123,7 @@ def _add_solve(commands: argparse._SubParsersAction) -> None:
     solve.add_argument("--dry-run", action="store_true", help="check the file, say what it asks for, and stop")
     solve.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the table")
     solve.add_argument("--out", metavar="FOLDER", help="folder for outputs instead of the scene's own; made if missing")
-    solve.set_defaults(run=_solve)
-
-
-def _solve(options: argparse.Namespace) -> int:
-    from fecontact.app.scene_file.scene_file import read_scene
-
-    _check_files(options.json)
-    scene = read_scene(options.scene, out=_folder(options.out))
-    if options.dry_run:
-        print(scene.describe())
-        return 0
-    if scene.cases:
-        return _sweep(scene, options.json)
-    result = scene.solve()
-    remarks = _show(_titled(scene, result), scene.summary(result), options.json)
-    for path in scene.write(result):
-        print(f"wrote {path}", file=remarks)
-    return 0
-
-
-def _sweep(scene: SceneFile, to: str | None) -> int:
-    from fecontact.app.scene_file.cases import table_of
-
-    rows = scene.sweep()
-    remarks = _show(_titled(scene, table_of(rows)), {"cases": rows}, to)
-    for output in scene.outputs:
-        print(f"wrote {output.path}", file=remarks)
-    return 0
+    solve.set_defaults(run="solve")
 
 
 def _add_explain(commands: argparse._SubParsersAction) -> None:
@@ -233,29 +135,7 @@ def _add_explain(commands: argparse._SubParsersAction) -> None:
     )
     explain.add_argument("scene", metavar="SCENE.toml")
     explain.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the text")
-    explain.set_defaults(run=_explain)
-
-
-def _explain(options: argparse.Namespace) -> int:
-    from fecontact.app.scene_file.scene_file import read_scene
-    from fecontact.scene.cost import explain
-
-    _check_files(options.json)
-    scene = read_scene(options.scene)
-    told = explain(scene.scene, scene.loads, scene.options.get("solver", "auto"))
-    _show(_titled(scene, told), told.as_dict(), options.json)
-    return 0
-
-
-def _folder(path: str | None) -> Path | None:
-    """A folder for outputs, made if it is missing."""
-    if path is None:
-        return None
-    try:
-        Path(path).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"Cannot make the folder {path}: {error.strerror}.") from error
-    return Path(path)
+    explain.set_defaults(run="explain")
 
 
 def _add_view(commands: argparse._SubParsersAction) -> None:
@@ -279,40 +159,7 @@ def _add_view(commands: argparse._SubParsersAction) -> None:
     view.add_argument("--length", default="", help="unit of length, for the ruler")
     view.add_argument("--no-edges", action="store_true", help="do not draw the mesh")
     view.add_argument("--show", action="store_true", help="open a window instead (needs pyvista)")
-    view.set_defaults(run=_view)
-
-
-def _view(options: argparse.Namespace) -> int:
-    from fecontact.results.pictures import bodies as view
-    from fecontact.results.pictures.solids import solids_of_file
-
-    solids = solids_of_file(options.result)
-    chosen = {
-        "scale": options.scale,
-        "direction": _direction(options.view),
-        "only": options.bodies.split(",") if options.bodies else None,
-        "where": options.cut,
-        "limits": options.limits,
-        "units": options.units,
-    }
-    if options.show:
-        view.show(solids, options.field, options.out, **chosen)
-        return 0
-    path = Path(options.result).with_suffix(".png") if options.out is None else Path(options.out)
-    view.view(solids, options.field, path, length=options.length, edges=not options.no_edges, **chosen)
-    print(f"wrote {path}")
-    return 0
-
-
-def _direction(text: str) -> str | tuple[float, float]:
-    """A view by name, or two angles separated by a comma."""
-    azimuth, comma, elevation = text.partition(",")
-    if not comma:
-        return text
-    try:
-        return float(azimuth), float(elevation)
-    except ValueError:
-        raise InputError(f"A view is a name or AZIMUTH,ELEVATION in degrees; found {text!r}.") from None
+    view.set_defaults(run="view")
 
 
 def _add_compare(commands: argparse._SubParsersAction) -> None:
@@ -343,35 +190,7 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:
     compare.add_argument("--out", metavar="FOLDER", help="write compare_PROBLEM.jsonl, .json, .csv, .png and .md there")
     compare.add_argument("--page", metavar="FILE.md", help="write the page there instead")
     compare.add_argument("--plot", metavar="FILE", help="write the picture there instead")
-    compare.set_defaults(run=_compare)
-
-
-def _compare(options: argparse.Namespace) -> int:
-    from dataclasses import replace
-
-    from fecontact.app.compare.command import Files, run, run_scene
-    from fecontact.app.compare.run import Plan
-
-    given = {"page": options.page, "picture": options.plot}
-    given = {k: Path(v) for k, v in given.items() if v is not None}
-    if options.problem.endswith(".toml"):
-        files = Files() if options.out is None else Files.of_folder(options.out, Path(options.problem).stem)
-        refinements = 3 if options.refinements is None else options.refinements
-        print(run_scene(options.problem, refinements, replace(files, **given)))
-        return 0
-    plan = Plan(
-        options.problem,
-        tuple(options.methods),
-        options.refinements,
-        options.repeats,
-        options.threads,
-        options.enough,
-    )
-    files = Files() if options.out is None else Files.of_folder(options.out, options.problem)
-    files = replace(files, **given)
-    command = f"fecontact compare {options.problem}"
-    print(run(plan, files, adapters=options.peers, python=options.peer_python, command=command))
-    return 0
+    compare.set_defaults(run="compare")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import numpy as np
 
 from fecontact.app.indentation.closed_forms import Wave
 from fecontact.app.indentation.indentation import Curve, Indentation, curve, indent
+from fecontact.app.indentation.options import OWN
 from fecontact.app.indentation.setup import Ground, Load
 from fecontact.bodies import Layer, Sphere
 from fecontact.common.errors import InputError
@@ -28,9 +29,6 @@ from fecontact.surfaces import (
     read_topography,
     self_affine,
 )
-from fecontact.surfaces.rigid.rough import TRENDS
-
-__all__ = ["SHAPES", "TRENDS", "run"]
 
 Options = Mapping[str, Any]
 Size = tuple[float, float]
@@ -170,24 +168,15 @@ def _torus(given: Options) -> Any:
     return Torus(*_need(given, "torus", "ring", "tube"))
 
 
-MADE: dict[str, tuple[Callable[[Options], Any], tuple[str, ...]]] = {
-    "sphere": (_sphere, ("radius",)),
-    "paraboloid": (_paraboloid, ("radius", "radius_y")),
-    "cylinder": (_cylinder, ("radius", "length")),
-    "cone": (_cone, ("angle",)),
-    "flat": (_flat, ("radius", "sides")),
-    "ellipsoid": (_ellipsoid, ("semi_axes",)),
-    "torus": (_torus, ("ring", "tube")),
-}
-"""How simple shapes are made, and the options that describe them."""
-
-SHAPES = (*MADE, "wave", "rough", "heights")
-
-OWN: dict[str, tuple[str, ...]] = {
-    **{name: options for name, (_, options) in MADE.items()},
-    "wave": ("amplitude", "wavelength"),
-    "rough": ("rms_slope", "rms_height", "longest", "shortest"),
-    "heights": ("file",),
+#: How simple shapes are made.
+MADE: dict[str, Callable[[Options], Any]] = {
+    "sphere": _sphere,
+    "paraboloid": _paraboloid,
+    "cylinder": _cylinder,
+    "cone": _cone,
+    "flat": _flat,
+    "ellipsoid": _ellipsoid,
+    "torus": _torus,
 }
 
 
@@ -206,7 +195,7 @@ def _shape(
 ) -> tuple[Any, Cells, Size | None]:
     """The shape, and the cells and size of the grid, which some bring with them."""
     if name in MADE:
-        shape = MADE[name][0](given)
+        shape = MADE[name](given)
         return shape, cells, size or _own_size(shape)
     if name == "heights":
         return _heights(given, cells, size)

@@ -1,0 +1,201 @@
+"""What the commands of the command line do: each takes its options and returns the exit status."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TextIO
+
+from fecontact.app.scene_file.cases import table_of
+from fecontact.app.scene_file.scene_file import SceneFile, read_scene
+from fecontact.common.errors import InputError
+from fecontact.common.text_files import check_writable, save_json
+
+
+def _check_files(*paths: str | None) -> None:
+    """Refuse files that cannot be written before any work."""
+    for path in paths:
+        if path not in (None, "-"):
+            check_writable(path)
+
+
+def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
+    """Print a result and save its figures, or print the figures alone where they go to '-'; says where remarks go."""
+    if to == "-":
+        json.dump(figures, sys.stdout, indent=2)
+        print()
+        return sys.stderr
+    print(result)
+    if to is not None:
+        print(f"wrote {save_json(to, figures)}")
+    return sys.stdout
+
+
+def _titled(scene: SceneFile, text: object) -> str:
+    """What is to be printed, under the scene's title."""
+    return f"{scene.title}\n{text}" if scene.title else str(text)
+
+
+def hertz(options: argparse.Namespace) -> int:
+    """Two spheres beside Hertz's solution."""
+    from fecontact.app.spheres.report import report_table
+    from fecontact.app.spheres.spheres import solve_spheres
+
+    _check_files(options.plot, options.vtu, options.json)
+    chosen = {
+        "element": options.element,
+        "pressure": options.pressure,
+        "model": options.model,
+        "solver": options.solver,
+        "backend": options.backend,
+        "level": options.level,
+        "edge_fit": not options.no_edge_fit,
+    }
+    if options.case == "report":
+        if options.json or options.plot or options.vtu:
+            raise InputError(
+                "--case report prints a table and writes no files; for files take --case equal, unequal or light."
+            )
+        print(report_table(**{**chosen, "model": "axisymmetric" if options.model == "axisymmetric" else "two-bodies"}))
+        return 0
+    out = solve_spheres(options.case, **chosen)
+    remarks = _show(out, out.as_dict(), options.json)
+    if options.plot:
+        out.plot(options.plot)
+        print(f"wrote {Path(options.plot)}", file=remarks)
+    if options.vtu:
+        print(f"wrote {out.result.save(options.vtu)}", file=remarks)
+    return 0
+
+
+def halfspace(options: argparse.Namespace) -> int:
+    """A shape on a half-space."""
+    from fecontact.app.indentation.command import run
+
+    _check_files(options.plot, options.csv, options.json)
+    found = run(vars(options))
+    remarks = _show(found, found.as_dict(), options.json)
+    if options.csv:
+        print(f"wrote {found.save(options.csv)}", file=remarks)
+    if options.plot:
+        found.plot(options.plot, *options.units)
+        print(f"wrote {Path(options.plot)}", file=remarks)
+    return 0
+
+
+def solve(options: argparse.Namespace) -> int:
+    """A scene file."""
+    _check_files(options.json)
+    scene = read_scene(options.scene, out=_folder(options.out))
+    if options.dry_run:
+        print(scene.describe())
+        return 0
+    if scene.cases:
+        return _sweep(scene, options.json)
+    result = scene.solve()
+    remarks = _show(_titled(scene, result), scene.summary(result), options.json)
+    for path in scene.write(result):
+        print(f"wrote {path}", file=remarks)
+    return 0
+
+
+def _sweep(scene: SceneFile, to: str | None) -> int:
+    rows = scene.sweep()
+    remarks = _show(_titled(scene, table_of(rows)), {"cases": rows}, to)
+    for output in scene.outputs:
+        print(f"wrote {output.path}", file=remarks)
+    return 0
+
+
+def explain(options: argparse.Namespace) -> int:
+    """What a scene would take."""
+    from fecontact.scene.cost import explain
+
+    _check_files(options.json)
+    scene = read_scene(options.scene)
+    told = explain(scene.scene, scene.loads, scene.options.get("solver", "auto"))
+    _show(_titled(scene, told), told.as_dict(), options.json)
+    return 0
+
+
+def _folder(path: str | None) -> Path | None:
+    """A folder for outputs, made if it is missing."""
+    if path is None:
+        return None
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"Cannot make the folder {path}: {error.strerror}.") from error
+    return Path(path)
+
+
+def view(options: argparse.Namespace) -> int:
+    """A picture of a result."""
+    from fecontact.results.pictures import bodies as view
+    from fecontact.results.pictures.solids import solids_of_file
+
+    solids = solids_of_file(options.result)
+    chosen = {
+        "scale": options.scale,
+        "direction": _direction(options.view),
+        "only": options.bodies.split(",") if options.bodies else None,
+        "where": options.cut,
+        "limits": options.limits,
+        "units": options.units,
+    }
+    if options.show:
+        view.show(solids, options.field, options.out, **chosen)
+        return 0
+    path = Path(options.result).with_suffix(".png") if options.out is None else Path(options.out)
+    view.view(solids, options.field, path, length=options.length, edges=not options.no_edges, **chosen)
+    print(f"wrote {path}")
+    return 0
+
+
+def _direction(text: str) -> str | tuple[float, float]:
+    """A view by name, or two angles separated by a comma."""
+    azimuth, comma, elevation = text.partition(",")
+    if not comma:
+        return text
+    try:
+        return float(azimuth), float(elevation)
+    except ValueError:
+        raise InputError(f"A view is a name or AZIMUTH,ELEVATION in degrees; found {text!r}.") from None
+
+
+def compare(options: argparse.Namespace) -> int:
+    """Speed against error."""
+    from dataclasses import replace
+
+    from fecontact.app.compare.command import Files, run, run_scene
+    from fecontact.app.compare.run import Plan
+
+    given = {"page": options.page, "picture": options.plot}
+    given = {k: Path(v) for k, v in given.items() if v is not None}
+    if options.problem.endswith(".toml"):
+        files = Files() if options.out is None else Files.of_folder(options.out, Path(options.problem).stem)
+        refinements = 3 if options.refinements is None else options.refinements
+        print(run_scene(options.problem, refinements, replace(files, **given)))
+        return 0
+    plan = Plan(
+        options.problem,
+        tuple(options.methods),
+        options.refinements,
+        options.repeats,
+        options.threads,
+        options.enough,
+    )
+    files = Files() if options.out is None else Files.of_folder(options.out, options.problem)
+    files = replace(files, **given)
+    command = f"fecontact compare {options.problem}"
+    print(run(plan, files, adapters=options.peers, python=options.peer_python, command=command))
+    return 0
+
+
+#: The commands by their names.
+RUN: dict[str, Callable[[argparse.Namespace], int]] = {
+    run.__name__: run for run in (hertz, halfspace, solve, explain, view, compare)
+}

@@ -1,0 +1,78 @@
+"""The public names: imported when first used, the same for type checkers, and nothing heavy before."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fecontact
+from fecontact.app.cli import main
+
+HEAVY = ("numpy", "scipy", "skfem", "meshio", "matplotlib", "gmsh", "pyvista", "qpsolvers", "pypardiso")
+
+
+def imported_by(program: str) -> set[str]:
+    """The heavy packages, and the modules of fecontact, that a program in a fresh process has imported at its end."""
+    told = f"{program}\nimport sys\nprint('modules', *sys.modules)"
+    out = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout
+    return set(out.splitlines()[-1].split()[1:])
+
+
+QUICK = {
+    "import": "import fecontact",
+    "dir": "import fecontact; dir(fecontact); fecontact.__version__",
+    "error": "import fecontact; fecontact.InputError",
+    **{
+        option: f"from fecontact.app.cli import main\ntry:\n    main({option.split()})\nexcept SystemExit:\n    pass"
+        for option in ("--help", "--version", "halfspace --help", "solve --help")
+    },
+}
+
+
+@pytest.mark.parametrize("program", QUICK.values(), ids=QUICK)
+def test_nothing_heavy_is_imported_before_it_is_used(program: str) -> None:
+    assert not imported_by(program) & {*HEAVY, "fecontact.scene", "fecontact.mesh"}
+
+
+def test_what_is_used_is_imported() -> None:
+    assert {"numpy", "fecontact.mesh.shapes"} <= imported_by("import fecontact; fecontact.shapes")
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["--version"])
+    assert end.value.code == 0
+    assert capsys.readouterr().out == f"fecontact {fecontact.__version__}\n"
+
+
+def test_every_public_name_has_its_place_and_is_the_one_of_the_type_checkers() -> None:
+    tree = ast.parse(Path(str(fecontact.__file__)).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+    static = {}
+    for node in block.body:
+        assert isinstance(node, ast.ImportFrom)
+        for alias in node.names:
+            static[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+    assert set(static) == set(fecontact._PLACES) == set(fecontact.__all__)
+    assert {name: place.replace(":", ".") for name, place in fecontact._PLACES.items()} == static
+    for name in fecontact.__all__:
+        assert getattr(fecontact, name) is not None
+
+
+def test_dir_shows_the_public_names_only() -> None:
+    shown = {name for name in dir(fecontact) if not name.startswith("__")}
+    assert shown == set(fecontact.__all__)
+
+
+def test_rooms_are_attributes_and_others_are_not() -> None:
+    assert fecontact.ancf.__name__ == "fecontact.ancf"
+    assert fecontact.solvers.available_solvers is fecontact.available_solvers
+    assert "fecontact.analytic" in imported_by("import fecontact; fecontact.analytic")
+    with pytest.raises(AttributeError, match="no attribute 'Skene'"):
+        fecontact.Skene  # noqa: B018
+    with pytest.raises(ImportError, match="Skene"):
+        from fecontact import Skene  # noqa: F401
