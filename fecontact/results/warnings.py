@@ -34,7 +34,8 @@ def unborne_motions(result: SolvedScene) -> Iterator[str]:
             )
         if result.originals:
             remedy = (
-                "Poses carried along did not settle: start nearer to the contact, or hold motions that find no rest."
+                "Carrying the poses along does not mend it: start nearer to the contact, hold motions that find no "
+                "rest, or stiffen what bends far."
             )
         else:
             remedy = "Use finite_motion='auto' (or True), which carries the poses along."

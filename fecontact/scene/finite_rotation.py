@@ -101,7 +101,7 @@ def follow(result: ContactResult, arguments: Mapping[str, Any]) -> ContactResult
             waited = 0 if error < least else waited + 1
             if error < least:
                 best, least = now, error
-            if waited > PATIENCE or path.runs_away(now):
+            if waited > PATIENCE or path.runs_away(now) or path.at_rest(now):
                 break
             path.go_on(now)
     except FecontactError:
@@ -182,6 +182,10 @@ class _Path:
         steps = np.stack([m - f.moved for m, f in zip(driven_motions(result), result.loading.frames, strict=True)])
         self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
+
+    def at_rest(self, result: ContactResult) -> bool:
+        """Whether the poses have settled."""
+        return self.size_of(self.steps(result)) <= SETTLED * _elastic_size(result)
 
     def runs_away(self, result: ContactResult) -> bool:
         """Whether the next step is far larger than the motion it is to correct, and than a step may be."""

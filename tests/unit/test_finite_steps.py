@@ -107,7 +107,7 @@ def test_rest_is_measured_by_elastic_displacements_but_not_by_less_than_1e_9_of_
         assert abs(finite._elastic_size(result) / measure - 1) < 1e-6
 
 
-def followed(monkeypatch, first, errors, away=()):
+def followed(monkeypatch, first, errors, away=(), rest=()):
     """What `follow` makes of results with these errors, and how many it asked for; an exception is raised."""
     asked = []
 
@@ -130,6 +130,9 @@ def followed(monkeypatch, first, errors, away=()):
 
         def runs_away(self, result):
             return len(asked) in away
+
+        def at_rest(self, result):
+            return len(asked) in rest
 
         def go_on(self, result):
             pass
@@ -165,6 +168,12 @@ def test_what_is_bearable_is_not_followed(monkeypatch):
 def test_where_motions_do_not_settle_the_best_result_stands(monkeypatch, first, errors, away, best, asked):
     result, count = followed(monkeypatch, first, errors, away)
     assert (result.error, result.originals, count) == (best, ("the body",), asked)
+
+
+def test_poses_at_rest_are_not_solved_again(monkeypatch):
+    # what is left then, as by a deflection, another pose cannot mend
+    result, count = followed(monkeypatch, 0.5, [0.7, 0.6, 0.8], rest=(2,))
+    assert (result.error, result.originals, count) == (0.5, ("the body",), 2)
 
 
 def test_poses_that_have_not_settled_are_refused_with_what_is_left(monkeypatch):

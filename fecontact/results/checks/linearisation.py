@@ -1,8 +1,10 @@
-"""What linearised rigid motions leave out: gaps and lines of action after the same motions taken as finite.
+"""What linearised motions leave out: gaps and lines of action after the same motions taken as finite.
 
-The problem of a scene is linear in the rigid motions of its bodies. A motion d of a surface of curvature k along itself
-changes the gap by about k d^2 / 2 more than that, and a turn changes the direction of the forces. Both are measured at
-the pairs in contact, without a further solution: the surfaces are projected on each other again in the moved poses.
+The problem of a scene is linear in the displacements of its surfaces. A motion d of a surface of curvature k along
+itself changes the gap by about k d^2 / 2 more than that, and a turn changes the direction of the forces. Both are
+measured at the pairs in contact, without a further solution: the surfaces are projected on each other again, moved by
+the rigid motions that fit their displacements in the contact best. These hold the bodies' rigid motions and what the
+bodies' deflections add to them: a ball on a bending arm moves along with it.
 """
 
 from __future__ import annotations
@@ -10,8 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
@@ -76,7 +80,10 @@ def linearisation_error(result: SolvedScene) -> LinearisationError:
     found = [LinearisationError(0.0, least, 0.0)]
     motions = driven_motions(result)
     if np.any(motions):
-        after = {id(f.body): _Motion(f.body, f.point, m) for f, m in zip(result.loading.frames, motions, strict=True)}
+        after = {
+            id(f.body): _Motion(f.body, f.point, m, _driven(result, k, m))
+            for k, (f, m) in enumerate(zip(result.loading.frames, motions, strict=True))
+        }
         found += [_of_contact(i, c, after) for i, c in zip(result.interfaces, result.contacts, strict=True)]
         found += [_of_spring(s, after) for s in result.springs]
     stretch = max(float(m[3:] @ m[3:]) / 2 for m in motions)
@@ -102,13 +109,46 @@ def driven_motions(result: SolvedScene) -> Array:
     return np.asarray((flat - basis @ (basis.T @ flat)).reshape(motions.shape) / scale)
 
 
+def _driven(result: SolvedScene, k: int, motion: Array) -> Array | None:
+    """Displacements (n_points, 3) of an elastic body, in the world, less its neutral motion; None for others."""
+    body, frame = result.scene.bodies[k], result.loading.frames[k]
+    if not isinstance(body, ElasticBody):
+        return None
+    u = result.state.displacements[k] - frame.modes((result.motions[k] - motion)[:, None])[:, 0]
+    assert body.model is not None
+    return np.asarray(body.model.at_points(u) @ body.pose.rotation.T)
+
+
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """A small rigid motion (6,) of a body about a world point, also taken as finite."""
+    """A small rigid motion (6,) of a body about a world point, also taken as finite.
+
+    `displacements` (n_points, 3) of an elastic body's points hold its deflection too.
+    """
 
     body: Body
     point: Array
     motion: Array
+    displacements: Array | None = None
+
+    def in_contact(self, weights: sp.csr_matrix | None, places: Array, forces: Array) -> _Motion:
+        """The motion that fits the displacements at places (n, 3) in contact best, weighted by their forces (n,).
+
+        `weights` (n, n_points) interpolate the places from the body's points.
+        """
+        if self.displacements is None or weights is None or not forces.any():
+            return self
+        share = forces / forces.sum()
+        centre = share @ places
+        arm = places - centre
+        width = float(np.sqrt(share @ (arm**2).sum(axis=1))) or 1.0
+        root = np.sqrt(share)[:, None]
+        turns = np.stack([np.cross(axis, arm / width) for axis in np.eye(3)], axis=2)
+        rows = np.concatenate([np.broadcast_to(np.eye(3), turns.shape), turns], axis=2) * root[:, :, None]
+        values = (weights @ self.displacements) * root
+        fit = np.linalg.lstsq(rows.reshape(-1, 6), values.ravel(), rcond=1e-6)[0]
+        turn = fit[3:] / width
+        return _Motion(self.body, self.point, np.concatenate([fit[:3] + np.cross(turn, self.point - centre), turn]))
 
     def linear(self, points: Array) -> Array:
         """Displacements (n, 3) of world points (n, 3)."""
@@ -123,16 +163,23 @@ class _Motion:
 def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _Motion]) -> LinearisationError:
     chosen = _looked_at(fields)
     active = fields.forces[chosen] > 0
-    slave, master = after[id(interface.slave)], after[id(interface.master)]
     surface = interface.master.surface(interface.surfaces[1])
     x = fields.points[chosen]
     own = interface.slave.pose.to_body(x)
     before = surface.project(interface.master.pose.to_body(x))
-    moved, there = slave.pose, master.pose
-    feet = surface.project(there.to_body(moved.to_world(own)))
     lines = before.normals @ interface.master.pose.rotation.T
     foot = interface.master.pose.to_world(before.points)
-    linear = before.gap + np.einsum("ni,ni->n", lines, slave.linear(x) - master.linear(foot))
+
+    def closing(one: _Motion, other: _Motion) -> Array:
+        return np.asarray(before.gap + np.einsum("ni,ni->n", lines, one.linear(x) - other.linear(foot)))
+
+    slave, master = after[id(interface.slave)], after[id(interface.master)]
+    rigid = closing(slave, master)
+    slave = slave.in_contact(_nodes_of(interface, chosen), x, fields.forces[chosen])
+    master = master.in_contact(before.weights, foot, fields.forces[chosen])
+    there = master.pose
+    feet = surface.project(there.to_body(slave.pose.to_world(own)))
+    linear = closing(slave, master)
     seen = ~(before.beyond | feet.beyond)
     inside = seen & ~(_at_rim(surface, before) | _at_rim(surface, feet))
     # a foot on the rim tells nothing of how the surface goes on
@@ -143,13 +190,31 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
     if not (active & seen).any():
         return LinearisationError(np.inf, 1.0, 0.0)
     change = feet.gap - linear
-    approach = max(float(-linear[active].min()), 0.0)
+    approach = min(max(float(-rigid[active].min()), 0.0), _indentation(fields))
     # others count where the change would bring them into contact
     counted = seen & (active | (fields.gap[chosen] + change < -BEARABLE * approach))
     forces = np.where(active & seen, fields.forces[chosen], 0.0)
     turn = _smooth(surface, feet) @ there.rotation.T - _smooth(surface, before) @ interface.master.pose.rotation.T
     direction = float(np.linalg.norm(forces @ turn) / forces.sum())
     return LinearisationError(float(np.abs(change[counted]).max()), approach, direction)
+
+
+def _nodes_of(interface: Interface, chosen: IntArray) -> sp.csr_matrix:
+    """Weights (n_chosen, n_nodes) that take the values at the nodes of the chosen points."""
+    n, nodes = len(chosen), interface.pairing.nodes[chosen]
+    return sp.csr_matrix((np.ones(n), nodes, np.arange(n + 1)), shape=(n, len(interface.slave_nodes)))
+
+
+def _indentation(fields: ContactFields) -> float:
+    """Scale of the indentation: p b / E* with b three times the radius of gyration of the forces; infinite for a point.
+
+    For a ball that is some 0.8 of the approach.
+    """
+    softness = 1 / fields.slave.contact_modulus + 1 / fields.master.contact_modulus
+    total = fields.total_force
+    arm = fields.centres - fields.forces @ fields.centres / total
+    width = 3 * float(np.sqrt(fields.forces @ (arm**2).sum(axis=1) / total))
+    return fields.mean_pressure * width * softness if width > 0 else np.inf
 
 
 def _looked_at(fields: ContactFields) -> IntArray:
