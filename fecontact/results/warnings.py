@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody
+from fecontact.results.checks.held_across import held_across
 from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 from fecontact.results.checks.overlaps import undeclared_overlaps
 from fecontact.results.checks.resolution import chords, few_points, overlap_left
@@ -61,6 +62,7 @@ def mended(result: SolvedScene) -> Iterator[str]:
 CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     unborne_motions,
     large_strains,
+    held_across,
     contact_at_rims,
     undeclared_overlaps,
     overlap_left,

@@ -41,7 +41,7 @@ PATIENCE = 8
 GROWTH = 3.0
 
 
-def solve_finite(scene: SceneModel, arguments: Mapping[str, Any]) -> ContactResult:
+def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], watch: Stopwatch) -> ContactResult:
     """Solve with poses carried along until they settle.
 
     Parameters
@@ -49,6 +49,8 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any]) -> ContactResu
     scene : SceneModel
     arguments : mapping
         Of `Scene.solve`. Prescribed motions are finite: rotation vectors about the reference point, then translations.
+    watch : Stopwatch
+        Takes the time of all steps.
 
     Returns
     -------
@@ -60,7 +62,7 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any]) -> ContactResu
     SolverError
         If the poses do not settle.
     """
-    path = _Path(scene, arguments)
+    path = _Path(scene, arguments, watch)
     change = np.inf
     for _ in range(MOST_STEPS):
         result = path.solved()
@@ -74,7 +76,7 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any]) -> ContactResu
     )
 
 
-def follow(result: ContactResult, arguments: Mapping[str, Any]) -> ContactResult:
+def follow(result: ContactResult, arguments: Mapping[str, Any], watch: Stopwatch) -> ContactResult:
     """A result of small motions, or that of poses carried along where linearised motions leave out more than bearable.
 
     Where the motions do not settle, the best of the results found, which warns of it.
@@ -85,11 +87,13 @@ def follow(result: ContactResult, arguments: Mapping[str, Any]) -> ContactResult
         Of small motions.
     arguments : mapping
         Of `Scene.solve`, by which it was found.
+    watch : Stopwatch
+        That of the result; takes the time of further steps.
     """
     best, least = result, linearisation_error(result).worst
     if least <= BEARABLE:
         return result
-    path = _Path(result.scene, arguments)
+    path = _Path(result.scene, arguments, watch)
     path.begin(result)
     waited = 0
     try:
@@ -146,9 +150,9 @@ class _Path:
 
     depth = 5
 
-    def __init__(self, scene: SceneModel, arguments: Mapping[str, Any]) -> None:
+    def __init__(self, scene: SceneModel, arguments: Mapping[str, Any], watch: Stopwatch) -> None:
         motions = arguments.get("motions") or {}
-        self._scene, self._guide = scene, Guide()
+        self._scene, self._guide, self._watch = scene, Guide(), watch
         self._start = [
             turned(b.pose, _vector(motions[b]), b.pose.to_world(b.reference_point)) if b in motions else b.pose
             for b in scene.bodies
@@ -167,14 +171,14 @@ class _Path:
         bodies = self._scene.bodies
         poses = {b: _placed(s, b, p) for b, s, p in zip(bodies, self._start, self._place, strict=True)}
         self._now = moved(self._scene, poses)
-        return solve_guided(self._now.scene, self._now.loads(self._held), self._guide)
+        return solve_guided(self._now.scene, self._now.loads(self._held), self._guide, self._watch)
 
     def finished(self, result: ContactResult) -> ContactResult:
         """The result for the original bodies, on whole surfaces if that was asked for."""
         if self._whole and any(i.near is not None for i in result.interfaces):
             now = self._now.scene
             loading, settings = sorted_case(now, self._now.loads(self._held))
-            result = solved(now, loading, None, settings, Stopwatch())
+            result = solved(now, loading, None, settings, self._watch)
         return replace(result, originals=self._scene.bodies)
 
     def begin(self, result: ContactResult) -> None:

@@ -38,7 +38,7 @@ class Guide:
         self.reaches = [None if r is None else replace(r, drift=STILL) for r in self.reaches]
 
 
-def solve_guided(scene: SceneModel, arguments: Mapping[str, Any], guide: Guide) -> ContactResult:
+def solve_guided(scene: SceneModel, arguments: Mapping[str, Any], guide: Guide, watch: Stopwatch) -> ContactResult:
     """`Scene.solve` of near parts for one of a row of similar cases; small motions.
 
     Parameters
@@ -48,7 +48,7 @@ def solve_guided(scene: SceneModel, arguments: Mapping[str, Any], guide: Guide) 
         Of `Scene.solve`, except `finite_motion` and `whole`.
     guide : Guide
     """
-    return solve_partly(scene, *sorted_case(scene, arguments), Stopwatch(), guide)
+    return solve_partly(scene, *sorted_case(scene, arguments), watch, guide)
 
 
 def sorted_case(scene: SceneModel, arguments: Mapping[str, Any]) -> tuple[Loading, Settings]:

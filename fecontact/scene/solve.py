@@ -44,9 +44,9 @@ def solve_scene(
     arguments = {
         **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "whole": whole, **options,
     }  # fmt: skip
-    if finite_motion is True:
-        return solve_finite(model, arguments)
     watch = Stopwatch()
+    if finite_motion is True:
+        return solve_finite(model, arguments, watch)
     loading = make_loading(model.bodies, forces, moments, motions, free, pressures, gravity)
     result = solved(model, loading, None, settings, watch) if whole else solve_partly(model, loading, settings, watch)
-    return check_rest(follow(result, arguments) if finite_motion == "auto" else result)
+    return check_rest(follow(result, arguments, watch) if finite_motion == "auto" else result)

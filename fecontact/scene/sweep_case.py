@@ -13,6 +13,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import read_rows
+from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
@@ -66,9 +67,10 @@ def summary_of(scene: SceneModel, case: Case, guide: Guide) -> dict[str, Any]:
     if arguments["whole"] or finite is True:
         return solve_scene(posed.scene, **arguments).summary()
     small = {k: v for k, v in arguments.items() if k not in _OTHER}
-    result = solve_guided(posed.scene, small, guide)
+    watch = Stopwatch()
+    result = solve_guided(posed.scene, small, guide, watch)
     if finite == "auto":
-        result = follow(result, {**small, "whole": False})
+        result = follow(result, {**small, "whole": False}, watch)
     return check_rest(result).summary()
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.common.errors import SolverError
+from fecontact.common.stopwatch import Stopwatch
 from fecontact.results.checks.linearisation import BEARABLE
 from fecontact.scene import finite_rotation as finite
 
@@ -42,7 +43,7 @@ def path(monkeypatch):
     """A path of one body of size 2 at the origin."""
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
     monkeypatch.setattr(finite, "driven_motions", lambda r: r.motions)
-    return finite._Path(SimpleNamespace(bodies=[Block()]), {})
+    return finite._Path(SimpleNamespace(bodies=[Block()]), {}, Stopwatch())
 
 
 @pytest.mark.parametrize(
@@ -112,7 +113,7 @@ def followed(monkeypatch, first, errors, away=(), rest=()):
     asked = []
 
     class Path:
-        def __init__(self, scene, arguments):
+        def __init__(self, scene, arguments, watch):
             pass
 
         def begin(self, result):
@@ -139,7 +140,7 @@ def followed(monkeypatch, first, errors, away=(), rest=()):
 
     monkeypatch.setattr(finite, "_Path", Path)
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
-    return finite.follow(Found(first), {}), len(asked)
+    return finite.follow(Found(first), {}, Stopwatch()), len(asked)
 
 
 def test_what_is_bearable_is_not_followed(monkeypatch):
