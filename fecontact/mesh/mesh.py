@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
+from skfem import Mesh as SkfemMesh
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
@@ -20,6 +21,7 @@ from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
 from fecontact.mesh.kinds import kind_of
 from fecontact.mesh.pick import Pick
+from fecontact.mesh.skfem_mesh import from_skfem_mesh, skfem_mesh
 
 CELL_TYPES = {8: "hex8", 20: "hex20", 27: "hex27"}
 
@@ -136,6 +138,44 @@ class Mesh:
         return (
             f"Mesh({' + '.join(self.kinds)}, {len(self.cells)} cells, {len(self.points)} points, boundaries: {names})"
         )
+
+    @classmethod
+    def from_skfem(cls, theirs: SkfemMesh) -> Mesh:
+        """Take a scikit-fem mesh, with its boundaries, and its subdomains as groups.
+
+        Hexahedra of 8, 20 or 27 nodes, tetrahedra of 4 or 10, wedges of 6. Cells keep their order, and points theirs
+        where every one is in use. Left-handed cells, which scikit-fem accepts (its default mesh is one), are put right.
+
+        Raises
+        ------
+        MeshError
+            If the mesh is of other cells.
+
+        Examples
+        --------
+        >>> from skfem import MeshHex
+        >>> Mesh.from_skfem(MeshHex())
+        Mesh(hex8, 1 cells, 8 points, boundaries: none)
+        """
+        return cls(*from_skfem_mesh(theirs))
+
+    def to_skfem(self) -> SkfemMesh:
+        """Make it a scikit-fem mesh, with its boundaries, and its groups as subdomains.
+
+        Cells keep their order, points do not. Mid-face nodes carry no geometry and are left behind, as are node sets.
+
+        Raises
+        ------
+        InputError
+            If cells are of several kinds, or of one that scikit-fem has no mesh for, such as wedges of 15 nodes.
+
+        Examples
+        --------
+        >>> from fecontact import shapes
+        >>> shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).to_skfem().t.shape
+        (8, 8)
+        """
+        return skfem_mesh(tuple(self.kinds), (self.points, self.cells, self.boundaries, self.groups))
 
     @property
     def cell_type(self) -> str:

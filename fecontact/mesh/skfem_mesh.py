@@ -1,24 +1,30 @@
-"""20-node geometry on scikit-fem, and the way to its meshes and back.
+"""The bridge to scikit-fem: its meshes and bases as points and cells of ours, and the way back.
 
-scikit-fem has straight (8-node) and 27-node hexahedra but no 20-node geometry. `MeshHex20` is that class; with it a
-curved 20-node mesh can be used with scikit-fem's own assembly, which serves as a check of ours and is open to users.
+This module works on arrays; `Mesh.from_skfem`, `Mesh.to_skfem` and `ElasticBody.from_skfem` are what to call. All
+orders of nodes and faces are found from reference positions, so that no table has to agree with scikit-fem's.
+scikit-fem has straight (8-node) and 27-node hexahedra but no 20-node geometry: `MeshHex20` is that class.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from skfem import CellBasis, ElementVector, MeshHex1, MeshHex2, MeshTet1, MeshTet2, MeshWedge1
 from skfem import Mesh as SkfemMesh
-from skfem import MeshHex1, MeshHex2
 from skfem.element import BOUNDARY_ELEMENT_MAP, Element, ElementHexS2, ElementQuadS2
-from skfem.refdom import RefHex
+from skfem.generic_utils import OrientedBoundary
 
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.element.hexahedron import FACES, hex_nodes
-from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.kinds import KINDS, Kind
+
+#: Points (n, 3), cells (n, 8 | 20 | 27), boundaries and groups: what a `Mesh` is made of.
+MeshArrays = tuple[Array, IntArray, Mapping[str, IntArray], Mapping[str, IntArray]]
 
 # without it scikit-fem does not know what the faces of a 20-node hexahedron are
 BOUNDARY_ELEMENT_MAP[ElementHexS2] = ElementQuadS2
@@ -29,92 +35,175 @@ class MeshHex20(MeshHex1):
     """scikit-fem mesh of 20-node (serendipity) hexahedra.
 
     Its verbs `refined`, `restrict`, `+` and `remove_unused_nodes` are those of straight meshes and flatten or break
-    curved ones: build a mesh with `fecontact.shapes` and convert it with `to_skfem` instead.
+    curved ones: build a mesh with `fecontact.shapes` and convert it with `Mesh.to_skfem` instead.
     """
 
     doflocs: NDArray[np.float64] = field(default_factory=lambda: MeshHex2().doflocs[:, :20])
     elem: type[Element] = ElementHexS2
 
 
-_CLASSES = {8: MeshHex1, 20: MeshHex20, 27: MeshHex2}
-#: A cell turned inside out put right: the lower and the upper faces swap places.
-MIRRORED = (4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19, 20, 21, 22, 23, 25, 24, 26)
+_CLASSES: dict[str, type[SkfemMesh]] = {
+    "hex8": MeshHex1,
+    "hex20": MeshHex20,
+    "hex27": MeshHex2,
+    "tet4": MeshTet1,
+    "tet10": MeshTet2,
+    "wedge6": MeshWedge1,
+}
+_KIND_OF_ELEMENT = {theirs.elem: KINDS[name] for name, theirs in _CLASSES.items()}
+EXPECTED = "8-, 20- or 27-node hexahedra, 4- or 10-node tetrahedra or 6-node wedges"
 
 
-def _node_order(n_nodes: int) -> IntArray:
-    """Our number of each node of scikit-fem's element."""
-    theirs = np.asarray(_CLASSES[n_nodes].elem.doflocs)
-    return np.argmin(np.linalg.norm(theirs[:, None, :] - hex_nodes(n_nodes)[None, :, :], axis=2), axis=1)
+@dataclass(frozen=True, eq=False)
+class _Order:
+    """How a kind of cell is numbered here and in scikit-fem.
+
+    Attributes
+    ----------
+    nodes : (n_nodes,) array
+        Our number of each of scikit-fem's nodes.
+    faces : (n_facets,) array
+        Our local face of each of scikit-fem's facets.
+    mirrored_nodes, mirrored_faces : (n_nodes,), (6,) arrays
+        What each of our nodes and faces becomes when a cell that is inside out is put right.
+    """
+
+    nodes: IntArray
+    faces: IntArray
+    mirrored_nodes: IntArray
+    mirrored_faces: IntArray
 
 
-def _face_order() -> IntArray:
-    """Our number of each face of scikit-fem's reference hexahedron."""
-    ours = hex_nodes(8)[FACES[:, :4]].mean(axis=1)
-    theirs = RefHex.p.T[np.asarray(RefHex.facets)].mean(axis=1)
-    return np.argmin(np.linalg.norm(theirs[:, None, :] - ours[None, :, :], axis=2), axis=1)
+def _nearest(wanted: Array, among: Array) -> IntArray:
+    return np.argmin(np.linalg.norm(wanted[:, None, :] - among[None, :, :], axis=2), axis=1)
 
 
-def to_skfem(mesh: Mesh) -> SkfemMesh:
-    """Convert a mesh to scikit-fem's `MeshHex1`, `MeshHex20` or `MeshHex2`, with its boundaries and element sets.
+@cache
+def _order(name: str) -> _Order:
+    """Match nodes and faces of a kind of cell by their positions in scikit-fem's reference cell."""
+    kind, element = KINDS[name], _CLASSES[name].elem
+    if kind.n_corners == 8:
+        ours = hex_nodes(kind.n_nodes)
+        mirrored = ours * [1, 1, -1] + [0, 0, 1]
+    else:
+        corners = element.refdom.p.T
+        ours = np.array([*corners, *(corners[list(ends)].mean(axis=0) for _, ends in sorted(kind.mid_edges.items()))])
+        mirrored = ours[:, [1, 0, 2]]
+    sides = [sorted({kind.embedding[k] for k in face}) for face in FACES[:, :4].tolist()]
+    # a face that has shrunk to a line or a point is nobody's nearest
+    centres = np.array([ours[s].mean(axis=0) if len(s) > 2 else np.full(3, 9.0) for s in sides])
+    mirrored_centres = np.array([mirrored[s].mean(axis=0) if len(s) > 2 else np.full(3, 9.0) for s in sides])
+    theirs = np.array([element.refdom.p.T[sorted(set(facet))].mean(axis=0) for facet in element.refdom.facets])
+    return _Order(
+        _nearest(np.asarray(element.doflocs), ours),
+        _nearest(theirs, centres),
+        _nearest(mirrored, ours),
+        _nearest(mirrored_centres, centres),
+    )
 
-    Cells keep their order, points do not. Mid-face nodes carry no geometry and are left behind.
+
+def skfem_mesh(kinds: tuple[str, ...], mesh: MeshArrays) -> SkfemMesh:
+    """Make points, cells, boundaries and groups, of the given kinds of cells, a mesh of scikit-fem's.
 
     Raises
     ------
     InputError
-        If a cell has coalesced nodes, which scikit-fem cannot represent.
-
-    Examples
-    --------
-    >>> from fecontact import shapes
-    >>> to_skfem(shapes.block((1.0, 1.0, 1.0), (2, 2, 2))).t.shape
-    (8, 8)
+        If there is not one kind of cell, or one that scikit-fem has no element for.
     """
-    if mesh.has_coalesced:
-        raise InputError("The mesh has degenerate cells (coalesced nodes), which scikit-fem has no element for.")
-    n_nodes = mesh.cells.shape[1]
-    used, cells = np.unique(mesh.cells, return_inverse=True)
-    t = cells.reshape(mesh.cells.shape)[:, _node_order(n_nodes)].T
-    theirs = _CLASSES[n_nodes](mesh.points[used].T, t)
-    number = np.empty(6, dtype=np.int64)
-    number[_face_order()] = np.arange(6)
-    facets = {name: theirs.t2f[number[f[:, 1]], f[:, 0]] for name, f in mesh.boundaries.items()}
-    return theirs.with_boundaries(facets).with_subdomains(dict(mesh.groups))
+    if len(kinds) != 1 or kinds[0] not in _CLASSES:
+        raise InputError(
+            f"The mesh has cells of the kinds {', '.join(kinds)} (degenerate hexahedra have coalesced nodes), which "
+            f"scikit-fem has no mesh for. It has one for {EXPECTED}, all cells alike."
+        )
+    points, cells, boundaries, groups = mesh
+    kind, order = KINDS[kinds[0]], _order(kinds[0])
+    own = cells[:, np.unique(kind.embedding, return_index=True)[1]]
+    used, number = np.unique(own, return_inverse=True)
+    theirs = _CLASSES[kind.name](points[used].T, number.reshape(own.shape)[:, order.nodes].T)
+    facet = np.full(6, -1, dtype=np.int64)
+    facet[order.faces] = np.arange(len(order.faces))
+    named = {name: _facets(theirs, f[:, 0], facet[f[:, 1]]) for name, f in boundaries.items()}
+    return theirs.with_boundaries(named).with_subdomains(dict(groups))
 
 
-def from_skfem(theirs: SkfemMesh) -> Mesh:
-    """Convert a scikit-fem mesh of hexahedra, with its boundaries and subdomains, to ours.
+def _facets(theirs: SkfemMesh, cell: IntArray, local: IntArray) -> IntArray:
+    """Numbers (n,) of scikit-fem's facets, with the side they are seen from where that is not their first cell."""
+    facets = theirs.t2f[local, cell]
+    second = theirs.f2t[0, facets] != cell
+    return OrientedBoundary(facets, second.astype(int)) if second.any() else facets
 
-    Cells keep their order. Left-handed cells, which scikit-fem accepts (its default mesh is one), are put right.
+
+def from_skfem_mesh(theirs: SkfemMesh) -> MeshArrays:
+    """Points, cells, boundaries and groups of a mesh of scikit-fem's.
 
     Raises
     ------
     MeshError
-        If the mesh is not of hexahedra.
-
-    Examples
-    --------
-    >>> from skfem import MeshHex
-    >>> from_skfem(MeshHex())
-    Mesh(hex8, 1 cells, 8 points, boundaries: none)
+        If it is no mesh of solid cells that we have.
     """
-    n_nodes = next((n for n, c in _CLASSES.items() if c.elem is theirs.elem), 0)
-    if not n_nodes:
-        raise MeshError(f"Expected a scikit-fem mesh of 8, 20 or 27-node hexahedra; found {type(theirs).__name__}.")
-    inverse = np.argsort(_node_order(n_nodes))
-    cells = np.asarray(theirs.dofs.element_dofs, dtype=np.int64).T[:, inverse]
-    points = np.asarray(theirs.doflocs).T
-    x = points[cells[:, :8]]
-    across = np.cross(x[:, [1]] - x[:, [0]], x[:, [3]] - x[:, [0]])[:, 0]
+    kind = _KIND_OF_ELEMENT.get(getattr(theirs, "elem", None))
+    if kind is None:
+        raise MeshError(f"Expected a scikit-fem mesh of {EXPECTED}; found {type(theirs).__name__}.")
+    return _arrays(theirs, kind, theirs.dofs.element_dofs, theirs.doflocs.T)[0]
+
+
+def from_skfem_basis(basis: CellBasis) -> tuple[MeshArrays, IntArray]:
+    """Points, cells, boundaries and groups of the nodes of a basis of displacements, and their numbers in it.
+
+    The element may be of a higher order than the mesh: the nodes are those of the element, on the mesh's own geometry.
+
+    Returns
+    -------
+    mesh : MeshArrays
+    dofs : (n_points, 3) array
+        Number in the basis of each point's displacement x, y, z.
+
+    Raises
+    ------
+    InputError
+        If the basis is not one of three displacements per node over all cells of a mesh that we have.
+    """
+    scalar = basis.elem.elem if isinstance(basis.elem, ElementVector) else None
+    kind, geometry = _KIND_OF_ELEMENT.get(type(scalar)), _KIND_OF_ELEMENT.get(basis.mesh.elem)
+    if kind is None or geometry is None:
+        raise InputError(
+            f"Expected a basis of ElementVector of {EXPECTED}; found {type(scalar or basis.elem).__name__} on "
+            f"{type(basis.mesh).__name__}."
+        )
+    if geometry.n_nodes > kind.n_nodes:
+        raise InputError(
+            f"The mesh has {geometry.n_nodes} nodes per cell and the element {kind.n_nodes}: the surface would not be "
+            "that of the mesh. Take an element of the mesh's own order or above."
+        )
+    if basis.element_dofs.shape[1] != basis.mesh.nelements:
+        raise InputError(f"The basis spans {basis.element_dofs.shape[1]} of {basis.mesh.nelements} cells; give all.")
+    first, nodes = np.unique(basis.element_dofs[0::3], return_inverse=True)
+    dofs = np.empty((len(first), 3), dtype=np.int64)
+    for k in range(3):
+        dofs[nodes.reshape(-1), k] = basis.element_dofs[k::3].ravel()
+    local = nodes.reshape(basis.element_dofs[0::3].shape)
+    mesh, used = _arrays(basis.mesh, kind, local, basis.doflocs.T[first])
+    return mesh, dofs[used]
+
+
+def _arrays(theirs: SkfemMesh, kind: Kind, nodes: IntArray, points: Array) -> tuple[MeshArrays, IntArray]:
+    """Points in use, cells and sets from `nodes` (n_nodes, n_cells) in scikit-fem's order; the points' old numbers."""
+    order = _order(kind.name)
+    used, number = np.unique(nodes, return_inverse=True)
+    own = number.reshape(nodes.shape).T[:, np.argsort(order.nodes)]
+    points = np.ascontiguousarray(points[used])
+    x = points[own[:, list(kind.embedding[:8])]]
+    across = np.cross(x[:, 1] - x[:, 0], x[:, 3] - x[:, 0])
     left = np.einsum("ni,ni->n", across, x[:, 4:].mean(axis=1) - x[:, :4].mean(axis=1)) < 0
-    cells[left] = cells[left][:, list(MIRRORED[:n_nodes])]
-    boundaries = {k: _cell_faces(theirs, np.asarray(v), left) for k, v in (theirs.boundaries or {}).items()}
-    return Mesh(points, cells, boundaries, dict(theirs.subdomains or {}))
+    own[left] = own[left][:, order.mirrored_nodes]
+    boundaries = {k: _cell_faces(theirs, v, left, order) for k, v in (theirs.boundaries or {}).items()}
+    groups = {k: np.asarray(v, dtype=np.int64) for k, v in (theirs.subdomains or {}).items()}
+    return (points, kind.to_hexahedra(own), boundaries, groups), used
 
 
-def _cell_faces(theirs: SkfemMesh, facets: IntArray, left: NDArray[np.bool_]) -> IntArray:
-    """Facets as (cell, local face) of their first cell."""
-    cell = theirs.f2t[0, facets]
-    local = _face_order()[np.argmax(theirs.t2f[:, cell] == facets, axis=0)]
-    swapped = np.array([0, 1, 2, 3, 5, 4])
-    return np.stack([cell, np.where(left[cell], swapped[local], local)], axis=1).astype(np.int64)
+def _cell_faces(theirs: SkfemMesh, facets: IntArray, left: NDArray[np.bool_], order: _Order) -> IntArray:
+    """Facets as (cell, local face) of their first cell, or of the cell that an oriented boundary names."""
+    side, facets = np.asarray(getattr(facets, "ori", 0)), np.asarray(facets)
+    cell = theirs.f2t[side, facets]
+    local = order.faces[np.argmax(theirs.t2f[:, cell] == facets, axis=0)]
+    return np.stack([cell, np.where(left[cell], order.mirrored_faces[local], local)], axis=1).astype(np.int64)

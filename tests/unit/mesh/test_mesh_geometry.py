@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshTet
+from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshTet, MeshTet2, MeshTri, MeshWedge1
 from skfem.helpers import ddot, eye, sym_grad, trace
 
 import fecontact as fc
 from fecontact.common.errors import InputError, MeshError
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.skfem_mesh import MeshHex20, from_skfem, to_skfem
+from fecontact.mesh.skfem_mesh import MeshHex20
 
 ELEMENTS = ["hex8", "hex20", "hex27"]
 ORDER = {"hex8": 3, "hex20": 5, "hex27": 5}
@@ -18,7 +18,7 @@ ORDER = {"hex8": 3, "hex20": 5, "hex27": 5}
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_round_trip(curved, element):
     mesh = curved(element).with_group("left", lambda x: x[:, 0] < 0.5)
-    back = from_skfem(to_skfem(mesh))
+    back = fc.Mesh.from_skfem(mesh.to_skfem())
     assert back.cell_type == element
     assert np.array_equal(back.points[back.cells], mesh.points[mesh.cells])
     assert np.array_equal(back.groups["left"], mesh.groups["left"])
@@ -29,7 +29,7 @@ def test_round_trip(curved, element):
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_round_trip_of_a_sphere(element):
     mesh = fc.shapes.half_sphere(2.0, contact_radius=0.1, level=1, sector="half", element=element)
-    back = from_skfem(to_skfem(mesh))
+    back = fc.Mesh.from_skfem(mesh.to_skfem())
     check_mesh(back)
     assert set(back.boundaries) == set(mesh.boundaries)
     for name in mesh.boundaries:
@@ -38,12 +38,12 @@ def test_round_trip_of_a_sphere(element):
 
 def test_midface_nodes_are_left_behind():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
-    assert len(from_skfem(to_skfem(mesh.with_midface_nodes(("top",)))).points) == len(mesh.points)
+    assert len(fc.Mesh.from_skfem(mesh.with_midface_nodes(("top",)).to_skfem()).points) == len(mesh.points)
 
 
 def test_left_handed_cells_are_put_right():
     theirs = MeshHex().refined().with_defaults()
-    mesh = from_skfem(theirs)
+    mesh = fc.Mesh.from_skfem(theirs)
     check_mesh(mesh)
     assert abs(moments_of_volume(mesh)[0] - 1) < 1e-14  # a sum of eight volumes
     for name, axis, value in (("left", 0, 0.0), ("right", 0, 1.0), ("front", 2, 0.0), ("back", 2, 1.0)):
@@ -53,21 +53,65 @@ def test_left_handed_cells_are_put_right():
 def test_default_mesh_is_one_curved_element():
     theirs = MeshHex20()
     assert theirs.doflocs.shape == (3, 20)
-    assert from_skfem(theirs).cell_type == "hex20"
+    assert fc.Mesh.from_skfem(theirs).cell_type == "hex20"
 
 
 def test_degenerate_cells_and_other_meshes_are_refused(degenerate):
     with pytest.raises(InputError, match=r"degenerate"):
-        to_skfem(degenerate("wedge"))
-    with pytest.raises(MeshError, match=r"MeshTet1"):
-        from_skfem(MeshTet())
+        degenerate("wedge").to_skfem()
+    with pytest.raises(MeshError, match=r"MeshTri1"):
+        fc.Mesh.from_skfem(MeshTri())
+
+
+def _tetrahedra_and_wedges():
+    """Meshes of scikit-fem's of the unit cube, one half of whose cells are inside out, with sets."""
+    tets = MeshTet().refined(2)
+    return (
+        tets,
+        MeshTet2.from_mesh(tets),
+        MeshTet2.from_mesh(tets).translated((0.5, 0.1, 0.3)).mirrored((1.0, 0.0, 0.0)).translated((1.5, -0.1, -0.3)),
+        MeshWedge1(),
+    )
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_tetrahedra_and_wedges_there_and_back(number):
+    theirs = _tetrahedra_and_wedges()[number].with_defaults()
+    theirs = theirs.with_subdomains({"low": lambda x: x[2] < 0.5})
+    mesh = fc.Mesh.from_skfem(theirs)
+    check_mesh(mesh)
+    assert abs(moments_of_volume(mesh)[0] - 1) < 1e-13  # a sum of up to 320 volumes
+    for name, axis, value in (("left", 0, 0.0), ("right", 0, 1.0), ("bottom", 1, 0.0), ("top", 1, 1.0)):
+        assert np.abs(mesh.points[mesh.boundary_nodes(name)][:, axis] - value).max() < 1e-14
+        assert {tuple(f) for f in mesh.faces(name)} <= {tuple(f) for f in mesh.outer_faces}
+    back = mesh.to_skfem()
+    assert type(back) is type(theirs)
+    again = fc.Mesh.from_skfem(back)
+    assert again.kinds == mesh.kinds
+    assert np.array_equal(again.points[again.cells], mesh.points[mesh.cells])
+    assert np.array_equal(again.groups["low"], mesh.groups["low"])
+    for name in mesh.boundaries:
+        assert sorted(map(tuple, again.faces(name))) == sorted(map(tuple, mesh.faces(name)))
+
+
+def test_an_inner_face_keeps_its_side():
+    block = fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8")
+    for face in ((0, 1), (1, 0)):
+        mesh = fc.Mesh(block.points, block.cells, {"inner": [face]})
+        assert fc.Mesh.from_skfem(mesh.to_skfem()).faces("inner").tolist() == [list(face)]
+
+
+def test_points_without_a_cell_are_left_out():
+    block = fc.shapes.block((1.0, 1.0, 1.0), (2, 1, 1), element="hex8").to_skfem()
+    theirs = type(block)(np.concatenate([np.full((3, 1), 9.0), block.doflocs], axis=1), block.t + 1)
+    check_mesh(fc.Mesh.from_skfem(theirs))
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_stiffness_equals_scikit_fems(curved, dense_stiffness, element):
     material = fc.Material(E=7.0, nu=0.29)
     mesh = curved(element, (1, 2, 1))
-    theirs = to_skfem(mesh)
+    theirs = mesh.to_skfem()
     basis = Basis(theirs, ElementVector(theirs.elem()), intorder=ORDER[element])
 
     @BilinearForm
