@@ -88,6 +88,11 @@ class AncfBody(ElasticBody):
         planes = symmetry_planes(self.mesh, self.supports)
         return FacetSurface(self.model.mesh.points, facets, name, eight_hats=True, planes=planes)
 
+    @property
+    def functions_per_cell(self) -> int:
+        """Positions and gradients of eight nodes."""
+        return 32
+
     def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3), gradients included."""
         assert feet.facet is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import checked_route
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
-from fecontact.fem.support import Support, symmetry_planes
+from fecontact.fem.support import Support, is_plane, symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface, Feet
@@ -28,6 +28,8 @@ from fecontact.surfaces.nodal_weights import along
 
 PRESSURES = ("midface", "nodal")
 INTEGRATIONS = ("auto", "full", "selective")
+#: Distance from a plane, relative to the body's size, within which a boundary is flat.
+FLAT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,8 +234,85 @@ class ElasticBody(Placed):
     def _solved(self, f: Array) -> Array:
         return self.model.to_nodal(f)[self.model.solved_dofs]
 
+    @property
+    def functions_per_cell(self) -> int:
+        """Scalar functions that a cell's displacements are made of."""
+        return int(self.mesh.cells.shape[1])
+
+    @property
+    def farthest(self) -> float:
+        """Largest coordinate of its mesh."""
+        return float(np.abs(self.mesh.points).max())
+
+    def boundary_force(self, name: str, force: Array) -> Array:
+        """Nodal forces (n_dofs,) of a resultant (3,) in its axes, spread evenly over a boundary."""
+        spread = self.model.traction(name, lambda x, n: np.broadcast_to(force, x.shape))
+        return spread / self.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum()
+
+    def boundary_pressure(self, name: str, pressure: float) -> Array:
+        """Nodal forces (n_dofs,) of a pressure on a boundary."""
+        return self.model.traction(name, lambda x, n: -pressure * n)
+
+    def point_force(self, point: Array, force: Array) -> Array:
+        """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes; see `attachment`."""
+        size = float(np.linalg.norm(force))
+        return np.asarray(self.attachment(point, force / size).T @ [size]) if size > 0 else np.zeros(self.n_dofs)
+
+    def body_force(self, gravity: Array) -> Array:
+        """Nodal forces (n_dofs,) of gravity (3,) in its axes.
+
+        Raises
+        ------
+        InputError
+            Without a density for every material.
+        """
+        if any(m.density is None for m in self.model.materials):
+            raise InputError(
+                f"Gravity needs a density for every material of {self.name!r}: Material(E, nu, density=...)."
+            )
+        return self.model.body_force(lambda x: np.broadcast_to(gravity, x.shape))
+
+    @property
+    def weighted_modes(self) -> Array:
+        """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions about the reference point: M R."""
+        return self.model.weighted_modes
+
+    def shared_faces(self, one: str, other: str) -> int:
+        """Number of faces that two boundaries have in common."""
+        keys = [self.mesh.faces(name) @ np.array([6, 1]) for name in (one, other)]
+        return int(np.isin(*keys).sum())
+
+    def planes_through(self, nodes: IntArray) -> int:
+        """Number of boundaries held in one component only, as planes of symmetry are, with any of these nodes."""
+        planes = [name for name, support in self.supports.items() if is_plane(support)]
+        return sum(bool(np.isin(nodes, self.mesh.boundary_nodes(name)).any()) for name in planes)
+
+    def size_lines(self, twin: str = "") -> list[str]:
+        """Lines for people: the model that it shares with its twin, or the planes of symmetry it is cut at."""
+        if twin:
+            return [f"{self.name}: the model of {twin!r} in another pose, factorised once for both"]
+        planes = [name for name, support in self.supports.items() if self._mirrors(name, support)]
+        if not planes:
+            return []
+        return [
+            f"{self.name}: held along the normal only on {', '.join(planes)}; as planes of symmetry these make "
+            f"it 1/{2 ** len(planes)} of the whole"
+        ]
+
+    def _mirrors(self, name: str, support: Support) -> bool:
+        """Whether a boundary lies in one plane across an axis and is held along that axis alone."""
+        if not (isinstance(support, str) and is_plane(support) and support in "xyz"):
+            return False
+        place = self.mesh.points[self.mesh.boundary_nodes(name), "xyz".index(support)]
+        return bool(np.ptp(place) <= FLAT * self.size)
+
     def describe(self) -> str:
         """One line: what was modelled."""
         m = self.mesh
         mid = "" if m.midface is None else f" + {(m.midface >= 0).sum()} mid-face nodes"
         return self._described(f"{len(m.cells)} {m.cell_type} cells{mid}, {self.n_dofs} dofs")
+
+
+def elastic_among(bodies: Iterable[object]) -> tuple[ElasticBody, ...]:
+    """Those that have a mesh and a finite element model."""
+    return tuple(b for b in bodies if isinstance(b, ElasticBody))

@@ -133,6 +133,11 @@ class ElasticLayer(Placed):
         return (self.surface_of[1],)
 
     @property
+    def is_foundation(self) -> bool:
+        """A node gives under its own pressure, and no other."""
+        return True
+
+    @property
     def n_dofs(self) -> int:
         """Three per node of the mesh."""
         return self._facets.points.size

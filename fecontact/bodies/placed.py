@@ -8,14 +8,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.answers import Answers
 from fecontact.bodies.pose import Pose
 
 
-class Placed:
+class Placed(Answers):
     """A body with a pose of its own, apart from its coordinates."""
 
     pose: Pose
-    name: str
 
     @property
     def notes(self) -> tuple[str, ...]:

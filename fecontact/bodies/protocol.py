@@ -10,8 +10,9 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Feet, Surface
 
 
@@ -32,7 +33,10 @@ class Reduced:
 
 
 class Body(Protocol):
-    """Anything that can take part in a scene. All arrays are in the body's own axes."""
+    """Anything that can take part in a scene. All arrays are in the body's own axes.
+
+    The members from `is_rigid` on have defaults in `answers.Answers`, from which a body of one's own derives.
+    """
 
     @property
     def name(self) -> str:
@@ -91,3 +95,52 @@ class Body(Protocol):
 
     def describe(self) -> str:
         """One line: what was modelled."""
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether it does not deform at all."""
+
+    @property
+    def dimension(self) -> str | None:
+        """'space', 'plane' or 'axis'; None: it goes with any of them."""
+
+    @property
+    def along(self) -> Extent | None:
+        """How far a section goes on; None for a body of space."""
+
+    @property
+    def matrix_free(self) -> bool:
+        """Whether many rows have a compliance that is applied as an operator, and never a matrix."""
+
+    @property
+    def is_foundation(self) -> bool:
+        """Whether a surface node gives under its own pressure only."""
+
+    @property
+    def farthest(self) -> float:
+        """Largest coordinate of the mesh that it is made of; zero where there is none."""
+
+    def boundary_force(self, name: str, force: Array) -> Array:
+        """Nodal forces (n_dofs,) of a resultant (3,) spread evenly over a boundary; InputError where it has none."""
+
+    def boundary_pressure(self, name: str, pressure: float) -> Array:
+        """Nodal forces (n_dofs,) of a pressure on a boundary; InputError where it has none."""
+
+    def point_force(self, point: Array, force: Array) -> Array | None:
+        """Nodal forces (n_dofs,) of a force (3,) at a point (3,); None where it acts on the body as a whole."""
+
+    def body_force(self, gravity: Array) -> Array | None:
+        """Nodal forces (n_dofs,) of gravity (3,); None where that does not act."""
+
+    @property
+    def weighted_modes(self) -> Array:
+        """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions; InputError where it has no mass."""
+
+    def shared_faces(self, one: str, other: str) -> int:
+        """Number of faces that two of its contact surfaces have in common."""
+
+    def planes_through(self, nodes: IntArray) -> int:
+        """Number of its planes of symmetry on which any of these nodes lies."""
+
+    def size_lines(self, twin: str = "") -> list[str]:
+        """Lines for people: what it stands for more than it is made of; `twin` names a body of the same model."""

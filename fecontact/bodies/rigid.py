@@ -172,6 +172,25 @@ counter-clockwise.'
         return self.shape.notes if isinstance(self.shape, Facets) else ()
 
     @property
+    def is_rigid(self) -> bool:
+        """It does not deform."""
+        return True
+
+    @property
+    def dimension(self) -> None:
+        """It goes with sections too, if its surface is as they are along y or round the axis."""
+        return None
+
+    @property
+    def farthest(self) -> float:
+        """Largest coordinate of the mesh of its surface, if it has one."""
+        return float(np.abs(self.shape.mesh.points).max()) if isinstance(self.shape, Facets) else 0.0
+
+    def size_lines(self, twin: str = "") -> list[str]:
+        """Lines for people."""
+        return [f"{self.name}: rigid, nothing to factorise"]
+
+    @property
     def n_dofs(self) -> int:
         """Its six rigid motions."""
         return 6

@@ -70,6 +70,11 @@ class SectionBody(ElasticBody):
         raise InputError("Make a PlaneBody or an AxisymmetricBody.")
 
     @property
+    def dimension(self) -> str:
+        """'plane' or 'axis'."""
+        return "axis" if self.along.revolved else "plane"
+
+    @property
     def plane_stress(self) -> bool:
         """Whether there is no stress across the section."""
         return False
@@ -92,6 +97,10 @@ class SectionBody(ElasticBody):
             axis = on_axis(self.mesh.points, self.size)
             nodes, across = np.append(nodes, axis), np.concatenate([across, np.tile([1.0, 0.0, 0.0], (len(axis), 1))])
         return CurveSurface(self.mesh.points, facets, name, planes=(nodes, across), along=self.along)
+
+    def size_lines(self, twin: str = "") -> list[str]:
+        """Lines for people: what the section saves too."""
+        return [*super().size_lines(twin), f"{self.name}: a section instead of a solid"]
 
     def describe(self) -> str:
         """One line: what was modelled."""

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, aslinearoperator
 
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.stopwatch import Stopwatch
@@ -271,10 +272,8 @@ def _condense_shared(
     """Condense a model that stands in several poses once, onto all its poses' candidates together."""
     nodes: dict[int, list[IntArray]] = {}
     models = {}
-    for body in bodies:
-        model = getattr(body, "model", None)
-        if model is None:
-            continue
+    for body in elastic_among(bodies):
+        model = body.model
         models[id(model)] = model
         for interface, c in zip(interfaces, chosen, strict=True):
             rows = interface.rows(body)

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
-from fecontact.bodies.rigid import RigidBody
-from fecontact.bodies.section import SectionBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
@@ -44,7 +41,7 @@ class Setting:
 
     def check_pose(self, body: Body) -> None:
         """Refuse a section that has left the plane or the axis; rigid bodies are judged by their surfaces."""
-        if not isinstance(body, SectionBody):
+        if body.along is None:
             return
         Q, shift = body.pose.rotation, body.pose.translation / body.size
         axis, held = (2, [0, 1]) if self.name == "axis" else (1, [1])
@@ -126,6 +123,7 @@ def _named(components: Iterable[int]) -> str:
 SPACE = Setting("space", (0, 1, 2, 3, 4, 5))
 PLANE = Setting("plane", (0, 2, 4))
 AXIS = Setting("axis", (2,))
+SETTINGS = {s.name: s for s in (SPACE, PLANE, AXIS)}
 
 
 def setting_of(bodies: Sequence[Body]) -> Setting:
@@ -138,8 +136,8 @@ def setting_of(bodies: Sequence[Body]) -> Setting:
     """
     kinds: dict[Setting, Body] = {}
     for body in bodies:
-        if not isinstance(body, RigidBody):
-            kinds.setdefault(_own(body), body)
+        if body.dimension is not None:
+            kinds.setdefault(SETTINGS[body.dimension], body)
     if len(kinds) > 1:
         names = "; ".join(f"{b.name!r} is {_KINDS[s.name]}" for s, b in kinds.items())
         raise InputError(
@@ -149,7 +147,7 @@ def setting_of(bodies: Sequence[Body]) -> Setting:
     setting = next(iter(kinds), SPACE)
     for body in bodies:
         setting.check_pose(body)
-    wide = {b.along.thickness for b in bodies if isinstance(b, SectionBody)}
+    wide = {b.along.thickness for b in bodies if b.along is not None}
     if len(wide) > 1:
         raise InputError(
             f"Plane bodies of one scene need one thickness; found {sorted(map(float, filter(None, wide)))}."
@@ -158,12 +156,6 @@ def setting_of(bodies: Sequence[Body]) -> Setting:
 
 
 _KINDS = {"space": "spatial", "plane": "plane", "axis": "axisymmetric"}
-
-
-def _own(body: Body) -> Setting:
-    if not isinstance(body, SectionBody):
-        return SPACE
-    return AXIS if body.along.revolved else PLANE
 
 
 def check_contacts(contacts: Sequence[Contact]) -> None:
@@ -181,21 +173,13 @@ def check_contacts(contacts: Sequence[Contact]) -> None:
             )
             if sides.keys() != others.keys():
                 continue
-            count = [_shared_faces(body, name, others[key][1]) for key, (body, name) in sides.items()]
+            count = [body.shared_faces(name, others[key][1]) for key, (body, name) in sides.items()]
             if all(count):
                 raise InputError(
                     f"Two contacts between {one.slave.name!r} and {one.master.name!r}, {one.surfaces} and "
                     f"{other.surfaces}, share faces on both bodies ({max(count)} on one): forces there would be shared "
                     "in any proportion. Take the faces out of one boundary, or make one contact of the two."
                 )
-
-
-def _shared_faces(body: Body, one: str, other: str) -> int:
-    """Number of faces that two surfaces of a body have in common; 1 for the only surface of a rigid body."""
-    if not isinstance(body, ElasticBody):
-        return int(one == other)
-    keys = [body.mesh.faces(name) @ np.array([6, 1]) for name in (one, other)]
-    return int(np.isin(*keys).sum())
 
 
 def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Extent) -> None:

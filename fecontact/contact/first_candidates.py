@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.search.candidates import FEWEST, approach_for_load, choose
-from fecontact.fem.support import is_plane
 from fecontact.surfaces.section_curve import CurveSurface
 
 #: Share of the elastic displacement that may bridge a gap, up to which points are first candidates after the drift.
@@ -25,9 +24,9 @@ def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntAr
     drift = reach.drift_in(interface.slave.pose).at(interface.slave_nodes)
     near = np.flatnonzero(interface.gap + interface.slave_rows @ drift.ravel() <= LIKELY * reach.elastic)
     ready = np.ones(len(near), bool)
-    for body in (interface.slave, interface.master):
+    for body in elastic_among((interface.slave, interface.master)):
         rows = interface.rows(body)
-        if isinstance(body, ElasticBody) and rows is not None:
+        if rows is not None:
             ready &= body.model.has_condensed(rows[near])
     return near[ready] if ready.all() and len(near) >= FEWEST else np.union1d(first, near[ready])
 
@@ -54,7 +53,5 @@ def _mirror_images(interface: Interface, opening: Array) -> int:
     A boundary held in one component only that passes through the point nearest contact is taken for a plane of
     symmetry. A wrong guess costs time, never accuracy.
     """
-    supports = getattr(interface.slave, "supports", {})
-    nearest = interface.pairing.nodes[np.argmin(opening)]
-    planes = [name for name, support in supports.items() if is_plane(support)]
-    return 2 ** sum(nearest in interface.slave.mesh.boundary_nodes(name) for name in planes)  # type: ignore[attr-defined]
+    nearest = interface.pairing.nodes[[np.argmin(opening)]]
+    return 2 ** interface.slave.planes_through(nearest)

@@ -11,7 +11,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.protocol import Body
-from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.dimension import mean_feet
@@ -101,7 +100,7 @@ class Interface:
     def master_rows(self) -> sp.csr_matrix:
         """Opening by the master's displacements (n_pairs, n_dofs)."""
         surface, pairing = self.slave.surface(self.surfaces[0]), self.pairing
-        if isinstance(surface, CurveSurface) and isinstance(self.master, RigidBody):
+        if isinstance(surface, CurveSurface) and self.master.is_rigid:
             pairing = replace(pairing, feet=mean_feet(pairing.feet, self.master.pose, surface.along))
         return pairing.master_rows(self.master)
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -78,15 +77,6 @@ class Loading:
         return work
 
 
-def _farness(body: Body) -> float:
-    """Largest coordinate of a body's mesh over its size; zero where there is none."""
-    for holder in (body, getattr(body, "shape", None)):
-        mesh = getattr(holder, "mesh", None)
-        if mesh is not None:
-            return float(np.abs(mesh.points).max() / body.size)
-    return 0.0
-
-
 def _lengths(vectors: Array) -> Array:
     """Lengths (n, k) of the vectors in columns (3 n, k)."""
     return np.asarray(np.linalg.norm(vectors.reshape(len(vectors) // 3, 3, vectors.shape[1]), axis=1))
@@ -122,45 +112,48 @@ def make_loading(
     frames, distributed = [], []
     turning = [c - 3 for c in setting.motions if c >= 3]
     for body in bodies:
+        placed, pushes = _point_forces(body, boundary)
         frame = make_frame(
             body,
             whole.get(body),
             (moments or {}).get(body),
             (motions or {}).get(body),
             (free or {}).get(body, ()),
-            _pushes(body, boundary),
+            pushes,
             turning,
         )
         setting.check_frame(frame)
-        parts = [
-            _local_force(b, place, f)
-            for (b, place), f in boundary.items()
-            if b is body and (isinstance(b, ElasticBody) or isinstance(place, str))
+        parts = placed + [
+            _boundary_force(b, place, f) for (b, place), f in boundary.items() if b is body and isinstance(place, str)
         ]
         parts += [_pressure(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
-        if gravity is not None and isinstance(body, ElasticBody):
-            parts.append(_gravity(body, gravity))
+        if gravity is not None:
+            weight = body.body_force(vector(gravity, "Gravity") @ body.pose.rotation)
+            parts += [] if weight is None else [weight]
         if frame.spread:
             parts.append(_spread(frame))
         frames.append(frame)
         distributed.append(np.sum(parts, axis=0) if parts else None)
-    return Loading(
-        tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * max(map(_farness, bodies), default=0.0))
-    )
+    farthest = max((b.farthest / b.size for b in bodies), default=0.0)
+    return Loading(tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * farthest))
 
 
-def _pushes(body: Body, local: Mapping[tuple[Body, Any], ArrayLike]) -> list[tuple[Array, Array]]:
-    """World points of a body that does not deform as a whole, and the forces given there."""
-    if isinstance(body, ElasticBody):
-        return []
-    return [
-        (
-            body.pose.to_world(vector(place, f"The point of the force on {body.name!r}")),
-            vector(force, f"The force at {place} of {body.name!r}"),
-        )
-        for (b, place), force in local.items()
-        if b is body and not isinstance(place, str)
-    ]
+def _point_forces(
+    body: Body, local: Mapping[tuple[Body, Any], ArrayLike]
+) -> tuple[list[Array], list[tuple[Array, Array]]]:
+    """Forces at points of a body: as nodal forces, and those on the body as a whole with their world points."""
+    nodal: list[Array] = []
+    pushes: list[tuple[Array, Array]] = []
+    for (b, place), force in local.items():
+        if b is body and not isinstance(place, str):
+            point = vector(place, f"The point of the force on {body.name!r}")
+            f = vector(force, f"The force at {place} of {body.name!r}")
+            found = body.point_force(point, f @ body.pose.rotation)
+            if found is None:
+                pushes.append((body.pose.to_world(point), f))
+            else:
+                nodal.append(found)
+    return nodal, pushes
 
 
 def _check_forces(setting: Setting, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
@@ -204,50 +197,18 @@ def check_member(key: object, bodies: Sequence[Body], what: str = "A load or mot
         )
 
 
-def _elastic(body: Body, what: str) -> ElasticBody:
-    if not isinstance(body, ElasticBody):
-        raise InputError(f"{what} needs an elastic body; {body.name!r} is not. Give the force on the body as a whole.")
-    return body
-
-
-def _local_force(body: Body, place: str | tuple[float, float, float], force: ArrayLike) -> Array:
-    """Nodal forces of a resultant on a boundary or at a point of the body's axes."""
-    if isinstance(place, str):
-        return _boundary_force(body, place, force)
-    local = vector(force, f"The force at {place} of {body.name!r}") @ body.pose.rotation
-    point = vector(place, f"The point of the force on {body.name!r}")
-    size = float(np.linalg.norm(local))
-    return np.asarray(body.attachment(point, local / size).T @ [size]) if size > 0 else np.zeros(body.n_dofs)
-
-
 def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
-    """A resultant spread evenly over a boundary."""
-    elastic = _elastic(body, "A force on a boundary")
     f = vector(force, f"The force on {name!r} of {body.name!r}")
-    local = f @ body.pose.rotation
-    spread = elastic.model.traction(name, lambda x, n: np.broadcast_to(local, x.shape))
-    area = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum()
-    return spread / area
+    return body.boundary_force(name, f @ body.pose.rotation)
 
 
 def _pressure(body: Body, name: str, pressure: float) -> Array:
-    elastic = _elastic(body, "A pressure")
-    p = number(pressure, f"The pressure on {name!r} of {body.name!r}")
-    return elastic.model.traction(name, lambda x, n: -p * n)
-
-
-def _gravity(body: ElasticBody, gravity: ArrayLike) -> Array:
-    g = vector(gravity, "Gravity")
-    if any(m.density is None for m in body.model.materials):
-        raise InputError(f"Gravity needs a density for every material of {body.name!r}: Material(E, nu, density=...).")
-    local = g @ body.pose.rotation
-    return body.model.body_force(lambda x: np.broadcast_to(local, x.shape))
+    return body.boundary_pressure(name, number(pressure, f"The pressure on {name!r} of {body.name!r}"))
 
 
 def mass_weighted(frame: Frame, motions: Array) -> Array:
     """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R."""
-    body = _elastic(frame.body, "A floating body")
-    return np.asarray(body.model.weighted_modes @ frame.in_body_axes(motions))
+    return np.asarray(frame.body.weighted_modes @ frame.in_body_axes(motions))
 
 
 def _spread(frame: Frame) -> Array:

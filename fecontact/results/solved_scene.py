@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -102,7 +102,7 @@ class SolvedScene:
     @property
     def elastic_bodies(self) -> tuple[ElasticBody, ...]:
         """The scene's elastic bodies."""
-        return tuple(b for b in self.scene.bodies if isinstance(b, ElasticBody))
+        return elastic_among(self.scene.bodies)
 
     @property
     def n_candidates(self) -> int:
@@ -132,11 +132,10 @@ class SolvedScene:
         raise InputError(f"{getattr(body, 'name', body)!r} is not a body of this result's scene.")
 
     def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
-        if not isinstance(body, ElasticBody):
+        if not elastic_among([body]):
             raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
         k = self._number(body)
-        posed = self.scene.bodies[k]
-        assert isinstance(posed, ElasticBody)
+        (posed,) = elastic_among([self.scene.bodies[k]])
         return k, posed
 
     def given(self, body: Body) -> Body:

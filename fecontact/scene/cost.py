@@ -16,10 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.ancf.body import AncfBody
-from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace import HalfSpace
-from fecontact.bodies.section import SectionBody
+from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch, peak_memory
 from fecontact.contact.interface import Interface, Rows
@@ -147,10 +144,10 @@ def explain(scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: s
     """
     given = {name: (loads or {}).get(name) for name in LOADS}
     conditions, _, chosen = prepared(scene, make_loading(scene.bodies, **given))
-    elastic = [b for b in scene.bodies if isinstance(b, ElasticBody)]
+    elastic = elastic_among(scene.bodies)
     models = _model_costs(elastic, conditions, chosen)
     n = sum(len(c) for c in chosen)
-    dense = 0.0 if any(isinstance(b, HalfSpace) for b in scene.bodies) else DENSE_CANDIDATES * 8 * n**2 / 1e6
+    dense = 0.0 if any(b.matrix_free for b in scene.bodies) else DENSE_CANDIDATES * 8 * n**2 / 1e6
     return Explanation(
         bodies=tuple(b.describe() for b in scene.bodies),
         n_dofs=sum(b.n_unknowns for b in elastic),
@@ -179,7 +176,7 @@ def _coupling(interface: Interface, n: int) -> str:
 def _solver(solver: str, n: int, scene: SceneModel) -> str:
     if solver != "auto":
         return f"{solver}, as asked for"
-    if any(isinstance(b, HalfSpace) for b in scene.bodies):
+    if any(b.matrix_free for b in scene.bodies):
         return "conjugate gradients with a compliance that is applied by Fourier transforms"
     return f"active set on a dense compliance of {n} candidates; slower finite methods only where it is singular"
 
@@ -222,10 +219,10 @@ def _model_cost(body: ElasticBody, nodes: np.ndarray, rate: float) -> ModelCost:
 def _arrays(body: ElasticBody, model: Model) -> tuple[float, float, float]:
     """Bytes while the stiffness is assembled, of its upper triangle, and of PARDISO's factor."""
     n, n_cells = len(model.solved_dofs), len(body.mesh.cells)
-    if isinstance(body, SectionBody):
+    if body.along is not None:
         width = 2 * body.mesh.cells.shape[1]
         return PER_ENTRY * n_cells * width**2, ENTRY * 17 * n, SECTION_FACTOR * n * np.log2(max(n, 2))
-    functions = 32 if isinstance(body, AncfBody) else body.mesh.cells.shape[1]
+    functions = body.functions_per_cell
     pairs = n_cells * functions * (functions + 1) / 2
     # about two fifths of the entries of all cells are left when shared ones have been added up
     return PER_PAIR * pairs, ENTRY * 9 * 0.6 * pairs, SOLID_FACTOR * n ** (4 / 3)

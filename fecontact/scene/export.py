@@ -14,8 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.rigid import RigidBody
+from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.errors import InputError
 from fecontact.common.text_files import check_writable
 from fecontact.contact.condensed_problem import uncondensed
@@ -76,7 +75,7 @@ def export_problem(
     if path.suffix.lower() != ".npz":
         raise InputError(f"A problem is written to a .npz file; found {path.name!r}.")
     for body in scene.bodies:
-        if not isinstance(body, ElasticBody | RigidBody):
+        if not (body.is_rigid or elastic_among([body])):
             raise InputError(f"{body.name!r} is a {type(body).__name__}, which has no stiffness matrix to write.")
     loading = make_loading(scene.bodies, forces, moments, motions, free, pressures, gravity)
     conditions, opening, chosen = prepared(scene, loading)
@@ -101,8 +100,8 @@ def export_problem(
                 f"{part.body.name!r} floats and is held by its mean position, which the file has no place for; "
                 "support it, or leave the motion free."
             )
-        if isinstance(part.body, ElasticBody):
-            arrays |= {f"body{count}_{key}": value for key, value in _elastic(part.body, part).items()}
+        for body in elastic_among([part.body]):
+            arrays |= {f"body{count}_{key}": value for key, value in _elastic(body, part).items()}
             count += 1
     arrays["n_bodies"] = np.array(count)
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")

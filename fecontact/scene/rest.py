@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.bodies.rigid import RigidBody
 from fecontact.common.errors import SupportError
 from fecontact.results.result import ContactResult
 
@@ -25,7 +24,7 @@ def check_rest(result: ContactResult) -> ContactResult:
         Names the motion in words.
     """
     bodies, frames, state = result.scene.bodies, result.loading.frames, result.state
-    sizes = [b.size for b in bodies if not isinstance(b, RigidBody)] or [b.size for b in bodies]
+    sizes = [b.size for b in bodies if not b.is_rigid] or [b.size for b in bodies]
     gaps = np.concatenate([i.gap for i in result.reduction.interfaces])
     known = max(sizes) + float(np.abs(gaps[np.isfinite(gaps)]).max(initial=0.0))
     found = [motion - frame.moved for frame, motion in zip(frames, state.motions, strict=True)]

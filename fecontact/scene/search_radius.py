@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.contact import Contact
@@ -167,8 +167,7 @@ def following(reach: Reach | None, first: Reach | None) -> Reach | None:
 def _movement(result: ContactResult, interface: Interface) -> tuple[Drift, list[Array]]:
     """Rigid motion of the slave seen from the master, in world axes, and both sides' displacements (n, 3) besides."""
     shift, turn, elastic = np.zeros(3), np.zeros(3), []
-    for body, sign in ((interface.slave, 1.0), (interface.master, -1.0)):
-        assert isinstance(body, ElasticBody)
+    for body, sign in zip(elastic_among((interface.slave, interface.master)), (1.0, -1.0), strict=True):
         k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
         motion, frame = result.state.motions[k], result.loading.frames[k]
         elastic.append(body.model.at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.json_lines import append_row
@@ -202,8 +202,7 @@ def _touched(scene: SceneModel, loading: Loading, guide: Guide) -> list[tuple[El
             return _touched_when_paired(scene, loading)
         found += [
             (body, nodes)
-            for body, nodes in zip(bodies, near_nodes(bodies, surfaces, loading, reach), strict=True)
-            if isinstance(body, ElasticBody)
+            for body, nodes in zip(elastic_among(bodies), near_nodes(bodies, surfaces, loading, reach), strict=True)
         ]
     return found + _touched_by_springs(scene)
 
@@ -212,7 +211,7 @@ def _touched_by_springs(scene: SceneModel) -> list[tuple[ElasticBody, IntArray]]
     if not scene.springs:
         return []
     ligaments = spring_rows(scene.springs)
-    rows = [(body, ligaments.rows(body)) for body in scene.bodies if isinstance(body, ElasticBody)]
+    rows = [(body, ligaments.rows(body)) for body in elastic_among(scene.bodies)]
     return [(body, body.model.touched(r)) for body, r in rows if r is not None]
 
 
@@ -221,8 +220,7 @@ def _touched_when_paired(scene: SceneModel, loading: Loading) -> list[tuple[Elas
     conditions, _, chosen = prepared(scene, loading)
     return [
         (body, body.model.touched(rows[c]))
-        for body in scene.bodies
-        if isinstance(body, ElasticBody)
+        for body in elastic_among(scene.bodies)
         for condition, c in zip(conditions, chosen, strict=True)
         if (rows := condition.rows(body)) is not None
     ]

@@ -20,7 +20,6 @@ from fecontact.app.spheres.case import CASES, Spheres
 from fecontact.app.spheres.spheres import SpheresResult, solve_spheres
 from fecontact.bodies import ElasticBody, HalfSpace, Plane, RigidBody
 from fecontact.bodies.halfspace import Layer
-from fecontact.bodies.section import SectionBody
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.contact.contact import Contact
@@ -119,7 +118,7 @@ def _worst(residuals: Residuals) -> float:
 
 def _dofs(result: ContactResult) -> int:
     """Of the elastic bodies; those of a section across its plane do not count."""
-    return sum(b.n_unknowns if isinstance(b, SectionBody) else b.n_dofs for b in result.elastic_bodies)
+    return result.n_dofs
 
 
 def _of_spheres(out: SpheresResult) -> Measured:

@@ -16,7 +16,7 @@ from fecontact.app.scene_file.bodies import AnyBody, pose_of, read_bodies, read_
 from fecontact.app.scene_file.cases import save_cases
 from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body, write_output
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed, read_toml
-from fecontact.bodies import ElasticBody
+from fecontact.bodies.elastic import elastic_among
 from fecontact.common.errors import FecontactError
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
@@ -318,10 +318,11 @@ def _has_boundary(table: Table, key: str, body: AnyBody | None, boundary: str | 
     """Whether a body could be made and has the boundary, if one is named."""
     if body is None or boundary is None:
         return body is not None
-    if not isinstance(body, ElasticBody):
+    elastic = elastic_among([body])
+    if not elastic:
         table.fault(key, f"{body.name!r} is rigid and has no boundaries; load the body as a whole.")
         return False
-    known = body.mesh.boundaries
+    known = elastic[0].mesh.boundaries
     if boundary not in known:
         hint = did_you_mean(boundary, known)
         table.fault(key, f"{body.name!r} has no boundary {boundary!r}{hint}; there are: {listed(known)}.")

@@ -226,6 +226,15 @@ class HalfSpace(Placed):
         return np.asarray(surface, dtype=float)
 
     @property
+    def matrix_free(self) -> bool:
+        """Its compliance is applied by Fourier transforms."""
+        return True
+
+    def size_lines(self, twin: str = "") -> list[str]:
+        """Lines for people."""
+        return [f"{self.name}: a half-space, of which only the surface is cut"]
+
+    @property
     def n_dofs(self) -> int:
         """Three displacements for each cell, of which the half-space gives along the normal only."""
         return 3 * self.grid.n_cells

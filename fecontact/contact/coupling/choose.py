@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from fecontact.bodies.halfspace.surface import GridSurface
-from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
@@ -194,7 +193,7 @@ def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, ne
     else:
         share = _share(slave, master)
         pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near, share)
-    if isinstance(slave, ElasticLayer) and pairing.coupling == "nodal":
+    if slave.is_foundation and pairing.coupling == "nodal":
         # a node of a foundation gives by its whole area
         pairing = replace(pairing, weights=contact_weights(surface)[pairing.nodes])
     return pairing

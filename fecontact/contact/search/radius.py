@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.contact.search.region import Drift
@@ -51,7 +51,7 @@ class Reach:
 def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurface] | None:
     """Surfaces of a contact if near parts of them can be paired: facets of two elastic bodies, nodes as usual."""
     surfaces = [b.surface(name) for b, name in zip(bodies, names, strict=True)]
-    if not all(isinstance(b, ElasticBody) for b in bodies):
+    if len(elastic_among(bodies)) < 2:
         return None
     facets = [s for s in surfaces if type(s) is FacetSurface and not s.eight_hats]
     return facets if len(facets) == 2 else None

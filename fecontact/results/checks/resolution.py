@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.facing import STEEPEST, opposition
 from fecontact.contact.interface import Interface
 from fecontact.contact.search.region import with_rings
-from fecontact.fem.support import is_plane
 from fecontact.mesh.facets import facet_centres
 from fecontact.mesh.pick import shared_sides
 from fecontact.results.checks.rims import node_sizes
@@ -47,9 +46,13 @@ class _Side(NamedTuple):
 
 
 def _side(result: SolvedScene, body: Body, name: str) -> _Side | None:
+    for elastic in elastic_among([body]):
+        return _elastic_side(result, elastic, name)
+    return None
+
+
+def _elastic_side(result: SolvedScene, body: ElasticBody, name: str) -> _Side:
     surface = body.surface(name)
-    if not isinstance(body, ElasticBody) or not isinstance(surface, FacetSurface):
-        return None
     k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
     u, frame = result.state.displacements[k], result.loading.frames[k]
     rest = body.model.at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
@@ -146,9 +149,7 @@ def _on_axis(contact: ContactFields, chosen: Mask) -> bool:
 
 def _images(interface: Interface, nodes: IntArray) -> int:
     """How often a region stands for itself by planes of symmetry through it: supports along one normal on its nodes."""
-    mesh, supports = getattr(interface.slave, "mesh", None), getattr(interface.slave, "supports", {})
-    planes = [name for name, support in supports.items() if is_plane(support)]
-    return 2 ** sum(bool(np.isin(nodes, mesh.boundary_nodes(name)).any()) for name in planes)  # type: ignore[union-attr]
+    return 2 ** interface.slave.planes_through(nodes)
 
 
 def chords(result: SolvedScene) -> Iterator[str]:

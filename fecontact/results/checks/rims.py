@@ -8,7 +8,6 @@ import numpy as np
 
 from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
-from fecontact.bodies.rigid import RigidBody
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, Mask
 from fecontact.contact.interface import Interface
@@ -53,7 +52,7 @@ def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
     feet = master.pose.to_body(contact.points[active] - pairing.gap[active, None] * lines)
     ours = _Near.of(slave, names[0], pairing.slave_points[active], size, ON_RIM * size)
     theirs = _Near.of(master, names[1], feet, size, spacing)
-    if isinstance(master, RigidBody):
+    if master.is_rigid:
         theirs = _near_rigid_end(master, names[1], feet, lines @ master.pose.rotation, size, spacing)
     forces = contact.forces[active]
     for body, name, mine, other in ((slave, names[0], ours, theirs), (master, names[1], theirs, ours)):
@@ -67,7 +66,7 @@ def _sentence(contact: ContactFields, body: Body, name: str, share: float) -> st
     beyond, remedy = "the body goes on", "Declare a larger contact boundary"
     if isinstance(body.surface(name), GridSurface):
         beyond, remedy = "the half-space goes on", "Take a larger grid"
-    elif isinstance(body, RigidBody):
+    elif body.is_rigid:
         beyond, remedy = "nothing is known of the body", "Take a larger surface"
     return (
         f"{100 * share:.3g} % of the force between {contact.slave.name!r} and {contact.master.name!r} acts "
