@@ -9,7 +9,6 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.search.candidates import FEWEST, approach_for_load, choose
-from fecontact.surfaces.section_curve import CurveSurface
 
 #: Share of the elastic displacement that may bridge a gap, up to which points are first candidates after the drift.
 LIKELY = 0.4
@@ -40,8 +39,8 @@ def _first_choice(interface: Interface, opening: Array, loading: Loading) -> Int
         if sum(compliances) > 0:
             images = _mirror_images(interface, opening)
             area = images * interface.pairing.weights
-            surface = interface.slave.surface(interface.surfaces[0])
-            thickness = surface.along.thickness if isinstance(surface, CurveSurface) else None
+            along = interface.slave_surface.along
+            thickness = None if along is None else along.thickness
             scale = approach_for_load(opening - opening.min(), area, 1 / sum(compliances), images * force, thickness)
             approach = max(approach, scale)
     return choose(opening, approach)

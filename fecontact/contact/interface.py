@@ -17,8 +17,7 @@ from fecontact.contact.dimension import mean_feet
 from fecontact.contact.rigid_motion import Frame
 from fecontact.contact.search.radius import Reach
 from fecontact.contact.search.region import Near
-from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.section_curve import CurveSurface
+from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
 
 class Rows(Protocol):
@@ -85,11 +84,14 @@ class Interface:
         return ""
 
     @property
+    def slave_surface(self) -> FacetSurface:
+        """Facets of the slave, in its axes."""
+        return with_nodes(self.slave.surface(self.surfaces[0]))
+
+    @property
     def slave_nodes(self) -> Array:
         """Coordinates (n_nodes, 3) of the slave's mesh, in its axes."""
-        surface = self.slave.surface(self.surfaces[0])
-        assert isinstance(surface, FacetSurface)
-        return surface.points
+        return self.slave_surface.points
 
     @cached_property
     def slave_rows(self) -> sp.csr_matrix:
@@ -99,8 +101,8 @@ class Interface:
     @cached_property
     def master_rows(self) -> sp.csr_matrix:
         """Opening by the master's displacements (n_pairs, n_dofs)."""
-        surface, pairing = self.slave.surface(self.surfaces[0]), self.pairing
-        if isinstance(surface, CurveSurface) and self.master.is_rigid:
+        surface, pairing = self.slave_surface, self.pairing
+        if surface.along is not None and self.master.is_rigid:
             pairing = replace(pairing, feet=mean_feet(pairing.feet, self.master.pose, surface.along))
         return pairing.master_rows(self.master)
 

@@ -16,8 +16,7 @@ from fecontact.contact.interface import Interface
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.mesh.section_mesh import line_shapes
 from fecontact.results.resultants import Region, part_of, region_numbers, sides_of_plane
-from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.section_curve import CurveSurface
+from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +202,7 @@ class ContactFields:
         """Values (n,) at points (n, 3) of the slave that face the master, zero at those beyond its rim."""
         surface = self.master.surface(self.surfaces[1])
         shown = np.flatnonzero(values)
-        if isinstance(surface, FacetSurface) and len(shown):
+        if facets_of(surface) is not None and len(shown):
             beyond = surface.project(self.master.pose.to_body(points[shown])).beyond
             values[shown[beyond]] = 0.0
         return values
@@ -218,18 +217,16 @@ class ContactFields:
         x = self.line_points(t).reshape(-1, 3)
         length = np.linalg.norm(line_shapes(t)[1] @ self.nodes[self.facets], axis=2).ravel() / len(t)
         shown = self._facing(x, self.interpolated(values, t[:, None]).ravel())
-        return x, shown, length * self._curve.extent(self.slave.pose.to_body(x))
+        return x, shown, length * self._surface.extent(self.slave.pose.to_body(x))
 
     @property
-    def _curve(self) -> CurveSurface:
-        surface = self.slave.surface(self.surfaces[0])
-        assert isinstance(surface, CurveSurface)
-        return surface
+    def _surface(self) -> FacetSurface:
+        return with_nodes(self.slave.surface(self.surfaces[0]))
 
     @property
     def is_ring(self) -> bool:
         """Whether the contact is that of bodies of revolution."""
-        return self.is_curve and self._curve.along.revolved
+        return self._surface.revolved
 
     def line_points(self, s: Array) -> Array:
         """Places (n_facets, n_q, 3) of a section's sides at the same coordinates s (n_q,) in [0, 1]."""
@@ -263,8 +260,7 @@ def _sharing(facets: IntArray, n_points: int) -> sp.csr_matrix:
 def contact_fields(interface: Interface, candidates: IntArray, forces: Array, gap: Array) -> ContactFields:
     """Fields of a paired contact from the forces (n,) and gaps (n,) of its points."""
     slave, pairing = interface.slave, interface.pairing
-    surface = slave.surface(interface.surfaces[0])
-    assert isinstance(surface, FacetSurface)
+    surface = interface.slave_surface
     number = np.full(len(surface.points), -1, dtype=np.int64)
     number[pairing.nodes] = np.arange(len(pairing.nodes))
     facets = number[surface.facets]
@@ -301,7 +297,7 @@ def _lines_of_action(interface: Interface, surface: FacetSurface) -> tuple[Array
         return s.normals @ turn.T, slave.pose.to_world(s.centres), couples @ turn.T
     samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
     vectors = pairing.slave_normals @ turn.T
-    if isinstance(surface, CurveSurface):
+    if surface.along is not None:
         # a force on a ring is the sum of what acts all round it
         samples, vectors = surface.along.mean(samples), surface.along.mean(vectors)
     moments = np.cross(samples - slave.pose.to_world(slave.reference_point), vectors)

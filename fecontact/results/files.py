@@ -22,7 +22,7 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.facet_surface import with_nodes
 
 
 def save_result(result: SolvedScene, path: str | Path, summary: Callable[[], dict[str, Any]]) -> Path:
@@ -152,10 +152,7 @@ def nodal_pressure(result: SolvedScene, body: ElasticBody) -> Array:
 
 def _opposite_pressure(interface: Interface, contact: ContactFields) -> tuple[IntArray, Array]:
     """Nodes of the master's surface and the slave's pressure opposite them."""
-    slave = interface.slave.surface(interface.surfaces[0])
-    master = interface.master.surface(interface.surfaces[1])
-    assert isinstance(slave, FacetSurface)
-    assert isinstance(master, FacetSurface)
+    slave, master = interface.slave_surface, with_nodes(interface.master.surface(interface.surfaces[1]))
     p = interface.pairing
     nodal = p.at_nodes @ contact.pressure
     feet = slave.project((master.points[master.nodes] - p.translation) @ p.rotation)

@@ -18,7 +18,7 @@ from fecontact.contact.search.candidates import MARGIN, approach_for_load
 from fecontact.contact.search.radius import Reach, in_axes, plain_facets
 from fecontact.contact.search.region import Drift, bridged, with_rings
 from fecontact.results.result import ContactResult
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
 #: Rings of facets added round those that may touch: condensing again costs more than a few nodes in excess.
 RINGS = 2
@@ -139,11 +139,8 @@ def judged(result: ContactResult) -> tuple[bool, list[Reach | None]]:
             out.append(reach)
             continue
         drift, elastic = _movement(result, interface)
-        slave, master = (
-            b.surface(name) for b, name in zip((interface.slave, interface.master), interface.surfaces, strict=True)
-        )
-        assert isinstance(slave, FacetSurface)
-        assert isinstance(master, FacetSurface)
+        slave = interface.slave_surface
+        master = with_nodes(interface.master.surface(interface.surfaces[1]))
         bounds = (part_displacements(slave, elastic[0]), facet_displacements(master, elastic[1]))
         relative = interface.slave.pose.relative_to(interface.master.pose)
         own = in_axes(drift, interface.master.pose)

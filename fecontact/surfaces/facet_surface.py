@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
 from fecontact.mesh.facets import facet_centres, triangular
+from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.surfaces.closest_point import BLOCK, Patches, derivatives, patches
 
@@ -113,6 +114,32 @@ class FacetSurface:
     def nodes(self) -> IntArray:
         """Distinct node numbers of the surface."""
         return np.unique(self.facets)
+
+    @property
+    def along(self) -> Extent | None:
+        """How far the section goes on whose curve this is; None for facets in space."""
+        return None
+
+    @property
+    def revolved(self) -> bool:
+        """Whether it is the curve of a body of revolution."""
+        return self.along is not None and self.along.revolved
+
+    @property
+    def cell_area(self) -> float | None:
+        """Area of a node's cell where all nodes have the same and give along their own normal only; None elsewhere."""
+        return None
+
+    @property
+    def is_divisible(self) -> bool:
+        """Whether near parts of it can be paired by themselves."""
+        return not self.eight_hats
+
+    def cut(
+        self, master: Surface | None, rotation: Array, translation: Array, share: float
+    ) -> tuple[IntArray, Array, Array] | None:
+        """Samples on pieces of a section's sides, see `section_curve.curve_samples`; None: facets are cut in pairs."""
+        return None
 
     @property
     def spatial(self) -> FacetSurface:
@@ -330,6 +357,23 @@ class FacetSurface:
             sideways > RIM_LEAN * np.linalg.norm(offset, axis=1)
         )
         return leaning & (self._at_sides(facet, local) & self.on_rim[facet]).any(axis=1)
+
+
+def facets_of(surface: Surface) -> FacetSurface | None:
+    """The surface if it has nodes and facets; None for a shape."""
+    return surface if isinstance(surface, FacetSurface) else None
+
+
+def with_nodes(surface: Surface) -> FacetSurface:
+    """A surface that is known to have nodes, as that of every slave."""
+    assert isinstance(surface, FacetSurface)
+    return surface
+
+
+def has_cells(surface: Surface) -> bool:
+    """Whether a surface is a half-space's, cut into cells."""
+    facets = facets_of(surface)
+    return facets is not None and facets.cell_area is not None
 
 
 def _newton_direction(gradient: Array, matrix: Array) -> Array:

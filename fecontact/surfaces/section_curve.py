@@ -108,6 +108,17 @@ class CurveSurface(FacetSurface):
         """Distance (n,) of each point from its given side."""
         return self._ribbon.distance_to_facet(points, facet)
 
+    @property
+    def is_divisible(self) -> bool:
+        """A curve has few sides: it is paired as a whole."""
+        return False
+
+    def cut(
+        self, master: Surface | None, rotation: Array, translation: Array, share: float
+    ) -> tuple[IntArray, Array, Array]:
+        """Samples on pieces of its sides."""
+        return curve_samples(self, master, rotation, translation, share)
+
     def extent(self, points: Array) -> Array:
         """Width of the strip, or circumference of the ring, (n,) at points (n, 3)."""
         return self.along(points)

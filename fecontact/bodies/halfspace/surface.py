@@ -29,6 +29,16 @@ class GridSurface(FacetSurface):
         assert self.grid is not None
         return self.grid
 
+    @property
+    def cell_area(self) -> float:
+        """Of a cell."""
+        return self.cells.area
+
+    @property
+    def is_divisible(self) -> bool:
+        """Cells are paired all at once."""
+        return False
+
     def project(self, points: Array, n_near: int = 3) -> Feet:
         """Feet straight below points (n, 3), with bilinear weights, so that a force spread by them keeps its moment."""
         grid = self.cells

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
@@ -20,9 +19,8 @@ from fecontact.contact.dimension import check_rigid_surface
 from fecontact.contact.interface import Interface
 from fecontact.contact.search.radius import Reach, plain_facets
 from fecontact.contact.search.region import Near, near_parts
-from fecontact.surfaces.facet_surface import FacetSurface, Surface
+from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
 from fecontact.surfaces.nodal_weights import contact_weights
-from fecontact.surfaces.section_curve import CurveSurface
 
 #: Ratio of face sizes from which one side counts as the coarser.
 COARSER = 1.1
@@ -39,7 +37,7 @@ def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
     assert contact.surfaces is not None
     slave, master, names = contact.slave, contact.master, contact.surfaces
     note = ""
-    if not isinstance(slave.surface(names[0]), FacetSurface):
+    if facets_of(slave.surface(names[0])) is None:
         slave, master, names = master, slave, names[::-1]
         note = f"{slave.name!r} has the nodes and was made the slave"
     elif contact.coupling == "mortar" and _spreads_on_cells(slave.surface(names[0]), master.surface(names[1])):
@@ -47,12 +45,11 @@ def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
         note = f"the forces of {slave.name!r} are spread over the half-space's cells, mortar"
     if reach is not None and slave is not contact.slave:
         reach = reach.turned_over()
-    surface, other = slave.surface(names[0]), master.surface(names[1])
-    if isinstance(surface, CurveSurface) and not isinstance(other, FacetSurface):
+    surface, other = _slave_surface(slave, master, names), master.surface(names[1])
+    if surface.along is not None and facets_of(other) is None:
         points = slave.pose.to_world(surface.points[surface.nodes])
         check_rigid_surface(master, other, points, surface.along)
-    ring = isinstance(surface, CurveSurface) and surface.along.revolved and contact.coupling == "auto"
-    whole = isinstance(surface, FacetSurface) and surface.eight_hats
+    ring, whole = surface.revolved and contact.coupling == "auto", surface.eight_hats
     if whole and contact.coupling == "nodal":
         raise InputError(
             f"{slave.name!r} has gradient coordinates, and forces on the nodes of its faces would leave the gradients "
@@ -67,10 +64,17 @@ def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
     return interface
 
 
-def _can_mortar(slave: Surface, master: Surface) -> bool:
+def _slave_surface(slave: Body, master: Body, names: tuple[str, str]) -> FacetSurface:
+    surface = facets_of(slave.surface(names[0]))
+    if surface is None:
+        raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
+    return surface
+
+
+def _can_mortar(slave: FacetSurface, master: Surface) -> bool:
     """Whether mortar coupling of two surfaces of facets is possible."""
-    facets = all(isinstance(s, FacetSurface) and not isinstance(s, GridSurface) for s in (slave, master))
-    return facets and isinstance(slave, FacetSurface) and hats_exist(slave)
+    other = facets_of(master)
+    return other is not None and slave.cell_area is None and other.cell_area is None and hats_exist(slave)
 
 
 def near_of(slave: Body, master: Body, names: tuple[str, str], coupling: str, reach: Reach | None) -> Near | None:
@@ -99,10 +103,11 @@ def _made(
 def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Interface:
     """Keep nodal forces where they are exact; elsewhere couple by mortar, and swap the sides where that is better."""
     slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
-    s, m = slave.surface(names[0]), master.surface(names[1])
-    if contact.coupling == "mortar" or not (isinstance(s, FacetSurface) and isinstance(m, FacetSurface)):
+    s, m = facets_of(slave.surface(names[0])), facets_of(master.surface(names[1]))
+    if contact.coupling == "mortar" or s is None or m is None:
         return interface
-    grid = isinstance(s, GridSurface) or isinstance(m, GridSurface)
+    cells_ours, cells_theirs = s.cell_area is not None, m.cell_area is not None
+    grid = cells_ours or cells_theirs
     ring = pairing.coupling == "mortar"
     if not grid and not ring and nested(s, m, pairing, near):
         return replace(interface, note="faces match or nest, nodal forces")
@@ -124,12 +129,12 @@ def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Inte
         swapped = swappable and hats_exist(m) and (better or not hats_exist(s))
         reason = "has the quadrilaterals" if mine != its else "is coarser"
         return _recoupled(interface, swapped, "mortar", _why_mortar(s), reason)
-    if grid and contact.coupling == "auto" and (swappable or not isinstance(s, GridSurface)):
-        cells, faces = (ours.mean(), theirs.mean()) if isinstance(s, GridSurface) else (theirs.mean(), ours.mean())
-        body = m if isinstance(s, GridSurface) else s
+    if grid and contact.coupling == "auto" and (swappable or not cells_ours):
+        cells, faces = (ours.mean(), theirs.mean()) if cells_ours else (theirs.mean(), ours.mean())
+        body = m if cells_ours else s
         if hats_exist(body) and FINEST_CELLS * faces < cells <= faces:
             note = "cells a little finer than the faces, whose forces are spread over them: mortar"
-            return _recoupled(interface, isinstance(s, GridSurface), "mortar", note, "is coarser")
+            return _recoupled(interface, cells_ours, "mortar", note, "is coarser")
     # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
     note = "a half-space's cells take the forces of the other's nodes"
     if not grid:
@@ -140,8 +145,7 @@ def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Inte
 def _why_mortar(slave: FacetSurface) -> str:
     if slave.eight_hats:
         return "gradient coordinates, mortar"
-    ring = isinstance(slave, CurveSurface) and slave.along.revolved
-    return "rings, mortar" if ring else "faces do not match, mortar"
+    return "rings, mortar" if slave.revolved else "faces do not match, mortar"
 
 
 def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:
@@ -161,14 +165,13 @@ def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, re
 
 def _spreads_on_cells(slave: Surface, master: Surface) -> bool:
     """Whether a half-space is the slave of a surface whose forces can be spread over its cells."""
-    grid, facets = isinstance(slave, GridSurface), isinstance(master, FacetSurface)
-    return grid and facets and not isinstance(master, GridSurface)
+    other = facets_of(master)
+    return has_cells(slave) and other is not None and other.cell_area is None
 
 
 def matrix_free(interface: Interface) -> bool:
     """Whether all points can be candidates: the cells of a half-space under something rigid."""
-    surface = interface.slave.surface(interface.surfaces[0])
-    return isinstance(surface, GridSurface) and np.isinf(interface.master.contact_modulus)
+    return has_cells(interface.slave_surface) and np.isinf(interface.master.contact_modulus)
 
 
 def _share(slave: Body, master: Body) -> float:
@@ -177,19 +180,19 @@ def _share(slave: Body, master: Body) -> float:
     Compliances are 1 / E* of the softest material of either body. A rigid master's own normal rules, and that of a
     half-space, which gives along its own normal only.
     """
-    if np.isinf(master.contact_modulus) or isinstance(master.surface(master.contact[0]), GridSurface):
+    if np.isinf(master.contact_modulus) or has_cells(master.surface(master.contact[0])):
         return 0.0
     return slave.contact_modulus / (slave.contact_modulus + master.contact_modulus)
 
 
 def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, near: Near | None) -> Pairing:
-    surface = slave.surface(names[0])
-    if not isinstance(surface, FacetSurface):
-        raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
+    surface = _slave_surface(slave, master, names)
     relative = slave.pose.relative_to(master.pose)
     couple = pair_mortar if coupling == "mortar" or surface.eight_hats else pair
-    if isinstance(surface, GridSurface):
-        pairing = pair_cells(surface, master.surface(names[1]), relative.rotation, relative.translation)
+    if surface.cell_area is not None:
+        pairing = pair_cells(
+            surface, surface.cell_area, master.surface(names[1]), relative.rotation, relative.translation
+        )
     else:
         share = _share(slave, master)
         pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near, share)

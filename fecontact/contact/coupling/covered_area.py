@@ -16,8 +16,7 @@ from fecontact.contact.coupling.mortar_basis import own_samples
 from fecontact.contact.coupling.segments import overlap_samples
 from fecontact.contact.search.bounding import bounds_of
 from fecontact.contact.search.region import flattened
-from fecontact.surfaces.facet_surface import FacetSurface, Surface
-from fecontact.surfaces.section_curve import CurveSurface, curve_samples
+from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of
 
 #: Samples along each side of a facet under a rigid shape, whose rim is known by asking only.
 ACROSS = 24
@@ -73,22 +72,20 @@ def rim_of(
     if len(facets) == 0:
         return Rim(facets, np.zeros(0))
     own, moved = replace(slave, facets=slave.facets[facets]), slave.moved(rotation, translation)
-    if isinstance(slave, CurveSurface):
-        facet, local, weight = curve_samples(slave, master, rotation, translation, share)
+    cut, other = slave.cut(master, rotation, translation, share), facets_of(master)
+    if cut is not None:
+        facet, local, weight = cut
         at_rim = np.isin(facet, facets)
         facet, local, weight = facet[at_rim], local[at_rim], weight[at_rim]
-    elif isinstance(master, FacetSurface):
-        f, m = _opposite(replace(moved, facets=own.facets), master)
-        facet, local, weight, _ = overlap_samples(moved, master, facets[f], m, share)
+    elif other is not None:
+        f, m = _opposite(replace(moved, facets=own.facets), other)
+        facet, local, weight, _ = overlap_samples(moved, other, facets[f], m, share)
     else:
         facet, local, weight = _even(own)
         facet = facets[facet]
-    if isinstance(slave, CurveSurface) or not isinstance(master, FacetSurface):
+    if cut is not None or other is None:
         weight = np.where(master.project(moved.evaluate(facet, local)[0]).beyond, 0.0, weight)
-    if isinstance(own, CurveSurface):
-        whole = curve_samples(own, None, rotation, translation, share)
-    else:
-        whole = own_samples(own.facets)
+    whole = own.cut(None, rotation, translation, share) or own_samples(own.facets)
     covered = _areas(own, np.searchsorted(facets, facet), local, weight)
     return Rim(facets, np.clip(covered / _areas(own, *whole), 0.0, 1.0))
 

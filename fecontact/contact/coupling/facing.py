@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from fecontact.common.arrays import Array, IntArray
 from fecontact.mesh.facets import distinct_columns, facet_nodes
 from fecontact.surfaces.facet_surface import FacetSurface, Feet
-from fecontact.surfaces.section_curve import CurveSurface
 
 #: Cosine between one normal and the reversed other below which two points do not face each other: 84 degrees. Faces at
 #: right angles stay out whatever their rounding and curvature; on bodies in touch normals lean by the slopes within the
@@ -58,7 +57,7 @@ class _Corners(NamedTuple):
 
 
 def _corners(surface: FacetSurface) -> _Corners:
-    if isinstance(surface, CurveSurface):
+    if surface.along is not None:
         facet, column = np.divmod(np.arange(surface.facets.size), 3)
         local = np.stack([_ALONG_SIDE[column], np.full(len(column), 0.5)], axis=1)
     else:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.common.arrays import Array
 from fecontact.contact.coupling.facing import STEEPEST
 from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
-from fecontact.surfaces.facet_surface import Feet, Surface
+from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
 
 CLOSE = 1e-14
 """Distance, relative to the size of the surfaces, at which a vertical line has met the other surface."""
@@ -47,17 +46,21 @@ def straight_above(points: Array, master: Surface, rotation: Array, translation:
     return Feet(feet, normals, travel, found.beyond | lost, found.weights, found.facet, found.local, found.surface)
 
 
-def pair_cells(surface: GridSurface, master: Surface, rotation: Array, translation: Array) -> Pairing:
+def pair_cells(surface: FacetSurface, area: float, master: Surface, rotation: Array, translation: Array) -> Pairing:
     """Pair every cell with the point of the master straight above it.
 
     A half-space gives along its own normal only, so gaps are measured and forces act along it.
 
     Parameters
     ----------
+    surface : FacetSurface
+        Of the half-space.
+    area : float
+        Of a cell.
     master : Surface
     rotation, translation
         Pose of this surface's axes seen from the master's.
     """
     feet = straight_above(surface.points, master, rotation, translation)
-    area = np.full(len(surface.points), surface.cells.area)
-    return nodal_pairing(surface, np.arange(len(surface.points)), area, feet, rotation, translation)
+    n = len(surface.points)
+    return nodal_pairing(surface, np.arange(n), np.full(n, area), feet, rotation, translation)

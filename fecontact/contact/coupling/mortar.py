@@ -33,10 +33,9 @@ from fecontact.contact.coupling.tangent_plane import charts
 from fecontact.contact.search.region import Near
 from fecontact.mesh.element.hexahedron import TRIANGLE_NODES
 from fecontact.mesh.facets import facet_nodes
-from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
+from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface, facets_of, with_nodes
 from fecontact.surfaces.line_of_action import feet_along, feet_at, meet
 from fecontact.surfaces.normals import normals_of
-from fecontact.surfaces.section_curve import CurveSurface, curve_samples
 
 #: Pairs of facets whose pieces are cut, sampled and summed up together, which bounds the memory for samples.
 BLOCK = 3000
@@ -79,22 +78,22 @@ def pair_mortar(
             "plain eight-node faces. Make the other body the slave, use pressure='midface', or coupling='nodal'."
         )
     moved = slave.moved(rotation, translation)
-    if isinstance(slave, CurveSurface):
-        cut = curve_samples(slave, master, rotation, translation, share)
+    cut, other = slave.cut(master, rotation, translation, share), facets_of(master)
+    if cut is not None:
         samples = _samples(slave, moved, master, rotation, share, *cut)
-    elif isinstance(master, FacetSurface):
-        f, m = _neighbours(slave, master, rotation, translation, near)
+    elif other is not None:
+        f, m = _neighbours(slave, other, rotation, translation, near)
 
         def taken(part: slice) -> Samples:
-            pieces = overlap_samples(moved, master, f[part], m[part], share)
+            pieces = overlap_samples(moved, other, f[part], m[part], share)
             return _samples(slave, moved, master, rotation, share, *pieces)
 
         # bodies that are not moved by their nodes ask for the samples themselves
-        if len(f) > BLOCK and not (slave.eight_hats or master.eight_hats):
+        if len(f) > BLOCK and not (slave.eight_hats or other.eight_hats):
             origin = slave.points[slave.nodes].mean(axis=0)
             parts = [slice(start, start + BLOCK) for start in range(0, len(f), BLOCK)]
             blocks = [block_of(taken(part), slave.points, origin, rotation, translation) for part in parts]
-            pairing = _paired_in_blocks(slave, master, blocks, origin, rotation, translation, near)
+            pairing = _paired_in_blocks(slave, other, blocks, origin, rotation, translation, near)
             return replace(pairing, share=share)
         samples = taken(slice(None))
     else:
@@ -122,8 +121,7 @@ def _samples(
     if on_master is None:
         feet = feet_along(master, x, inwards, share)
     else:
-        assert isinstance(master, FacetSurface)
-        feet = _feet_on(master, on_master, x, inwards, share)
+        feet = _feet_on(with_nodes(master), on_master, x, inwards, share)
     length = np.linalg.norm(normal, axis=1)
     facing = (np.einsum("ni,ni->n", normal, feet.normals) < -STEEPEST * length) & ~feet.beyond
     area = weight * length * slave.extent(own)
@@ -254,11 +252,7 @@ def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray
 
 def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
     """Quadrature over whole facets: facet, coordinates and weights."""
-    return (
-        curve_samples(slave, None, np.eye(3), np.zeros(3), 0.0)
-        if isinstance(slave, CurveSurface)
-        else own_samples(slave.facets)
-    )
+    return slave.cut(None, np.eye(3), np.zeros(3), 0.0) or own_samples(slave.facets)
 
 
 def hat_areas(slave: FacetSurface) -> Array:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.common.errors import InputError
 from fecontact.contact.coupling.facing import TIE, Averted, unopposed
 from fecontact.contact.coupling.mortar import hat_areas
 from fecontact.contact.interface import Interface
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 from fecontact.surfaces.nodal_weights import contact_weights
-from fecontact.surfaces.section_curve import CurveSurface
 
 #: Share of the faces that have to lie over the other body: less is what rounding and the chords of curved sides make of
 #: bodies that meet on a line.
@@ -32,11 +30,10 @@ def check_faced(interface: Interface, first: bool = True) -> None:
     InputError
         With the angle between the normals, or the share of the faces that lies over the other body.
     """
-    surface, pairing = interface.slave.surface(interface.surfaces[0]), interface.pairing
-    assert isinstance(surface, FacetSurface)
+    surface, pairing = interface.slave_surface, interface.pairing
     empty = len(pairing.nodes) == 0
     found = pairing.averted
-    if empty or (first and pairing.coupling == "mortar" and not isinstance(surface, GridSurface)):
+    if empty or (first and pairing.coupling == "mortar" and surface.cell_area is None):
         found = _averted(interface, surface)
     one = f"{interface.surfaces[0]!r} of {interface.slave.name!r}"
     other = f"{interface.surfaces[1]!r} of {interface.master.name!r}"
@@ -64,12 +61,12 @@ def check_faced(interface: Interface, first: bool = True) -> None:
 def _covered_share(interface: Interface, surface: FacetSurface) -> float:
     """Area of overlap relative to that of the slave's faces there, or of the whole master if that is less."""
     pairing = interface.pairing
-    if isinstance(surface, GridSurface):
+    if surface.cell_area is not None:
         return 1.0
     whole = hat_areas(surface) if pairing.coupling == "mortar" else contact_weights(surface)
     area = float(whole[pairing.nodes].sum())
-    master = interface.master.surface(interface.surfaces[1])
-    if isinstance(master, FacetSurface) and not isinstance(master, CurveSurface):
+    master = facets_of(interface.master.surface(interface.surfaces[1]))
+    if master is not None and master.along is None:
         area = min(area, float((master.mean_facet_size**2).sum()))
     return float(pairing.weights.sum()) / area
 

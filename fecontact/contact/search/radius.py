@@ -15,7 +15,7 @@ from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.contact.search.region import Drift
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +50,10 @@ class Reach:
 
 def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurface] | None:
     """Surfaces of a contact if near parts of them can be paired: facets of two elastic bodies, nodes as usual."""
-    surfaces = [b.surface(name) for b, name in zip(bodies, names, strict=True)]
+    surfaces = [facets_of(b.surface(name)) for b, name in zip(bodies, names, strict=True)]
     if len(elastic_among(bodies)) < 2:
         return None
-    facets = [s for s in surfaces if type(s) is FacetSurface and not s.eight_hats]
+    facets = [s for s in surfaces if s is not None and s.is_divisible]
     return facets if len(facets) == 2 else None
 
 

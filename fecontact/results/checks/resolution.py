@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.facing import STEEPEST, opposition
@@ -21,7 +20,6 @@ from fecontact.results.checks.rims import node_sizes
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.section_curve import CurveSurface
 
 #: Overlap of nodes, relative to the elastic displacement and to it together, from which a result warns, and relative
 #: to a face, below which it is rounding.
@@ -182,7 +180,7 @@ def chords(result: SolvedScene) -> Iterator[str]:
 
 def _chord(surface: FacetSurface, chosen: Mask) -> float:
     """Mean over chosen facets of their distance from a round shape through their sides."""
-    return 0.0 if isinstance(surface, GridSurface) else float(surface.once(_sagittas)[chosen].mean())
+    return float(surface.once(_sagittas)[chosen].mean())
 
 
 def _sagittas(surface: FacetSurface) -> Array:
@@ -190,7 +188,7 @@ def _sagittas(surface: FacetSurface) -> Array:
 
     The largest over the sides counts; edges, sharper than round shapes are cut, count nothing.
     """
-    if isinstance(surface, CurveSurface):
+    if surface.along is not None:
         a, b, cosine = _shared_ends(surface)
     else:
         a, b, cosine = shared_sides(surface.points, surface.facets)
@@ -204,7 +202,7 @@ def _sagittas(surface: FacetSurface) -> Array:
     return out
 
 
-def _shared_ends(surface: CurveSurface) -> tuple[IntArray, IntArray, Array]:
+def _shared_ends(surface: FacetSurface) -> tuple[IntArray, IntArray, Array]:
     """Sides that follow on one another, and the cosine between their tangents there."""
     order = np.argsort(surface.facets[:, 0])
     place = np.searchsorted(surface.facets[order, 0], surface.facets[:, 1])

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, Mask
@@ -14,7 +13,7 @@ from fecontact.contact.interface import Interface
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces import Facets, HeightMap
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.facet_surface import FacetSurface, has_cells
 
 #: Share of a contact's force within one face of the rim from which a result warns.
 LEAST_AT_RIM = 0.005
@@ -41,8 +40,7 @@ def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
     """Of one contact: its force within one face of the slave's rim and of the master's."""
     slave, master, names = interface.slave, interface.master, interface.surfaces
     active = np.flatnonzero(contact.active)
-    surface, pairing = slave.surface(names[0]), interface.pairing
-    assert isinstance(surface, FacetSurface)
+    surface, pairing = interface.slave_surface, interface.pairing
     size = surface.once(node_sizes)[pairing.nodes[active]]
     spacing = size if surface.facets.shape[1] == 4 else size / 2
     lines = contact.normals[active]
@@ -64,7 +62,7 @@ def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
 
 def _sentence(contact: ContactFields, body: Body, name: str, share: float) -> str:
     beyond, remedy = "the body goes on", "Declare a larger contact boundary"
-    if isinstance(body.surface(name), GridSurface):
+    if has_cells(body.surface(name)):
         beyond, remedy = "the half-space goes on", "Take a larger grid"
     elif body.is_rigid:
         beyond, remedy = "nothing is known of the body", "Take a larger surface"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.bodies.rigid import RigidBody
+from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
@@ -28,7 +28,7 @@ def rigid_patches(result: SolvedScene, scale: float) -> tuple[Array, IntArray]:
     """
     points, quads, start = [np.zeros((0, 3))], [np.zeros((0, 4), np.int64)], 0
     for contact in result.contacts:
-        if isinstance(contact.master, RigidBody) and not contact.is_curve:
+        if contact.master.is_rigid and not contact.is_curve:
             motion = result.state.motions[result.scene.bodies.index(contact.master)]
             x, q = _patch(contact, contact.master)
             begin = result.given(contact.master).pose.to_world(contact.master.pose.to_body(x))
@@ -39,7 +39,7 @@ def rigid_patches(result: SolvedScene, scale: float) -> tuple[Array, IntArray]:
     return np.concatenate(points), np.concatenate(quads)
 
 
-def _patch(contact: ContactFields, body: RigidBody) -> tuple[Array, IntArray]:
+def _patch(contact: ContactFields, body: Body) -> tuple[Array, IntArray]:
     """Feet of a grid in the tangent plane where the gap is least; quadrilaterals beyond the surface are left out."""
     shape = body.surface(contact.surfaces[1])
     nearest = body.pose.to_body(contact.points[[np.argmin(contact.gap)]])
