@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fecontact.ancf.body import AncfBody
     from fecontact.app.scene_file.scene_file import read_scene
     from fecontact.bodies import (
+        AssembledBody,
         AxisymmetricBody,
         Body,
         ElasticBody,
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AncfBody",
+    "AssembledBody",
     "AxisymmetricBody",
     "Body",
     "Contact",
@@ -104,6 +106,7 @@ __version__ = VERSION
 #: Where each public name is: imported when it is first used (PEP 562), so that no numerical package is before.
 _PLACES = {
     "AncfBody": "fecontact.ancf.body:AncfBody",
+    "AssembledBody": "fecontact.bodies:AssembledBody",
     "AxisymmetricBody": "fecontact.bodies:AxisymmetricBody",
     "Body": "fecontact.bodies:Body",
     "Contact": "fecontact.contact.contact:Contact",

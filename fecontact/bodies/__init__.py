@@ -1,5 +1,6 @@
 """All that has a compliance, rigid modes and a surface: elastic and rigid bodies, sections, layers, half-spaces."""
 
+from fecontact.bodies.assembled import AssembledBody
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace, HalfSpaceContact, Layer
 from fecontact.bodies.layer import ElasticLayer
@@ -9,6 +10,7 @@ from fecontact.bodies.rigid import Plane, RigidBody, Sphere
 from fecontact.bodies.section import AxisymmetricBody, PlaneBody
 
 __all__ = [
+    "AssembledBody",
     "AxisymmetricBody",
     "Body",
     "ElasticBody",

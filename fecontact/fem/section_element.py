@@ -6,6 +6,9 @@ section yy (round the axis u_x / x; zero in plane strain; from the stress being 
 stiffness is the sum of a volumetric and a shearing part, K = int lambda d d^T + mu B^T diag(2, 2, 2, 1) B with d the
 rows of the volume change, so that the former can be integrated at reduced points (Hughes, The Finite Element Method,
 1987, sections 2.7, 2.12 and 4.4).
+
+Shape functions and quadrature are scikit-fem's, its `BilinearForm` is not used: for 1600 quadrilaterals of 8 nodes it
+takes 0.068 s of processor time against 0.014 s here.
 """
 
 from __future__ import annotations

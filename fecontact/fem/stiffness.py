@@ -1,7 +1,8 @@
 """Stiffness of isotropic elements in batches, and its sum into one sparse matrix.
 
 scikit-fem provides shape functions and quadrature; the sums over elements are batched matrix products instead of its
-vector-valued `BilinearForm`, which gives the same matrix to rounding and takes some hundred times longer here.
+vector-valued `BilinearForm`. That gives the same matrix to rounding and takes 25 to 40 times the processor time for
+20-node hexahedra: 216 cells 0.84 s against 0.033 s, 1331 cells 6.3 s against 0.165 s, its `Basis` not counted.
 """
 
 from __future__ import annotations

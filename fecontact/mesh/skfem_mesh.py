@@ -1,6 +1,6 @@
 """The bridge to scikit-fem: its meshes and bases as points and cells of ours, and the way back.
 
-This module works on arrays; `Mesh.from_skfem`, `Mesh.to_skfem` and `ElasticBody.from_skfem` are what to call. All
+This module works on arrays; `Mesh.from_skfem`, `Mesh.to_skfem` and `AssembledBody.from_skfem` are what to call. All
 orders of nodes and faces are found from reference positions, so that no table has to agree with scikit-fem's.
 scikit-fem has straight (8-node) and 27-node hexahedra but no 20-node geometry: `MeshHex20` is that class.
 """

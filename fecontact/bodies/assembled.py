@@ -1,0 +1,108 @@
+"""Elastic body whose stiffness was assembled elsewhere: an own element, an own law, another program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from skfem import CellBasis
+
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.fem.assembled_model import AssembledModel
+from fecontact.fem.support import Support
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.skfem_mesh import from_skfem_basis
+
+
+@dataclass(frozen=True, eq=False)
+class AssembledBody(ElasticBody):
+    """A linear elastic body with a stiffness of the user's own on a mesh of ours.
+
+    Surface, loads and supports are those of the mesh, as in `ElasticBody`. Contact faces get no mid-face nodes, which
+    the stiffness knows nothing of: for smooth pressures at nodes take hexahedra of 8 or 27 nodes.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    material : Material, or mapping of element set to Material
+        By which stresses are found from strains; its modulus measures the contact's. The stiffness is taken as it is.
+    contact, supports
+        As in `ElasticBody`.
+    stiffness : (3 n_points, 3 n_points) sparse matrix
+        Whole, symmetric and without supports, degrees of freedom 3 * node + component. For a matrix in scikit-fem's
+        order see `from_skfem`.
+    name, backend, condensation
+        As in `ElasticBody`.
+
+    Raises
+    ------
+    InputError, MeshError
+        What `ElasticBody` refuses; a stiffness of another shape, not symmetric, or that resists a rigid motion.
+    """
+
+    pressure: str = field(default="nodal", init=False, repr=False)
+    integration: str = field(default="full", init=False, repr=False)
+    stiffness: sp.sparray | sp.spmatrix | None = field(default=None, kw_only=True, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.stiffness is None:
+            raise InputError(f"{self.name!r} needs stiffness=...; a body of a mesh and a material is an ElasticBody.")
+        super().__post_init__()
+
+    @cached_property
+    def model(self) -> AssembledModel:
+        """The given stiffness with its mesh, in the body's own axes; the same object in every pose of the body."""
+        assert self.stiffness is not None
+        return AssembledModel(self.mesh, self.material, self.supports, self.stiffness, self.backend, self.condensation)
+
+    @classmethod
+    def from_skfem(
+        cls,
+        basis: CellBasis,
+        stiffness: sp.sparray | sp.spmatrix,
+        material: Material | Mapping[str, Material],
+        contact: str | Sequence[str] = (),
+        supports: Mapping[str, Support] | None = None,
+        **options: Any,
+    ) -> AssembledBody:
+        """Make a body of a basis of scikit-fem's and a stiffness assembled with it.
+
+        Point k of the body's mesh is the one with the k-th of the basis's degrees of freedom along x, in their order.
+        The element may be of a higher order than the mesh. The mesh's boundaries and subdomains keep their names.
+
+        Parameters
+        ----------
+        basis : skfem.CellBasis
+            Of an `ElementVector` of hexahedra (8, 20, 27 nodes), tetrahedra (4, 10) or wedges (6). For wedges give it
+            ``quadrature=``: the weights of scikit-fem's own rule add up to half the volume (version 12.0.2).
+        stiffness : (basis.N, basis.N) sparse matrix
+        material, contact, supports
+            As in the class.
+        **options
+            `name`, `backend`, `condensation`, `pose`.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex
+        >>> from skfem.models.elasticity import lame_parameters, linear_elasticity
+        >>> basis = Basis(MeshHex().refined(1).with_defaults(), ElementVector(ElementHex2()), intorder=5)
+        >>> K = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis)
+        >>> rubber = fc.Material(E=1.0, nu=0.3)
+        >>> AssembledBody.from_skfem(basis, K, rubber, contact="front", supports={"back": "xyz"}).n_dofs
+        375
+        """
+        if not sp.issparse(stiffness) or stiffness.shape != (basis.N, basis.N):
+            raise InputError(
+                f"Expected a sparse stiffness of shape ({basis.N}, {basis.N}), as the basis has it; found "
+                f"{type(stiffness).__name__} of shape {np.shape(stiffness)}."
+            )
+        mesh, dofs = from_skfem_basis(basis)
+        own = sp.csr_matrix(stiffness)[dofs.ravel()][:, dofs.ravel()]
+        return cls(Mesh(*mesh), material, contact, supports or {}, stiffness=own, **options)
