@@ -157,8 +157,8 @@ class _Path:
             turned(b.pose, _vector(motions[b]), b.pose.to_world(b.reference_point)) if b in motions else b.pose
             for b in scene.bodies
         ]
-        self._whole = bool(arguments.get("whole", True))
-        small = {name: given for name, given in arguments.items() if name not in ("whole", "finite_motion")}
+        self._whole = arguments.get("search", "global") == "global"
+        small = {name: given for name, given in arguments.items() if name not in ("search", "finite_motion")}
         self._held = {**small, "motions": {b: dict.fromkeys(given, 0.0) for b, given in motions.items()}}
         sizes = np.array([b.size for b in scene.bodies])
         self._scale = np.concatenate([np.ones((len(sizes), 3)), np.repeat(sizes[:, None], 3, axis=1)], axis=1)

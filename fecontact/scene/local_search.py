@@ -45,14 +45,14 @@ def solve_guided(scene: SceneModel, arguments: Mapping[str, Any], guide: Guide, 
     ----------
     scene : SceneModel
     arguments : mapping
-        Of `Scene.solve`, except `finite_motion` and `whole`.
+        Of `Scene.solve`, except `finite_motion` and `search`.
     guide : Guide
     """
     return solve_partly(scene, *sorted_case(scene, arguments), watch, guide)
 
 
 def sorted_case(scene: SceneModel, arguments: Mapping[str, Any]) -> tuple[Loading, Settings]:
-    """Loads and settings of a case, from the arguments of `Scene.solve` but `finite_motion` and `whole`."""
+    """Loads and settings of a case, from the arguments of `Scene.solve` but `finite_motion` and `search`."""
     rest = dict(arguments)
     loads = {name: rest.pop(name, None) for name in (*KEYED, "gravity")}
     settings = Settings(rest.pop("solver", "auto"), rest.pop("tolerance", TOLERANCE), rest)

@@ -58,7 +58,7 @@ class Scene(SceneModel):
         finite_motion: bool | str = "auto",
         solver: str | CustomSolver = "auto",
         tolerance: float = TOLERANCE,
-        whole: bool = True,
+        search: str = "global",
         **options: object,
     ) -> ContactResult:
         """Solve the frictionless contact problem.
@@ -91,11 +91,12 @@ class Scene(SceneModel):
             returns the forces and motions (forces, q) of a `solvers.ComplementarityProblem`; see docs/extending.md.
         tolerance : float
             Of the certificate, see `solvers.Residuals`.
-        whole : bool
-            Whether the whole surfaces are paired. Otherwise only what can come near enough to touch is, which takes a
-            fraction of the time and gives the same forces (see `contact.search.region`); gaps elsewhere are not known.
+        search : {'global', 'local'}
+            What is paired: the whole surfaces, or only the parts that can come near enough to touch. The latter takes
+            a fraction of the time and gives the same forces (see `contact.search.region`), but gaps elsewhere are not
+            known; it is what cases of a sweep use unless they say otherwise.
         **options
-            Passed to the solver.
+            Passed to the solver. The former name of ``search``, ``whole=True`` or ``False``, still works and warns.
 
         Returns
         -------
@@ -108,7 +109,7 @@ class Scene(SceneModel):
         """
         return solve_scene(
             self, forces, moments=moments, motions=motions, free=free, pressures=pressures, gravity=gravity,
-            finite_motion=finite_motion, solver=solver, tolerance=tolerance, whole=whole, **options,
+            finite_motion=finite_motion, solver=solver, tolerance=tolerance, search=search, **options,
         )  # fmt: skip
 
     def sweep(

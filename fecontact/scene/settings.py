@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -25,3 +26,30 @@ class Settings:
         if not (np.isfinite(self.tolerance) and 0 < self.tolerance < 1):
             raise InputError(f"The tolerance must lie between 0 and 1; found {self.tolerance!r}.")
         validate_options(self.solver, self.options)
+
+
+SEARCHES = ("global", "local")
+
+
+def renamed(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of `Scene.solve` or of a case with ``search``, checked, in place of the former ``whole``, which warns.
+
+    Raises
+    ------
+    InputError
+        For an unknown search, or for both names at once.
+    """
+    out = dict(arguments)
+    if "whole" in out:
+        whole = bool(out.pop("whole"))
+        if "search" in out:
+            raise InputError(f"search={out['search']!r} and whole={whole} are the same setting; give search alone.")
+        out["search"] = SEARCHES[0 if whole else 1]
+        warnings.warn(
+            f"whole={whole} is now search={out['search']!r}; the old keyword will be removed.",
+            DeprecationWarning,
+            stacklevel=4,  # the caller of Scene.solve or Scene.sweep
+        )
+    if "search" in out and out["search"] not in SEARCHES:
+        raise InputError(f"search must be 'global' or 'local'; found {out['search']!r}.")
+    return out

@@ -16,7 +16,7 @@ from fecontact.scene.finite_rotation import follow, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_partly
 from fecontact.scene.rest import check_rest
-from fecontact.scene.settings import Settings
+from fecontact.scene.settings import Settings, renamed
 from fecontact.solvers import TOLERANCE, CustomSolver
 
 
@@ -32,21 +32,27 @@ def solve_scene(
     finite_motion: bool | str = "auto",
     solver: str | CustomSolver = "auto",
     tolerance: float = TOLERANCE,
-    whole: bool = True,
+    search: str = "global",
     **options: object,
 ) -> ContactResult:
     """Solve the frictionless contact problem; arguments and errors are those of `Scene.solve`."""
+    options = renamed(options if search == "global" else {**options, "search": search})
+    search = options.pop("search", search)
     settings = Settings(solver, tolerance, options)
     settings.check()
     if finite_motion not in (True, False, "auto"):
         raise InputError(f"finite_motion must be 'auto', True or False; found {finite_motion!r}.")
     loads = {"forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures}
     arguments = {
-        **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "whole": whole, **options,
+        **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "search": search, **options,
     }  # fmt: skip
     watch = Stopwatch()
     if finite_motion is True:
         return solve_finite(model, arguments, watch)
     loading = make_loading(model.bodies, forces, moments, motions, free, pressures, gravity)
-    result = solved(model, loading, None, settings, watch) if whole else solve_partly(model, loading, settings, watch)
+    result = (
+        solved(model, loading, None, settings, watch)
+        if search == "global"
+        else solve_partly(model, loading, settings, watch)
+    )
     return check_rest(follow(result, arguments, watch) if finite_motion == "auto" else result)

@@ -28,6 +28,7 @@ from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import Guide
 from fecontact.scene.search_radius import near_nodes
 from fecontact.scene.sending import packed_case, packed_scene, solved_there
+from fecontact.scene.settings import renamed
 from fecontact.scene.sweep_case import Case, Posed, fingerprints, finished, naming, summary_of
 from fecontact.scene.workers import FreshInterpreters
 
@@ -79,6 +80,9 @@ def run_sweep(
     named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
     if len(named) != len(cases):
         raise InputError("Two cases of the sweep have the same name; names tell the rows apart.")
+    for name, case in named.items():
+        with naming(name):
+            named[name] = renamed(case)
     if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
         raise InputError(f"processes must be a whole number of at least 1; found {processes!r}.")
     prints = fingerprints(scene, named)

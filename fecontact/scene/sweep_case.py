@@ -27,7 +27,7 @@ from fecontact.solvers import TOLERANCE
 
 Case = Mapping[str, Any]
 #: Arguments of `Scene.solve` that are no loads, and those that are no settings of the solver.
-_OTHER = ("whole", "finite_motion")
+_OTHER = ("search", "finite_motion")
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,15 +62,15 @@ class Posed:
 def summary_of(scene: SceneModel, case: Case, guide: Guide) -> dict[str, Any]:
     """`ContactResult.summary` of a case; near parts of surfaces suffice unless it says otherwise."""
     posed = Posed.of(scene, case)
-    arguments = {"whole": False, **posed.arguments}
+    arguments = {"search": "local", **posed.arguments}
     finite = arguments.get("finite_motion", "auto")
-    if arguments["whole"] or finite is True:
+    if arguments["search"] == "global" or finite is True:
         return solve_scene(posed.scene, **arguments).summary()
     small = {k: v for k, v in arguments.items() if k not in _OTHER}
     watch = Stopwatch()
     result = solve_guided(posed.scene, small, guide, watch)
     if finite == "auto":
-        result = follow(result, {**small, "whole": False}, watch)
+        result = follow(result, {**small, "search": "local"}, watch)
     return check_rest(result).summary()
 
 
@@ -94,7 +94,7 @@ def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict
     for what in ("contacts", "springs"):
         parts = [{f.name: getattr(part, f.name) for f in fields(part)} for part in getattr(scene, what)]
         model[what] = fingerprint(_numbered(parts, bodies))
-    usual = {k: p.default for k, p in inspect.signature(solve_scene).parameters.items()} | {"whole": False}
+    usual = {k: p.default for k, p in inspect.signature(solve_scene).parameters.items()} | {"search": "local"}
     nothing = {fingerprint(None), fingerprint({})}
     out = {}
     for name, case in cases.items():

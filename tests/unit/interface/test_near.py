@@ -318,7 +318,7 @@ def same_forces(whole, part):
 @pytest.mark.parametrize("scene", SCENES, ids=["spheres", "knee", "nodal"])
 def test_forces_are_those_of_whole_surfaces(scene):
     now, loads = scene()
-    whole, part = now.solve(**loads), now.solve(**loads, whole=False)
+    whole, part = now.solve(**loads), now.solve(**loads, search="local")
     assert part.interfaces[0].near is not None
     same_forces(whole, part)
     assert part.residuals().penetration < 1e-9
@@ -337,7 +337,7 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
 
     monkeypatch.setattr(local_search, "solved", counted)
     monkeypatch.setattr("fecontact.scene.local_search.first_reach", lambda contact, loading: reach.Reach(1e-4, 1e-4))
-    part = now.solve(**loads, whole=False)
+    part = now.solve(**loads, search="local")
     assert len(tried) > 1
     assert tried[0][0].distance == 1e-4
     same_forces(whole, part)
@@ -347,7 +347,7 @@ def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monk
     now, loads = knee()
     # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway
     monkeypatch.setattr("fecontact.scene.local_search.first_reach", lambda contact, loading: reach.Reach(0.0, 0.0))
-    same_forces(now.solve(**loads), now.solve(**loads, whole=False))
+    same_forces(now.solve(**loads), now.solve(**loads, search="local"))
 
 
 def test_rigid_and_plane_partners_are_paired_whole():
