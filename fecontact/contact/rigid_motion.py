@@ -8,7 +8,7 @@ about the body's reference point) are
 - **loaded**, along the direction of the force and about that of the moment that `forces` and `moments` give: there
   the frame follows, across it stays held. The direction is that of the load, not its components along the world's
   axes: a turned scene is then the same scene. A load with a component in which no contact resists the body is refused
-  (`balance.check_balance`): held across its load, the body would be a wedge. Where the hold across takes a large share
+  (`equilibrium.check_balance`): held across it, the body would be a wedge. Where the hold across takes a large share
   of the load, a warning says so and how to release it. A force at a point of a rigid body also lets the body turn about
   that point, as a load through a ball joint does;
 - **free**, if no support resists them, or if `free` names them.

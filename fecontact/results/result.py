@@ -32,7 +32,7 @@ class ContactResult(SolvedScene):
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What may be wrong although the certificate holds, in words; see `result_warnings`."""
+        """What may be wrong although the certificate holds, in words; see `warnings`."""
         return warnings_of(self)
 
     @cached_property

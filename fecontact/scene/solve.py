@@ -37,7 +37,7 @@ def solve_scene(
 ) -> ContactResult:
     """Solve the frictionless contact problem; arguments and errors are those of `Scene.solve`."""
     options = renamed(options if search == "global" else {**options, "search": search})
-    search = options.pop("search", search)
+    search = str(options.pop("search", search))
     settings = Settings(solver, tolerance, options)
     settings.check()
     if finite_motion not in (True, False, "auto"):

@@ -191,3 +191,27 @@ def test_whatever_breaks_the_law_is_named(change: dict[str, str], said: str, tmp
 
 def test_a_missing_room_is_named(tmp_path: Path) -> None:
     assert "no such room: fecontact/roof" in complaints(built(tmp_path, KEPT), {**SMALL, "roof": set()})
+
+
+def strangers_path(root: Path, page: str) -> Iterator[str]:
+    """Paths in the table of new things that do not exist, and names that are not in the files they stand by."""
+    path = page.partition("## Where does a new X go")[2]
+    for what in re.findall(r"`([\w/.]+(?:/|\.py|\.md))`", path):
+        if what != f"{PACKAGE}/" and not any((root / base / what).exists() for base in ("", PACKAGE)):
+            yield f"no such path: {what}"
+    for names, file in re.findall(r"(`\w+`(?: or `\w+`)*) in `([\w/]+\.py)`", path):
+        for name in re.findall(r"\w+", names.replace(" or ", " ")):
+            if not re.search(rf"^(def |class )?{name}\b", (root / PACKAGE / file).read_text(encoding="utf-8"), re.M):
+                yield f"no {name} in {file}"
+
+
+def test_the_strangers_path_is_true() -> None:
+    page = (ROOT / "docs" / "house.md").read_text(encoding="utf-8")
+    assert page.partition("## Where does a new X go")[2].count("\n| ") > 20
+    assert list(strangers_path(ROOT, page)) == []
+
+
+def test_a_strangers_path_that_is_not_true_is_named() -> None:
+    rows = "## Where does a new X go\n`attic/`, `mesh/` and `mesh/loose.py`; `READERS` or `WRITERS` in `mesh/read.py`\n"
+    expected = ["no such path: attic/", "no such path: mesh/loose.py", "no WRITERS in mesh/read.py"]
+    assert list(strangers_path(ROOT, rows)) == expected

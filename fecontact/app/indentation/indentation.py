@@ -35,7 +35,7 @@ class Indentation(IndentationFigures):
     """One indentation, with what a person does with it: draw, save."""
 
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
-        """Pressure, gap, displacement and stress inside, see `indentplot.plot_indentation`."""
+        """Pressure, gap, displacement and stress inside, see `pictures.plot_indentation`."""
         from fecontact.app.indentation.pictures import plot_indentation
         from fecontact.common.units import Units
 
@@ -59,7 +59,7 @@ class Curve(CurveFigures):
         return write_atomically(path, text.getvalue())
 
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
-        """Draw the curves, see `indentplot.plot_curve`."""
+        """Draw the curves, see `pictures.plot_curve`."""
         from fecontact.app.indentation.pictures import plot_curve
         from fecontact.common.units import Units
 

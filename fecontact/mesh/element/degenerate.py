@@ -12,7 +12,7 @@ With it the wedge (two coalesced edges of one face) and the pyramid hold every q
 does not, so it takes the ten-node functions L_i (2 L_i - 1) and 4 L_i L_j directly, with the barycentric coordinates
 L_i that the coalesced trilinear functions are.
 
-A **mid-face node** turns the eight nodes of a contact face into nine: with N21 of `reference.midface_shape`,
+A **mid-face node** turns the eight nodes of a contact face into nine: with N21 of `hexahedron.midface_shape`,
 N_corner += N21/4 and N_mid -= N21/2. A triangular face gets a **centroid node**: with N = 27 L1 L2 L3 on the face,
 N_corner += N/9 and N_mid -= 4N/9. Both vanish on all other faces. All nodal weights of the face become positive, so
 that `force >= 0` means `pressure >= 0`.

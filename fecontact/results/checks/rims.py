@@ -1,4 +1,4 @@
-"""What may be wrong with the contacts of a result: the checks of `result_warnings` that look at surfaces."""
+"""What may be wrong with the contacts of a result: the checks of `results.warnings` that look at surfaces."""
 
 from __future__ import annotations
 

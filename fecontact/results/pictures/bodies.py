@@ -73,7 +73,7 @@ def view(
     scale : float
         By which displacements are exaggerated; 0 shows the bodies undeformed.
     direction : str or (azimuth, elevation) in degrees
-        Where the eye stands, see `render.VIEWS`; sections are seen along y unless given.
+        Where the eye stands, see `renderer.VIEWS`; sections are seen along y unless given.
     only : sequence of str, optional
         Names of the bodies to show.
     where : str, optional
