@@ -5,6 +5,9 @@ Rooms above ask these instead of looking at the class of a body, so that a new k
 
 from __future__ import annotations
 
+import numpy as np
+
+from fecontact.bodies.outside import Outside
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.mesh.section_mesh import Extent
@@ -90,6 +93,10 @@ class Answers:
     def shared_faces(self, one: str, other: str) -> int:
         """Number of faces that two of its contact surfaces have in common; 1 for the only surface there is."""
         return int(one == other)
+
+    def outside(self, displacement: Array) -> Outside:
+        """Nothing is known of it."""
+        return Outside(np.zeros((0, 3)), None, np.inf)
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
+from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
@@ -281,6 +282,15 @@ class ElasticBody(Placed):
         """Number of faces that two boundaries have in common."""
         keys = [self.mesh.faces(name) @ np.array([6, 1]) for name in (one, other)]
         return int(np.isin(*keys).sum())
+
+    def outside(self, displacement: Array) -> Outside:
+        """Its skin, displaced by (n_dofs,)."""
+        points = self.mesh.points + self.model.at_points(displacement)
+        skin = self._skin(points)
+        return Outside(points[skin.nodes], skin, self.size, is_bounded=True)
+
+    def _skin(self, points: Array) -> FacetSurface:
+        return FacetSurface(points, self.mesh.face_nodes(self.mesh.outer_faces), self.name)
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of boundaries held in one component only, as planes of symmetry are, with any of these nodes."""

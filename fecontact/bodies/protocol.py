@@ -9,6 +9,7 @@ from typing import Protocol
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
+from fecontact.bodies.outside import Outside
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.stopwatch import Stopwatch
@@ -138,6 +139,9 @@ class Body(Protocol):
 
     def shared_faces(self, one: str, other: str) -> int:
         """Number of faces that two of its contact surfaces have in common."""
+
+    def outside(self, displacement: Array) -> Outside:
+        """Its whole outside, displaced by (n_dofs,)."""
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
@@ -21,8 +22,11 @@ from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.surface_mesh import read_surface
-from fecontact.surfaces import Facets, FunctionSurface, HeightMap
+from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
 from fecontact.surfaces.facet_surface import Feet
+
+#: Points along each side of the square over which a rigid surface given by heights is looked at.
+ALONG = 33
 
 
 class RigidShape(Protocol):
@@ -94,6 +98,14 @@ class Sphere:
         away = distance > 0
         normals[away] = np.stack([x, y, height], axis=1)[away] / distance[away, None]
         return Feet(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
+
+
+def _over(heights: Callable[[Array, Array], Array], size: float) -> Array:
+    """Points (n, 3) of a surface over a square, where it has any."""
+    t = np.linspace(-0.5, 0.5, ALONG) * size
+    x, y = (c.ravel() for c in np.meshgrid(t, t, indexing="ij"))
+    z = np.asarray(heights(x, y)) + np.zeros(len(x))
+    return np.stack([x, y, z], axis=1)[np.isfinite(z)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +197,22 @@ counter-clockwise.'
     def farthest(self) -> float:
         """Largest coordinate of the mesh of its surface, if it has one."""
         return float(np.abs(self.shape.mesh.points).max()) if isinstance(self.shape, Facets) else 0.0
+
+    def outside(self, displacement: Array) -> Outside:
+        """As far as its shape is known to enclose something; see `Outside`."""
+        shape, size = self.shape, self.size
+        if isinstance(shape, Plane):
+            return Outside(np.zeros((0, 3)), shape, math.inf)
+        if isinstance(shape, Sphere):
+            centre = np.array([[0.0, 0.0, shape.radius]])
+            return Outside(centre, shape, size, shape.radius, is_bounded=True, depth=size)
+        if isinstance(shape, Facets):
+            closed = None if shape.is_open else shape
+            return Outside(shape.mesh.points, closed, size, is_bounded=True, depth=size)
+        points = _over(shape.heights, size) if hasattr(shape, "heights") else np.zeros((0, 3))
+        if isinstance(shape, Ellipsoid):
+            return Outside(points, shape, size, may_hold=shape.may_hold)
+        return Outside(points, shape, size, depth=size)
 
     def size_lines(self, twin: str = "") -> list[str]:
         """Lines for people."""

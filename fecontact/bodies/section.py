@@ -98,6 +98,9 @@ class SectionBody(ElasticBody):
             nodes, across = np.append(nodes, axis), np.concatenate([across, np.tile([1.0, 0.0, 0.0], (len(axis), 1))])
         return CurveSurface(self.mesh.points, facets, name, planes=(nodes, across), along=self.along)
 
+    def _skin(self, points: Array) -> CurveSurface:
+        return CurveSurface(points, self.mesh.face_nodes(self.mesh.outer_sides), self.name, along=self.along)
+
     def size_lines(self, twin: str = "") -> list[str]:
         """Lines for people: what the section saves too."""
         return [*super().size_lines(twin), f"{self.name}: a section instead of a solid"]

@@ -106,3 +106,17 @@ def test_sections_that_overlap():
         assert bool(found) is (depth is not None)
         if depth:
             assert abs(said(found[0]) - depth) < 1e-3
+
+
+@pytest.mark.parametrize(("down", "depth"), [(0.15, None), (0.3, 0.1)])
+def test_a_body_carried_by_a_finite_motion_is_where_it_has_come_to_rest(down, depth):
+    """Source: geometry. A block 0.2 above another one is moved down; what counts is its final place, once."""
+    lower = block("lower", contact=("bottom",), held="top")
+    upper = block("upper", (1.0, 1.0, 1.0), (2, 2, 2), ("bottom",), "top").placed((1.5, 1.5, 1.2))
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    scene = fc.Scene([lower, upper, floor], [fc.Contact(lower, floor)])
+    result = scene.solve(motions={lower: {"z": -1e-5}, upper: {"z": -down}}, finite_motion=True)
+    found = overlaps(result)
+    assert len(found) == (depth is not None)
+    if depth:
+        assert abs(said(found[0]) - depth) < 1e-3  # four digits are said, and the lower block moves by 1e-5

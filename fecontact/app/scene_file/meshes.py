@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
-from fecontact.bodies import ElasticBody
+from fecontact.bodies.elastic import elastic_among
 from fecontact.common.errors import FecontactError
 from fecontact.mesh import pick, shapes
 from fecontact.mesh.extrude import extrude
@@ -157,11 +157,12 @@ def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | N
     if "surface" in table and (path := existing(table, "surface", folder)) is not None:
         surface = made(table, "surface", lambda: read_surface(path, 1.0 if scale is None else scale))
     name = table.text("body")
+    elastic = elastic_among([bodies.get(name or "")])
     if name is not None and name not in bodies:
         table.fault("body", f"no body {name!r} stands before this one{did_you_mean(name, bodies)}.")
-    elif name is not None and boundary is not None and isinstance(body := bodies[name], ElasticBody):
-        surface = made(table, "boundary", lambda: SurfaceMesh.of(body.mesh, boundary))
-    elif name is not None and not isinstance(bodies.get(name), ElasticBody | None):
+    elif boundary is not None and elastic:
+        surface = made(table, "boundary", lambda: SurfaceMesh.of(elastic[0].mesh, boundary))
+    elif name is not None and bodies[name] is not None and not elastic:
         table.fault("body", f"{name!r} has no mesh; a layer grows on an elastic body.")
     thickness = table.number("thickness", required=True)
     layers = table.raw("layers")

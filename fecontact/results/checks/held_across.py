@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.fem.support import is_plane
@@ -46,7 +46,7 @@ def held_across(result: SolvedScene) -> Iterator[str]:
 def _mirror_normals(bodies: Sequence[Body]) -> Array:
     """Normals (n, 3), in the world, of the planes of symmetry by which bodies are supported."""
     found = [np.zeros((0, 3))]
-    for body in (b for b in bodies if isinstance(b, ElasticBody)):
+    for body in elastic_among(bodies):
         for name, support in body.supports.items():
             if is_plane(support) and isinstance(support, str) and support in "xyz":
                 found.append(body.pose.rotation[:, ["xyz".index(support)]].T)

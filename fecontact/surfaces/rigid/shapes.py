@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Feet
@@ -265,6 +265,11 @@ class Ellipsoid:
     def project(self, points: Array) -> Feet:
         """Feet of points (n, 3) on the lower half."""
         return nearest(points, self.heights, differences(self.heights, 1e-4 * min(self.semi_axes)), self.size)
+
+    def may_hold(self, points: Array, radius: float) -> Mask:
+        """Whether balls round points (n, 3) may reach into it: feet are on the lower half and do not tell."""
+        reach = np.array(self.semi_axes) + radius
+        return np.asarray((((points - [0.0, 0.0, self.semi_axes[2]]) / reach) ** 2).sum(axis=1) <= 1)
 
 
 @dataclass(frozen=True)
