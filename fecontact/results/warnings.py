@@ -29,7 +29,7 @@ def unborne_motions(result: SolvedScene) -> Iterator[str]:
             what = "linearised motions lose or overlook the contact"
         else:
             what = (
-                f"linearised motions leave out {100 * error.gap / error.approach:.2g} % of the approach in gaps and "
+                f"linearised motions leave out {100 * error.gap / error.approach:.2g} % of the indentation in gaps and "
                 f"{error.direction:.2g} rad in directions of forces, and stretch bodies by {100 * error.stretch:.2g} %"
             )
         if result.originals:

@@ -58,7 +58,7 @@ def test_ball_that_comes_from_far_presses_as_if_placed_there(load):
     assert abs(linear.contacts[0].max_pressure / near.contacts[0].max_pressure - 1) > 0.03
     (warning,) = (text for text in linear.warnings if "turn far" in text)
     error = linearisation_error(linear)
-    assert f"{100 * error.gap / error.approach:.2g} % of the approach" in warning
+    assert f"{100 * error.gap / error.approach:.2g} % of the indentation" in warning
     assert error.worst > 10 * BEARABLE
 
 

@@ -138,6 +138,8 @@ class _Motion:
         """
         if self.displacements is None or weights is None or not forces.any():
             return self
+        if weights.shape[1] != len(self.displacements):  # a surface with points of its own
+            return self
         share = forces / forces.sum()
         centre = share @ places
         arm = places - centre
