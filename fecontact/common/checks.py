@@ -151,6 +151,26 @@ def point_array(name: str, values: ArrayLike, dimension: int) -> NDArray[np.floa
     return array
 
 
+def vector(value: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Three finite numbers of a size to be worked with, or an InputError that begins with `what`."""
+    try:
+        v = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        v = np.zeros(0)
+    if v.shape != (3,) or not np.isfinite(v).all():
+        raise InputError(f"{what} must be three finite numbers; found {value!r}.")
+    reckonable(what, v)
+    return v
+
+
+def number(value: float, what: str) -> float:
+    """A finite number of a size to be worked with, or an InputError that begins with `what`."""
+    if not isinstance(value, int | float | np.number) or not np.isfinite(value):
+        raise InputError(f"{what} must be a finite number; found {value!r}.")
+    reckonable(what, value)
+    return float(value)
+
+
 def one_of(**alternatives: float | None) -> tuple[str, float]:
     """Return the name and the value of the one alternative that is given, checked to be positive.
 

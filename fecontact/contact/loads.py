@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
+from fecontact.common.checks import number, vector
 from fecontact.common.errors import InputError
 from fecontact.contact.dimension import Setting, setting_of
-from fecontact.contact.rigid_motion import Frame, make_frame, number, vector
+from fecontact.contact.rigid_motion import Frame, make_frame
 
 #: Share of the largest possible opening by a rigid motion, and of the work that loads could do at the most, up to which
 #: they are rounding: a plane's normal that is off by 1e-17 must not let a huge tangential motion open the contact, or a

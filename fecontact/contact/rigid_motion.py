@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
-from fecontact.common.checks import reckonable
+from fecontact.common.checks import number, vector
 from fecontact.common.errors import InputError
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
 
@@ -78,26 +78,6 @@ class Frame:
     def describe(self, motion: Array) -> str:
         """A world motion (6,) of this body in words."""
         return f"{self.body.name}: {describe_motion(motion, self.point, self.body.size)}"
-
-
-def vector(value: ArrayLike, what: str) -> Array:
-    """Three finite numbers of a size to be worked with, or an InputError that begins with `what`."""
-    try:
-        v = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        v = np.zeros(0)
-    if v.shape != (3,) or not np.isfinite(v).all():
-        raise InputError(f"{what} must be three finite numbers; found {value!r}.")
-    reckonable(what, v)
-    return v
-
-
-def number(value: float, what: str) -> float:
-    """A finite number of a size to be worked with, or an InputError that begins with `what`."""
-    if not isinstance(value, int | float | np.number) or not np.isfinite(value):
-        raise InputError(f"{what} must be a finite number; found {value!r}.")
-    reckonable(what, value)
-    return float(value)
 
 
 def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:

@@ -13,10 +13,10 @@ from scipy.sparse.csgraph import connected_components
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.contact.condensed_problem import Part
 from fecontact.contact.loads import Loading
-from fecontact.contact.rigid_motion import vector
 
 #: Distance from a dividing plane, relative to the slave's size, within which a point belongs half to either side.
 ON_PLANE = 1e-9
