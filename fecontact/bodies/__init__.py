@@ -8,6 +8,7 @@ from fecontact.bodies.pose import Pose, rotation_about
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import Plane, RigidBody, Sphere
 from fecontact.bodies.section import AxisymmetricBody, PlaneBody
+from fecontact.bodies.surface_body import SurfaceBody, boundary_surface
 
 __all__ = [
     "AssembledBody",
@@ -23,5 +24,7 @@ __all__ = [
     "Pose",
     "RigidBody",
     "Sphere",
+    "SurfaceBody",
+    "boundary_surface",
     "rotation_about",
 ]

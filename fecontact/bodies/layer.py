@@ -8,19 +8,15 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Reduced
-from fecontact.common.arrays import Array
+from fecontact.bodies.surface_body import SurfaceBody, boundary_surface
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.stopwatch import Stopwatch
-from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
-from fecontact.surfaces.facet_surface import FacetSurface, Feet
-from fecontact.surfaces.nodal_weights import along, contact_weights
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.nodal_weights import contact_weights
 
 LAWS = ("bonded", "frictionless", "uniaxial")
 
@@ -61,7 +57,7 @@ def foundation_modulus(material: Material, law: str = "bonded") -> float:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class ElasticLayer(Placed):
+class ElasticLayer(SurfaceBody):
     """A layer of springs on a rigid body whose surface is given by a mesh.
 
     Every node of the surface gives along the line of action in proportion to its own pressure, and to no other.
@@ -116,11 +112,9 @@ class ElasticLayer(Placed):
         check_skin(surface[0], (surface[1],))
 
     @cached_property
-    def _facets(self) -> FacetSurface:
-        mesh, name = self.surface_of
-        if mesh.cell_type == "hex20":
-            mesh = mesh.with_midface_nodes((name,))
-        return FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(name)), name)
+    def facets(self) -> FacetSurface:  # type: ignore[override]
+        """Facets of the boundary that it covers."""
+        return boundary_surface(*self.surface_of)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -128,29 +122,9 @@ class ElasticLayer(Placed):
         return self.surface_of[0].notes
 
     @property
-    def contact(self) -> tuple[str, ...]:
-        """The boundary that it covers."""
-        return (self.surface_of[1],)
-
-    @property
     def is_foundation(self) -> bool:
         """A node gives under its own pressure, and no other."""
         return True
-
-    @property
-    def n_dofs(self) -> int:
-        """Three per node of the mesh."""
-        return self._facets.points.size
-
-    @property
-    def size(self) -> float:
-        """Diagonal of the surface's bounding box."""
-        return self._facets.size
-
-    @property
-    def reference_point(self) -> Array:
-        """Mean of the surface's nodes."""
-        return np.asarray(self._facets.points[self._facets.nodes].mean(axis=0))
 
     @property
     def contact_modulus(self) -> float:
@@ -158,54 +132,13 @@ class ElasticLayer(Placed):
         return foundation_modulus(self.material, self.law)
 
     @cached_property
-    def rigid_modes(self) -> Array:
-        """Displacements (n_dofs, 6) of the rigid motions about the reference point."""
-        return rigid_modes(self._facets.points, self.reference_point)
-
-    @property
-    def free_motions(self) -> Array:
-        """None: the body under the layer is held in every component that is not released."""
-        return np.zeros((6, 0))
-
-    @cached_property
-    def _flexibility(self) -> Array:
-        """Displacement (n_dofs,) by a unit force at the same degree of freedom; zero off the surface."""
-        areas = contact_weights(self._facets)
+    def flexibility(self) -> sp.spmatrix:  # type: ignore[override]
+        """Displacements (n_dofs, n_dofs) by unit forces at the same degrees of freedom; zero off the surface."""
+        areas = contact_weights(self.facets)
         per_area = self.thickness / foundation_modulus(self.material, self.law)
         nodes = np.divide(per_area, areas, out=np.zeros(len(areas)), where=areas > 0)
-        return np.repeat(nodes, 3)
-
-    def surface(self, name: str) -> FacetSurface:
-        """Facets of the boundary."""
-        if name not in self.contact:
-            raise InputError(f"The layer {self.name!r} covers {self.contact[0]!r}; found {name!r}.")
-        return self._facets
-
-    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
-        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
-        assert feet.weights is not None
-        return along(feet.weights, directions)
-
-    def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
-        """Refused: a point load would sink into a layer of springs without end, or has no point of it to act on.
-
-        Raises
-        ------
-        InputError
-            Always.
-        """
-        raise InputError(f"A spring cannot be fastened to {self.name!r}; fasten it to the ground or to a rigid body.")
-
-    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
-        """Compliance along rows."""
-        with watch("condense"):
-            S = (rows @ sp.diags(self._flexibility) @ rows.T).toarray()
-            return Reduced(S, np.zeros(rows.shape[0]))
-
-    def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
-        """Displacements (n_dofs,) of the layer's surface under forces along rows."""
-        return np.asarray(self._flexibility * (rows.T @ forces))
+        return sp.diags(np.repeat(nodes, 3), format="csr")
 
     def describe(self) -> str:
         """One line: what was modelled."""
-        return self._described(f"elastic layer, thickness {self.thickness:g}, {len(self._facets.nodes)} nodes")
+        return self._described(f"elastic layer, thickness {self.thickness:g}, {len(self.facets.nodes)} nodes")

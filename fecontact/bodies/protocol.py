@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -12,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Feet, Surface
@@ -148,3 +150,20 @@ class Body(Protocol):
 
     def size_lines(self, twin: str = "") -> list[str]:
         """Lines for people: what it stands for more than it is made of; `twin` names a body of the same model."""
+
+
+def check_body(body: Body) -> None:
+    """Refuse an object that lacks members of a body, by their names.
+
+    Raises
+    ------
+    InputError
+    """
+    members = (*(name for name in vars(Body) if not name.startswith("_")), *getattr(type(body), "required", ()))
+    nothing = object()
+    # looked up without being called: some are costly, and none is needed yet
+    if missing := [name for name in members if inspect.getattr_static(body, name, nothing) is nothing]:
+        raise InputError(
+            f"{body!r} is no body: it lacks {', '.join(missing)}. A subclass of bodies.SurfaceBody needs `facets` and "
+            "`flexibility` only; docs/extending.md has an example."
+        )

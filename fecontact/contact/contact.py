@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.errors import InputError
 
 
@@ -47,6 +47,8 @@ class Contact:
             raise InputError(f"coupling must be 'auto', 'nodal' or 'mortar'; found {self.coupling!r}.")
         if self.swap not in ("auto", "never"):
             raise InputError(f"swap must be 'auto' or 'never'; found {self.swap!r}.")
+        for body in (self.slave, self.master):
+            check_body(body)
         if self.slave is self.master:
             raise InputError(f"{self.slave.name!r} cannot be in contact with itself; give two bodies.")
         if self.surfaces is None:

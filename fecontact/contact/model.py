@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
 from fecontact.contact.coupling.choose import paired_contact
@@ -42,6 +42,8 @@ class SceneModel:
         object.__setattr__(self, "springs", tuple(self.springs))
         if not self.contacts and not self.springs:
             raise InputError("A scene needs at least one Contact or Spring.")
+        for body in self.bodies:
+            check_body(body)
         if len({id(b) for b in self.bodies}) != len(self.bodies):
             raise InputError("A body is listed twice; use body.placed(...) to stand the same model in two places.")
         setting = setting_of(self.bodies)

@@ -20,7 +20,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.resultants import hold_of_body, hold_of_boundary
-from fecontact.solvers import Residuals, Solution
+from fecontact.solvers import ComplementarityProblem, Residuals, Solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +83,15 @@ class SolvedScene:
     def nit(self) -> int:
         """Iterations of the solver in the last round."""
         return self.solution.nit
+
+    @property
+    def problem(self) -> ComplementarityProblem:
+        """The condensed problem on the candidate points: S, g, B, F.
+
+        The forces `solution.forces` (n,) minimise 1/2 l^T S l + g^T l over l >= 0 with B l = F; the gaps are
+        S l + g + B^T q with q = `solution.q`. Rows are the candidates of one contact after the other, then springs.
+        """
+        return self.solution.problem
 
     @property
     def n_dofs(self) -> int:
