@@ -31,7 +31,13 @@ CAD = (".step", ".stp", ".brep", ".geo", ".iges", ".igs")
 SURFACES = (".stl", ".ply", ".obj")
 
 
-def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None, part: str | None = None) -> Mesh:
+def read_mesh(
+    path: str | Path,
+    scale: float = 1.0,
+    element: str | None = None,
+    part: str | None = None,
+    reader: Callable[[Path], RawMesh] | None = None,
+) -> Mesh:
     """Read the mesh of a solid.
 
     Parameters
@@ -50,6 +56,9 @@ def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None, 
         Of an assembly in an ``.inp`` file: the instance that is wanted, in its place. Otherwise all instances are read
         side by side, not welded; each is an element set of its own name (`Mesh.part` takes it out), and names that
         occur in several of them are called ``instance.name``.
+    reader : callable, optional
+        A reader of the user's own for a file of any type: from its path to a `mesh.formats.raw.RawMesh`, which is then
+        checked and brought into form like all others; see docs/extending.md.
 
     Returns
     -------
@@ -74,7 +83,12 @@ def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None, 
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    _check_request(path, suffix, scale, element, part)
+    _check_request(path, suffix, scale, element, part, reader is not None)
+    if reader is not None:
+        raw = reader(path)
+        if not isinstance(raw, RawMesh):
+            raise InputError(f"The reader must return a RawMesh of {path.name}; found {type(raw).__name__}.")
+        return build(raw, path.name, scale, element)
     if suffix in CAD:
         from fecontact.mesh.cad import mesh_solid
 
@@ -83,15 +97,17 @@ def read_mesh(path: str | Path, scale: float = 1.0, element: str | None = None, 
     return build(raw, path.name, scale, element)
 
 
-def _check_request(path: Path, suffix: str, scale: float, element: str | None, part: str | None) -> None:
-    if suffix in SURFACES:
+def _check_request(path: Path, suffix: str, scale: float, element: str | None, part: str | None, own: bool) -> None:
+    if suffix in SURFACES and not own:
         raise InputError(f"{path.name} is a surface, not a solid; read it with fc.read_surface and extrude it.")
-    if suffix not in READERS and suffix not in CAD:
-        raise InputError(f"Unknown mesh file type {suffix!r}; expected one of {', '.join((*READERS, *CAD))}.")
+    if suffix not in READERS and suffix not in CAD and not own:
+        raise InputError(
+            f"Unknown mesh file type {suffix!r}; expected one of {', '.join((*READERS, *CAD))}, or reader=, a function."
+        )
     positive("the scale", scale)
     if element is not None and element not in ELEMENTS:
         raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, ELEMENTS))} or None.")
-    if part is not None and suffix != ".inp":
+    if part is not None and (own or suffix != ".inp"):
         raise InputError(
             f"Only .inp files have parts; found part={part!r} and {path.name}. Element sets are taken out by Mesh.part."
         )
