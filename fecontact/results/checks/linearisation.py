@@ -3,8 +3,7 @@
 The problem of a scene is linear in the displacements of its surfaces. A motion d of a surface of curvature k along
 itself changes the gap by about k d^2 / 2 more than that, and a turn changes the direction of the forces. Both are
 measured at the pairs in contact, without a further solution: the surfaces are projected on each other again, moved by
-the rigid motions that fit their displacements in the contact best. These hold the bodies' rigid motions and what the
-bodies' deflections add to them: a ball on a bending arm moves along with it.
+the bodies' rigid motions and by the mean of their deflections in the contact: a ball on a bending arm moves along.
 """
 
 from __future__ import annotations
@@ -132,25 +131,18 @@ class _Motion:
     displacements: Array | None = None
 
     def in_contact(self, weights: sp.csr_matrix | None, places: Array, forces: Array) -> _Motion:
-        """The motion that fits the displacements at places (n, 3) in contact best, weighted by their forces (n,).
+        """The motion with the shift that places (n, 3) in contact have on average, weighted by their forces (n,).
 
-        `weights` (n, n_points) interpolate the places from the body's points.
+        `weights` (n, n_points) interpolate the places from the body's points. Turns stay those of the body: the slope
+        of an indentation on half a contact, as planes of symmetry leave it, is no turn.
         """
         if self.displacements is None or weights is None or not forces.any():
             return self
         if weights.shape[1] != len(self.displacements):  # a surface with points of its own
             return self
-        share = forces / forces.sum()
-        centre = share @ places
-        arm = places - centre
-        width = float(np.sqrt(share @ (arm**2).sum(axis=1))) or 1.0
-        root = np.sqrt(share)[:, None]
-        turns = np.stack([np.cross(axis, arm / width) for axis in np.eye(3)], axis=2)
-        rows = np.concatenate([np.broadcast_to(np.eye(3), turns.shape), turns], axis=2) * root[:, :, None]
-        values = (weights @ self.displacements) * root
-        fit = np.linalg.lstsq(rows.reshape(-1, 6), values.ravel(), rcond=1e-6)[0]
-        turn = fit[3:] / width
-        return _Motion(self.body, self.point, np.concatenate([fit[:3] + np.cross(turn, self.point - centre), turn]))
+        deflection = weights @ self.displacements - self.linear(places)
+        shift = forces @ deflection / forces.sum()
+        return _Motion(self.body, self.point, self.motion + np.concatenate([shift, np.zeros(3)]))
 
     def linear(self, points: Array) -> Array:
         """Displacements (n, 3) of world points (n, 3)."""
