@@ -114,7 +114,6 @@ def _driven(result: SolvedScene, k: int, motion: Array) -> Array | None:
     if not isinstance(body, ElasticBody):
         return None
     u = result.state.displacements[k] - frame.modes((result.motions[k] - motion)[:, None])[:, 0]
-    assert body.model is not None
     return np.asarray(body.model.at_points(u) @ body.pose.rotation.T)
 
 
