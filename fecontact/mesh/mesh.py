@@ -19,6 +19,7 @@ from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.element.degenerate import Pattern
 from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
+from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_hanging, refuse_hanging
 from fecontact.mesh.kinds import kind_of
 from fecontact.mesh.pick import Pick
 from fecontact.mesh.skfem_mesh import from_skfem_mesh, skfem_mesh
@@ -65,6 +66,8 @@ class Mesh:
         Point number of the mid-face node of each face, -1 where there is none; see `with_midface_nodes`.
     notes : tuple of str
         What was mended when the mesh was read; results repeat it.
+    hanging : HangingNodes, optional
+        Ties of the nodes at which divided cells meet undivided ones; see `fecontact.mesh.hanging_nodes`.
 
     A member that a set lists more than once counts once.
 
@@ -88,6 +91,7 @@ class Mesh:
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     midface: IntArray | None = None
     notes: tuple[str, ...] = ()
+    hanging: HangingNodes | None = None
 
     def __post_init__(self) -> None:
         points = np.ascontiguousarray(self.points, dtype=float)
@@ -102,6 +106,7 @@ class Mesh:
         if not np.isfinite(points).all():
             bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
             raise MeshError(f"{len(bad)} points have coordinates that are not finite, the first is point {bad[0]}.")
+        check_hanging(self.hanging, len(points))
         frozen = {"points": points, "cells": cells}
         for name, value in frozen.items():
             value.setflags(write=False)
@@ -167,7 +172,8 @@ class Mesh:
         Raises
         ------
         InputError
-            If cells are of several kinds, or of one that scikit-fem has no mesh for, such as wedges of 15 nodes.
+            If cells are of several kinds, or of one that scikit-fem has no mesh for, such as wedges of 15 nodes, or if
+            nodes hang.
 
         Examples
         --------
@@ -175,6 +181,7 @@ class Mesh:
         >>> shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).to_skfem().t.shape
         (8, 8)
         """
+        refuse_hanging(self.hanging, "turned into one of scikit-fem")
         return skfem_mesh(tuple(self.kinds), (self.points, self.cells, self.boundaries, self.groups))
 
     @property
@@ -268,8 +275,9 @@ class Mesh:
     # verbs: each returns a copy
 
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> Mesh:
-        """Move every point by ``mapping(points) -> points``."""
-        return replace(self, points=np.asarray(mapping(self.points), dtype=float))
+        """Move every point by ``mapping(points) -> points``; hanging nodes follow the others."""
+        points = np.asarray(mapping(self.points), dtype=float)
+        return replace(self, points=points if self.hanging is None else self.hanging.followed(points))
 
     def translated(self, offset: ArrayLike) -> Mesh:
         """Move the mesh; to pose a body without touching its coordinates use `ElasticBody.placed`."""
@@ -334,7 +342,10 @@ class Mesh:
             cell, face = new[np.argmax(n_distinct < 3)]
             raise InputError(f"Face {face} of cell {cell} has shrunk to a line or a point, so it cannot be in contact.")
         midface[new[:, 0], new[:, 1]] = len(self.points) + np.arange(len(new))
-        return replace(self, points=np.concatenate([self.points, self._face_centres(new)]), midface=midface)
+        points = np.concatenate([self.points, self._face_centres(new)])
+        n = len(self.points)
+        hanging = None if self.hanging is None else self.hanging.renumbered(np.arange(n), len(points))
+        return replace(self, points=points, midface=midface, hanging=hanging)
 
     def _face_centres(self, faces: IntArray) -> Array:
         """Where the 20-node mapping puts the middles (n_faces, 3) of faces."""
@@ -346,10 +357,12 @@ class Mesh:
     def upgraded(self, n_nodes: int) -> Mesh:
         """Turn 8-node cells into 20- or 27-node cells with straight edges, adding shared nodes once.
 
-        Coalesced edges stay one node: tetrahedra of 4 nodes become those of 10, wedges of 6 those of 15.
+        Coalesced edges stay one node: tetrahedra of 4 nodes become those of 10, wedges of 6 those of 15. Not for
+        meshes with hanging nodes.
         """
         if self.cells.shape[1] != 8 or n_nodes not in (20, 27):
             raise InputError(f"Only hex8 can be upgraded, to 20 or 27 nodes; found {self.cell_type} and {n_nodes}.")
+        refuse_hanging(self.hanging, "given more nodes")
         if self.has_coalesced and n_nodes == 27:
             raise InputError("Degenerate hex8 cells can be upgraded to 20 nodes only, not to 27.")
         points, columns = [self.points], [self.cells]
@@ -379,13 +392,14 @@ class Mesh:
         Raises
         ------
         InputError
-            If there is no such set, or mid-face nodes have been added already.
+            If there is no such set, mid-face nodes have been added already, or nodes hang.
         """
         if name not in self.groups:
             known = ", ".join(map(repr, self.groups)) or "none"
             raise InputError(f"The mesh has no element set {name!r}. Its element sets are: {known}.")
         if self.midface is not None:
             raise InputError("Take the part before mid-face nodes are added.")
+        refuse_hanging(self.hanging, "cut into parts")
         kept = np.unique(self.groups[name])
         cell = np.full(len(self.cells), -1, dtype=np.int64)
         cell[kept] = np.arange(len(kept))
@@ -464,7 +478,7 @@ def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
     Raises
     ------
     MeshError
-        If the cell types differ.
+        If the cell types differ, or a hanging node would become one with a point of another mesh.
     """
     if len({m.cells.shape[1] for m in meshes}) != 1:
         raise MeshError(f"Meshes of different cells cannot be merged: {sorted({m.cell_type for m in meshes})}.")
@@ -474,7 +488,8 @@ def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
     target = representatives(points, tolerance)
     kept, number = np.unique(target, return_inverse=True)
     cells = number[np.concatenate([m.cells + p for m, p in zip(meshes, point_start[:-1], strict=True)])]
-    whole = Mesh(points[kept], cells)
+    parts = np.split(number, point_start[1:-1])
+    whole = Mesh(points[kept], cells, hanging=joined_hanging([m.hanging for m in meshes], parts, len(kept)))
     outer = {tuple(face) for face in whole.outer_faces.tolist()}
     boundaries: dict[str, list[list[int]]] = {}
     groups: dict[str, list[int]] = {}

@@ -23,6 +23,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.element.hexahedron import QUAD_EDGES, quad_quadrature, quad_shapes
+from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_hanging
 from fecontact.mesh.mesh import first_alike, representatives, sets_of_members
 
 CELL_TYPES = {8: "quad8", 9: "quad9"}
@@ -118,6 +119,8 @@ class SectionMesh:
         Named sets of cells.
     node_sets : mapping of str to (n,) int array
         Named sets of points.
+    hanging : HangingNodes, optional
+        Ties of the nodes at which divided cells meet undivided ones; see `fecontact.mesh.hanging_nodes`.
 
     A member that a set lists more than once counts once.
 
@@ -138,6 +141,7 @@ class SectionMesh:
     boundaries: Mapping[str, IntArray] = field(default_factory=dict)
     groups: Mapping[str, IntArray] = field(default_factory=dict)
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    hanging: HangingNodes | None = None
 
     def __post_init__(self) -> None:
         points = np.array(self.points, dtype=float)
@@ -162,6 +166,7 @@ class SectionMesh:
                 f"A section lies in the plane y = 0; point {np.argmax(off)} has y = {points[off.argmax(), 1]:g}."
             )
         points[:, 1] = 0.0
+        check_hanging(self.hanging, len(points))
         for name, value in {"points": points, "cells": cells}.items():
             value.setflags(write=False)
             object.__setattr__(self, name, value)
@@ -257,8 +262,9 @@ class SectionMesh:
         return np.unique(self.face_nodes(self.faces(name)))
 
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> SectionMesh:
-        """Move every point by ``mapping(points) -> points``."""
-        return replace(self, points=np.asarray(mapping(self.points), dtype=float))
+        """Move every point by ``mapping(points) -> points``; hanging nodes follow the others."""
+        points = np.asarray(mapping(self.points), dtype=float)
+        return replace(self, points=points if self.hanging is None else self.hanging.followed(points))
 
     def translated(self, offset: ArrayLike) -> SectionMesh:
         """Move the mesh; to pose a body without touching its coordinates use `placed`."""
@@ -321,7 +327,7 @@ def merge_sections(meshes: list[SectionMesh], tolerance: float) -> SectionMesh:
     Raises
     ------
     MeshError
-        If the cell types differ.
+        If the cell types differ, or a hanging node would become one with a point of another section.
     """
     if len({m.cells.shape[1] for m in meshes}) != 1:
         raise MeshError(f"Sections of different cells cannot be merged: {sorted({m.cell_type for m in meshes})}.")
@@ -351,4 +357,5 @@ def merge_sections(meshes: list[SectionMesh], tolerance: float) -> SectionMesh:
         {k: v for k, v in joined.items() if len(v)},
         {k: np.concatenate(v) for k, v in groups.items()},
         {k: np.unique(np.concatenate(v)) for k, v in node_sets.items()},
+        joined_hanging([m.hanging for m in meshes], np.split(number, point_start[1:]), len(kept)),
     )

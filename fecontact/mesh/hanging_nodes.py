@@ -1,0 +1,193 @@
+"""Hanging nodes: points of a locally divided mesh whose displacement follows from others.
+
+Where a divided cell meets an undivided one, the nodes of the finer side that the coarser side lacks take the value of
+the coarser side's own edge and face functions, so that displacements stay continuous (Demkowicz, Oden, Rachowicz and
+Hardy 1989, *Toward a universal h-p adaptive finite element strategy*, part 1). All values are u = T u_free, the
+stiffness is T^T K T, and points lie at x = T x_free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError, MeshError
+
+#: Weights of a row sum to one up to rounding: products of a few rows of at most a dozen weights of size one.
+SUM = 1e-12
+
+
+def _no_edges() -> IntArray:
+    return np.empty((0, 5), dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class HangingNodes:
+    """Ties of the hanging nodes of a mesh.
+
+    Parameters
+    ----------
+    nodes : (n,) int array
+        Points of the mesh that follow from others, each once.
+    weights : (n, n_points) sparse matrix
+        u[nodes] = weights @ u. Chains are closed: only free points have a weight (see `closed`). Rows sum to one.
+    edges : (m, 5) int array
+        Divided edges that have an undivided neighbour: end, middle, end, and the points halfway between each end and
+        the middle, -1 for cells without mid-edge nodes.
+
+    Raises
+    ------
+    MeshError
+        If a node is there twice, a hanging node has a weight, or a row does not sum to one.
+
+    Examples
+    --------
+    The middle of an edge between points 0 and 2:
+
+    >>> import numpy as np
+    >>> tie = sp.csr_matrix(np.array([[0.5, 0.0, 0.5]]))
+    >>> HangingNodes(np.array([1]), tie, np.array([[0, 1, 2, -1, -1]])).transform.toarray().tolist()
+    [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]]
+    """
+
+    nodes: IntArray
+    weights: sp.csr_matrix
+    edges: IntArray = field(default_factory=_no_edges)
+
+    def __post_init__(self) -> None:
+        nodes = np.asarray(self.nodes, dtype=np.int64)
+        edges = np.asarray(self.edges, dtype=np.int64).reshape(-1, 5)
+        weights = sp.csr_matrix(self.weights)
+        if len(nodes) != weights.shape[0] or len(np.unique(nodes)) != len(nodes):
+            raise MeshError(
+                f"Hanging nodes need one row of weights each; found {len(np.unique(nodes))} distinct nodes, "
+                f"{len(nodes)} in all, and {weights.shape[0]} rows."
+            )
+        n_points = weights.shape[1]
+        largest = max(nodes.max(initial=-1), edges.max(initial=-1))
+        if largest >= n_points or nodes.min(initial=0) < 0 or edges.min(initial=0) < -1:
+            raise MeshError(f"Hanging nodes are points 0 ... {n_points - 1}; found numbers up to {largest}.")
+        if np.isin(weights.indices[weights.data != 0], nodes).any():
+            raise MeshError("A hanging node follows from another one; close such chains (HangingNodes.closed).")
+        off = np.abs(np.asarray(weights.sum(axis=1)).ravel() - 1)
+        if (off > SUM).any():
+            raise MeshError(
+                f"The weights of hanging node {nodes[off.argmax()]} sum to one but for {off.max():.3g}; rigid motions "
+                "would strain."
+            )
+        for name, value in {"nodes": nodes, "weights": weights, "edges": edges}.items():
+            for array in (value.data, value.indices, value.indptr) if name == "weights" else (value,):
+                array.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def closed(cls, nodes: IntArray, weights: sp.csr_matrix, *history: IntArray) -> Self:
+        """Ties whose weights (n, n_points) may stand at other hanging nodes: followed until only free points are left.
+
+        Raises
+        ------
+        MeshError
+            If nodes follow from one another in a circle.
+        """
+        tied = sp.csr_matrix(weights, dtype=float)
+        free = np.ones(tied.shape[1], bool)
+        free[nodes] = False
+        keep = sp.diags(free.astype(float)).tocsr()
+        insert = sp.csr_matrix((np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), shape=tied.shape[::-1])
+        onward = (tied @ insert).tocsr()
+        onward.eliminate_zeros()
+        tied = (tied @ keep).tocsr()
+        # with A the weights at free points and B at hanging ones: A + B A + B^2 A + ..., by doubling
+        for _ in range(2 + int(np.ceil(np.log2(len(nodes) + 1)))):
+            if onward.nnz == 0:
+                tied.eliminate_zeros()
+                return cls(nodes, tied, *history)
+            tied = tied + onward @ tied
+            onward = (onward @ onward).tocsr()
+            onward.eliminate_zeros()
+        raise MeshError("Hanging nodes follow from one another in a circle.")
+
+    @property
+    def n_points(self) -> int:
+        """Points of the mesh."""
+        return int(self.weights.shape[1])
+
+    @cached_property
+    def free(self) -> IntArray:
+        """Points (n_free,) that do not hang."""
+        return np.setdiff1d(np.arange(self.n_points), self.nodes)
+
+    @cached_property
+    def transform(self) -> sp.csr_matrix:
+        """T (n_points, n_free): u = T u[free]."""
+        n = len(self.free)
+        identity = sp.csr_matrix((np.ones(n), (self.free, np.arange(n))), shape=(self.n_points, n))
+        insert = sp.csr_matrix(
+            (np.ones(len(self.nodes)), (self.nodes, np.arange(len(self.nodes)))), shape=(self.n_points, len(self.nodes))
+        )
+        return (identity + insert @ self.weights[:, self.free]).tocsr()
+
+    def followed(self, points: Array) -> Array:
+        """Points or vectors (n_points, k) with the rows of hanging nodes put where the free ones take them."""
+        out = np.array(points, dtype=float)
+        out[self.nodes] = self.weights @ out
+        return out
+
+    def renumbered(self, number: IntArray, n_points: int) -> Self:
+        """The same ties when point k has become number[k] of n_points; points that others follow from must be kept."""
+        entries = self.weights.tocoo()
+        weights = sp.csr_matrix((entries.data, (entries.row, number[entries.col])), shape=(len(self.nodes), n_points))
+        return replace(self, nodes=number[self.nodes], weights=weights, edges=_renumbered(self.edges, number))
+
+
+def check_hanging(hanging: HangingNodes | None, n_points: int) -> None:
+    """Refuse ties of another mesh."""
+    if hanging is not None and hanging.n_points != n_points:
+        raise MeshError(f"The hanging nodes are those of a mesh of {hanging.n_points} points; this one has {n_points}.")
+
+
+def refuse_hanging(hanging: HangingNodes | None, what: str) -> None:
+    """Refuse what cannot be done to a mesh with hanging nodes."""
+    if hanging is not None:
+        raise InputError(
+            f"A mesh with {len(hanging.nodes)} hanging nodes cannot be {what}; do that before cells are divided."
+        )
+
+
+def joined_hanging(
+    parts: Sequence[HangingNodes | None], numbers: Sequence[IntArray], n_points: int
+) -> HangingNodes | None:
+    """Ties of meshes that become one, the points of part k becoming numbers[k].
+
+    Raises
+    ------
+    MeshError
+        If a hanging node would be joined with a point of another mesh.
+    """
+    pairs = enumerate(zip(parts, numbers, strict=True))
+    given = [(h.renumbered(n, n_points), k) for k, (h, n) in pairs if h is not None]
+    uses = np.bincount(np.concatenate([np.unique(n) for n in numbers]), minlength=n_points)
+    for hanging, k in given:
+        if (uses[hanging.nodes] > 1).any():
+            raise MeshError(
+                f"{(uses[hanging.nodes] > 1).sum()} hanging nodes of mesh {k} lie on points of another one; join the "
+                "meshes first and divide their cells then."
+            )
+    if not given:
+        return None
+    return HangingNodes(
+        np.concatenate([h.nodes for h, _ in given]),
+        sp.vstack([h.weights for h, _ in given]),
+        np.concatenate([h.edges for h, _ in given]),
+    )
+
+
+def _renumbered(table: IntArray, number: IntArray) -> IntArray:
+    """Point numbers of a table mapped; -1, no point, stays."""
+    return np.where(table < 0, -1, number[table])
