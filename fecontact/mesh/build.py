@@ -10,11 +10,12 @@ from scipy.optimize import linear_sum_assignment
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
+from fecontact.mesh.cell_sets import first_alike
 from fecontact.mesh.check import check_cells
 from fecontact.mesh.element.hexahedron import FACES
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS, Kind
-from fecontact.mesh.mesh import Mesh, corner_keys, first_alike
+from fecontact.mesh.mesh import Mesh, corner_keys
 
 #: Columns of the cells for each element that may be asked for.
 ELEMENTS = {"hex20": 20, "wedge15": 20, "tet10": 20, "hex27": 27}

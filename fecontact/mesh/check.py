@@ -10,10 +10,11 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import reckonable
 from fecontact.common.errors import MeshError
+from fecontact.mesh.cell_sets import first_alike
 from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.element.quadrature import element_quadrature
-from fecontact.mesh.mesh import CellGroup, Mesh, corner_keys, first_alike
+from fecontact.mesh.mesh import CellGroup, Mesh, corner_keys
 
 #: Odd constants without pattern (fractions of square roots) by which the corners of a face are mixed into one number.
 MIX = np.array([0x6A09E667F3BCC909, 0xBB67AE8584CAA73B, 0x3C6EF372FE94F82B, 0xA54FF53A5F1D36F1], dtype=np.uint64)

@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
+from numpy.typing import NDArray
 from skfem import Mesh as SkfemMesh
 
-from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import positive
-from fecontact.common.errors import InputError, MeshError
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.errors import InputError
+from fecontact.mesh.cell_sets import CellSets, joined
 from fecontact.mesh.element.degenerate import Pattern
 from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
-from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_hanging, refuse_hanging
+from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.kinds import kind_of
 from fecontact.mesh.pick import Pick
 from fecontact.mesh.skfem_mesh import from_skfem_mesh, skfem_mesh
-
-CELL_TYPES = {8: "hex8", 20: "hex20", 27: "hex27"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +43,8 @@ class CellGroup:
     midfaces: tuple[int, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Mesh:
+@dataclass(frozen=True, eq=False, repr=False)
+class Mesh(CellSets):
     """Hexahedra of 8, 20 or 27 nodes, possibly degenerate, possibly with mid-face nodes on contact faces.
 
     Parameters
@@ -84,65 +80,15 @@ class Mesh:
     Mesh(hex20, 8 cells, 81 points, boundaries: x_min, x_max, y_min, y_max, bottom, top)
     """
 
-    points: Array
-    cells: IntArray
-    boundaries: Mapping[str, IntArray] = field(default_factory=dict)
-    groups: Mapping[str, IntArray] = field(default_factory=dict)
-    node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     midface: IntArray | None = None
     notes: tuple[str, ...] = ()
-    hanging: HangingNodes | None = None
 
-    def __post_init__(self) -> None:
-        points = np.ascontiguousarray(self.points, dtype=float)
-        cells = np.ascontiguousarray(self.cells, dtype=np.int64)
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise MeshError(f"Points must have the shape (n, 3); found {points.shape}.")
-        if cells.ndim != 2 or cells.shape[1] not in CELL_TYPES or len(cells) == 0:
-            raise MeshError(f"Cells must be hexahedra of 8, 20 or 27 nodes, shape (n, 8|20|27); found {cells.shape}.")
-        if cells.min() < 0 or cells.max() >= len(points):
-            wrong = cells.min() if cells.min() < 0 else cells.max()
-            raise MeshError(f"A cell refers to point {wrong}, but there are only {len(points)} points (0, 1, ...).")
-        if not np.isfinite(points).all():
-            bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-            raise MeshError(f"{len(bad)} points have coordinates that are not finite, the first is point {bad[0]}.")
-        check_hanging(self.hanging, len(points))
-        frozen = {"points": points, "cells": cells}
-        for name, value in frozen.items():
-            value.setflags(write=False)
-            object.__setattr__(self, name, value)
-        for name in ("boundaries", "groups", "node_sets"):
-            sets = {k: np.asarray(v, dtype=np.int64) for k, v in getattr(self, name).items()}
-            object.__setattr__(self, name, MappingProxyType(sets))
-        self._check_sets()
-        for name in ("boundaries", "groups", "node_sets"):
-            object.__setattr__(self, name, sets_of_members(getattr(self, name)))
-
-    def _check_sets(self) -> None:
-        n_cells = len(self.cells)
-        for name, faces in self.boundaries.items():
-            if faces.ndim != 2 or faces.shape[1] != 2 or (faces < 0).any() or (faces >= [n_cells, 6]).any():
-                raise MeshError(
-                    f"The boundary {name!r} must be (n, 2) pairs (cell, local face), cells below {n_cells} and "
-                    f"faces 0 ... 5; found the shape {faces.shape}."
-                )
-        for name, members in self.groups.items():
-            if members.ndim != 1 or (members < 0).any() or (members >= n_cells).any():
-                raise MeshError(f"The element set {name!r} must be a list of cell numbers 0 ... {n_cells - 1}.")
-        for name, nodes in self.node_sets.items():
-            if nodes.ndim != 1 or (nodes < 0).any() or (nodes >= len(self.points)).any():
-                raise MeshError(f"The node set {name!r} must be a list of point numbers 0 ... {len(self.points) - 1}.")
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """What goes to another process, or into a copy: what it was made from."""
-        given = (getattr(self, f.name) for f in fields(self))
-        return type(self), tuple(dict(v) if isinstance(v, Mapping) else v for v in given)
-
-    def __repr__(self) -> str:
-        names = ", ".join(self.boundaries) or "none"
-        return (
-            f"Mesh({' + '.join(self.kinds)}, {len(self.cells)} cells, {len(self.points)} points, boundaries: {names})"
-        )
+    _noun = "mesh"
+    _face = "face"
+    _made_of = "hexahedra of 8, 20 or 27 nodes, shape (n, 8|20|27)"
+    cell_types = MappingProxyType({8: "hex8", 20: "hex20", 27: "hex27"})
+    n_corners = 8
+    n_faces = 6
 
     @classmethod
     def from_skfem(cls, theirs: SkfemMesh) -> Mesh:
@@ -183,11 +129,6 @@ class Mesh:
         """
         refuse_hanging(self.hanging, "turned into one of scikit-fem")
         return skfem_mesh(tuple(self.kinds), (self.points, self.cells, self.boundaries, self.groups))
-
-    @property
-    def cell_type(self) -> str:
-        """'hex8', 'hex20' or 'hex27': what its cells are before nodes coalesce."""
-        return CELL_TYPES[self.cells.shape[1]]
 
     @property
     def kinds(self) -> dict[str, int]:
@@ -233,19 +174,10 @@ class Mesh:
         outer = np.flatnonzero((count[inverse.ravel()] == 1) & (keys[:, 0] >= 0))
         return np.stack(np.divmod(outer, 6), axis=1)
 
-    def faces(self, name: str) -> IntArray:
-        """Faces (n, 2) of a named boundary.
-
-        Raises
-        ------
-        InputError
-            If there is no such boundary; the message lists those there are.
-        """
-        if name not in self.boundaries:
-            known = ", ".join(repr(k) for k in self.boundaries) or "none"
-            also = f" Its node sets are: {', '.join(map(repr, self.node_sets))}." if self.node_sets else ""
-            raise InputError(f"The mesh has no boundary {name!r}. Its boundaries are: {known}.{also}")
-        return self.boundaries[name]
+    @property
+    def outer(self) -> IntArray:
+        """The same as `outer_faces`: what meshes of bodies and of sections both answer to."""
+        return self.outer_faces
 
     def face_nodes(self, faces: IntArray) -> IntArray:
         """Node numbers (n_faces, 4 | 8 | 9) of faces; nine where they have a centre or a mid-face node.
@@ -266,58 +198,10 @@ class Mesh:
                 nodes = np.concatenate([nodes, mid[:, None]], axis=1)
         return nodes
 
-    def boundary_nodes(self, name: str) -> IntArray:
-        """Distinct node numbers of a named boundary, or of a node set where no boundary has that name."""
-        if name in self.node_sets and name not in self.boundaries:
-            return np.unique(self.node_sets[name])
-        return np.unique(self.face_nodes(self.faces(name)))
+    # verbs beside those of all meshes: each returns a copy
 
-    # verbs: each returns a copy
-
-    def mapped(self, mapping: Callable[[Array], ArrayLike]) -> Mesh:
-        """Move every point by ``mapping(points) -> points``; hanging nodes follow the others."""
-        points = np.asarray(mapping(self.points), dtype=float)
-        return replace(self, points=points if self.hanging is None else self.hanging.followed(points))
-
-    def translated(self, offset: ArrayLike) -> Mesh:
-        """Move the mesh; to pose a body without touching its coordinates use `ElasticBody.placed`."""
-        shift = np.asarray(offset, dtype=float)
-        return self.mapped(lambda x: x + shift)
-
-    def scaled(self, factor: float) -> Mesh:
-        """Multiply all coordinates, for instance by 1e-3 to come from millimetres to metres."""
-        scale = positive("a scale", factor)
-        return self.mapped(lambda x: scale * x)
-
-    def with_boundary(self, name: str, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mesh:
-        """Name outer faces.
-
-        Parameters
-        ----------
-        name : str
-        where : Pick or callable
-            A pick (`fecontact.pick`), or ``where(points (n, 3)) -> (n,) bool`` that all corners of a face satisfy.
-
-        Raises
-        ------
-        InputError
-            If no outer face is chosen.
-        """
-        faces = self.outer_faces
-        if isinstance(where, Pick):
-            chosen = faces[where.chosen(self, faces)]
-        else:
-            inside = np.asarray(where(self.points), dtype=bool)
-            corners = np.take_along_axis(self.cells[faces[:, 0]], FACES[faces[:, 1], :4], axis=1)
-            chosen = faces[inside[corners].all(axis=1)]
-        if len(chosen) == 0:
-            raise InputError(f"No outer face lies wholly in the region given for the boundary {name!r}.")
-        return replace(self, boundaries={**self.boundaries, name: chosen})
-
-    def with_group(self, name: str, where: Callable[[Array], NDArray[np.bool_]]) -> Mesh:
-        """Name the cells whose mean corner satisfies ``where(centres (n, 3)) -> (n,) bool``."""
-        centres = self.points[self.cells[:, :8]].mean(axis=1)
-        return replace(self, groups={**self.groups, name: np.flatnonzero(where(centres))})
+    def _chosen(self, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mask:
+        return where.chosen(self, self.outer) if isinstance(where, Pick) else super()._chosen(where)
 
     def with_midface_nodes(self, names: tuple[str, ...]) -> Mesh:
         """Give every face of the named boundaries of a 20-node mesh a node at its mapped centre.
@@ -417,26 +301,6 @@ class Mesh:
         )
 
 
-def sets_of_members(lists: Mapping[str, IntArray]) -> Mapping[str, IntArray]:
-    """Named lists of numbers (n,) or of faces (n, 2) as sets: each member once, where it was first."""
-    out = {}
-    for name, members in lists.items():
-        keys = members if members.ndim == 1 else members @ np.array([6, 1])
-        first = np.unique(keys, return_index=True)[1]
-        out[name] = members if len(first) == len(members) else members[np.sort(first)]
-    return MappingProxyType(out)
-
-
-def first_alike(corners: IntArray) -> IntArray:
-    """For each cell (n, 8 | 4 corners) the number (n,) of the first with the same corners, whatever their order."""
-    ordered = np.sort(corners, axis=1)
-    again = ordered[:, 1:] == ordered[:, :-1]
-    ordered[:, 1:][again] = -1
-    ordered.sort(axis=1)
-    _, first, inverse = np.unique(ordered, axis=0, return_index=True, return_inverse=True)
-    return np.asarray(first[inverse.ravel()], dtype=np.int64)
-
-
 def corner_keys(corners: IntArray) -> IntArray:
     """Sorted corners (n, 4) of faces, equal for equal faces.
 
@@ -457,55 +321,14 @@ def _kept(numbers: IntArray) -> IntArray:
     return numbers[numbers >= 0]
 
 
-def representatives(points: Array, tolerance: float) -> IntArray:
-    """For each point the smallest number (n_points,) of the cluster of points closer than `tolerance`."""
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    target = np.arange(len(points))
-    # repeated until chains of pairs have settled
-    while True:
-        before = target.copy()
-        np.minimum.at(target, pairs[:, 1], target[pairs[:, 0]])
-        np.minimum.at(target, pairs[:, 0], target[pairs[:, 1]])
-        if np.array_equal(before, target):
-            return target
-
-
 def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
     """Join meshes of one cell type into one; points closer than `tolerance` (a length) become one point.
 
-    Boundaries and groups of the same name are joined; faces that have become interior leave their boundaries.
+    Sets of the same name are joined; faces that have become interior leave their boundaries.
 
     Raises
     ------
     MeshError
         If the cell types differ, or a hanging node would become one with a point of another mesh.
     """
-    if len({m.cells.shape[1] for m in meshes}) != 1:
-        raise MeshError(f"Meshes of different cells cannot be merged: {sorted({m.cell_type for m in meshes})}.")
-    point_start = np.cumsum([0] + [len(m.points) for m in meshes])
-    cell_start = np.cumsum([0] + [len(m.cells) for m in meshes])
-    points = np.concatenate([m.points for m in meshes])
-    target = representatives(points, tolerance)
-    kept, number = np.unique(target, return_inverse=True)
-    cells = number[np.concatenate([m.cells + p for m, p in zip(meshes, point_start[:-1], strict=True)])]
-    parts = np.split(number, point_start[1:-1])
-    whole = Mesh(points[kept], cells, hanging=joined_hanging([m.hanging for m in meshes], parts, len(kept)))
-    outer = {tuple(face) for face in whole.outer_faces.tolist()}
-    boundaries: dict[str, list[list[int]]] = {}
-    groups: dict[str, list[int]] = {}
-    node_sets: dict[str, list[int]] = {}
-    for m, c, p in zip(meshes, cell_start[:-1].tolist(), point_start[:-1].tolist(), strict=True):
-        for name, faces in m.boundaries.items():
-            moved = (faces + np.array([c, 0])).tolist()
-            boundaries.setdefault(name, []).extend(f for f in moved if tuple(f) in outer)
-        for name, members in m.groups.items():
-            groups.setdefault(name, []).extend((members + c).tolist())
-        for name, nodes in m.node_sets.items():
-            node_sets.setdefault(name, []).extend(number[nodes + p].tolist())
-    return replace(
-        whole,
-        boundaries={k: np.array(v, dtype=np.int64) for k, v in boundaries.items() if v},
-        groups={k: np.array(v, dtype=np.int64) for k, v in groups.items()},
-        node_sets={k: np.unique(v) for k, v in node_sets.items()},
-        notes=tuple(dict.fromkeys(note for m in meshes for note in m.notes)),
-    )
+    return replace(joined(meshes, tolerance), notes=tuple(dict.fromkeys(note for m in meshes for note in m.notes)))

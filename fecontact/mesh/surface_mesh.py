@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError, MeshError
+from fecontact.mesh.cell_sets import first_alike, representatives
 from fecontact.mesh.facets import distinct_columns, facet_integrals, facet_nodes, facet_shapes, triangular
 from fecontact.mesh.formats.generic import load, points_in_space
 from fecontact.mesh.formats.triangulated import read_obj, read_stl
-from fecontact.mesh.mesh import Mesh, first_alike, representatives
+from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.orient import oriented, shared_sides, turned
 from fecontact.mesh.polygons import cut
 

@@ -16,7 +16,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.fem.stress import VOIGT
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.section_mesh import CELL_TYPES, SectionMesh, counter_clockwise
+from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise
 from fecontact.results.files import body_fields
 from fecontact.results.solved_scene import SolvedScene
 
@@ -130,7 +130,7 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
     for block, number in zip(file.cells, numbers, strict=True):
         for k in np.unique(number).tolist():
             cells = np.asarray(block.data)[number == k]
-            if block.type in CELL_TYPES.values():
+            if block.type in SectionMesh.cell_types.values():
                 used, cells = np.unique(cells, return_inverse=True)
                 cells = counter_clockwise(file.points[used], cells.reshape(-1, block.data.shape[1]))
                 section = SectionMesh(file.points[used], cells)

@@ -1,0 +1,260 @@
+"""What meshes of bodies and of sections share: points, cells, named sets of them, and verbs that return a copy."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import partial
+from types import MappingProxyType
+from typing import Any, ClassVar, Self, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError, MeshError
+from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_hanging
+from fecontact.mesh.pick import Pick
+
+SETS = ("boundaries", "groups", "node_sets")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CellSets:
+    """Points, cells, and named sets of faces, of cells and of points; `Mesh` and `SectionMesh` say what the cells are.
+
+    Faces are outer sides where the cells lie in a plane.
+    """
+
+    points: Array
+    cells: IntArray
+    boundaries: Mapping[str, IntArray] = field(default_factory=dict)
+    groups: Mapping[str, IntArray] = field(default_factory=dict)
+    node_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    hanging: HangingNodes | None = field(default=None, kw_only=True)
+
+    #: Words of messages: what it is, what its faces are, what it is made of.
+    _noun: ClassVar[str]
+    _face: ClassVar[str]
+    _made_of: ClassVar[str]
+    #: Names of cells by their number of nodes; corners and faces of a cell.
+    cell_types: ClassVar[Mapping[int, str]]
+    n_corners: ClassVar[int]
+    n_faces: ClassVar[int]
+
+    def __post_init__(self) -> None:
+        points = np.ascontiguousarray(self.points, dtype=float)
+        cells = np.ascontiguousarray(self.cells, dtype=np.int64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise MeshError(f"Points of a {self._noun} must have the shape (n, 3); found {points.shape}.")
+        if cells.ndim != 2 or cells.shape[1] not in self.cell_types or len(cells) == 0:
+            raise MeshError(f"Cells of a {self._noun} must be {self._made_of}; found the shape {cells.shape}.")
+        if cells.min() < 0 or cells.max() >= len(points):
+            wrong = cells.min() if cells.min() < 0 else cells.max()
+            raise MeshError(f"A cell refers to point {wrong}, but there are only {len(points)} points (0, 1, ...).")
+        if not np.isfinite(points).all():
+            bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+            raise MeshError(f"{len(bad)} points have coordinates that are not finite, the first is point {bad[0]}.")
+        check_hanging(self.hanging, len(points))
+        for name, value in (("points", points), ("cells", cells)):
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+        for name in SETS:
+            sets = {k: np.asarray(v, dtype=np.int64) for k, v in getattr(self, name).items()}
+            object.__setattr__(self, name, sets)
+        self._check_sets()
+        for name in SETS:
+            object.__setattr__(self, name, sets_of_members(getattr(self, name)))
+
+    def _check_sets(self) -> None:
+        n_cells, n_faces = len(self.cells), self.n_faces
+        for name, faces in self.boundaries.items():
+            if faces.ndim != 2 or faces.shape[1] != 2 or (faces < 0).any() or (faces >= [n_cells, n_faces]).any():
+                raise MeshError(
+                    f"The boundary {name!r} must be (n, 2) pairs (cell, local {self._face}), cells below {n_cells} "
+                    f"and {self._face}s 0 ... {n_faces - 1}; found the shape {faces.shape}."
+                )
+        for name, members in self.groups.items():
+            if members.ndim != 1 or (members < 0).any() or (members >= n_cells).any():
+                raise MeshError(f"The element set {name!r} must be a list of cell numbers 0 ... {n_cells - 1}.")
+        for name, nodes in self.node_sets.items():
+            if nodes.ndim != 1 or (nodes < 0).any() or (nodes >= len(self.points)).any():
+                raise MeshError(f"The node set {name!r} must be a list of point numbers 0 ... {len(self.points) - 1}.")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What goes to another process, or into a copy: what it was made from."""
+        given: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(self)}
+        return partial(type(self), **(given | {name: dict(given[name]) for name in SETS})), ()
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.boundaries) or "none"
+        return (
+            f"{type(self).__name__}({' + '.join(self.kinds)}, {len(self.cells)} cells, {len(self.points)} points, "
+            f"boundaries: {names})"
+        )
+
+    @property
+    def cell_type(self) -> str:
+        """Name of its cells, such as 'hex20' or 'quad8'; what they are before nodes coalesce."""
+        return self.cell_types[self.cells.shape[1]]
+
+    @property
+    def kinds(self) -> dict[str, int]:
+        """Number of cells of each kind."""
+        return {self.cell_type: len(self.cells)}
+
+    @property
+    @abstractmethod
+    def outer(self) -> IntArray:
+        """Faces (n, 2) that belong to one cell only, as (cell, local face)."""
+
+    @abstractmethod
+    def face_nodes(self, faces: IntArray) -> IntArray:
+        """Node numbers (n_faces, k) of faces (n_faces, 2)."""
+
+    def faces(self, name: str) -> IntArray:
+        """Faces (n, 2) of a named boundary.
+
+        Raises
+        ------
+        InputError
+            If there is no such boundary; the message lists those there are.
+        """
+        if name not in self.boundaries:
+            known = ", ".join(repr(k) for k in self.boundaries) or "none"
+            also = f" Its node sets are: {', '.join(map(repr, self.node_sets))}." if self.node_sets else ""
+            raise InputError(f"The {self._noun} has no boundary {name!r}. Its boundaries are: {known}.{also}")
+        return self.boundaries[name]
+
+    def boundary_nodes(self, name: str) -> IntArray:
+        """Distinct node numbers of a named boundary, or of a node set where no boundary has that name."""
+        if name in self.node_sets and name not in self.boundaries:
+            return np.unique(self.node_sets[name])
+        return np.unique(self.face_nodes(self.faces(name)))
+
+    # verbs: each returns a copy
+
+    def mapped(self, mapping: Callable[[Array], ArrayLike]) -> Self:
+        """Move every point by ``mapping(points) -> points``; hanging nodes follow the others."""
+        points = np.asarray(mapping(self.points), dtype=float)
+        return replace(self, points=points if self.hanging is None else self.hanging.followed(points))
+
+    def translated(self, offset: ArrayLike) -> Self:
+        """Move the mesh; to pose a body without touching its coordinates use `placed` of the body."""
+        shift = np.asarray(offset, dtype=float)
+        return self.mapped(lambda x: x + shift)
+
+    def scaled(self, factor: float) -> Self:
+        """Multiply all coordinates, for instance by 1e-3 to come from millimetres to metres."""
+        scale = positive("a scale", factor)
+        return self.mapped(lambda x: scale * x)
+
+    def with_boundary(self, name: str, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Self:
+        """Name outer faces; outer sides of a section.
+
+        Parameters
+        ----------
+        name : str
+        where : Pick or callable
+            A pick (`fecontact.pick`, of meshes of bodies only), or ``where(points (n, 3)) -> (n,) bool`` that all
+            corners of a face satisfy; of a side both ends and the middle.
+
+        Raises
+        ------
+        InputError
+            If no outer face is chosen, or a pick is given for a section.
+        """
+        chosen = self.outer[self._chosen(where)]
+        if len(chosen) == 0:
+            raise InputError(f"No outer {self._face} lies wholly in the region given for the boundary {name!r}.")
+        return replace(self, boundaries={**self.boundaries, name: chosen})
+
+    def _chosen(self, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mask:
+        """Which of the outer faces (n,) a callable holds at all corners of."""
+        if isinstance(where, Pick):
+            raise InputError(f"A boundary of a {self._noun} takes where(points) -> bool; picks are for bodies.")
+        inside = np.asarray(where(self.points), dtype=bool)
+        return np.asarray(inside[self.face_nodes(self.outer)[:, :4]].all(axis=1))
+
+    def with_group(self, name: str, where: Callable[[Array], NDArray[np.bool_]]) -> Self:
+        """Name the cells whose mean corner satisfies ``where(centres (n, 3)) -> (n,) bool``."""
+        centres = self.points[self.cells[:, : self.n_corners]].mean(axis=1)
+        return replace(self, groups={**self.groups, name: np.flatnonzero(where(centres))})
+
+
+T = TypeVar("T", bound=CellSets)
+
+
+def sets_of_members(lists: Mapping[str, IntArray]) -> Mapping[str, IntArray]:
+    """Named lists of numbers (n,) or of faces (n, 2) as sets: each member once, where it was first."""
+    out = {}
+    for name, members in lists.items():
+        keys = members if members.ndim == 1 else members @ np.array([6, 1])
+        first = np.unique(keys, return_index=True)[1]
+        out[name] = members if len(first) == len(members) else members[np.sort(first)]
+    return MappingProxyType(out)
+
+
+def first_alike(corners: IntArray) -> IntArray:
+    """For each cell (n, 8 | 4 corners) the number (n,) of the first with the same corners, whatever their order."""
+    ordered = np.sort(corners, axis=1)
+    again = ordered[:, 1:] == ordered[:, :-1]
+    ordered[:, 1:][again] = -1
+    ordered.sort(axis=1)
+    _, first, inverse = np.unique(ordered, axis=0, return_index=True, return_inverse=True)
+    return np.asarray(first[inverse.ravel()], dtype=np.int64)
+
+
+def representatives(points: Array, tolerance: float) -> IntArray:
+    """For each point the smallest number (n_points,) of the cluster of points closer than `tolerance`."""
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    target = np.arange(len(points))
+    # repeated until chains of pairs have settled
+    while True:
+        before = target.copy()
+        np.minimum.at(target, pairs[:, 1], target[pairs[:, 0]])
+        np.minimum.at(target, pairs[:, 0], target[pairs[:, 1]])
+        if np.array_equal(before, target):
+            return target
+
+
+def joined(meshes: list[T], tolerance: float) -> T:
+    """Join meshes of one cell type into one; points closer than `tolerance` (a length) become one point.
+
+    Sets of the same name are joined; faces that have become interior leave their boundaries.
+
+    Raises
+    ------
+    MeshError
+        If the cell types differ, or a hanging node would become one with a point of another mesh.
+    """
+    if len({m.cells.shape[1] for m in meshes}) != 1:
+        raise MeshError(f"Meshes of different cells cannot be merged: {sorted({m.cell_type for m in meshes})}.")
+    point_start = np.cumsum([0] + [len(m.points) for m in meshes])[:-1]
+    cell_start = np.cumsum([0] + [len(m.cells) for m in meshes])[:-1]
+    points = np.concatenate([m.points for m in meshes])
+    kept, number = np.unique(representatives(points, tolerance), return_inverse=True)
+    cells = number[np.concatenate([m.cells + p for m, p in zip(meshes, point_start, strict=True)])]
+    hanging = joined_hanging([m.hanging for m in meshes], np.split(number, point_start[1:]), len(kept))
+    whole = type(meshes[0])(points[kept], cells, hanging=hanging)
+    is_outer = np.zeros((len(cells), whole.n_faces), bool)
+    is_outer[tuple(whole.outer.T)] = True
+    sets: dict[str, dict[str, list[IntArray]]] = {kind: {} for kind in SETS}
+    for m, c, p in zip(meshes, cell_start, point_start, strict=True):
+        for name, faces in m.boundaries.items():
+            moved = faces + np.array([c, 0])
+            sets["boundaries"].setdefault(name, []).append(moved[is_outer[tuple(moved.T)]])
+        for name, members in m.groups.items():
+            sets["groups"].setdefault(name, []).append(members + c)
+        for name, nodes in m.node_sets.items():
+            sets["node_sets"].setdefault(name, []).append(number[nodes + p])
+    whole_sets = {kind: {k: np.concatenate(v) for k, v in of.items()} for kind, of in sets.items()}
+    return replace(
+        whole,
+        boundaries={k: faces for k, faces in whole_sets["boundaries"].items() if len(faces)},
+        groups=whole_sets["groups"],
+        node_sets={k: np.unique(nodes) for k, nodes in whole_sets["node_sets"].items()},
+    )
