@@ -30,7 +30,7 @@ from fecontact.ancf import (
     save_motion,
 )
 from fecontact.ancf import Path as Equilibria
-from fecontact.ancf.picture import draw_side, edges, hat_pressure
+from fecontact.ancf.picture import draw_side, edges, multiplier_pressure
 from fecontact.results.pictures.draw import save_figure
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -94,7 +94,9 @@ def ball(folder: Path, n: int = 4, steps: int = 6) -> dict[str, float]:
     curve.legend(frameon=False)
     drawn = draw_side(section, solid, path.last.q, "y_min")
     figure.colorbar(drawn, ax=section, label="equivalent stress", shrink=0.8)
-    points, triangles, pressure = hat_pressure(a.touches[0].slave, path.last.q, path.last.forces[0], averaged=True)
+    points, triangles, pressure = multiplier_pressure(
+        a.touches[0].slave, path.last.q, path.last.forces[0], averaged=True
+    )
     row = np.flatnonzero(np.abs(points[:, 1]) < 1e-9)
     row = row[np.argsort(points[row, 0])]
     _draw_ball(section, (0.0, 1.0 - deepest), 1.0)

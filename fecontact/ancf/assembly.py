@@ -13,7 +13,7 @@ import scipy.sparse.linalg as spla
 from fecontact.ancf.faces import Faces
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.supports import hold
-from fecontact.ancf.touch import Touch, Touching
+from fecontact.ancf.touch import ContactConstraints, ContactGaps
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -26,13 +26,13 @@ class Conditions:
 
     Attributes
     ----------
-    parts : tuple of Touching
+    parts : tuple of ContactGaps
         One for each touch.
     gap : (m,) array
     G : (m, n_dofs) csr_matrix
     """
 
-    parts: tuple[Touching, ...]
+    parts: tuple[ContactGaps, ...]
     gap: Array
     G: sp.csr_matrix
 
@@ -46,12 +46,12 @@ class Assembly:
     solids : sequence of AncfSolid
     free : (n_dofs, n_free) csr_matrix
         Orthonormal directions in which the supports let the coordinates change.
-    touches : sequence of Touch
+    touches : sequence of ContactConstraints
     """
 
     solids: Sequence[AncfSolid]
     free: sp.csr_matrix
-    touches: Sequence[Touch] = field(default_factory=tuple)
+    touches: Sequence[ContactConstraints] = field(default_factory=tuple)
 
     @classmethod
     def of(
@@ -82,7 +82,7 @@ class Assembly:
         >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
         >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3))
         >>> floor = fc.RigidBody(fc.Plane())
-        >>> Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", floor)]).touches[0].n_hats
+        >>> Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", floor)]).touches[0].n_multipliers
         8
         """
         held = [{}] * len(solids) if supports is None else list(supports)
@@ -102,7 +102,7 @@ class Assembly:
             if not isinstance(other, RigidBody) and other[0] == k:
                 raise InputError(f"Solid {k} cannot be in contact with itself.")
             master, where = (other, 0) if isinstance(other, RigidBody) else side(*other)
-            touches.append(Touch(*slave, master, where, int(start[-1])))
+            touches.append(ContactConstraints(*slave, master, where, int(start[-1])))
         return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:
@@ -201,7 +201,7 @@ class Assembly:
 
     def split(self, forces: Array) -> list[Array]:
         """Forces of each touch out of those of all."""
-        return list(np.split(forces, np.cumsum([t.n_hats for t in self.touches])[:-1])) if self.touches else []
+        return list(np.split(forces, np.cumsum([t.n_multipliers for t in self.touches])[:-1])) if self.touches else []
 
     def curvature(self, conditions: Conditions, forces: Array) -> sp.csr_matrix | None:
         """Second derivative of forces . gap; None where it vanishes."""

@@ -14,8 +14,8 @@ from fecontact.common.errors import InputError, MeshError
 from fecontact.fem.condensation import checked_route
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.check import check_skin
-from fecontact.surfaces.facet_surface import FacetSurface, Feet
-from fecontact.surfaces.nodal_weights import along
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
+from fecontact.surfaces.nodal_weights import components_along
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,19 +86,19 @@ class AncfBody(ElasticBody):
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
         planes = symmetry_planes(self.mesh, self.supports)
-        return FacetSurface(self.model.mesh.points, facets, name, eight_hats=True, planes=planes)
+        return FacetSurface(self.model.mesh.points, facets, name, mortar_on_quad8=True, planes=planes)
 
     @property
     def functions_per_cell(self) -> int:
         """Positions and gradients of eight nodes."""
         return 32
 
-    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3), gradients included."""
-        assert feet.facet is not None
-        assert feet.local is not None
-        faces = self.mesh.faces(feet.surface)[feet.facet]
-        return along(self.model.space.face_rows(faces, feet.local), directions)
+        assert projection.facet is not None
+        assert projection.local is not None
+        faces = self.mesh.faces(projection.surface)[projection.facet]
+        return components_along(self.model.space.face_rows(faces, projection.local), directions)
 
     def describe(self) -> str:
         """One line: what was modelled."""

@@ -183,7 +183,7 @@ def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
 def _first(a: Assembly, v: Array, load: Array) -> Instant:
     """The state at the beginning, with the acceleration that balances it (contact left aside)."""
     acceleration = a.accelerated(load - a.forces(a.q0))
-    return Instant(0.0, a.q0, v, acceleration, acceleration, np.zeros(sum(t.n_hats for t in a.touches)))
+    return Instant(0.0, a.q0, v, acceleration, acceleration, np.zeros(sum(t.n_multipliers for t in a.touches)))
 
 
 def _march(

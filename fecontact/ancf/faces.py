@@ -22,7 +22,7 @@ from fecontact.ancf.hexahedron import face_points
 from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.mesh.element.hexahedron import FACES
-from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.facet_surface import Projection
 
 #: Degree of the rule on each of a face's eight triangles: gaps are cubic along a side and hats linear.
 DEGREE = 6
@@ -50,20 +50,20 @@ TRIANGLES = np.array([t for k in range(4) for t in ((k, 4 + k, 8), (4 + k, (k + 
 AT_PLACES = np.vstack([np.eye(8), [[0.0] * 4 + [0.25] * 4]])
 
 
-def hat_rule() -> tuple[Array, Array, Array]:
+def multiplier_rule() -> tuple[Array, Array, Array]:
     """Points (n, 2) on the unit square, weights (n,), and the eight hats there (n, 8): corners, then sides from them.
 
     Examples
     --------
-    >>> points, weights, hats = hat_rule()
+    >>> points, weights, hats = multiplier_rule()
     >>> (24 * weights @ hats).round(12).tolist()
     [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
     """
     X, W = get_quadrature(RefTri, DEGREE)
     barycentric = np.stack([1 - X[0] - X[1], X[0], X[1]], axis=1)
     points = barycentric @ PLACES[TRIANGLES]
-    hats = barycentric @ AT_PLACES[TRIANGLES]
-    return points.reshape(-1, 2), np.tile(W / 4, len(TRIANGLES)), hats.reshape(-1, 8)
+    multipliers = barycentric @ AT_PLACES[TRIANGLES]
+    return points.reshape(-1, 2), np.tile(W / 4, len(TRIANGLES)), multipliers.reshape(-1, 8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class Faces:
         return np.asarray(np.unique(ends, axis=0, return_inverse=True)[1]).reshape(-1, 4)
 
     @cached_property
-    def hats(self) -> IntArray:
+    def multipliers(self) -> IntArray:
         """Numbers (n, 8) of the hats of each face: those of its corners, then those of its sides."""
         nodes, shared = np.unique(self.corners, return_inverse=True)
         return np.concatenate([shared.reshape(-1, 4), len(nodes) + self.sides], axis=1)
@@ -105,19 +105,19 @@ class Faces:
 
     @cached_property
     def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
-        """Rows N (n_points, n_functions) of the hats' rule, means A (n_hats, n_points) and the hats' areas (n_hats,).
+        """Rows N (n_points, n_functions) of the hats' rule, means A (n_multipliers, n_points), areas (n_multipliers,).
 
         Areas are those of the initial geometry.
         """
-        local, weights, hats = hat_rule()
+        local, weights, multipliers = multiplier_rule()
         n, n_q = len(self.faces), len(weights)
         each, where = np.repeat(np.arange(n), n_q), np.tile(local, (n, 1))
         _, tangents = self.at(self.space.q0, each, where)
         area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=1).reshape(n, n_q) * weights
-        row = np.broadcast_to(self.hats[:, None, :], (n, n_q, 8))
+        row = np.broadcast_to(self.multipliers[:, None, :], (n, n_q, 8))
         column = np.broadcast_to(np.arange(n * n_q).reshape(n, n_q, 1), (n, n_q, 8))
-        shape = (int(self.hats.max()) + 1, n * n_q)
-        integral = sp.csr_matrix(((area[:, :, None] * hats).ravel(), (row.ravel(), column.ravel())), shape=shape)
+        shape = (int(self.multipliers.max()) + 1, n * n_q)
+        integral = sp.csr_matrix(((area[:, :, None] * multipliers).ravel(), (row.ravel(), column.ravel())), shape=shape)
         integral.eliminate_zeros()
         areas = np.asarray(integral.sum(axis=1)).ravel()
         means = sp.csr_matrix(sp.diags_array(1 / areas) @ integral)
@@ -153,7 +153,7 @@ class Faces:
         each, where = np.repeat(np.arange(len(self.faces)), len(local)), np.tile(local, (len(self.faces), 1))
         return self.rows(each, where), each, where
 
-    def project(self, q: Array, points: Array) -> Feet:
+    def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3) on the faces at coordinates q; `facet` and `local` tell where they are."""
         rows, each, where = self._samples
         patches = self.patches(q)
@@ -177,9 +177,9 @@ class Faces:
                     np.where(nearer[:, None], local, best[2]),
                 )
         assert best is not None
-        return self._feet(patches, points, best[1], best[2])
+        return self._projection(patches, points, best[1], best[2])
 
-    def _feet(self, patches: Array, points: Array, each: IntArray, local: Array) -> Feet:
+    def _projection(self, patches: Array, points: Array, each: IntArray, local: Array) -> Projection:
         x, t = _on_patches(patches[each], local)
         across = np.cross(t[..., 0], t[..., 1])
         size = np.sqrt(np.linalg.norm(across, axis=1))
@@ -188,8 +188,8 @@ class Faces:
         gap = np.einsum("ni,ni->n", offset, normals)
         sideways = np.linalg.norm(offset - gap[:, None] * normals, axis=1)
         ends = np.stack([local[:, 1] <= 0, local[:, 0] >= 1, local[:, 1] >= 1, local[:, 0] <= 0], axis=1)
-        beyond = (ends & self.rim[each]).any(axis=1) & (sideways > OVERHANG * size)
-        return Feet(x, normals, gap, beyond, None, each, local)
+        outside = (ends & self.rim[each]).any(axis=1) & (sideways > OVERHANG * size)
+        return Projection(x, normals, gap, outside, None, each, local)
 
 
 def _on_patches(patches: Array, local: Array) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
 """The linear model behind an elastic body of bricks: small strains about the initial shape.
 
 Everything that `fem.model.Model` does with nodes it does here with scalar functions: positions and gradients alike have
-three components each, so condensation, grounding and rigid modes go through the same code.
+three components each, so condensation, fix_null_space and rigid modes go through the same code.
 """
 
 from __future__ import annotations

@@ -67,7 +67,9 @@ def edges(space: AncfSpace, q: Array, boundary: str | None = None, samples: int 
     return space.points_at(q, np.repeat(cell[first], samples), X.reshape(-1, 3)).reshape(-1, samples, 3)
 
 
-def hat_pressure(faces: Faces, q: Array, forces: Array, *, averaged: bool = False) -> tuple[Array, IntArray, Array]:
+def multiplier_pressure(
+    faces: Faces, q: Array, forces: Array, *, averaged: bool = False
+) -> tuple[Array, IntArray, Array]:
     """Deformed points (n, 3) of hats and faces' middles, triangles (8 n_faces, 3) between them, and pressures (n,).
 
     Pressure is force per initial area; between the points it is linear.
@@ -75,10 +77,10 @@ def hat_pressure(faces: Faces, q: Array, forces: Array, *, averaged: bool = Fals
     Parameters
     ----------
     faces : Faces
-        The slave of a `Touch`.
+        The slave of a `ContactConstraints`.
     q : (n_dofs,) array
         Coordinates of the slave.
-    forces : (n_hats,) array
+    forces : (n_multipliers,) array
     averaged : bool
         Share the force of each side's hat out to its two corners, and draw the pressure that the corners then have;
         the other points get the mean of the corners next to them. Corner and side hats of a coarse mesh alternate about
@@ -89,27 +91,29 @@ def hat_pressure(faces: Faces, q: Array, forces: Array, *, averaged: bool = Fals
     >>> from fecontact import shapes
     >>> space = AncfSpace(shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
     >>> top = Faces(space, space.mesh.faces("top"))
-    >>> points, triangles, pressure = hat_pressure(top, space.q0, 3.0 * top.quadrature[2])
+    >>> points, triangles, pressure = multiplier_pressure(top, space.q0, 3.0 * top.quadrature[2])
     >>> points.shape, triangles.shape, bool(abs(pressure - 3.0).max() < 1e-12)
     ((15, 3), (16, 3), True)
     """
-    n, n_hats = len(faces.faces), len(forces)
-    of_face = np.column_stack([faces.hats, n_hats + np.arange(n)])
+    n, n_multipliers = len(faces.faces), len(forces)
+    of_face = np.column_stack([faces.multipliers, n_multipliers + np.arange(n)])
     each, place = np.repeat(np.arange(n), 9), np.tile(PLACES, (n, 1))
-    points = np.empty((n_hats + n, 3))
+    points = np.empty((n_multipliers + n, 3))
     points[of_face.ravel()] = faces.at(q, each, place)[0]
     areas = faces.quadrature[2]
     pressure = forces / areas
     if averaged:
-        corners = np.unique(faces.hats[:, :4])  # numbered before the sides
-        sides, first = np.unique(faces.hats[:, 4:], return_index=True)
-        ends = np.stack([faces.hats[:, :4], np.roll(faces.hats[:, :4], -1, axis=1)], axis=-1).reshape(-1, 2)[first]
+        corners = np.unique(faces.multipliers[:, :4])  # numbered before the sides
+        sides, first = np.unique(faces.multipliers[:, 4:], return_index=True)
+        ends = np.stack([faces.multipliers[:, :4], np.roll(faces.multipliers[:, :4], -1, axis=1)], axis=-1).reshape(
+            -1, 2
+        )[first]
         summed = [
             x[corners] + np.bincount(ends.ravel(), np.repeat(x[sides] / 2, 2), len(corners)) for x in (forces, areas)
         ]
         at_corners = summed[0] / summed[1]
         pressure = np.concatenate([at_corners, at_corners[ends].mean(axis=1)])
-    middles = pressure[faces.hats[:, 4:]].mean(axis=1)
+    middles = pressure[faces.multipliers[:, 4:]].mean(axis=1)
     return points, of_face[:, TRIANGLES].reshape(-1, 3), np.concatenate([pressure, middles])
 
 

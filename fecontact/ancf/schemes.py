@@ -49,7 +49,7 @@ class Instant:
         Coordinates, velocities, accelerations.
     b : (n_dofs,) array
         The auxiliary acceleration of generalised-alpha.
-    forces : (n_hats,) array
+    forces : (n_multipliers,) array
         Contact forces at the end of the step (generalised-alpha) or over it (energy-momentum).
     nit : int
         Iterations of the step.

@@ -21,7 +21,7 @@ import scipy.sparse as sp
 
 from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.laws import Law, Response, StVenantKirchhoff
-from fecontact.ancf.space import BATCH, AncfSpace, Batch
+from fecontact.ancf.space import BATCH, AncfSpace, GradientBatch
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -120,10 +120,10 @@ class AncfSolid:
         return self._per_cell("density")
 
     @cached_property
-    def _kept(self) -> dict[int, list[Batch]]:
+    def _kept(self) -> dict[int, list[GradientBatch]]:
         return {}
 
-    def _batches(self, points: int) -> Iterable[Batch]:
+    def _batches(self, points: int) -> Iterable[GradientBatch]:
         """Shape functions at a Gauss rule, kept between calls where they fit."""
         if points in self._kept:
             return self._kept[points]
@@ -133,13 +133,15 @@ class AncfSolid:
         self._kept[points] = list(self.space.batches(X, W))
         return self._kept[points]
 
-    def rules(self) -> list[tuple[Iterable[Batch], float, float]]:
+    def rules(self) -> list[tuple[Iterable[GradientBatch], float, float]]:
         """Gauss rules with the factors of lambda and mu that each takes."""
         if self.volumetric is None:
             return [(self._batches(self.points), 1.0, 1.0)]
         return [(self._batches(self.points), 0.0, 1.0), (self._batches(self.volumetric), 1.0, 0.0)]
 
-    def _respond(self, e: Array, batch: Batch, lame: float, shear: float, tangent: bool) -> tuple[Array, Response]:
+    def _respond(
+        self, e: Array, batch: GradientBatch, lame: float, shear: float, tangent: bool
+    ) -> tuple[Array, Response]:
         """Deformation gradients (n_cells, n_q, 3, 3) and the law's response to them."""
         F = deformation_gradients(e, batch)
         constants = lame * self.lame[batch.cells, None], shear * self.shear[batch.cells, None]
@@ -216,7 +218,7 @@ class AncfSolid:
         B = linear_functions(gauss(self.points)[0])
         return np.asarray(B @ (self.linear_fit(dV) @ gradients.reshape(*shape[:2], -1))).reshape(shape)
 
-    def _linear(self, rules: Iterable[tuple[Iterable[Batch], float, float]]) -> sp.csr_matrix:
+    def _linear(self, rules: Iterable[tuple[Iterable[GradientBatch], float, float]]) -> sp.csr_matrix:
         pointer, columns, sums = self._pattern
         data = np.zeros((len(columns), 9))
         for batches, lame, shear in rules:
@@ -275,7 +277,7 @@ class AncfSolid:
         return (T.T @ K @ T).tocsr()
 
 
-def deformation_gradients(e: Array, batch: Batch) -> Array:
+def deformation_gradients(e: Array, batch: GradientBatch) -> Array:
     """F = dr/dX (n_cells, n_q, 3, 3) of coordinates e (n_cell_functions, 3)."""
     n, n_q, n_functions, _ = batch.gradients.shape
     G = batch.gradients.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q)
@@ -283,7 +285,7 @@ def deformation_gradients(e: Array, batch: Batch) -> Array:
     return np.ascontiguousarray(F.reshape(n, 3, n_q, 3).swapaxes(1, 2))
 
 
-def element_tangents(F: Array, response: Response, batch: Batch) -> Array:
+def element_tangents(F: Array, response: Response, batch: GradientBatch) -> Array:
     """Tangents (n_cells, 32 a, 32 b, 3 i, 3 j) of cells."""
     assert response.tangent is not None
     n, n_q, n_functions, _ = batch.gradients.shape

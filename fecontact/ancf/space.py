@@ -36,7 +36,7 @@ BATCH = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
+class GradientBatch:
     """Shape functions of some cells at the same reference points.
 
     Attributes
@@ -201,7 +201,7 @@ class AncfSpace:
         flat = np.broadcast_to(dN, shape).transpose(0, 1, 3, 2).reshape(len(cells), -1, N_FUNCTIONS)
         return self.values(cells, flat).reshape(*shape[:2], 3, N_FUNCTIONS).swapaxes(2, 3)
 
-    def batches(self, X: Array, W: Array, size: int = BATCH) -> Iterator[Batch]:
+    def batches(self, X: Array, W: Array, size: int = BATCH) -> Iterator[GradientBatch]:
         """Walk over all cells with functions, material gradients and volumes at reference points X with weights W."""
         N, dN = shapes(X)
         n_q = len(X)
@@ -214,7 +214,7 @@ class AncfSpace:
             dS = np.concatenate([first, slopes], axis=2).reshape(len(cells), N_FUNCTIONS, n_q, 3).swapaxes(1, 2)
             J = np.einsum("cai,cqaj->cqij", self._cell_q0[cells], dS, optimize=True)
             inverse, det = inverse_3x3(J)
-            yield Batch(cells, self.functions[cells], self.values(cells, N), dS @ inverse, det * W)
+            yield GradientBatch(cells, self.functions[cells], self.values(cells, N), dS @ inverse, det * W)
 
     def points_at(self, q: Array, cells: IntArray, X: Array) -> Array:
         """Positions (n, 3) of material points, given by cell (n,) and reference coordinates (n, 3)."""

@@ -66,9 +66,9 @@ class State:
     ----------
     level : float
     q : (n_dofs,) array
-    forces : tuple of (n_hats,) arrays
+    forces : tuple of (n_multipliers,) arrays
         Contact forces of each touch.
-    gaps : tuple of (n_hats,) arrays
+    gaps : tuple of (n_multipliers,) arrays
     reactions : (n_dofs,) array
         Generalised forces of the supports.
     energy : float
@@ -223,11 +223,12 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
         If the state is not of these solids and contacts.
     """
     a = stage.assembly
-    hats = tuple(len(f) for f in state.forces)
-    if state.q.shape != (a.n_dofs,) or hats != tuple(t.n_hats for t in a.touches):
+    multipliers = tuple(len(f) for f in state.forces)
+    if state.q.shape != (a.n_dofs,) or multipliers != tuple(t.n_multipliers for t in a.touches):
         raise InputError(
-            f"The state to go on from has {state.q.size} coordinates and contact forces on {hats} hats, the assembly "
-            f"{a.n_dofs} and {tuple(t.n_hats for t in a.touches)}: start from a state of the same solids and contacts."
+            f"The state to go on from has {state.q.size} coordinates and contact forces on {multipliers} hats, "
+            f"the assembly {a.n_dofs} and {tuple(t.n_multipliers for t in a.touches)}: start from a state of the same "
+            "solids and contacts."
         )
     Z, conditions, internal = a.free, a.conditions(state.q), a.forces(state.q)
     load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
@@ -325,7 +326,7 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
         penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
         open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
         if balanced and max(penetration, open_but_pressed) <= tolerance and not jump.any():
-            gaps = np.split(conditions.gap, np.cumsum([t.n_hats for t in a.touches])[:-1]) if a.touches else []
+            gaps = np.split(conditions.gap, np.cumsum([t.n_multipliers for t in a.touches])[:-1]) if a.touches else []
             reactions = -(rest - Z @ (Z.T @ rest))
             each, residual = tuple(a.split(forces)), unbalanced / scale
             return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration)

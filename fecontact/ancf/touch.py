@@ -23,36 +23,36 @@ from fecontact.ancf.faces import Faces
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
-from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.facet_surface import Projection
 
 #: Step, relative to the size of the rigid shape, of the differences that give the turn of its normals.
 TURN_STEP = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Touching:
+class ContactGaps:
     """Contact conditions at some coordinates.
 
     Attributes
     ----------
-    gap : (n_hats,) array
+    gap : (n_multipliers,) array
         Mean gap of each hat; infinite where the hat faces nothing.
-    G : (n_hats, n_dofs) csr_matrix
+    G : (n_multipliers, n_dofs) csr_matrix
         Its gradient with respect to the coordinates of all bodies.
-    feet : Feet
+    projection : Projection
         Of the quadrature points, in world axes.
-    means : (n_hats, n_points) csr_matrix
+    means : (n_multipliers, n_points) csr_matrix
         A.
     """
 
     gap: Array
     G: sp.csr_matrix
-    feet: Feet
+    projection: Projection
     means: sp.csr_matrix
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
+class ContactConstraints:
     """Faces that may touch a rigid body or faces of bricks.
 
     Parameters
@@ -81,7 +81,7 @@ class Touch:
         return self.slave.faces, self.slave_start, master
 
     @property
-    def n_hats(self) -> int:
+    def n_multipliers(self) -> int:
         """Number of contact conditions."""
         return int(self.slave.quadrature[1].shape[0])
 
@@ -103,39 +103,39 @@ class Touch:
         assert isinstance(self.master, Faces)
         return q[self.master_start : self.master_start + self.master.space.n_dofs]
 
-    def feet(self, q: Array) -> Feet:
+    def projection(self, q: Array) -> Projection:
         """Feet of the quadrature points on the master, in world axes."""
         x = self.positions(q)
         return self.master.project(self._master_q(q), x) if isinstance(self.master, Faces) else _on(self.master, x)
 
-    def at(self, q: Array) -> Touching:
+    def at(self, q: Array) -> ContactGaps:
         """Gaps and gradients at coordinates q (n_dofs,) of all bodies."""
-        feet = self.feet(q)
+        projection = self.projection(q)
         rows, means, _ = self.slave.quadrature
-        hidden = feet.beyond
+        hidden = projection.outside
         if hidden.any():
             means = sp.csr_matrix(means @ sp.diags_array((~hidden).astype(float)))
             share = np.asarray(means.sum(axis=1)).ravel()
             means = sp.csr_matrix(sp.diags_array(np.divide(1.0, share, where=share > 0, out=share * 0)) @ means)
-        points = self._part(rows, feet.normals, self.slave_start)
+        points = self._part(rows, projection.normals, self.slave_start)
         if isinstance(self.master, Faces):
-            assert feet.facet is not None
-            assert feet.local is not None
-            opposite = self.master.rows(feet.facet, feet.local)
-            points = points - self._part(opposite, feet.normals, self.master_start)
-        gap = means @ np.where(hidden, 0.0, feet.gap)
+            assert projection.facet is not None
+            assert projection.local is not None
+            opposite = self.master.rows(projection.facet, projection.local)
+            points = points - self._part(opposite, projection.normals, self.master_start)
+        gap = means @ np.where(hidden, 0.0, projection.gap)
         gap[np.diff(means.indptr) == 0] = np.inf
         if hidden.any():
             gap[np.asarray(means.sum(axis=1)).ravel() == 0] = np.inf
-        return Touching(gap, sp.csr_matrix(means @ points), feet, means)
+        return ContactGaps(gap, sp.csr_matrix(means @ points), projection, means)
 
-    def curvature(self, touching: Touching, forces: Array) -> sp.csr_matrix | None:
+    def curvature(self, touching: ContactGaps, forces: Array) -> sp.csr_matrix | None:
         """Second derivative (n_dofs, n_dofs) of forces . gap, where the master is rigid; None where it vanishes."""
         pressing = touching.means.T @ forces
         if isinstance(self.master, Faces) or not pressing.any():
             return None
         used = np.flatnonzero(pressing)
-        H = _turns(self.master, touching.feet.chosen(used)) * pressing[used, None, None]
+        H = _turns(self.master, touching.projection.chosen(used)) * pressing[used, None, None]
         if not H.any():
             return None
         N = self.slave.quadrature[0][used]
@@ -146,23 +146,25 @@ class Touch:
 
     @cached_property
     def areas(self) -> Array:
-        """Areas (n_hats,) in the initial geometry: force over area is the pressure of a hat."""
+        """Areas (n_multipliers,) in the initial geometry: force over area is the pressure of a hat."""
         return self.slave.quadrature[2]
 
 
-def _on(body: RigidBody, points: Array) -> Feet:
+def _on(body: RigidBody, points: Array) -> Projection:
     """Feet on a rigid body in world axes."""
-    feet = body.surface("surface").project(body.pose.to_body(points))
-    if not np.isfinite(feet.gap[~feet.beyond]).all():
+    projection = body.surface("surface").project(body.pose.to_body(points))
+    if not np.isfinite(projection.gap[~projection.outside]).all():
         raise InputError(f"The surface of {body.name!r} gives gaps that are not finite numbers; check its shape.")
     turn = body.pose.rotation
-    return Feet(body.pose.to_world(feet.points), feet.normals @ turn.T, feet.gap, feet.beyond)
+    return Projection(
+        body.pose.to_world(projection.points), projection.normals @ turn.T, projection.gap, projection.outside
+    )
 
 
-def _turns(body: RigidBody, feet: Feet) -> Array:
+def _turns(body: RigidBody, projection: Projection) -> Array:
     """Derivative (n, 3, 3) of the normals by the position of the points, by central differences on the surface."""
     step = TURN_STEP * body.size
-    x = feet.points + feet.gap[:, None] * feet.normals
+    x = projection.points + projection.gap[:, None] * projection.normals
     H = np.zeros((len(x), 3, 3))
     for k, unit in enumerate(np.eye(3)):
         ahead, behind = _on(body, x + step * unit), _on(body, x - step * unit)

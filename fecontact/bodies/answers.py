@@ -29,7 +29,7 @@ class Answers:
         return "space"
 
     @property
-    def along(self) -> Extent | None:
+    def out_of_plane(self) -> Extent | None:
         """How far a section goes on; None for a body of space."""
         return None
 

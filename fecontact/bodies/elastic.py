@@ -24,8 +24,8 @@ from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
-from fecontact.surfaces.facet_surface import FacetSurface, Feet
-from fecontact.surfaces.nodal_weights import along
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
+from fecontact.surfaces.nodal_weights import components_along
 
 PRESSURES = ("midface", "nodal")
 INTEGRATIONS = ("auto", "full", "selective")
@@ -175,10 +175,10 @@ class ElasticBody(Placed):
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
         return FacetSurface(self.model.mesh.points, facets, name, planes=symmetry_planes(self.mesh, self.supports))
 
-    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
-        assert feet.weights is not None
-        return along(feet.weights, directions)
+        assert projection.weights is not None
+        return components_along(projection.weights, directions)
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """One row (1, n_dofs) that takes the displacement at a point along a direction.
@@ -196,7 +196,7 @@ class ElasticBody(Placed):
         nearest = int(np.argmin(distance))
         row = np.zeros(model.n_dofs)
         if distance[nearest] <= 1e-6 * model.size:
-            return along(model.point_row(nearest), np.asarray(direction, dtype=float)[None, :])
+            return components_along(model.point_row(nearest), np.asarray(direction, dtype=float)[None, :])
         if model.free_motions.shape[1] == 0:
             # six held degrees of freedom that determine the frame's motion, and their share in that of the point
             frame = model.nodal_modes[model.held]
@@ -212,11 +212,11 @@ class ElasticBody(Placed):
             )
         return sp.csr_matrix(row)
 
-    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance and response along rows, the compliance in one of the ways of `fem.condensation`."""
         model = self.model
-        condensation = model.condensed(model.touched(rows), watch)
-        with watch("condense"):
+        condensation = model.condensed(model.touched(rows), timer)
+        with timer("condense"):
             C = model.solved_rows(rows)
             response = np.zeros(rows.shape[0])
             if loads is not None and loads.any():

@@ -16,7 +16,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.mesh.section_mesh import Extent
-from fecontact.surfaces.facet_surface import Feet, Surface
+from fecontact.surfaces.facet_surface import Projection, Surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +84,13 @@ class Body(Protocol):
     def surface(self, name: str) -> Surface:
         """A contact surface."""
 
-    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """One row (1, n_dofs) that takes the displacement at a point (3,) along a direction (3,)."""
 
-    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance and response along rows (n, n_dofs), under external loads (n_dofs,)."""
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
@@ -108,7 +108,7 @@ class Body(Protocol):
         """'space', 'plane' or 'axis'; None: it goes with any of them."""
 
     @property
-    def along(self) -> Extent | None:
+    def out_of_plane(self) -> Extent | None:
         """How far a section goes on; None for a body of space."""
 
     @property

@@ -23,7 +23,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.surface_mesh import read_surface
 from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
-from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.facet_surface import Projection
 
 #: Points along each side of the square over which a rigid surface given by heights is looked at.
 ALONG = 33
@@ -36,7 +36,7 @@ class RigidShape(Protocol):
     def size(self) -> float:
         """A length of the shape."""
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3)."""
 
 
@@ -53,12 +53,12 @@ class Plane:
 
     size: float = 1.0
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet straight below the points."""
         normals = np.zeros_like(points)
         normals[:, 2] = 1.0
-        feet = points * np.array([1.0, 1.0, 0.0])
-        return Feet(feet, normals, points[:, 2].copy(), np.zeros(len(points), bool))
+        projection = points * np.array([1.0, 1.0, 0.0])
+        return Projection(projection, normals, points[:, 2].copy(), np.zeros(len(points), bool))
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Sphere:
         # radius - sqrt(radius^2 - r^2) without cancellation
         return np.where(under >= 0, r2 / (self.radius + np.sqrt(np.maximum(under, 0.0))), np.inf)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet along the radius; gaps near the pole keep their digits far below the radius."""
         x, y, z = points.T
         height = z - self.radius
@@ -97,7 +97,7 @@ class Sphere:
         normals = np.broadcast_to([0.0, 0.0, -1.0], points.shape).copy()  # at the centre all directions are equal
         away = distance > 0
         normals[away] = np.stack([x, y, height], axis=1)[away] / distance[away, None]
-        return Feet(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
+        return Projection(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
 
 
 def _over(heights: Callable[[Array, Array], Array], size: float) -> Array:
@@ -254,16 +254,16 @@ counter-clockwise.'
             raise InputError(f"A rigid body has the one surface 'surface'; found {name!r}.")
         return self.shape
 
-    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, 6) that take the rigid displacement at feet along directions (n, 3)."""
-        modes = rigid_modes(feet.points, np.zeros(3)).reshape(-1, 3, 6)
+        modes = rigid_modes(projection.points, np.zeros(3)).reshape(-1, 3, 6)
         return sp.csr_matrix(np.einsum("ni,nic->nc", directions, modes))
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """One row (1, 6) that takes the rigid displacement at a point along a direction."""
         return sp.csr_matrix(direction @ rigid_modes(point[None, :], np.zeros(3)))
 
-    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """No compliance."""
         return Reduced(None, np.zeros(rows.shape[0]))
 

@@ -115,7 +115,7 @@ def _of_section(surface: CurveSurface, mesh: SectionMesh, name: str) -> Rim | No
     """Ends of a section's boundary; those on an axis of revolution are none."""
     ends, count = np.unique(surface.facets[:, :2], return_counts=True)
     ends = ends[count == 1]
-    if surface.along.revolved:
+    if surface.out_of_plane.revolved:
         ends = ends[surface.points[ends, 0] > 1e-9 * surface.size]
     if len(ends) == 0:
         return None
@@ -149,5 +149,5 @@ def ends_near(body: Body, name: str, points: Array, normals: Array, size: Array)
     two = np.cross(normals, one)
     out = np.zeros(len(points), bool)
     for turn in np.arange(8) * np.pi / 4:
-        out |= surface.project(points + size[:, None] * (np.cos(turn) * one + np.sin(turn) * two)).beyond
+        out |= surface.project(points + size[:, None] * (np.cos(turn) * one + np.sin(turn) * two)).outside
     return out

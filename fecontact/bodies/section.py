@@ -65,14 +65,14 @@ class SectionBody(ElasticBody):
         return ()
 
     @property
-    def along(self) -> Extent:
+    def out_of_plane(self) -> Extent:
         """How far the section goes on."""
         raise InputError("Make a PlaneBody or an AxisymmetricBody.")
 
     @property
     def dimension(self) -> str:
         """'plane' or 'axis'."""
-        return "axis" if self.along.revolved else "plane"
+        return "axis" if self.out_of_plane.revolved else "plane"
 
     @property
     def plane_stress(self) -> bool:
@@ -88,18 +88,26 @@ class SectionBody(ElasticBody):
     def model(self) -> SectionModel:
         """The finite element model of the section, in the body's own axes; the same object in every pose."""
         return SectionModel(
-            self.mesh, self.material, self.supports, self.along, self.plane_stress, self.backend, self.integration
+            self.mesh,
+            self.material,
+            self.supports,
+            self.out_of_plane,
+            self.plane_stress,
+            self.backend,
+            self.integration,
         )
 
     def _made_surface(self, facets: IntArray, name: str) -> CurveSurface:
         nodes, across = symmetry_planes(self.mesh, self.supports)
-        if self.along.revolved:
+        if self.out_of_plane.revolved:
             axis = on_axis(self.mesh.points, self.size)
             nodes, across = np.append(nodes, axis), np.concatenate([across, np.tile([1.0, 0.0, 0.0], (len(axis), 1))])
-        return CurveSurface(self.mesh.points, facets, name, planes=(nodes, across), along=self.along)
+        return CurveSurface(self.mesh.points, facets, name, planes=(nodes, across), out_of_plane=self.out_of_plane)
 
     def _skin(self, points: Array) -> CurveSurface:
-        return CurveSurface(points, self.mesh.face_nodes(self.mesh.outer_sides), self.name, along=self.along)
+        return CurveSurface(
+            points, self.mesh.face_nodes(self.mesh.outer_sides), self.name, out_of_plane=self.out_of_plane
+        )
 
     def size_lines(self, twin: str = "") -> list[str]:
         """Lines for people: what the section saves too."""
@@ -164,7 +172,7 @@ class PlaneBody(SectionBody):
         return ()
 
     @property
-    def along(self) -> Extent:
+    def out_of_plane(self) -> Extent:
         """The thickness."""
         return Extent(float(self.thickness))
 
@@ -221,7 +229,7 @@ class AxisymmetricBody(SectionBody):
         return ()
 
     @property
-    def along(self) -> Extent:
+    def out_of_plane(self) -> Extent:
         """Round the axis."""
         return Extent(None)
 

@@ -17,8 +17,8 @@ from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.mesh import Mesh
-from fecontact.surfaces.facet_surface import FacetSurface, Feet
-from fecontact.surfaces.nodal_weights import along, contact_weights
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
+from fecontact.surfaces.nodal_weights import components_along, contact_weights
 
 #: Largest asymmetry of a compliance, relative to its largest entry, that is rounding; as in `solvers.problem`.
 SYMMETRY_TOLERANCE = 1e-8
@@ -111,10 +111,10 @@ class SurfaceBody(Placed):
             raise InputError(f"{self.name!r} has the one surface {self.contact[0]!r}; found {name!r}.")
         return self.facets
 
-    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
-        assert feet.weights is not None
-        return along(feet.weights, directions)
+        assert projection.weights is not None
+        return components_along(projection.weights, directions)
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """Refused: a point load would sink into the surface without end, or has no point of it to act on.
@@ -126,7 +126,7 @@ class SurfaceBody(Placed):
         """
         raise InputError(f"A spring cannot be fastened to {self.name!r}; fasten it to the ground or to a rigid body.")
 
-    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance along rows.
 
         Raises
@@ -134,7 +134,7 @@ class SurfaceBody(Placed):
         InputError
             A flexibility of another shape, or one that is not symmetric.
         """
-        with watch("condense"):
+        with timer("condense"):
             expected = (self.n_dofs, self.n_dofs)
             if (shape := np.shape(self.flexibility)) != expected:
                 raise InputError(

@@ -14,9 +14,9 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.equilibrium import opening_by_motions
-from fecontact.contact.interface import Rows
+from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
-from fecontact.contact.rigid_motion import Frame
+from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
 from fecontact.solvers import ComplementarityProblem, Solution
 
@@ -25,7 +25,7 @@ NO_COMPLIANCE = 1e-20
 
 
 @dataclass(frozen=True, eq=False)
-class MeanHold:
+class MeanConstraint:
     """A floating body some of whose rigid motions are held by its mean position.
 
     The force that this takes is spread over the mass and follows from equilibrium, so that the rows C become
@@ -47,30 +47,30 @@ class MeanHold:
         return f - self.mean.T @ (self.modes.T @ f)
 
 
-def _mean_hold(frame: Frame) -> MeanHold | None:
+def _mean_hold(frame: RigidMotionConstraints) -> MeanConstraint | None:
     if frame.mean_held.shape[1] == 0:
         return None
     modes = frame.modes(frame.mean_held)
     weighted = mass_weighted(frame, frame.mean_held)
     mean = np.asarray(np.linalg.solve(modes.T @ weighted, weighted.T), dtype=np.float64)
-    return MeanHold(modes, mean)
+    return MeanConstraint(modes, mean)
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class BodyBlock:
     """One body's part in the problem: its rows, where they stand, and its rigid motions."""
 
     body: Body
-    frame: Frame
+    frame: RigidMotionConstraints
     rows: sp.csr_matrix
     index: IntArray
     loads: Array | None
-    released: Array
-    hold: MeanHold | None
+    free: Array
+    hold: MeanConstraint | None
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class DisplacementState:
     """Displacements and gaps that follow from a solution.
 
     Attributes
@@ -92,13 +92,13 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class Reduction:
+class CondensedProblem:
     """The condensed problem and the way back.
 
     Attributes
     ----------
     problem : ComplementarityProblem
-    parts : tuple of Part
+    parts : tuple of BodyBlock
         One for each body.
     interfaces : tuple of Interface
     by_products : bool
@@ -106,17 +106,17 @@ class Reduction:
     """
 
     problem: ComplementarityProblem
-    parts: tuple[Part, ...]
-    interfaces: tuple[Rows, ...]
+    parts: tuple[BodyBlock, ...]
+    interfaces: tuple[UnilateralConstraints, ...]
     by_products: bool = False
 
-    def state(self, solution: Solution) -> State:
+    def state(self, solution: Solution) -> DisplacementState:
         """Displacements of all bodies and gaps of all pairs, candidates or not."""
         displacements, motions = [], []
         start = 0
         for part in self.parts:
-            q = solution.q[start : start + part.released.shape[1]]
-            start += part.released.shape[1]
+            q = solution.q[start : start + part.free.shape[1]]
+            start += part.free.shape[1]
             u, motion = _displacement(part, solution.forces[part.index], q)
             displacements.append(u)
             motions.append(motion)
@@ -129,19 +129,19 @@ class Reduction:
                 if rows is not None:
                     change += rows @ u
             gaps.append(interface.gap + change)
-        return State(tuple(displacements), tuple(motions), tuple(gaps), scale)
+        return DisplacementState(tuple(displacements), tuple(motions), tuple(gaps), scale)
 
 
-def _displacement(part: Part, forces: Array, q: Array) -> tuple[Array, Array]:
+def _displacement(part: BodyBlock, forces: Array, q: Array) -> tuple[Array, Array]:
     frame, loads = part.frame, part.loads
     if part.hold is not None:
         f = part.rows.T @ forces + (0.0 if loads is None else loads)
         loads = part.hold.balanced(f) - part.rows.T @ forces
     u = part.body.displacement(part.rows, forces, loads)
-    motion = frame.moved + frame.released @ q
+    motion = frame.prescribed + frame.free @ q
     u = u + frame.modes(motion[:, None])[:, 0]
     if part.hold is not None:
-        target = part.hold.mean @ frame.modes(frame.moved[:, None])[:, 0]
+        target = part.hold.mean @ frame.modes(frame.prescribed[:, None])[:, 0]
         correction = target - part.hold.mean @ u
         u = u + part.hold.modes @ correction
         motion = motion + frame.mean_held @ correction
@@ -150,12 +150,12 @@ def _displacement(part: Part, forces: Array, q: Array) -> tuple[Array, Array]:
 
 def assemble(
     bodies: Sequence[Body],
-    interfaces: Sequence[Rows],
+    interfaces: Sequence[UnilateralConstraints],
     chosen: Sequence[IntArray],
     loading: Loading,
-    watch: Stopwatch,
+    timer: Stopwatch,
     dense: bool = False,
-) -> Reduction:
+) -> CondensedProblem:
     """Condense every body onto the chosen pairs and add up.
 
     Parameters
@@ -165,14 +165,14 @@ def assemble(
     dense : bool
         Whether the compliance of elastic bodies is wanted as an array, for a solver that cannot do without.
     """
-    _condense_shared(bodies, interfaces, chosen, watch)
+    _condense_shared(bodies, interfaces, chosen, timer)
     bare = uncondensed(bodies, interfaces, chosen, loading)
     shares: list[tuple[IntArray, Array | LinearOperator]] = []
     g, by_products = bare.g, False
     for part in bare.parts:
-        reduced = part.body.reduce(part.rows, part.loads, watch)
+        reduced = part.body.reduce(part.rows, part.loads, timer)
         compliance, response = reduced.compliance, reduced.response
-        with watch("condense"):
+        with timer("condense"):
             if isinstance(compliance, Compliance):
                 compliance, by_products = (compliance.dense() if dense else compliance), not dense
             if part.hold is not None:
@@ -181,12 +181,12 @@ def assemble(
             if compliance is not None:
                 shares.append((part.index, compliance))
             g[part.index] += response
-    with watch("condense"):
+    with timer("condense"):
         S = _total(bare.own, shares)
         if isinstance(S, np.ndarray):
             _drop_rounding(S, bare.parts)
         problem = ComplementarityProblem(S, g, bare.B, bare.F)
-    return Reduction(problem, tuple(bare.parts), tuple(interfaces), by_products)
+    return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,7 @@ class Uncondensed:
 
     Attributes
     ----------
-    parts : list of Part
+    parts : list of BodyBlock
     own : (n,) array
         Compliance of the conditions themselves.
     g : (n,) array
@@ -204,7 +204,7 @@ class Uncondensed:
     F : (m,) array
     """
 
-    parts: list[Part]
+    parts: list[BodyBlock]
     own: Array
     g: Array
     B: Array
@@ -212,7 +212,7 @@ class Uncondensed:
 
 
 def uncondensed(
-    bodies: Sequence[Body], interfaces: Sequence[Rows], chosen: Sequence[IntArray], loading: Loading
+    bodies: Sequence[Body], interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray], loading: Loading
 ) -> Uncondensed:
     """Rows, gaps and equilibrium of the chosen pairs."""
     ends = np.cumsum([0] + [len(c) for c in chosen])
@@ -222,11 +222,11 @@ def uncondensed(
     parts, B, F = [], [], []
     for k, (body, frame) in enumerate(zip(bodies, loading.frames, strict=True)):
         part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
-        columns = np.zeros((part.released.shape[1], n))
-        columns[:, part.index] = opening_by_motions(part.rows, frame.modes(part.released), loading.rounding).T
-        g[part.index] += part.rows @ frame.modes(frame.moved[:, None])[:, 0]
+        columns = np.zeros((part.free.shape[1], n))
+        columns[:, part.index] = opening_by_motions(part.rows, frame.modes(part.free), loading.rounding).T
+        g[part.index] += part.rows @ frame.modes(frame.prescribed[:, None])[:, 0]
         B.append(columns)
-        F.append(-loading.driving(k, part.released))
+        F.append(-loading.driving(k, part.free))
         parts.append(part)
     return Uncondensed(parts, own, g, np.concatenate(B), np.concatenate(F))
 
@@ -251,7 +251,7 @@ def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]
     return LinearOperator((n, n), matvec=product, dtype=float)
 
 
-def _drop_rounding(S: Array, parts: Sequence[Part]) -> None:
+def _drop_rounding(S: Array, parts: Sequence[BodyBlock]) -> None:
     """Make the compliance of pairs that nothing but rounding lets give zero, in place.
 
     Where a node is grounded along its normal, the rounding of a turned normal lets its square of the compliance across
@@ -267,7 +267,7 @@ def _drop_rounding(S: Array, parts: Sequence[Part]) -> None:
 
 
 def _condense_shared(
-    bodies: Sequence[Body], interfaces: Sequence[Rows], chosen: Sequence[IntArray], watch: Stopwatch
+    bodies: Sequence[Body], interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray], timer: Stopwatch
 ) -> None:
     """Condense a model that stands in several poses once, onto all its poses' candidates together."""
     nodes: dict[int, list[IntArray]] = {}
@@ -281,17 +281,17 @@ def _condense_shared(
                 nodes.setdefault(id(model), []).append(model.touched(rows[c]))
     for key, lists in nodes.items():
         if len(lists) > 1:
-            models[key].condensed(np.unique(np.concatenate(lists)), watch)
+            models[key].condensed(np.unique(np.concatenate(lists)), timer)
 
 
 def _part(
     body: Body,
-    frame: Frame,
-    interfaces: Sequence[Rows],
+    frame: RigidMotionConstraints,
+    interfaces: Sequence[UnilateralConstraints],
     chosen: Sequence[IntArray],
     ends: IntArray,
     loads: Array | None,
-) -> Part:
+) -> BodyBlock:
     rows, index = [sp.csr_matrix((0, body.n_dofs))], [np.zeros(0, dtype=np.int64)]
     for interface, c, start in zip(interfaces, chosen, ends[:-1], strict=True):
         own = interface.rows(body)
@@ -299,15 +299,15 @@ def _part(
             rows.append(own[c])
             index.append(start + np.arange(len(c)))
     hold = _mean_hold(frame)
-    released = frame.released
+    released = frame.free
     if hold is not None and released.shape[1]:
         # make the released motions leave the held mean alone
         released = released - frame.mean_held @ (hold.mean @ frame.modes(released))
-    return Part(body, frame, sp.vstack(rows, format="csr"), np.concatenate(index), loads, released, hold)
+    return BodyBlock(body, frame, sp.vstack(rows, format="csr"), np.concatenate(index), loads, released, hold)
 
 
 def _held_by_mean(
-    part: Part, hold: MeanHold, compliance: Array | LinearOperator, response: Array
+    part: BodyBlock, hold: MeanConstraint, compliance: Array | LinearOperator, response: Array
 ) -> tuple[Array | LinearOperator, Array]:
     """Compliance of the rows C (I - R m) and their response to loads that the held mean balances."""
     rows = part.rows

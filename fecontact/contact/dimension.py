@@ -12,11 +12,11 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
-from fecontact.contact.rigid_motion import Frame
+from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.mesh.section_mesh import Extent
-from fecontact.surfaces.facet_surface import Feet, Surface
+from fecontact.surfaces.facet_surface import Projection, Surface
 
 #: Sines and lengths (relative to a body's size) below this are rounding.
 ROUNDING = 1e-9
@@ -25,7 +25,7 @@ TRY_TURN, TRY_SHIFT = 0.7, 0.5
 
 
 @dataclass(frozen=True)
-class Setting:
+class Dimension:
     """Where a scene takes place.
 
     Attributes
@@ -41,7 +41,7 @@ class Setting:
 
     def check_pose(self, body: Body) -> None:
         """Refuse a section that has left the plane or the axis; rigid bodies are judged by their surfaces."""
-        if body.along is None:
+        if body.out_of_plane is None:
             return
         Q, shift = body.pose.rotation, body.pose.translation / body.size
         axis, held = (2, [0, 1]) if self.name == "axis" else (1, [1])
@@ -66,14 +66,14 @@ class Setting:
         """How a body can be turned, in words."""
         return "half round about x" if self.name == "axis" else "about y, or half round about an axis in the plane"
 
-    def check_frame(self, frame: Frame) -> None:
+    def check_frame(self, frame: RigidMotionConstraints) -> None:
         """Refuse loads and motions that do not exist here.
 
         Raises
         ------
         InputError
         """
-        columns = np.concatenate([frame.released, frame.moved[:, None], frame.load[:, None]], axis=1)
+        columns = np.concatenate([frame.free, frame.prescribed[:, None], frame.load[:, None]], axis=1)
         others = np.ones(6, bool)
         others[list(self.motions)] = False
         wrong = (np.abs(columns) > ROUNDING * np.abs(columns).max(axis=0)).any(axis=1) & others
@@ -120,13 +120,13 @@ def _named(components: Iterable[int]) -> str:
     return ", ".join(COMPONENTS[c] for c in components)
 
 
-SPACE = Setting("space", (0, 1, 2, 3, 4, 5))
-PLANE = Setting("plane", (0, 2, 4))
-AXIS = Setting("axis", (2,))
+SPACE = Dimension("space", (0, 1, 2, 3, 4, 5))
+PLANE = Dimension("plane", (0, 2, 4))
+AXIS = Dimension("axis", (2,))
 SETTINGS = {s.name: s for s in (SPACE, PLANE, AXIS)}
 
 
-def setting_of(bodies: Sequence[Body]) -> Setting:
+def setting_of(bodies: Sequence[Body]) -> Dimension:
     """Where a scene with these bodies takes place.
 
     Raises
@@ -134,7 +134,7 @@ def setting_of(bodies: Sequence[Body]) -> Setting:
     InputError
         If they do not go together, or one stands outside the plane or off the axis.
     """
-    kinds: dict[Setting, Body] = {}
+    kinds: dict[Dimension, Body] = {}
     for body in bodies:
         if body.dimension is not None:
             kinds.setdefault(SETTINGS[body.dimension], body)
@@ -147,7 +147,7 @@ def setting_of(bodies: Sequence[Body]) -> Setting:
     setting = next(iter(kinds), SPACE)
     for body in bodies:
         setting.check_pose(body)
-    wide = {b.along.thickness for b in bodies if b.along is not None}
+    wide = {b.out_of_plane.thickness for b in bodies if b.out_of_plane is not None}
     if len(wide) > 1:
         raise InputError(
             f"Plane bodies of one scene need one thickness; found {sorted(map(float, filter(None, wide)))}."
@@ -206,8 +206,8 @@ def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Exte
     else:
         tried = points + np.array([0.0, TRY_SHIFT * spread, 0.0])
     here, there = surface.project(body.pose.to_body(points)), surface.project(body.pose.to_body(tried))
-    seen = ~here.beyond
-    if np.abs(here.gap - there.gap)[seen].max(initial=0.0) > ROUNDING * spread or (here.beyond != there.beyond).any():
+    seen = ~here.outside
+    if np.abs(here.gap - there.gap)[seen].max(initial=0.0) > ROUNDING * spread or (here.outside != there.outside).any():
         what = "is no surface of revolution about the z axis" if along.revolved else "is not the same all along y"
         raise InputError(
             f"The surface of {body.name!r} {what}, as that of a rigid body in such a scene has to be: a plane, "
@@ -215,10 +215,10 @@ def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Exte
         )
 
 
-def mean_feet(feet: Feet, pose: Pose, along: Extent) -> Feet:
+def mean_feet(projection: Projection, pose: Pose, along: Extent) -> Projection:
     """Feet on a rigid body as the forces of whole rings act: along and on the axis (as they are in a plane)."""
     if not along.revolved:
-        return feet
-    points = pose.to_body(along.mean(pose.to_world(feet.points)))
-    normals = along.mean(feet.normals @ pose.rotation.T) @ pose.rotation
-    return Feet(points, normals, feet.gap, feet.beyond)
+        return projection
+    points = pose.to_body(along.mean(pose.to_world(projection.points)))
+    normals = along.mean(projection.normals @ pose.rotation.T) @ pose.rotation
+    return Projection(points, normals, projection.gap, projection.outside)

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array
 from fecontact.common.errors import SupportError
-from fecontact.contact.interface import Rows
+from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 
 #: Share of the largest opening by a unit motion up to which contacts do not resist one (flat facets are read from files
@@ -38,7 +38,7 @@ def opening_by_motions(rows: sp.csr_matrix, modes: Array, rounding: float) -> Ar
     return opening
 
 
-def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
+def check_balance(interfaces: Sequence[UnilateralConstraints], loading: Loading) -> None:
     """Refuse loads that no contact forces can balance, before anything is condensed.
 
     By Farkas' lemma either B l = F has a solution l >= 0, or some rigid motion closes no gap while the load drives it;
@@ -52,16 +52,16 @@ def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
     blocks, load = [], []
     _check_across(interfaces, loading)
     for k, frame in enumerate(loading.frames):
-        if frame.released.shape[1] == 0:
+        if frame.free.shape[1] == 0:
             continue
-        modes = frame.modes(frame.released)
+        modes = frame.modes(frame.free)
         parts = [i.rows(frame.body) for i in interfaces]
         columns = [
             np.zeros((len(i.gap), modes.shape[1])) if r is None else opening_by_motions(r, modes, loading.rounding)
             for i, r in zip(interfaces, parts, strict=True)
         ]
         blocks.append(np.concatenate(columns).T)
-        load.append(-loading.driving(k, frame.released))
+        load.append(-loading.driving(k, frame.free))
     if not blocks:
         return
     B, F = np.concatenate(blocks), np.concatenate(load)
@@ -77,27 +77,27 @@ def check_balance(interfaces: Sequence[Rows], loading: Loading) -> None:
     direction = (B @ forces - F) / scale
     texts, start = [], 0
     for frame in loading.frames:
-        part = direction[start : start + frame.released.shape[1]]
+        part = direction[start : start + frame.free.shape[1]]
         start += len(part)
         arm = np.array([1.0] * 3 + [frame.body.size] * 3)
-        motion = frame.released @ part
+        motion = frame.free @ part
         if np.linalg.norm(arm * motion) > 1e-6 * np.linalg.norm(direction):
             texts.append(frame.describe(motion))
     raise unbalanced(texts, interfaces)
 
 
-def unbalanced(texts: Sequence[str], interfaces: Sequence[Rows]) -> SupportError:
+def unbalanced(texts: Sequence[str], interfaces: Sequence[UnilateralConstraints]) -> SupportError:
     """The error that names the motions, in words, which nothing resists."""
     return SupportError(
         "No contact forces can balance the load; it drives a motion that nothing resists - "
         + "; ".join(texts)
         + ". "
-        + "".join(i.says_of_balance for i in interfaces if i.says_of_balance)
+        + "".join(i.infeasibility_hint for i in interfaces if i.infeasibility_hint)
         + "Support the body in that motion, prescribe it with motions=, or change the load."
     )
 
 
-def _check_across(interfaces: Sequence[Rows], loading: Loading) -> None:
+def _check_across(interfaces: Sequence[UnilateralConstraints], loading: Loading) -> None:
     """Refuse a load on a body as a whole with a component in which no contact resists the body.
 
     The frame follows along the load only and is held across it. On a frictionless floor 10 sideways and 1 downwards
@@ -117,7 +117,7 @@ def _check_across(interfaces: Sequence[Rows], loading: Loading) -> None:
         modes = frame.modes(np.eye(6))
         opening = np.concatenate([np.zeros((0, 6)), *(r @ modes for r in rows)])
         for kind in (range(3), range(3, 6)):
-            left = [c for c in kind if c not in frame.prescribed]
+            left = [c for c in kind if c not in frame.prescribed_components]
             if not frame.load[left].any():
                 continue
             _, singular, Vt = np.linalg.svd(np.linalg.qr(opening[:, left], mode="r"))

@@ -16,12 +16,12 @@ LIKELY = 0.4
 
 def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:
     """First candidates; where the drift is known, the points that it leaves near, as far as they are condensed onto."""
-    reach = interface.reach
+    search_radius = interface.search_radius
     first = _first_choice(interface, opening, loading)
-    if reach is None or reach.drift is None or interface.pairing.coupling != "mortar":
+    if search_radius is None or search_radius.increment is None or interface.pairing.coupling != "mortar":
         return first
-    drift = reach.drift_in(interface.slave.pose).at(interface.slave_nodes)
-    near = np.flatnonzero(interface.gap + interface.slave_rows @ drift.ravel() <= LIKELY * reach.elastic)
+    increment = search_radius.increment_in(interface.slave.pose).at(interface.slave_nodes)
+    near = np.flatnonzero(interface.gap + interface.slave_rows @ increment.ravel() <= LIKELY * search_radius.elastic)
     ready = np.ones(len(near), bool)
     for body in elastic_among((interface.slave, interface.master)):
         rows = interface.rows(body)
@@ -39,7 +39,7 @@ def _first_choice(interface: Interface, opening: Array, loading: Loading) -> Int
         if sum(compliances) > 0:
             images = _mirror_images(interface, opening)
             area = images * interface.pairing.weights
-            along = interface.slave_surface.along
+            along = interface.slave_surface.out_of_plane
             thickness = None if along is None else along.thickness
             scale = approach_for_load(opening - opening.min(), area, 1 / sum(compliances), images * force, thickness)
             approach = max(approach, scale)

@@ -14,13 +14,13 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.dimension import mean_feet
-from fecontact.contact.rigid_motion import Frame
-from fecontact.contact.search.radius import Reach
-from fecontact.contact.search.region import Near
+from fecontact.contact.rigid_motion import RigidMotionConstraints
+from fecontact.contact.search.radius import SearchRadius
+from fecontact.contact.search.region import SearchRegion
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
 
-class Rows(Protocol):
+class UnilateralConstraints(Protocol):
     """Unilateral conditions of the problem: contact pairs or springs."""
 
     @property
@@ -32,13 +32,13 @@ class Rows(Protocol):
         """Gap (n,) by a unit force on its own row, without the bodies."""
 
     @property
-    def says_of_balance(self) -> str:
+    def infeasibility_hint(self) -> str:
         """What is to be said where loads cannot be balanced; may be empty."""
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening (n, n_dofs) by the displacements of a body; None if it has no part in this."""
 
-    def opening_by(self, frames: Sequence[Frame]) -> Array:
+    def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
         """Gap (n,) after the prescribed rigid motions."""
 
 
@@ -54,9 +54,9 @@ class Interface:
     pairing : Pairing
     note : str
         What was found about the two meshes.
-    near : Near, optional
+    region : SearchRegion, optional
         Parts of the surfaces that were paired; None if all of them were.
-    reach : Reach, optional
+    search_radius : SearchRadius, optional
         Up to where parts were paired, the sides as they stand here.
     """
 
@@ -65,8 +65,8 @@ class Interface:
     surfaces: tuple[str, str]
     pairing: Pairing
     note: str
-    near: Near | None = None
-    reach: Reach | None = None
+    region: SearchRegion | None = None
+    search_radius: SearchRadius | None = None
 
     @property
     def gap(self) -> Array:
@@ -79,7 +79,7 @@ class Interface:
         return np.zeros(len(self.gap))
 
     @property
-    def says_of_balance(self) -> str:
+    def infeasibility_hint(self) -> str:
         """Nothing: contacts are spoken of anyway."""
         return ""
 
@@ -102,8 +102,8 @@ class Interface:
     def master_rows(self) -> sp.csr_matrix:
         """Opening by the master's displacements (n_pairs, n_dofs)."""
         surface, pairing = self.slave_surface, self.pairing
-        if surface.along is not None and self.master.is_rigid:
-            pairing = replace(pairing, feet=mean_feet(pairing.feet, self.master.pose, surface.along))
+        if surface.out_of_plane is not None and self.master.is_rigid:
+            pairing = replace(pairing, projection=mean_feet(pairing.projection, self.master.pose, surface.out_of_plane))
         return pairing.master_rows(self.master)
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
@@ -112,11 +112,11 @@ class Interface:
             return self.slave_rows
         return self.master_rows if body is self.master else None
 
-    def opening_by(self, frames: Sequence[Frame]) -> Array:
+    def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
         """Gap (n_pairs,) after the prescribed rigid motions."""
         opening = self.gap.copy()
         for frame in frames:
-            rows = self.rows(frame.body) if frame.moved.any() else None
+            rows = self.rows(frame.body) if frame.prescribed.any() else None
             if rows is not None:
-                opening += rows @ (frame.modes(frame.moved[:, None])[:, 0])
+                opening += rows @ (frame.modes(frame.prescribed[:, None])[:, 0])
         return opening

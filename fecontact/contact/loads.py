@@ -13,8 +13,8 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number, vector
 from fecontact.common.errors import InputError
-from fecontact.contact.dimension import Setting, setting_of
-from fecontact.contact.rigid_motion import Frame, make_frame
+from fecontact.contact.dimension import Dimension, setting_of
+from fecontact.contact.rigid_motion import RigidMotionConstraints, constrain_rigid_motion
 
 #: Share of the largest possible opening by a rigid motion, and of the work that loads could do at the most, up to which
 #: they are rounding: a plane's normal that is off by 1e-17 must not let a huge tangential motion open the contact, or a
@@ -31,7 +31,7 @@ class Loading:
 
     Attributes
     ----------
-    frames : tuple of Frame
+    frames : tuple of RigidMotionConstraints
         One for each body.
     distributed : tuple of (n_dofs,) array or None
         Nodal forces on each body, in its axes.
@@ -39,7 +39,7 @@ class Loading:
         Share of the largest possible up to which openings and work by rigid motions are rounding.
     """
 
-    frames: tuple[Frame, ...]
+    frames: tuple[RigidMotionConstraints, ...]
     distributed: tuple[Array | None, ...]
     rounding: float = SMALLEST
 
@@ -114,7 +114,7 @@ def make_loading(
     turning = [c - 3 for c in setting.motions if c >= 3]
     for body in bodies:
         placed, pushes = _point_forces(body, boundary)
-        frame = make_frame(
+        frame = constrain_rigid_motion(
             body,
             whole.get(body),
             (moments or {}).get(body),
@@ -157,7 +157,7 @@ def _point_forces(
     return nodal, pushes
 
 
-def _check_forces(setting: Setting, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
+def _check_forces(setting: Dimension, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
     """Refuse forces and gravity across a plane or an axis."""
     for (body, place), force in local.items():
         what = f"The force on {place!r} of {body.name!r}"
@@ -207,12 +207,12 @@ def _pressure(body: Body, name: str, pressure: float) -> Array:
     return body.boundary_pressure(name, number(pressure, f"The pressure on {name!r} of {body.name!r}"))
 
 
-def mass_weighted(frame: Frame, motions: Array) -> Array:
+def mass_weighted(frame: RigidMotionConstraints, motions: Array) -> Array:
     """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R."""
     return np.asarray(frame.body.weighted_modes @ frame.in_body_axes(motions))
 
 
-def _spread(frame: Frame) -> Array:
+def _spread(frame: RigidMotionConstraints) -> Array:
     """Nodal forces of a resultant spread over the mass as by an acceleration of the whole body."""
     columns = mass_weighted(frame, np.eye(6))
     inertia = frame.modes(np.eye(6)).T @ columns

@@ -9,7 +9,7 @@ from functools import cached_property
 from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
-from fecontact.contact.coupling.choose import paired_contact
+from fecontact.contact.coupling.choose import build_interface
 from fecontact.contact.dimension import check_contacts, setting_of
 from fecontact.contact.interface import Interface
 from fecontact.contact.springs import Spring
@@ -65,4 +65,4 @@ class SceneModel:
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
         """The contacts, paired over their whole surfaces."""
-        return tuple(paired_contact(c) for c in self.contacts)
+        return tuple(build_interface(c) for c in self.contacts)

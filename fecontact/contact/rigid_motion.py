@@ -34,14 +34,14 @@ from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class RigidMotionConstraints:
     """Rigid motions of one body, in world axes about its reference point.
 
     Attributes
     ----------
-    released : (6, k) array
+    free : (6, k) array
         Motions that the contact problem has to find.
-    moved : (6,) array
+    prescribed : (6,) array
         Prescribed motion.
     mean_held : (6, j) array
         Floating motions that are prescribed, hence held by the body's mean position.
@@ -49,17 +49,17 @@ class Frame:
         Force and moment that act on the body as a whole.
     spread : bool
         Whether that load is spread over the mass instead of acting through the supports.
-    prescribed : tuple of int
+    prescribed_components : tuple of int
         Components that `motions` prescribes, zero or not.
     """
 
     body: Body
-    released: Array
-    moved: Array
+    free: Array
+    prescribed: Array
     mean_held: Array
     load: Array
     spread: bool
-    prescribed: tuple[int, ...] = ()
+    prescribed_components: tuple[int, ...] = ()
 
     @property
     def point(self) -> Array:
@@ -92,7 +92,7 @@ def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:
     return out
 
 
-def make_frame(
+def constrain_rigid_motion(
     body: Body,
     force: ArrayLike | None = None,
     moment: ArrayLike | None = None,
@@ -100,7 +100,7 @@ def make_frame(
     free: str | Sequence[str] = (),
     pushes: Sequence[tuple[Array, Array]] = (),
     turning: Sequence[int] = (0, 1, 2),
-) -> Frame:
+) -> RigidMotionConstraints:
     """Sort the six components of a body.
 
     Parameters
@@ -131,14 +131,14 @@ def make_frame(
     direct = load.copy()
     for at, push in pushes if len(turning) else ():
         load[3:] += np.cross(at - point, push)
-    prescribed = _motion(motion, body)
+    prescribed_components = _motion(motion, body)
     names = free.split() if isinstance(free, str) else list(free)
     if unknown := set(names) - set(COMPONENTS):
         raise InputError(
             f"Unknown free components {sorted(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}."
         )
     freed = [COMPONENTS.index(n) for n in names]
-    if both := (set(np.flatnonzero(direct).tolist()) | set(freed)) & set(prescribed):
+    if both := (set(np.flatnonzero(direct).tolist()) | set(freed)) & set(prescribed_components):
         which = ", ".join(COMPONENTS[c] for c in sorted(both))
         raise InputError(f"{body.name!r} is both loaded (or free) and moved in {which}; a component takes one of them.")
     Q = body.pose.rotation
@@ -149,15 +149,17 @@ def make_frame(
     along = np.stack([np.concatenate([direct[:3], np.zeros(3)]), np.concatenate([np.zeros(3), direct[3:]])], axis=1)
     jointed = _turns_about_pushes(pushes, turning, point, body.size)
     everything = gram_schmidt(np.concatenate([along, jointed, unit[:, freed], floating], axis=1), 1e-8)
-    released = _without(everything, list(prescribed))
+    released = _without(everything, list(prescribed_components))
     # what floats and is not released; completing the basis judges dependence by the columns' own length
     mean_held = gram_schmidt(np.concatenate([released, floating], axis=1), 1e-8)[:, released.shape[1] :]
-    moved = np.zeros(6)
-    for component, value in prescribed.items():
-        moved[component] = value
+    prescribed = np.zeros(6)
+    for component, value in prescribed_components.items():
+        prescribed[component] = value
     work = np.abs(floating.T @ (load[:, None] / scale)).max(initial=0.0) if load.any() else 0.0
     spread = bool(work > 1e-9 * np.abs(load[:, None] / scale).max()) if work else False
-    return Frame(body, released / scale, moved, mean_held / scale, load, spread, tuple(prescribed))
+    return RigidMotionConstraints(
+        body, released / scale, prescribed, mean_held / scale, load, spread, tuple(prescribed_components)
+    )
 
 
 def _turns_about_pushes(

@@ -22,7 +22,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
-from fecontact.contact.rigid_motion import Frame
+from fecontact.contact.rigid_motion import RigidMotionConstraints
 
 KINDS = ("tension", "linear")
 
@@ -136,7 +136,7 @@ class SpringRows:
         return 1 / np.array([s.stiffness for s in self.springs])[self.number]
 
     @property
-    def says_of_balance(self) -> str:
+    def infeasibility_hint(self) -> str:
         """That ligaments only pull; nothing if there is none."""
         names = ", ".join(repr(s.name) for s in self.springs if s.kind == "tension")
         return f"Of the springs {names} only pull, and this motion tightens none of them. " if names else ""
@@ -153,13 +153,13 @@ class SpringRows:
                     per_spring[k] = per_spring[k] + body.attachment(np.asarray(point, dtype=float), direction)
         return sp.diags(self.sign) @ per_spring.tocsr()[self.number] if tied else None
 
-    def opening_by(self, frames: Sequence[Frame]) -> Array:
+    def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
         """Gaps (n,) after the prescribed rigid motions."""
         opening = self.gap.copy()
         for frame in frames:
             rows = self.rows(frame.body)
             if rows is not None:
-                opening += rows @ frame.modes(frame.moved[:, None])[:, 0]
+                opening += rows @ frame.modes(frame.prescribed[:, None])[:, 0]
         return opening
 
 

@@ -24,10 +24,10 @@ from fecontact.fem.condensation import Carried, Condensation, Plain, Schur, choo
 from fecontact.fem.factor import Factor, condense, factorise
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import AmgFactor, Multigrid
-from fecontact.fem.rigid import rigid_modes, unresisted
+from fecontact.fem.rigid import null_space, rigid_modes
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
-from fecontact.fem.support import Holds, Support, grounding, holds, share_of_support
+from fecontact.fem.support import Holds, Support, fix_null_space, holds, share_of_support
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
@@ -120,7 +120,7 @@ class Model:
         owner = np.zeros(self.n_dofs // 3, dtype=np.int64)
         owner[cells] = part[:, None]
         for k in range(count):
-            if self.unresisted_by(self.held[owner[nodes] == k]).shape[1]:
+            if self.null_space_of(self.held[owner[nodes] == k]).shape[1]:
                 raise MeshError(
                     f"The mesh has {count} parts without connection, and the one with cell {np.argmax(part == k)} can "
                     "move by itself. Make each part a body of its own, or join them with fecontact.mesh.mesh.merge."
@@ -196,19 +196,19 @@ class Model:
         """The rigid modes (n_dofs, 6) in nodal axes."""
         return self.to_nodal(self.rigid_modes)
 
-    def unresisted_by(self, held: IntArray) -> Array:
+    def null_space_of(self, held: IntArray) -> Array:
         """Rigid motions (6, k) that held degrees of freedom, in nodal axes, do not resist."""
-        return unresisted(self.nodal_modes[held], self.size)
+        return null_space(self.nodal_modes[held], self.size)
 
     @cached_property
     def free_motions(self) -> Array:
         """Rigid motions (6, k) that the supports do not resist."""
-        return self.unresisted_by(self.held)
+        return self.null_space_of(self.held)
 
     @cached_property
     def grounded(self) -> IntArray:
         """Artificially held degrees of freedom, one for each free motion; results do not depend on which."""
-        return grounding(self.nodal_modes @ self.free_motions, self.held, self.size)
+        return fix_null_space(self.nodal_modes @ self.free_motions, self.held, self.size)
 
     @cached_property
     def solved_dofs(self) -> IntArray:
@@ -256,7 +256,7 @@ class Model:
         """What one support gives (n_dofs,) of the forces by which all hold the body, see `fem.support`."""
         return share_of_support(self.mesh, self.supports, name, rest)
 
-    def condensed(self, nodes: IntArray, watch: Stopwatch, often: bool = False) -> Condensation:
+    def condensed(self, nodes: IntArray, timer: Stopwatch, often: bool = False) -> Condensation:
         """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all.
 
         One that is asked `often`, in many poses, is dense as far as the memory goes, however many the nodes.
@@ -268,7 +268,7 @@ class Model:
             dofs = np.zeros(1, dtype=np.int64)
         last = self.condensation
         if self.backend == "amg":
-            return self._multigrid(watch)
+            return self._multigrid(timer)
         route, why = self.way, "as asked"
         if route == "auto":
             route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget(), often)
@@ -276,20 +276,20 @@ class Model:
             if isinstance(last, Plain) and route not in ("schur", last.route):
                 self.condensation = replace(last, route=route, why=why)
             return self.condensation or last
-        with watch("assemble"):
+        with timer("assemble"):
             K = self.solved_stiffness()
             # the factor works on the copy; whoever wants the whole again has it assembled again
             vars(self).pop("stiffness", None)
         if route != "schur":
-            with watch("factorise"):
+            with timer("factorise"):
                 self.condensation = Plain(factorise(K, self.backend), route, why)
             return self.condensation
         if isinstance(last, (Schur, Carried)):
             # candidates that were worth keeping before are likely to come back in a sweep
             dofs = np.union1d(dofs, np.flatnonzero(last.position >= 0))
-        with watch("factorise"):
+        with timer("factorise"):
             factor = condense(K, dofs, self.backend)
-        with watch("condense"):
+        with timer("condense"):
             self.condensation = Schur.of(factor, len(self.solved_dofs), dofs, why)
             if isinstance(last, (Schur, Carried)) and last.inverted:
                 self.condensation.invert()
@@ -303,17 +303,17 @@ class Model:
         missing = sp.csr_matrix((self.condensation.position[own.indices] < 0, own.indices, own.indptr), shape=own.shape)
         return np.asarray(missing.sum(axis=1)).ravel() == 0
 
-    def _multigrid(self, watch: Stopwatch) -> Condensation:
+    def _multigrid(self, timer: Stopwatch) -> Condensation:
         """Algebraic multigrid instead of a factor; made once."""
         if self.condensation is None:
             if self.n_dofs != 3 * len(self.mesh.points):
                 raise InputError("The back-end 'amg' is for nodal displacements; use 'auto' here.")
             if self.way not in ("auto", "operator"):
                 raise InputError(f"The back-end 'amg' has products only: condensation={self.way!r} needs a factor.")
-            with watch("assemble"):
+            with timer("assemble"):
                 K = self.solved_stiffness()
                 vars(self).pop("stiffness", None)
-            with watch("factorise"):
+            with timer("factorise"):
                 positions = np.repeat(self.mesh.points, 3, axis=0)[self.solved_dofs]
                 self.condensation = Multigrid(AmgFactor(K, self.nodal_modes[self.solved_dofs]), positions)
         return self.condensation

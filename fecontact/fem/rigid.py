@@ -69,7 +69,7 @@ def gram_schmidt(R: Array, tolerance: float = 1e-10) -> Array:
     return np.stack(basis, axis=1) if basis else np.zeros((len(R), 0))
 
 
-def unresisted(constraints: Array, length: float) -> Array:
+def null_space(constraints: Array, length: float) -> Array:
     """Rigid motions that a set of constraints does not see.
 
     Parameters

@@ -56,17 +56,17 @@ class Points:
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class SectionElement:
     """A section and how far it goes on: what its elements are integrated over.
 
     Parameters
     ----------
     mesh : SectionMesh
-    along : Extent
+    out_of_plane : Extent
     """
 
     mesh: SectionMesh
-    along: Extent
+    out_of_plane: Extent
 
     @cached_property
     def dofs(self) -> IntArray:
@@ -85,9 +85,9 @@ class Section:
         B = np.zeros((*x.shape[:2], 4, 2 * N.shape[1]))
         B[:, :, 0, 0::2] = B[:, :, 3, 1::2] = gradient[..., 0]
         B[:, :, 1, 1::2] = B[:, :, 3, 0::2] = gradient[..., 1]
-        if self.along.revolved:
+        if self.out_of_plane.revolved:
             B[:, :, 2, 0::2] = N / x[..., :1]
-        return Points(N, x, det * W * self.along(x), B)
+        return Points(N, x, det * W * self.out_of_plane(x), B)
 
     def stiffness(self, lame: Array, shear: Array, selective: bool) -> sp.csr_matrix:
         """Upper triangle (3 n_points, 3 n_points) of the stiffness; the rows of y are empty.
@@ -168,7 +168,7 @@ class Section:
         """Mass and its centre (3,), on the axis of a body of revolution."""
         p = self.points()
         dm = p.dV * density[:, None]
-        return float(dm.sum()), self.along.mean(np.einsum("cq,cqi->i", dm, p.x) / dm.sum())
+        return float(dm.sum()), self.out_of_plane.mean(np.einsum("cq,cqi->i", dm, p.x) / dm.sum())
 
     def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (3 n_points,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)`` on a boundary."""
@@ -177,7 +177,7 @@ class Section:
         length = np.linalg.norm(ds, axis=2)
         t = field(x.reshape(-1, 3), (ds / length[..., None]).reshape(-1, 3)).reshape(x.shape)
         f = np.zeros((len(self.mesh.points), 3))
-        np.add.at(f, sides, np.einsum("qa,fqi,fq->fai", N, t, length * self.along(x)))
+        np.add.at(f, sides, np.einsum("qa,fqi,fq->fai", N, t, length * self.out_of_plane(x)))
         return (f * np.array([1.0, 0.0, 1.0])).ravel()
 
 

@@ -12,8 +12,8 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
 from fecontact.common.material import Material
 from fecontact.fem.model import NEARLY_INCOMPRESSIBLE, Model, materials_of_cells
-from fecontact.fem.rigid import unresisted
-from fecontact.fem.section_element import Section
+from fecontact.fem.rigid import null_space
+from fecontact.fem.section_element import SectionElement
 from fecontact.fem.stress import hooke
 from fecontact.fem.support import Holds
 from fecontact.mesh.check import check_size
@@ -36,7 +36,7 @@ class SectionModel(Model):
     mesh : SectionMesh
     materials : Material or mapping of element set to Material
     supports : mapping of boundary name to 'x', 'z' or 'xz'
-    along : Extent
+    out_of_plane : Extent
     plane_stress : bool
     backend, integration : str
         As for `Model`.
@@ -49,16 +49,16 @@ class SectionModel(Model):
         mesh: SectionMesh,
         materials: Material | Mapping[str, Material],
         supports: Mapping[str, str],
-        along: Extent,
+        out_of_plane: Extent,
         plane_stress: bool,
         backend: str,
         integration: str,
     ) -> None:
         check_size(mesh.points)
         _check_supports(mesh, supports)
-        self.section, self.plane_stress = Section(mesh, along), plane_stress
+        self.section, self.plane_stress = SectionElement(mesh, out_of_plane), plane_stress
         self.mesh = mesh  # type: ignore[assignment]
-        if along.revolved and mesh.points[:, 0].min() < -ON_AXIS * self.size:
+        if out_of_plane.revolved and mesh.points[:, 0].min() < -ON_AXIS * self.size:
             raise MeshError(
                 f"A body of revolution lies at x >= 0 (x is the radius); point {np.argmin(mesh.points[:, 0])} has "
                 f"x = {mesh.points[:, 0].min():g}."
@@ -80,22 +80,22 @@ class SectionModel(Model):
     def rigid_modes(self) -> Array:
         """Displacements (n_dofs, 6) of the rigid motions; of a body of revolution all but the axial one are zero."""
         modes = super().rigid_modes
-        return modes * (np.arange(6) == 2) if self.section.along.revolved else modes
+        return modes * (np.arange(6) == 2) if self.section.out_of_plane.revolved else modes
 
     def _held(self) -> IntArray:
         """Degrees of freedom held by the supports, all along y, and on the axis the radial ones."""
         n = np.arange(len(self.mesh.points))
         parts = [3 * n + 1]
         parts += [3 * self.mesh.boundary_nodes(k) + "xyz".index(str(c)) for k, v in self.supports.items() for c in v]
-        if self.section.along.revolved:
+        if self.section.out_of_plane.revolved:
             parts.append(3 * on_axis(self.mesh.points, self.size))
         return np.unique(np.concatenate(parts))
 
-    def unresisted_by(self, held: IntArray) -> Array:
+    def null_space_of(self, held: IntArray) -> Array:
         """Rigid motions (6, k) that held degrees of freedom do not resist: at most x, z, ry, or z alone."""
         rows = self.rigid_modes[held]
-        others = (0, 1, 3, 4, 5) if self.section.along.revolved else (1, 3, 5)
-        return unresisted(np.concatenate([rows, np.eye(6)[list(others)]]), self.size)
+        others = (0, 1, 3, 4, 5) if self.section.out_of_plane.revolved else (1, 3, 5)
+        return null_space(np.concatenate([rows, np.eye(6)[list(others)]]), self.size)
 
     @cached_property
     def effective_lame(self) -> Array:

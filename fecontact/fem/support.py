@@ -183,7 +183,7 @@ def share_of_support(mesh: Mesh, supports: Mapping[str, Support], name: str, res
     return out.ravel()
 
 
-def grounding(modes: Array, held: IntArray, length: float) -> IntArray:
+def fix_null_space(modes: Array, held: IntArray, length: float) -> IntArray:
     """As many degrees of freedom as there are free motions, well placed to ground a body artificially.
 
     Loads that are in equilibrium put no reaction on them, whichever they are (Elangovan 1978, section IV.3), so they

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
-from fecontact.contact.coupling.mortar_basis import hat_shapes, hats_on_square
+from fecontact.contact.coupling.mortar_basis import multiplier_shapes, multipliers_on_square
 from fecontact.contact.interface import Interface
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.mesh.section_mesh import line_shapes
@@ -203,7 +203,7 @@ class ContactFields:
         surface = self.master.surface(self.surfaces[1])
         shown = np.flatnonzero(values)
         if facets_of(surface) is not None and len(shown):
-            beyond = surface.project(self.master.pose.to_body(points[shown])).beyond
+            beyond = surface.project(self.master.pose.to_body(points[shown])).outside
             values[shown[beyond]] = 0.0
         return values
 
@@ -244,8 +244,8 @@ class ContactFields:
         nodal[np.diff(self.at_nodes.indptr) == 0] = beyond
         if self.coupling == "mortar":
             if self.is_curve:
-                return nodal[self.facets] @ hat_shapes(3, np.zeros(len(local), bool), local).T
-            return np.einsum("fqa,fa->fq", hats_on_square(self.facets, local), nodal[self.facets])
+                return nodal[self.facets] @ multiplier_shapes(3, np.zeros(len(local), bool), local).T
+            return np.einsum("fqa,fa->fq", multipliers_on_square(self.facets, local), nodal[self.facets])
         if self.is_curve:
             return nodal[self.facets] @ line_shapes(local[:, 0])[0].T
         return np.einsum("fqa,fa->fq", shapes_on_square(self.facets, local)[0], nodal[self.facets])
@@ -297,8 +297,8 @@ def _lines_of_action(interface: Interface, surface: FacetSurface) -> tuple[Array
         return s.normals @ turn.T, slave.pose.to_world(s.centres), couples @ turn.T
     samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
     vectors = pairing.slave_normals @ turn.T
-    if surface.along is not None:
+    if surface.out_of_plane is not None:
         # a force on a ring is the sum of what acts all round it
-        samples, vectors = surface.along.mean(samples), surface.along.mean(vectors)
+        samples, vectors = surface.out_of_plane.mean(samples), surface.out_of_plane.mean(vectors)
     moments = np.cross(samples - slave.pose.to_world(slave.reference_point), vectors)
     return pairing.average @ vectors, pairing.average @ samples, pairing.average @ moments

@@ -155,9 +155,9 @@ def _opposite_pressure(interface: Interface, contact: ContactFields) -> tuple[In
     slave, master = interface.slave_surface, with_nodes(interface.master.surface(interface.surfaces[1]))
     p = interface.pairing
     nodal = p.at_nodes @ contact.pressure
-    feet = slave.project((master.points[master.nodes] - p.translation) @ p.rotation)
-    assert feet.weights is not None
+    projection = slave.project((master.points[master.nodes] - p.translation) @ p.rotation)
+    assert projection.weights is not None
     # a node that stands further off than any point in contact does is on another part of the surface
-    off = np.abs(feet.gap) > 2 * np.abs(p.gap[contact.active]).max() + 1e-6 * slave.size
-    values = np.clip(feet.weights @ nodal, 0.0, contact.max_pressure)
-    return master.nodes, np.where(off | feet.beyond, 0.0, values)
+    off = np.abs(projection.gap) > 2 * np.abs(p.gap[contact.active]).max() + 1e-6 * slave.size
+    values = np.clip(projection.weights @ nodal, 0.0, contact.max_pressure)
+    return master.nodes, np.where(off | projection.outside, 0.0, values)

@@ -9,7 +9,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.results.solved_scene import SolvedScene
 
 
-def savings(result: SolvedScene) -> list[str]:
+def model_size(result: SolvedScene) -> list[str]:
     """Lines for people: what was modelled of the scene, and what that saved."""
     lines = []
     points = sum(len(c.gap) for c in result.contacts)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fecontact.common.arrays import Array
 from fecontact.common.stopwatch import peak_memory as peak_memory
-from fecontact.results.model_size import savings
+from fecontact.results.model_size import model_size
 from fecontact.results.solved_scene import SolvedScene
 
 
@@ -47,7 +47,7 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
     lines.append(f"Seconds:   {stages}")
     needed = "  ".join(f"{k} {v:.0f}" for k, v in result.memory.items())
     lines.append(f"Peak MB:   {needed} (of the process, by the end of each stage)")
-    lines += [f"{'Saved:' if k == 0 else '':<11}{text}" for k, text in enumerate(savings(result))]
+    lines += [f"{'Saved:' if k == 0 else '':<11}{text}" for k, text in enumerate(model_size(result))]
     return "\n".join(lines)
 
 

@@ -12,13 +12,13 @@ import numpy as np
 
 from fecontact.common.arrays import IntArray
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.condensed_problem import Reduction, State
-from fecontact.contact.interface import Interface, Rows
+from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
+from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringRows, SpringState, spring_states
 from fecontact.results.contact_fields import ContactFields, contact_fields
-from fecontact.results.model_size import savings
+from fecontact.results.model_size import model_size
 from fecontact.results.report import peak_memory, report
 from fecontact.results.resultants import Region
 from fecontact.results.solved_scene import SolvedScene
@@ -96,7 +96,7 @@ class ContactResult(SolvedScene):
             "seconds": dict(self.seconds),
             "memory_mb": dict(self.memory),
             "peak_rss_mb": peak_memory(),
-            "saved": savings(self),
+            "saved": model_size(self),
         }
 
     def __str__(self) -> str:
@@ -109,13 +109,13 @@ def _plain_region(region: Region) -> dict[str, Any]:
 
 def make_result(
     scene: SceneModel,
-    interfaces: Sequence[Rows],
+    interfaces: Sequence[UnilateralConstraints],
     chosen: Sequence[IntArray],
     loading: Loading,
-    reduction: Reduction,
+    condensed: CondensedProblem,
     solution: Solution,
-    state: State,
-    watch: Stopwatch,
+    state: DisplacementState,
+    timer: Stopwatch,
     rounds: int,
 ) -> ContactResult:
     """Bring the solution of the condensed problem into the form a person needs."""
@@ -130,7 +130,7 @@ def make_result(
             springs = spring_states(interface, forces, gap)
         elif isinstance(interface, Interface):
             contacts.append(contact_fields(interface, candidates, forces, gap))
-    seconds = dict(watch.seconds)
+    seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
-    memory = {"before": watch.before, **watch.memory}
-    return ContactResult(scene, tuple(contacts), springs, solution, seconds, memory, rounds, loading, reduction, state)
+    memory = {"before": timer.before, **timer.memory}
+    return ContactResult(scene, tuple(contacts), springs, solution, seconds, memory, rounds, loading, condensed, state)

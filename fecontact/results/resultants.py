@@ -15,7 +15,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
-from fecontact.contact.condensed_problem import Part
+from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
 
 #: Distance from a dividing plane, relative to the slave's size, within which a point belongs half to either side.
@@ -127,13 +127,13 @@ def sides_of_plane(contact: LoadedPoints, point: ArrayLike, normal: ArrayLike) -
     return part_of(contact, share), part_of(contact, 1 - share)
 
 
-def hold_of_body(part: Part, loading: Loading, k: int, forces: Array) -> Array:
+def hold_of_body(part: BodyBlock, loading: Loading, k: int, forces: Array) -> Array:
     """Force and moment (6,) about the reference point by which the surroundings hold body k in equilibrium."""
     pressing = part.frame.modes(np.eye(6)).T @ (part.rows.T @ forces[part.index])
     return np.asarray(-(loading.resultant(k) + pressing))
 
 
-def hold_of_boundary(body: ElasticBody, part: Part, name: str, displacement: Array, forces: Array) -> Array:
+def hold_of_boundary(body: ElasticBody, part: BodyBlock, name: str, displacement: Array, forces: Array) -> Array:
     """Force and moment (6,) about the reference point that a supported boundary receives from the body's frame.
 
     From the nodal forces K u - f along the directions held there; where several boundaries hold one, each takes an

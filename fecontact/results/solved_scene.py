@@ -13,7 +13,7 @@ from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
-from fecontact.contact.condensed_problem import Reduction, State
+from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.model import SceneModel
@@ -60,8 +60,8 @@ class SolvedScene:
     memory: dict[str, float]
     rounds: int
     loading: Loading = field(repr=False)
-    reduction: Reduction = field(repr=False)
-    state: State = field(repr=False)
+    condensed: CondensedProblem = field(repr=False)
+    state: DisplacementState = field(repr=False)
     originals: Sequence[Body] = ()
 
     @property
@@ -106,7 +106,7 @@ class SolvedScene:
     @property
     def interfaces(self) -> tuple[Interface, ...]:
         """The paired contacts, one for each of `contacts`."""
-        return tuple(i for i in self.reduction.interfaces if isinstance(i, Interface))
+        return tuple(i for i in self.condensed.interfaces if isinstance(i, Interface))
 
     @property
     def elastic_bodies(self) -> tuple[ElasticBody, ...]:
@@ -116,7 +116,7 @@ class SolvedScene:
     @property
     def n_candidates(self) -> int:
         """Candidate points of all contacts."""
-        return self.reduction.problem.n
+        return self.condensed.problem.n
 
     @property
     def n_active(self) -> int:
@@ -259,7 +259,7 @@ class SolvedScene:
         (-0.01, 0.01)
         """
         k = self._number(body)
-        part, forces = self.reduction.parts[k], self.solution.forces
+        part, forces = self.condensed.parts[k], self.solution.forces
         if boundary is None:
             return hold_of_body(part, self.loading, k, forces)
         return hold_of_boundary(self._elastic(body)[1], part, boundary, self.state.displacements[k], forces)
@@ -281,5 +281,5 @@ class SolvedScene:
         if fields.total_force == 0:
             return 0.0
         # the forces themselves are equal and opposite by construction; their lines of action must coincide
-        couple = fields.forces @ interface.pairing.about_feet(interface.slave_nodes)
+        couple = fields.forces @ interface.pairing.couple_residual(interface.slave_nodes)
         return float(np.linalg.norm(couple) / (fields.total_force * interface.slave.size))

@@ -19,7 +19,7 @@ import numpy as np
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch, peak_memory
-from fecontact.contact.interface import Interface, Rows
+from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import make_loading
 from fecontact.contact.model import SceneModel
 from fecontact.fem.factor import available_backends
@@ -182,7 +182,7 @@ def _solver(solver: str, n: int, scene: SceneModel) -> str:
 
 
 def _model_costs(
-    elastic: Sequence[ElasticBody], conditions: Sequence[Rows], chosen: Sequence[np.ndarray]
+    elastic: Sequence[ElasticBody], conditions: Sequence[UnilateralConstraints], chosen: Sequence[np.ndarray]
 ) -> tuple[ModelCost, ...]:
     """Costs of all models, each condensed once onto what all its bodies' candidates touch."""
     touched: dict[int, set[int]] = {}
@@ -219,7 +219,7 @@ def _model_cost(body: ElasticBody, nodes: np.ndarray, rate: float) -> ModelCost:
 def _arrays(body: ElasticBody, model: Model) -> tuple[float, float, float]:
     """Bytes while the stiffness is assembled, of its upper triangle, and of PARDISO's factor."""
     n, n_cells = len(model.solved_dofs), len(body.mesh.cells)
-    if body.along is not None:
+    if body.out_of_plane is not None:
         width = 2 * body.mesh.cells.shape[1]
         return PER_ENTRY * n_cells * width**2, ENTRY * 17 * n, SECTION_FACTOR * n * np.log2(max(n, 2))
     functions = body.functions_per_cell

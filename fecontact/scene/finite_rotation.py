@@ -25,8 +25,8 @@ from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.checks.linearisation import BEARABLE, driven_motions, linearisation_error
 from fecontact.results.result import ContactResult
 from fecontact.scene.linear import solved
-from fecontact.scene.local_search import Guide, solve_guided, sorted_case
-from fecontact.scene.poses import moved
+from fecontact.scene.local_search import SearchHistory, solve_local_case, sorted_case
+from fecontact.scene.poses import posed_scene
 
 #: Change of pose, relative to the elastic displacements, at which the poses have settled. The last change is still in
 #: the linearised solution, so the error left is of its square.
@@ -41,7 +41,7 @@ PATIENCE = 8
 GROWTH = 3.0
 
 
-def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], watch: Stopwatch) -> ContactResult:
+def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch) -> ContactResult:
     """Solve with poses carried along until they settle.
 
     Parameters
@@ -49,7 +49,7 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], watch: Stopwat
     scene : SceneModel
     arguments : mapping
         Of `Scene.solve`. Prescribed motions are finite: rotation vectors about the reference point, then translations.
-    watch : Stopwatch
+    timer : Stopwatch
         Takes the time of all steps.
 
     Returns
@@ -62,7 +62,7 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], watch: Stopwat
     SolverError
         If the poses do not settle.
     """
-    path = _Path(scene, arguments, watch)
+    path = _Path(scene, arguments, timer)
     change = np.inf
     for _ in range(MOST_STEPS):
         result = path.solved()
@@ -76,7 +76,7 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], watch: Stopwat
     )
 
 
-def follow(result: ContactResult, arguments: Mapping[str, Any], watch: Stopwatch) -> ContactResult:
+def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch) -> ContactResult:
     """A result of small motions, or that of poses carried along where linearised motions leave out more than bearable.
 
     Where the motions do not settle, the best of the results found, which warns of it.
@@ -87,13 +87,13 @@ def follow(result: ContactResult, arguments: Mapping[str, Any], watch: Stopwatch
         Of small motions.
     arguments : mapping
         Of `Scene.solve`, by which it was found.
-    watch : Stopwatch
+    timer : Stopwatch
         That of the result; takes the time of further steps.
     """
     best, least = result, linearisation_error(result).worst
     if least <= BEARABLE:
         return result
-    path = _Path(result.scene, arguments, watch)
+    path = _Path(result.scene, arguments, timer)
     path.begin(result)
     waited = 0
     try:
@@ -150,9 +150,9 @@ class _Path:
 
     depth = 5
 
-    def __init__(self, scene: SceneModel, arguments: Mapping[str, Any], watch: Stopwatch) -> None:
+    def __init__(self, scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch) -> None:
         motions = arguments.get("motions") or {}
-        self._scene, self._guide, self._watch = scene, Guide(), watch
+        self._scene, self._guide, self._watch = scene, SearchHistory(), timer
         self._start = [
             turned(b.pose, _vector(motions[b]), b.pose.to_world(b.reference_point)) if b in motions else b.pose
             for b in scene.bodies
@@ -170,12 +170,12 @@ class _Path:
         """Solution of small motions from the present places."""
         bodies = self._scene.bodies
         poses = {b: _placed(s, b, p) for b, s, p in zip(bodies, self._start, self._place, strict=True)}
-        self._now = moved(self._scene, poses)
-        return solve_guided(self._now.scene, self._now.loads(self._held), self._guide, self._watch)
+        self._now = posed_scene(self._scene, poses)
+        return solve_local_case(self._now.scene, self._now.loads(self._held), self._guide, self._watch)
 
     def finished(self, result: ContactResult) -> ContactResult:
         """The result for the original bodies, on whole surfaces if that was asked for."""
-        if self._whole and any(i.near is not None for i in result.interfaces):
+        if self._whole and any(i.region is not None for i in result.interfaces):
             now = self._now.scene
             loading, settings = sorted_case(now, self._now.loads(self._held))
             result = solved(now, loading, None, settings, self._watch)
@@ -183,7 +183,7 @@ class _Path:
 
     def begin(self, result: ContactResult) -> None:
         """Go to where a result of small motions leads, besides what is prescribed."""
-        steps = np.stack([m - f.moved for m, f in zip(driven_motions(result), result.loading.frames, strict=True)])
+        steps = np.stack([m - f.prescribed for m, f in zip(driven_motions(result), result.loading.frames, strict=True)])
         self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
 

@@ -17,14 +17,14 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import SolverError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import assemble
-from fecontact.contact.coupling.choose import matrix_free, paired_contact, well_coupled
+from fecontact.contact.coupling.choose import build_interface, choose_coupling, matrix_free
 from fecontact.contact.equilibrium import check_balance
 from fecontact.contact.first_candidates import _candidates, _first_choice
-from fecontact.contact.interface import Rows
+from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import grow, widen
-from fecontact.contact.search.radius import Reach
+from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.springs import spring_rows
 from fecontact.results.result import ContactResult, make_result
 from fecontact.scene.settings import Settings
@@ -39,22 +39,26 @@ MATRIX_FREE = ("auto", "projected-cg")
 
 
 def solved(
-    model: SceneModel, loading: Loading, reaches: Sequence[Reach | None] | None, settings: Settings, watch: Stopwatch
+    model: SceneModel,
+    loading: Loading,
+    search_radii: Sequence[SearchRadius | None] | None,
+    settings: Settings,
+    timer: Stopwatch,
 ) -> ContactResult:
     """Solution under sorted loads with the surfaces paired up to the given reaches; None: all of them."""
     solver, tolerance, options = settings.solver, settings.tolerance, settings.options
-    with watch("pair"):
-        interfaces, opening, chosen = prepared(model, loading, reaches)
+    with timer("pair"):
+        interfaces, opening, chosen = prepared(model, loading, search_radii)
         check_balance(interfaces, loading)
     start: NDArray[np.bool_] | None = None
     dense = solver not in MATRIX_FREE
     rounds = 0
     while True:
         rounds += 1
-        reduction = assemble(model.bodies, interfaces, chosen, loading, watch, dense)
+        condensed = assemble(model.bodies, interfaces, chosen, loading, timer, dense)
         try:
-            with watch("solve"):
-                solution = solve(reduction.problem, solver, start=start, tolerance=tolerance, **options)
+            with timer("solve"):
+                solution = solve(condensed.problem, solver, start=start, tolerance=tolerance, **options)
         except InfeasibleLoadError:
             # all pairs together balance the load, the candidates alone do not: there are too few of them
             wider = [widen(c, o) for c, o in zip(chosen, opening, strict=True)]
@@ -63,12 +67,12 @@ def solved(
             chosen, start = wider, None
             continue
         except SolverError:
-            if not reduction.by_products:
+            if not condensed.by_products:
                 raise
             dense = True  # conjugate gradients did not do; the exact solvers want an array
             continue
-        with watch("certify"):
-            state = reduction.state(solution)
+        with timer("certify"):
+            state = condensed.state(solution)
             penetrating = [_outside(c, w, state.scale) for c, w in zip(chosen, state.gaps, strict=True)]
         if not any(p.any() for p in penetrating):
             break
@@ -80,25 +84,25 @@ def solved(
                 f"The candidates still grew after {MOST_ROUNDS} rounds; the contact does not settle. "
                 "Check the loads and the initial gap."
             )
-    return make_result(model, interfaces, chosen, loading, reduction, solution, state, watch, rounds)
+    return make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds)
 
 
 def prepared(
-    model: SceneModel, loading: Loading, reaches: Sequence[Reach | None] | None = None
-) -> tuple[list[Rows], list[Array], list[IntArray]]:
+    model: SceneModel, loading: Loading, search_radii: Sequence[SearchRadius | None] | None = None
+) -> tuple[list[UnilateralConstraints], list[Array], list[IntArray]]:
     """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each.
 
-    `reaches` says for each contact up to where its surfaces are paired; None: all of them.
+    `search_radii` says for each contact up to where its surfaces are paired; None: all of them.
     """
-    if reaches is None:
+    if search_radii is None:
         paired = model.interfaces
     else:
-        paired = tuple(paired_contact(c, r) for c, r in zip(model.contacts, reaches, strict=True))
-    conditions: list[Rows] = []
+        paired = tuple(build_interface(c, r) for c, r in zip(model.contacts, search_radii, strict=True))
+    conditions: list[UnilateralConstraints] = []
     opening, chosen = [], []
     for interface, contact in zip(paired, model.contacts, strict=True):
         near = _first_choice(interface, interface.opening_by(loading.frames), loading)
-        coupled = well_coupled(interface, near, contact)
+        coupled = choose_coupling(interface, near, contact)
         conditions.append(coupled)
         opening.append(coupled.opening_by(loading.frames))
         chosen.append(_candidates(coupled, opening[-1], loading))

@@ -14,12 +14,12 @@ from fecontact.common.errors import FecontactError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.radius import Reach
+from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.search.region import STILL
 from fecontact.results.result import ContactResult
 from fecontact.scene.linear import solved
 from fecontact.scene.poses import KEYED
-from fecontact.scene.search_radius import first_reach, following, judged
+from fecontact.scene.search_radius import check_search_region, first_radius, predict_radius
 from fecontact.scene.settings import Settings
 from fecontact.solvers import TOLERANCE
 
@@ -28,17 +28,19 @@ MOST_REACHES = 4
 
 
 @dataclass
-class Guide:
-    """What the last of a row of similar cases asked for, contact by contact; `solve_partly` keeps it up to date."""
+class SearchHistory:
+    """What the last of a row of similar cases asked for, contact by contact; `solve_local` keeps it up to date."""
 
-    reaches: Sequence[Reach | None] = ()
+    search_radii: Sequence[SearchRadius | None] = ()
 
     def settle(self) -> None:
         """Take the drift as done: the poses have followed it."""
-        self.reaches = [None if r is None else replace(r, drift=STILL) for r in self.reaches]
+        self.search_radii = [None if r is None else replace(r, increment=STILL) for r in self.search_radii]
 
 
-def solve_guided(scene: SceneModel, arguments: Mapping[str, Any], guide: Guide, watch: Stopwatch) -> ContactResult:
+def solve_local_case(
+    scene: SceneModel, arguments: Mapping[str, Any], history: SearchHistory, timer: Stopwatch
+) -> ContactResult:
     """`Scene.solve` of near parts for one of a row of similar cases; small motions.
 
     Parameters
@@ -46,9 +48,9 @@ def solve_guided(scene: SceneModel, arguments: Mapping[str, Any], guide: Guide, 
     scene : SceneModel
     arguments : mapping
         Of `Scene.solve`, except `finite_motion` and `search`.
-    guide : Guide
+    history : SearchHistory
     """
-    return solve_partly(scene, *sorted_case(scene, arguments), watch, guide)
+    return solve_local(scene, *sorted_case(scene, arguments), timer, history)
 
 
 def sorted_case(scene: SceneModel, arguments: Mapping[str, Any]) -> tuple[Loading, Settings]:
@@ -60,8 +62,8 @@ def sorted_case(scene: SceneModel, arguments: Mapping[str, Any]) -> tuple[Loadin
     return make_loading(scene.bodies, **loads), settings
 
 
-def solve_partly(
-    scene: SceneModel, loading: Loading, settings: Settings, watch: Stopwatch, guide: Guide | None = None
+def solve_local(
+    scene: SceneModel, loading: Loading, settings: Settings, timer: Stopwatch, history: SearchHistory | None = None
 ) -> ContactResult:
     """Solution with only near parts paired, or all where these do not do.
 
@@ -70,23 +72,25 @@ def solve_partly(
     scene : SceneModel
     loading : Loading
     settings : Settings
-    watch : Stopwatch
-    guide : Guide, optional
+    timer : Stopwatch
+    history : SearchHistory, optional
         What is known of a similar case; replaced by what is known of this one.
     """
-    reaches = [first_reach(c, loading) for c in scene.contacts]
-    if guide is not None and guide.reaches:
-        reaches = [following(known, first) for known, first in zip(guide.reaches, reaches, strict=True)]
-    tries = 0 if all(r is None for r in reaches) else MOST_REACHES
+    search_radii = [first_radius(c, loading) for c in scene.contacts]
+    if history is not None and history.search_radii:
+        search_radii = [
+            predict_radius(known, first) for known, first in zip(history.search_radii, search_radii, strict=True)
+        ]
+    tries = 0 if all(r is None for r in search_radii) else MOST_REACHES
     for _ in range(tries):
         try:
-            result = solved(scene, loading, reaches, settings, watch)
+            result = solved(scene, loading, search_radii, settings, timer)
         except FecontactError:
             # what was left out may be what carries the load; if not, the whole surfaces say so again
             break
-        enough, reaches = judged(result)
+        enough, search_radii = check_search_region(result)
         if enough:
-            if guide is not None:
-                guide.reaches = reaches
+            if history is not None:
+                history.search_radii = search_radii
             return result
-    return solved(scene, loading, None, settings, watch)
+    return solved(scene, loading, None, settings, timer)

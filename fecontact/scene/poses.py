@@ -20,7 +20,7 @@ KEYED = ("forces", "moments", "motions", "free", "pressures")
 
 
 @dataclass(frozen=True, eq=False)
-class Moved:
+class PosedScene:
     """A scene in other poses.
 
     Attributes
@@ -52,7 +52,7 @@ class Moved:
         return out
 
 
-def moved(scene: SceneModel, poses: Mapping[Body, Pose]) -> Moved:
+def posed_scene(scene: SceneModel, poses: Mapping[Body, Pose]) -> PosedScene:
     """The scene with some bodies in new poses; contacts and springs follow.
 
     Raises
@@ -73,7 +73,9 @@ def moved(scene: SceneModel, poses: Mapping[Body, Pose]) -> Moved:
 
     contacts = [replace(c, slave=new[id(c.slave)], master=new[id(c.master)]) for c in scene.contacts]
     springs = [replace(s, start=end(s.start), end=end(s.end)) for s in scene.springs]
-    return Moved(replace(scene, bodies=tuple(new.values()), contacts=contacts, springs=springs), tuple(scene.bodies))
+    return PosedScene(
+        replace(scene, bodies=tuple(new.values()), contacts=contacts, springs=springs), tuple(scene.bodies)
+    )
 
 
 def _posed(body: Any, pose: Pose) -> Any:

@@ -25,9 +25,9 @@ def check_rest(result: ContactResult) -> ContactResult:
     """
     bodies, frames, state = result.scene.bodies, result.loading.frames, result.state
     sizes = [b.size for b in bodies if not b.is_rigid] or [b.size for b in bodies]
-    gaps = np.concatenate([i.gap for i in result.reduction.interfaces])
+    gaps = np.concatenate([i.gap for i in result.condensed.interfaces])
     known = max(sizes) + float(np.abs(gaps[np.isfinite(gaps)]).max(initial=0.0))
-    found = [motion - frame.moved for frame, motion in zip(frames, state.motions, strict=True)]
+    found = [motion - frame.prescribed for frame, motion in zip(frames, state.motions, strict=True)]
     shifts, turns = np.linalg.norm(np.reshape(found, (-1, 2, 3)), axis=2).T
     if turns.max() <= LARGEST_TURN and shifts.max() <= LARGEST_SHIFT * known:
         return result

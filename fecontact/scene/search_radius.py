@@ -15,8 +15,8 @@ from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.search.bounding import bounds_of, facet_displacements, part_displacements
 from fecontact.contact.search.candidates import MARGIN, approach_for_load
-from fecontact.contact.search.radius import Reach, in_axes, plain_facets
-from fecontact.contact.search.region import Drift, bridged, with_rings
+from fecontact.contact.search.radius import SearchRadius, in_axes, plain_facets
+from fecontact.contact.search.region import RigidIncrement, find_missed, with_rings
 from fecontact.results.result import ContactResult
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
@@ -36,7 +36,7 @@ SPARE = 1.25
 FOLLOWING = 1.5
 
 
-def rough_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translation: Array) -> Array:
+def centroid_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translation: Array) -> Array:
     """Offsets (n_facets,) of one surface's facets from another; `rotation`, `translation` place it in the other's axes.
 
     Facets whose centre lies further aside than the nearest facet is long face nothing: infinite.
@@ -52,7 +52,7 @@ def rough_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translat
 
 
 def near_nodes(
-    bodies: Sequence[Body], surfaces: Sequence[FacetSurface], loading: Loading, known: Reach | None = None
+    bodies: Sequence[Body], surfaces: Sequence[FacetSurface], loading: Loading, known: SearchRadius | None = None
 ) -> list[IntArray]:
     """Nodes of both surfaces of a contact that may touch under a load, rings of facets round them included.
 
@@ -60,15 +60,15 @@ def near_nodes(
     """
     out = []
     poses = [b.pose for b in bodies]
-    if known is not None and known.drift is not None:
-        poses[0] = poses[0].then(*_finite(known.drift))
+    if known is not None and known.increment is not None:
+        poses[0] = poses[0].then(*_finite(known.increment))
         rings = 1
     else:
         known, rings = None, RINGS
     softness = sum(1 / b.contact_modulus for b in bodies)
     for k in range(2):
         one, other, relative = surfaces[k], surfaces[1 - k], poses[k].relative_to(poses[1 - k])
-        gap = rough_gaps(one, other, relative.rotation, relative.translation)
+        gap = centroid_gaps(one, other, relative.rotation, relative.translation)
         if not np.isfinite(gap).any():
             out.append(one.nodes)
             continue
@@ -81,15 +81,15 @@ def near_nodes(
     return out
 
 
-def _finite(drift: Drift) -> tuple[Array, Array]:
+def _finite(increment: RigidIncrement) -> tuple[Array, Array]:
     """Rotation (3, 3) about the world's origin and translation (3,) of a drift that is not small."""
-    return Rotation.from_rotvec(drift.turn).as_matrix(), drift.shift
+    return Rotation.from_rotvec(increment.turn).as_matrix(), increment.shift
 
 
 def _travel(bodies: Sequence[Body], loading: Loading) -> float:
     """Largest way by which prescribed motions can bring two bodies nearer to each other."""
     return sum(
-        float(np.linalg.norm(frame.moved[:3]) + np.linalg.norm(frame.moved[3:]) * frame.body.size)
+        float(np.linalg.norm(frame.prescribed[:3]) + np.linalg.norm(frame.prescribed[3:]) * frame.body.size)
         for frame in loading.frames
         if any(frame.body is b for b in bodies)
     )
@@ -106,10 +106,10 @@ def _approach(surface: FacetSurface, gap: Array, softness: float, loading: Loadi
     return approach
 
 
-def first_reach(contact: Contact, loading: Loading) -> Reach | None:
+def first_radius(contact: Contact, loading: Loading) -> SearchRadius | None:
     """Reach that a contact is worth pairing up to; None where that cannot be told beforehand.
 
-    A guess: `judged` finds afterwards whether it was enough.
+    A guess: `check_search_region` finds afterwards whether it was enough.
     """
     assert contact.surfaces is not None
     bodies = (contact.slave, contact.master)
@@ -117,51 +117,53 @@ def first_reach(contact: Contact, loading: Loading) -> Reach | None:
     if surfaces is None:
         return None
     relative = bodies[0].pose.relative_to(bodies[1].pose)
-    gap = rough_gaps(surfaces[0], surfaces[1], relative.rotation, relative.translation)
+    gap = centroid_gaps(surfaces[0], surfaces[1], relative.rotation, relative.translation)
     if not np.isfinite(gap).any():
         return None
     travel = _travel(bodies, loading)
     softness = sum(1 / b.contact_modulus for b in bodies)
     approach = APPROACHES * _approach(surfaces[0], gap - travel, softness, loading)
     distance = max(0.0, float(gap.min())) + travel + approach
-    return Reach(distance, distance)
+    return SearchRadius(distance, distance)
 
 
-def judged(result: ContactResult) -> tuple[bool, list[Reach | None]]:
+def check_search_region(result: ContactResult) -> tuple[bool, list[SearchRadius | None]]:
     """Whether nothing was left out of a result that could have met the other surface, and the reaches it asks for.
 
     The reaches are those that would have done for each contact with `SPARE`, the sides as the contact was given.
     """
     enough, out = True, []
     for interface, contact in zip(result.interfaces, result.scene.contacts, strict=True):
-        reach = interface.reach
-        if interface.near is None or reach is None:
-            out.append(reach)
+        search_radius = interface.search_radius
+        if interface.region is None or search_radius is None:
+            out.append(search_radius)
             continue
-        drift, elastic = _movement(result, interface)
+        increment, elastic = _movement(result, interface)
         slave = interface.slave_surface
         master = with_nodes(interface.master.surface(interface.surfaces[1]))
         bounds = (part_displacements(slave, elastic[0]), facet_displacements(master, elastic[1]))
         relative = interface.slave.pose.relative_to(interface.master.pose)
-        own = in_axes(drift, interface.master.pose)
-        missed, bridge = bridged(interface.near, slave, master, relative.rotation, relative.translation, own, bounds)
+        own = in_axes(increment, interface.master.pose)
+        missed, bridge = find_missed(
+            interface.region, slave, master, relative.rotation, relative.translation, own, bounds
+        )
         enough = enough and not missed
         points = interface.slave.pose.to_world(slave.points[slave.nodes])
-        motion = float(np.linalg.norm(drift.at(points), axis=1).max() + bounds[0].max() + bounds[1].max())
-        distance = max(SPARE * reach.distance, motion) if missed else reach.distance
-        asked = Reach(distance, SPARE * bridge, drift)
+        motion = float(np.linalg.norm(increment.at(points), axis=1).max() + bounds[0].max() + bounds[1].max())
+        distance = max(SPARE * search_radius.distance, motion) if missed else search_radius.distance
+        asked = SearchRadius(distance, SPARE * bridge, increment)
         out.append(asked if interface.slave is contact.slave else asked.turned_over())
     return enough, out
 
 
-def following(reach: Reach | None, first: Reach | None) -> Reach | None:
+def predict_radius(search_radius: SearchRadius | None, first: SearchRadius | None) -> SearchRadius | None:
     """Reach for the next pose of a sweep, from what the last one asked for and a first guess."""
-    if reach is None or first is None or reach.drift is None:
+    if search_radius is None or first is None or search_radius.increment is None:
         return first
-    return Reach(first.distance, FOLLOWING / SPARE * reach.elastic, reach.drift)
+    return SearchRadius(first.distance, FOLLOWING / SPARE * search_radius.elastic, search_radius.increment)
 
 
-def _movement(result: ContactResult, interface: Interface) -> tuple[Drift, list[Array]]:
+def _movement(result: ContactResult, interface: Interface) -> tuple[RigidIncrement, list[Array]]:
     """Rigid motion of the slave seen from the master, in world axes, and both sides' displacements (n, 3) besides."""
     shift, turn, elastic = np.zeros(3), np.zeros(3), []
     for body, sign in zip(elastic_among((interface.slave, interface.master)), (1.0, -1.0), strict=True):
@@ -170,4 +172,4 @@ def _movement(result: ContactResult, interface: Interface) -> tuple[Drift, list[
         elastic.append(body.model.at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))
         shift += sign * (motion[:3] - np.cross(motion[3:], frame.point))
         turn += sign * motion[3:]
-    return Drift(shift, turn), elastic
+    return RigidIncrement(shift, turn), elastic

@@ -16,7 +16,7 @@ from typing import Any
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
 from fecontact.contact.model import SceneModel
-from fecontact.scene.local_search import Guide
+from fecontact.scene.local_search import SearchHistory
 from fecontact.scene.sweep_case import summary_of
 
 REMEDY = (
@@ -58,7 +58,7 @@ def _packed(thing: Any, bodies: Sequence[Body] = ()) -> bytes:
     return file.getvalue()
 
 
-def packed_scene(scene: SceneModel, guide: Guide) -> bytes:
+def packed_scene(scene: SceneModel, history: SearchHistory) -> bytes:
     """A scene and what is known of where it touches.
 
     Raises
@@ -67,7 +67,7 @@ def packed_scene(scene: SceneModel, guide: Guide) -> bytes:
         If it cannot be sent; names the body that cannot.
     """
     try:
-        return _packed((scene, guide))
+        return _packed((scene, history))
     except Exception as error:
         for body in scene.bodies:
             try:
@@ -96,6 +96,6 @@ def solved_there(token: str, case: bytes, scene: bytes | None = None) -> dict[st
     if getattr(_KEPT, "token", None) != token:
         if scene is None:
             return None
-        _KEPT.scene, _KEPT.guide = pickle.loads(scene)
+        _KEPT.scene, _KEPT.history = pickle.loads(scene)
         _KEPT.token = token
-    return summary_of(_KEPT.scene, _Unpickler(case, _KEPT.scene.bodies).load(), _KEPT.guide)
+    return summary_of(_KEPT.scene, _Unpickler(case, _KEPT.scene.bodies).load(), _KEPT.history)

@@ -14,7 +14,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.results.result import ContactResult
 from fecontact.scene.finite_rotation import follow, solve_finite
 from fecontact.scene.linear import solved
-from fecontact.scene.local_search import solve_partly
+from fecontact.scene.local_search import solve_local
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings, renamed
 from fecontact.solvers import TOLERANCE, CustomSolver
@@ -46,13 +46,13 @@ def solve_scene(
     arguments = {
         **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "search": search, **options,
     }  # fmt: skip
-    watch = Stopwatch()
+    timer = Stopwatch()
     if finite_motion is True:
-        return solve_finite(model, arguments, watch)
+        return solve_finite(model, arguments, timer)
     loading = make_loading(model.bodies, forces, moments, motions, free, pressures, gravity)
     result = (
-        solved(model, loading, None, settings, watch)
+        solved(model, loading, None, settings, timer)
         if search == "global"
-        else solve_partly(model, loading, settings, watch)
+        else solve_local(model, loading, settings, timer)
     )
-    return check_rest(follow(result, arguments, watch) if finite_motion == "auto" else result)
+    return check_rest(follow(result, arguments, timer) if finite_motion == "auto" else result)

@@ -25,7 +25,7 @@ from fecontact.contact.springs import spring_rows
 from fecontact.fem.condensation import Schur
 from fecontact.fem.model import Model
 from fecontact.scene.linear import prepared
-from fecontact.scene.local_search import Guide
+from fecontact.scene.local_search import SearchHistory
 from fecontact.scene.search_radius import near_nodes
 from fecontact.scene.sending import packed_case, packed_scene, solved_there
 from fecontact.scene.settings import renamed
@@ -117,29 +117,29 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
             loadings[name] = posed[name].loading()
     lead = max(left, key=lambda name: loadings[name].magnitude)
     rest = {name: case for name, case in left.items() if name != lead}
-    guide = Guide()
+    history = SearchHistory()
     away = bool(rest) and (executor is not None or processes > 1)
     if away:
         # what cannot be sent is refused before any work
-        packed_scene(scene, guide)
+        packed_scene(scene, history)
         packed = {name: packed_case(name, case, scene.bodies) for name, case in rest.items()}
-    yield lead, _row(scene, lead, left[lead], guide)
+    yield lead, _row(scene, lead, left[lead], history)
     if rest:
-        _condense_all({name: (posed[name].scene, loadings[name]) for name in rest}, guide)
+        _condense_all({name: (posed[name].scene, loadings[name]) for name in rest}, history)
     if not away:
         for name, case in rest.items():
-            yield name, _row(scene, name, case, guide)
+            yield name, _row(scene, name, case, history)
     elif executor is None:
         with FreshInterpreters(min(processes, len(rest))) as pool:
-            yield from _carried(packed_scene(scene, guide), packed, pool, processes)
+            yield from _carried(packed_scene(scene, history), packed, pool, processes)
     else:
         _check_executor(executor)
-        yield from _carried(packed_scene(scene, guide), packed, executor, _lanes(executor, processes))
+        yield from _carried(packed_scene(scene, history), packed, executor, _lanes(executor, processes))
 
 
-def _row(scene: SceneModel, name: str, case: Case, guide: Guide) -> dict[str, Any]:
+def _row(scene: SceneModel, name: str, case: Case, history: SearchHistory) -> dict[str, Any]:
     with naming(name):
-        return summary_of(scene, case, guide)
+        return summary_of(scene, case, history)
 
 
 def _check_executor(executor: Executor) -> None:
@@ -172,20 +172,20 @@ def _carried(scene: bytes, packed: Mapping[str, bytes], executor: Executor, lane
                 if row is None:
                     under_way[executor.submit(solved_there, token, packed[name], scene)] = name
                     continue
-                for following in islice(waiting, 1):
-                    under_way[executor.submit(solved_there, token, packed[following], None)] = following
+                for predict_radius in islice(waiting, 1):
+                    under_way[executor.submit(solved_there, token, packed[predict_radius], None)] = predict_radius
                 yield name, row
     finally:
         for future in under_way:
             future.cancel()
 
 
-def _condense_all(left: Mapping[str, tuple[SceneModel, Loading]], guide: Guide) -> None:
+def _condense_all(left: Mapping[str, tuple[SceneModel, Loading]], history: SearchHistory) -> None:
     """Condense every model once onto what all cases may need, and take its compliance, which all of them use."""
     nodes: dict[int, list[IntArray]] = {}
     models: dict[int, Model] = {}
     for scene, loading in left.values():
-        for body, touched in _touched(scene, loading, guide):
+        for body, touched in _touched(scene, loading, history):
             models[id(body.model)] = body.model
             nodes.setdefault(id(body.model), []).append(touched)
     for key, found in nodes.items():
@@ -194,11 +194,11 @@ def _condense_all(left: Mapping[str, tuple[SceneModel, Loading]], guide: Guide) 
             condensation.invert()
 
 
-def _touched(scene: SceneModel, loading: Loading, guide: Guide) -> list[tuple[ElasticBody, IntArray]]:
+def _touched(scene: SceneModel, loading: Loading, history: SearchHistory) -> list[tuple[ElasticBody, IntArray]]:
     """Nodes of elastic bodies that the contacts and springs of a case may touch."""
     found: list[tuple[ElasticBody, IntArray]] = []
-    known = guide.reaches or [None] * len(scene.contacts)
-    for contact, reach in zip(scene.contacts, known, strict=True):
+    known = history.search_radii or [None] * len(scene.contacts)
+    for contact, search_radius in zip(scene.contacts, known, strict=True):
         assert contact.surfaces is not None
         bodies = (contact.slave, contact.master)
         surfaces = plain_facets(bodies, contact.surfaces)
@@ -206,7 +206,9 @@ def _touched(scene: SceneModel, loading: Loading, guide: Guide) -> list[tuple[El
             return _touched_when_paired(scene, loading)
         found += [
             (body, nodes)
-            for body, nodes in zip(elastic_among(bodies), near_nodes(bodies, surfaces, loading, reach), strict=True)
+            for body, nodes in zip(
+                elastic_among(bodies), near_nodes(bodies, surfaces, loading, search_radius), strict=True
+            )
         ]
     return found + _touched_by_springs(scene)
 

@@ -18,8 +18,8 @@ from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
 from fecontact.scene.finite_rotation import follow
-from fecontact.scene.local_search import Guide, solve_guided
-from fecontact.scene.poses import KEYED, moved
+from fecontact.scene.local_search import SearchHistory, solve_local_case
+from fecontact.scene.poses import KEYED, posed_scene
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings
 from fecontact.scene.solve import solve_scene
@@ -48,7 +48,7 @@ class Posed:
     @classmethod
     def of(cls, scene: SceneModel, case: Case) -> Posed:
         """The case put into effect."""
-        now = moved(scene, case.get("poses") or {})
+        now = posed_scene(scene, case.get("poses") or {})
         return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in ("name", "poses")}))
 
     def loading(self) -> Loading:
@@ -59,7 +59,7 @@ class Posed:
         return make_loading(self.scene.bodies, **{k: self.arguments.get(k) for k in (*KEYED, "gravity")})
 
 
-def summary_of(scene: SceneModel, case: Case, guide: Guide) -> dict[str, Any]:
+def summary_of(scene: SceneModel, case: Case, history: SearchHistory) -> dict[str, Any]:
     """`ContactResult.summary` of a case; near parts of surfaces suffice unless it says otherwise."""
     posed = Posed.of(scene, case)
     arguments = {"search": "local", **posed.arguments}
@@ -67,10 +67,10 @@ def summary_of(scene: SceneModel, case: Case, guide: Guide) -> dict[str, Any]:
     if arguments["search"] == "global" or finite is True:
         return solve_scene(posed.scene, **arguments).summary()
     small = {k: v for k, v in arguments.items() if k not in _OTHER}
-    watch = Stopwatch()
-    result = solve_guided(posed.scene, small, guide, watch)
+    timer = Stopwatch()
+    result = solve_local_case(posed.scene, small, history, timer)
     if finite == "auto":
-        result = follow(result, {**small, "search": "local"}, watch)
+        result = follow(result, {**small, "search": "local"}, timer)
     return check_rest(result).summary()
 
 

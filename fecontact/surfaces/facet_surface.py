@@ -35,7 +35,7 @@ ON_SIDE = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
-class Feet:
+class Projection:
     """Feet of n points on a surface, in the surface's own axes.
 
     Attributes
@@ -46,7 +46,7 @@ class Feet:
         Outward unit vectors along the line from foot to point: the surface's normals there.
     gap : (n,) array
         Signed distance along the normal; negative inside the body.
-    beyond : (n,) bool array
+    outside : (n,) bool array
         Whether the nearest point lies on the rim of the surface with the given point outside of it.
     weights : (n, n_nodes) csr_matrix, optional
         Interpolation from the nodes of the surface's mesh; None for a surface without nodes.
@@ -59,19 +59,19 @@ class Feet:
     points: Array
     normals: Array
     gap: Array
-    beyond: NDArray[np.bool_]
+    outside: NDArray[np.bool_]
     weights: sp.csr_matrix | None = None
     facet: IntArray | None = None
     local: Array | None = None
     surface: str = ""
 
-    def chosen(self, kept: IntArray) -> Feet:
+    def chosen(self, kept: IntArray) -> Projection:
         """Some of the feet."""
-        return Feet(
+        return Projection(
             self.points[kept],
             self.normals[kept],
             self.gap[kept],
-            self.beyond[kept],
+            self.outside[kept],
             None if self.weights is None else self.weights[kept],
             None if self.facet is None else self.facet[kept],
             None if self.local is None else self.local[kept],
@@ -82,7 +82,7 @@ class Feet:
 class Surface(Protocol):
     """Something a point can be projected on."""
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3) given in the surface's axes."""
 
 
@@ -97,7 +97,7 @@ class FacetSurface:
     facets : (n_facets, 4 | 8 | 9) int array
         Node numbers, corners counter-clockwise seen from outside; triangles as in `mesh.facets`.
     name : str
-    eight_hats : bool
+    mortar_on_quad8 : bool
         Whether eight-node facets can carry pressure shapes, because displacements on them have functions of their own;
         see `contact.coupling.mortar_basis`.
     planes : ((k,) int array, (k, 3) array), optional
@@ -107,7 +107,7 @@ class FacetSurface:
     points: Array
     facets: IntArray
     name: str = "surface"
-    eight_hats: bool = False
+    mortar_on_quad8: bool = False
     planes: tuple[IntArray, Array] | None = None
 
     @cached_property
@@ -116,14 +116,14 @@ class FacetSurface:
         return np.unique(self.facets)
 
     @property
-    def along(self) -> Extent | None:
+    def out_of_plane(self) -> Extent | None:
         """How far the section goes on whose curve this is; None for facets in space."""
         return None
 
     @property
     def revolved(self) -> bool:
         """Whether it is the curve of a body of revolution."""
-        return self.along is not None and self.along.revolved
+        return self.out_of_plane is not None and self.out_of_plane.revolved
 
     @property
     def cell_area(self) -> float | None:
@@ -133,7 +133,7 @@ class FacetSurface:
     @property
     def is_divisible(self) -> bool:
         """Whether near parts of it can be paired by themselves."""
-        return not self.eight_hats
+        return not self.mortar_on_quad8
 
     def cut(
         self, master: Surface | None, rotation: Array, translation: Array, share: float
@@ -244,7 +244,7 @@ class FacetSurface:
             )
         return n / length[:, None]
 
-    def project(self, points: Array, n_near: int = 3) -> Feet:
+    def project(self, points: Array, n_near: int = 3) -> Projection:
         """Feet of points (n, 3): the nearest over the facets round each point's `n_near` nearest nodes."""
         _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
         around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
@@ -263,7 +263,7 @@ class FacetSurface:
         columns = self.facets[facet]
         indptr = np.arange(0, columns.size + 1, columns.shape[1])
         weights = sp.csr_matrix((N.ravel(), columns.ravel(), indptr), shape=(len(points), len(self.points)))
-        return Feet(x, normals, gap, self._beyond(facet, local, offset), weights, facet, local, self.name)
+        return Projection(x, normals, gap, self._outside(facet, local, offset), weights, facet, local, self.name)
 
     @cached_property
     def mean_normals(self) -> Array:
@@ -345,7 +345,7 @@ class FacetSurface:
         out = np.ascontiguousarray(local.T)
         return out, ((points - self.polynomials.evaluate(facet, out)[0]) ** 2).sum(axis=1)
 
-    def _beyond(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
+    def _outside(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
         """Whether a foot lies on a rim side while the point's offset leans outwards across it.
 
         On a plane of symmetry a coarse facet's normal leans a little out of the plane, so a small angle is let pass.

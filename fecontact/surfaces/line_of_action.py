@@ -23,7 +23,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.surfaces.closest_point import BLOCK, first_derivatives
-from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
+from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
 from fecontact.surfaces.normals import normals_of
 
 #: Cosine between both normals (one reversed) below which surfaces do not face each other and the master's normal rules.
@@ -40,7 +40,7 @@ SETTLED = 1e-8
 MOST_FACETS = 4
 
 
-def feet_along(master: Surface, points: Array, normals: Array, share: float) -> Feet:
+def project_along(master: Surface, points: Array, normals: Array, share: float) -> Projection:
     """Feet of points (n, 3) of the slave along lines between both normals.
 
     Parameters
@@ -76,20 +76,22 @@ def feet_along(master: Surface, points: Array, normals: Array, share: float) -> 
         below = surface.project(landing, n_near=1)
         assert below.facet is not None
         assert below.local is not None
-        other = (below.facet != facet[rows]) & ~below.beyond
+        other = (below.facet != facet[rows]) & ~below.outside
         rows = rows[other]
         facet[rows], local[rows] = below.facet[other], below.local[other]
     facet, local = np.where(found, facet, nearest.facet), np.where(found[:, None], local, nearest.local)
-    along = feet_at(master, facet, local, points, normals, share)
+    along = projection_at(master, facet, local, points, normals, share)
     return replace(
         along,
         normals=np.where(found[:, None], along.normals, nearest.normals),
         gap=np.where(found, along.gap, nearest.gap),
-        beyond=~found & nearest.beyond,
+        outside=~found & nearest.outside,
     )
 
 
-def feet_at(master: FacetSurface, facet: IntArray, local: Array, points: Array, normals: Array, share: float) -> Feet:
+def projection_at(
+    master: FacetSurface, facet: IntArray, local: Array, points: Array, normals: Array, share: float
+) -> Projection:
     """Feet at known coordinates (n, 2) of facets (n,), which lie on the lines of points (n, 3)."""
     x, _, N = master.evaluate(facet, local)
     lines = share * normals + (1 - share) * normals_of(master).at(facet, local)
@@ -99,7 +101,7 @@ def feet_at(master: FacetSurface, facet: IntArray, local: Array, points: Array, 
     columns = master.facets[facet]
     pointer = np.arange(0, columns.size + 1, columns.shape[1])
     weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
-    return Feet(x, lines, gap, np.zeros(len(points), bool), weights, facet, local, master.name)
+    return Projection(x, lines, gap, np.zeros(len(points), bool), weights, facet, local, master.name)
 
 
 def _on_facet(surface: FacetSurface, facet: IntArray, local: Array) -> Mask:

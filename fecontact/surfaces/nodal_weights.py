@@ -12,7 +12,7 @@ from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
 
 
-def along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
+def components_along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
     """Rows that take the component along `directions` (n, 3) of points interpolated by `weights` (n, n_nodes)."""
     count = np.diff(weights.indptr)
     d = np.repeat(directions, count, axis=0)

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
 from fecontact.mesh.section_mesh import Extent, line_integrals, line_shapes
-from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
-from fecontact.surfaces.line_of_action import feet_along
+from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
+from fecontact.surfaces.line_of_action import project_along
 from fecontact.surfaces.normals import opposing
 
 #: Of unit thickness.
@@ -45,10 +45,10 @@ class CurveSurface(FacetSurface):
     facets : (n_facets, 3) int array
         Sides: beginning, end, middle, counter-clockwise round the body.
     name : str
-    along : Extent
+    out_of_plane : Extent
     """
 
-    along: Extent = UNIT
+    out_of_plane: Extent = UNIT
 
     @cached_property
     def triangle(self) -> NDArray[np.bool_]:
@@ -93,16 +93,18 @@ class CurveSurface(FacetSurface):
         across = np.broadcast_to([0.0, -1.0, 0.0], tangent.shape)
         return np.einsum("na,nai->ni", N, x), np.stack([tangent, across], axis=2), N
 
-    def project(self, points: Array, n_near: int = 3) -> Feet:
+    def project(self, points: Array, n_near: int = 3) -> Projection:
         """Feet of points (n, 3) of the plane y = 0."""
-        feet = self._ribbon.project(points, n_near)
-        assert feet.weights is not None
+        projection = self._ribbon.project(points, n_near)
+        assert projection.weights is not None
         n = len(self.points)
         fold = sp.csr_matrix((np.ones(3 * n), (np.arange(3 * n), np.tile(np.arange(n), 3))))
-        weights = (feet.weights @ fold).tocsr()
+        weights = (projection.weights @ fold).tocsr()
         weights.eliminate_zeros()
         in_plane = np.array([1.0, 0.0, 1.0])
-        return replace(feet, points=feet.points * in_plane, normals=feet.normals * in_plane, weights=weights)
+        return replace(
+            projection, points=projection.points * in_plane, normals=projection.normals * in_plane, weights=weights
+        )
 
     def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
         """Distance (n,) of each point from its given side."""
@@ -121,7 +123,7 @@ class CurveSurface(FacetSurface):
 
     def extent(self, points: Array) -> Array:
         """Width of the strip, or circumference of the ring, (n,) at points (n, 3)."""
-        return self.along(points)
+        return self.out_of_plane(points)
 
     @cached_property
     def nodal_areas(self) -> Array:
@@ -134,7 +136,7 @@ class CurveSurface(FacetSurface):
         """
         N, x, ds = line_integrals(self.points, self.facets)
         weights = np.zeros(len(self.points))
-        area = np.linalg.norm(ds, axis=2) * self.along(x)
+        area = np.linalg.norm(ds, axis=2) * self.out_of_plane(x)
         np.add.at(weights, self.facets, area @ N)
         bad = weights[self.nodes] <= 1e-12 * weights.max()
         if bad.any():
@@ -172,12 +174,12 @@ def curve_samples(
     if isinstance(master, CurveSurface):
         ends = np.unique(master.facets[:, :2])
         # along the lines of action too, the other way round
-        feet = feet_along(
+        projection = project_along(
             slave, (master.points[ends] - translation) @ rotation, opposing(master, ends) @ rotation, 1 - share
         )
-        assert feet.facet is not None
-        assert feet.local is not None
-        facet, s = np.concatenate([facet, feet.facet]), np.concatenate([s, feet.local[:, 0]])
+        assert projection.facet is not None
+        assert projection.local is not None
+        facet, s = np.concatenate([facet, projection.facet]), np.concatenate([s, projection.local[:, 0]])
     order = np.lexsort((s, facet))
     facet, s = facet[order], s[order]
     kept = np.flatnonzero((facet[1:] == facet[:-1]) & (np.diff(s) > SHORTEST))

@@ -36,15 +36,15 @@ def row(divisions, candidates, way):
     n = len(near)
     entries = (np.full(n, -1.0), (np.arange(n), 3 * top[near] + 2))
     rows = sp.csr_matrix(entries, shape=(n, body.n_dofs))
-    began, watch = time.process_time(), Stopwatch()
+    began, timer = time.process_time(), Stopwatch()
     model = body.model
     K = model.stiffness
     spans = {"assemble": time.process_time() - began}
     began = time.process_time()
-    model.condensed(top[near], watch)
+    model.condensed(top[near], timer)
     spans["factorise"] = time.process_time() - began
     began = time.process_time()
-    S = body.reduce(rows, None, watch).compliance
+    S = body.reduce(rows, None, timer).compliance
     spans["condense"] = time.process_time() - began
     began = time.process_time()
     # the force that closes two thirds of the candidates' area on a half-space

@@ -36,7 +36,7 @@ def job():
         model=model,
         K=K,
         retained=np.searchsorted(model.solved_dofs, np.intersect1d(touched, model.solved_dofs)),
-        problem=out.result.reduction.problem,
+        problem=out.result.condensed.problem,
         displacement=out.result.displacement(upper).ravel(),
     )
 

@@ -8,7 +8,7 @@ import fecontact as fc
 from fecontact.common.errors import SupportError
 from fecontact.contact.equilibrium import check_balance, opening_by_motions
 from fecontact.contact.loads import Loading, make_loading
-from fecontact.contact.rigid_motion import make_frame
+from fecontact.contact.rigid_motion import constrain_rigid_motion
 
 STEEL = fc.Material(E=210e3, nu=0.3, density=2.0)
 # of the side of the square on which legs stand
@@ -18,7 +18,7 @@ HALF = 0.5
 class Legs:
     """Four legs of a rigid plate, each of which takes a force along z only."""
 
-    says_of_balance = ""
+    infeasibility_hint = ""
 
     def __init__(self, body):
         self.body = body
@@ -40,8 +40,10 @@ def plate(name="plate"):
 def tipped(aside, *others):
     """A plate pressed down at x = aside, free to tilt; others are not loaded."""
     body = plate()
-    frame = make_frame(body, force=(0, 0, -1.0), moment=(0, aside, 0), free="z ry")
-    return Legs(body), Loading((frame, *(make_frame(b, free="z") for b in others)), (None,) * (1 + len(others)))
+    frame = constrain_rigid_motion(body, force=(0, 0, -1.0), moment=(0, aside, 0), free="z ry")
+    return Legs(body), Loading(
+        (frame, *(constrain_rigid_motion(b, free="z") for b in others)), (None,) * (1 + len(others))
+    )
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
@@ -64,15 +66,15 @@ def test_only_bodies_that_move_are_named_and_only_loads_that_are_there_are_asked
     assert "plate: " in str(caught.value)
     assert "resting" not in str(caught.value)
     # what has no load, or nothing released, has nothing to balance
-    still = make_frame(resting, free="z")
+    still = constrain_rigid_motion(resting, free="z")
     check_balance([under], Loading((still,), (None,)))
-    check_balance([under], Loading((make_frame(resting, motion={"z": -1.0}),), (None,)))
+    check_balance([under], Loading((constrain_rigid_motion(resting, motion={"z": -1.0}),), (None,)))
 
 
 @pytest.mark.parametrize(("share", "named"), [(0.8e-6, False), (1.3e-6, True)])
 def test_a_body_is_named_where_it_moves_by_more_than_1e_6_of_all(share, named):
     one, other = plate("one"), plate("other")
-    frames = make_frame(one, force=(0, 0, 1.0)), make_frame(other, force=(0, 0, share))
+    frames = constrain_rigid_motion(one, force=(0, 0, 1.0)), constrain_rigid_motion(other, force=(0, 0, share))
     with pytest.raises(SupportError) as caught:
         check_balance([Legs(one), Legs(other)], Loading(frames, (None, None)))
     assert "one: translation" in str(caught.value)
@@ -81,7 +83,7 @@ def test_a_body_is_named_where_it_moves_by_more_than_1e_6_of_all(share, named):
 
 def test_a_body_that_nothing_touches_is_refused():
     with pytest.raises(SupportError, match="alone"):
-        check_balance([Legs(plate())], Loading((make_frame(plate("alone"), force=(0, 0, -1.0)),), (None,)))
+        check_balance([Legs(plate())], Loading((constrain_rigid_motion(plate("alone"), force=(0, 0, -1.0)),), (None,)))
 
 
 @pytest.mark.parametrize("length", [1e-9, 1.0, 1e9])
@@ -90,10 +92,10 @@ def test_what_no_row_sees_is_compared_with_the_others_in_whatever_unit(length):
     standing, alone = plate("standing"), plate("alone")
     legs = Legs(standing)
     legs.places *= length
-    tilt = make_frame(standing, moment=(0, length, 0), motion={"z": 0.0})
+    tilt = constrain_rigid_motion(standing, moment=(0, length, 0), motion={"z": 0.0})
     check_balance([legs], Loading((tilt,), (None,)))
     with pytest.raises(SupportError, match="alone: "):
-        check_balance([legs], Loading((tilt, make_frame(alone, moment=(0, 0, length))), (None, None)))
+        check_balance([legs], Loading((tilt, constrain_rigid_motion(alone, moment=(0, 0, length))), (None, None)))
 
 
 @pytest.mark.parametrize(("share", "kept"), [(0.9e-12, False), (1.2e-12, True)])
@@ -140,13 +142,13 @@ def test_what_is_rounding_grows_with_the_coordinates_of_a_mesh():
 @pytest.mark.parametrize(("share", "works"), [(0.8e-12, False), (1.3e-12, True)])
 def test_work_of_loads_that_cancel_is_rounding_up_to_its_share_of_their_sizes(share, works):
     body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), STEEL, "top", {"bottom": "xyz"})
-    frame = make_frame(body, free="x")
+    frame = constrain_rigid_motion(body, free="x")
     nodal = np.zeros(body.n_dofs)
     nodal[0], nodal[3] = 1.0, -1.0 + 2 * share
-    work = Loading((frame,), (nodal,)).driving(0, frame.released)
+    work = Loading((frame,), (nodal,)).driving(0, frame.free)
     # the sizes of both forces add up to 2
     assert (work[0] != 0) == works
-    held = Loading((make_frame(body, force=(share, 0, 1.0), free="x"),), (None,))
+    held = Loading((constrain_rigid_motion(body, force=(share, 0, 1.0), free="x"),), (None,))
     along = np.eye(6)[:, [0]]
     assert (held.driving(0, along)[0] != 0) == works
 
@@ -162,14 +164,14 @@ def test_directions_are_one_up_to_1e_8():
     body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), STEEL, "top", {"bottom": "xyz"})
     for slant, number in ((0.8e-8, 1), (1.3e-8, 2)):
         # a force along x but for a slant, and x itself
-        assert make_frame(body, force=(1.0, slant, 0.0), free="x").released.shape == (6, number)
+        assert constrain_rigid_motion(body, force=(1.0, slant, 0.0), free="x").free.shape == (6, number)
     for turn, released, mean_held in ((0.8e-8, 1, 0), (1.3e-8, 0, 1)):
         # a floating direction across a prescribed one but for a turn of the body
-        frame = make_frame(floating(turn), motion={"z": 0.1})
-        assert (frame.released.shape[1], frame.mean_held.shape[1]) == (released, mean_held)
+        frame = constrain_rigid_motion(floating(turn), motion={"z": 0.1})
+        assert (frame.free.shape[1], frame.mean_held.shape[1]) == (released, mean_held)
         # and a load along x beside it releases x; what is left of the floating direction is held
-        loaded = make_frame(floating(turn), force=(1.0, 0.0, 0.0), motion={"z": 0.1})
-        assert loaded.released.shape[1] == 1
+        loaded = constrain_rigid_motion(floating(turn), force=(1.0, 0.0, 0.0), motion={"z": 0.1})
+        assert loaded.free.shape[1] == 1
         assert loaded.mean_held.shape[1] == mean_held
 
 
@@ -178,5 +180,5 @@ def test_a_load_is_spread_where_it_works_on_what_floats_by_more_than_1e_9(share,
     body = floating(0.0)
     assert body.free_motions.shape == (6, 1)
     for size in (1e-6, 1.0, 1e6):
-        assert make_frame(body, force=(size * share, size, 0.0)).spread is spread
-    assert not make_frame(body).spread
+        assert constrain_rigid_motion(body, force=(size * share, size, 0.0)).spread is spread
+    assert not constrain_rigid_motion(body).spread

@@ -113,7 +113,7 @@ def followed(monkeypatch, first, errors, away=(), rest=()):
     asked = []
 
     class Path:
-        def __init__(self, scene, arguments, watch):
+        def __init__(self, scene, arguments, timer):
             pass
 
         def begin(self, result):

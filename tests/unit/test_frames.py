@@ -8,7 +8,7 @@ import pytest
 import fecontact as fc
 from fecontact.common.errors import InputError, SupportError
 from fecontact.contact.loads import make_loading
-from fecontact.contact.rigid_motion import make_frame
+from fecontact.contact.rigid_motion import constrain_rigid_motion
 from fecontact.fem.rigid import COMPONENTS
 
 STEEL = fc.Material(E=210e3, nu=0.3, density=2.0)
@@ -53,39 +53,39 @@ SLIDE = {"x_min": "x", "y_min": "y"}
     ],
 )
 def test_sorting_of_components(supports, arguments, released, mean_held):
-    frame = make_frame(cube(supports), **arguments)
-    assert components(frame.released) == released
+    frame = constrain_rigid_motion(cube(supports), **arguments)
+    assert components(frame.free) == released
     assert components(frame.mean_held) == mean_held
 
 
 def test_a_hinge_that_is_not_a_component():
     # a turn about the bottom's middle line is a mixture of a turn and a translation of the centre of mass
     body = cube({"bottom": "xy", "x_min": "x"})
-    frame = make_frame(body)
-    assert frame.released.shape == (6, 2)
-    field = frame.modes(frame.released).reshape(-1, 3, 2)
+    frame = constrain_rigid_motion(body)
+    assert frame.free.shape == (6, 2)
+    field = frame.modes(frame.free).reshape(-1, 3, 2)
     assert np.abs(field[body.mesh.boundary_nodes("bottom")][:, :2]).max() < 1e-12
     assert np.abs(field[body.mesh.boundary_nodes("x_min")][:, 0]).max() < 1e-12
-    assert components(frame.released) is None
+    assert components(frame.free) is None
 
 
 @pytest.mark.parametrize("value", [1, 1.0, np.int64(1), np.float32(1.0)])
 def test_numbers_of_every_kind_are_taken(value):
-    assert make_frame(cube(HELD), motion={"z": value}).moved[2] == 1.0
+    assert constrain_rigid_motion(cube(HELD), motion={"z": value}).prescribed[2] == 1.0
 
 
 def test_components_of_a_turned_body_are_world_components():
     body = cube(SLIDE).placed(rotation=fc.rotation_about((0, 1, 0), np.pi / 2))
-    assert components(make_frame(body).released) == {"x"}
+    assert components(constrain_rigid_motion(body).free) == {"x"}
     turned = cube().placed(rotation=Q, translation=(5, 6, 7))
-    frame = make_frame(turned, motion={"z": 0.1})
-    field = turned.pose.rotation @ frame.modes(frame.moved[:, None])[:3, 0]
+    frame = constrain_rigid_motion(turned, motion={"z": 0.1})
+    field = turned.pose.rotation @ frame.modes(frame.prescribed[:, None])[:3, 0]
     assert np.abs(field - [0, 0, 0.1]).max() < 1e-15
 
 
 def test_modes_are_displacements_about_the_reference_point():
     body = cube().placed(rotation=Q, translation=(5, 6, 7))
-    frame = make_frame(body)
+    frame = constrain_rigid_motion(body)
     motion = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     world = body.pose.to_world(body.mesh.points)
     expected = motion[:3] + np.cross(motion[3:], world - frame.point)
@@ -145,7 +145,7 @@ def test_boundary_forces_pressures_and_gravity():
 )
 def test_bad_arguments(arguments, words):
     with pytest.raises(InputError, match=words):
-        make_frame(cube(HELD), **arguments)
+        constrain_rigid_motion(cube(HELD), **arguments)
 
 
 def test_bad_loads():
@@ -189,9 +189,9 @@ def test_bad_loads():
 
 def test_an_oblique_load_releases_its_own_direction_only():
     # so that a scene turned together with its load is the same scene
-    frame = make_frame(cube(HELD), force=(0.0, 0.6, -0.8))
-    assert frame.released.shape == (6, 1)
-    direction = frame.released[:3, 0] / np.linalg.norm(frame.released[:3, 0])
+    frame = constrain_rigid_motion(cube(HELD), force=(0.0, 0.6, -0.8))
+    assert frame.free.shape == (6, 1)
+    direction = frame.free[:3, 0] / np.linalg.norm(frame.free[:3, 0])
     assert abs(abs(direction @ [0.0, 0.6, -0.8]) - 1) < 1e-12
 
 

@@ -65,10 +65,10 @@ def test_open_gaps_and_a_scene_without_contacts_have_no_penetration(pressed):
 def test_lines_of_action_that_do_not_meet_the_feet_are_reported_as_moments(pressed, shift):
     """All feet moved sideways: every force then turns the pair by force times shift."""
     interface = pressed.interfaces[0]
-    feet = interface.pairing.feet
-    aside = replace(feet, points=feet.points + np.array([shift, 0.0, 0.0]))
-    moved = replace(interface, pairing=replace(interface.pairing, feet=aside))
-    tampered = replace(pressed, reduction=replace(pressed.reduction, interfaces=(moved,)))
+    projection = interface.pairing.projection
+    aside = replace(projection, points=projection.points + np.array([shift, 0.0, 0.0]))
+    moved = replace(interface, pairing=replace(interface.pairing, projection=aside))
+    tampered = replace(pressed, condensed=replace(pressed.condensed, interfaces=(moved,)))
     found, clean = tampered.residuals(), pressed.residuals()
     # relative to the forces times the size of the slave
     assert abs(found.equilibrium / (shift / interface.slave.size) - 1) < 1e-6

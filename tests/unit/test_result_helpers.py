@@ -33,10 +33,10 @@ def two_feet():
     """A bridge on two feet of different length of stride, held on its top."""
     mesh = fc.shapes.block((5.0, 1.0, 1.0), (5, 1, 2))
 
-    def feet(x):
+    def projection(x):
         return (x[:, 2] < 1e-12) & ((x[:, 0] < 1.0 + 1e-9) | (x[:, 0] > 3.0 - 1e-9))
 
-    mesh = mesh.with_boundary("feet", feet)
+    mesh = mesh.with_boundary("feet", projection)
     body = fc.ElasticBody(mesh, fc.Material(E=100.0, nu=0.0), "feet", {"top": "xyz"}, name="bridge")
     floor = fc.RigidBody(fc.Plane(), name="floor")
     return fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.02}})

@@ -126,7 +126,7 @@ def test_soft_on_stiff_tends_to_the_rigid_answer():
     assert 500 < errors[0] / errors[1] < 2000
 
 
-# free motions, supports and grounding
+# free motions, supports and fix_null_space
 
 
 @pytest.mark.parametrize("kind", ["force", "gravity"])
@@ -318,10 +318,10 @@ def test_candidates_that_were_too_few_grow(monkeypatch, loads):
 
 def test_everything_in_contact_and_regions():
     mesh = fc.shapes.block((3.0, 1.0, 1.0), (6, 2, 2))
-    feet = mesh.with_boundary("left", lambda x: (x[:, 2] == 0) & (x[:, 0] <= 1)).with_boundary(
+    projection = mesh.with_boundary("left", lambda x: (x[:, 2] == 0) & (x[:, 0] <= 1)).with_boundary(
         "right", lambda x: (x[:, 2] == 0) & (x[:, 0] >= 2)
     )
-    body = fc.ElasticBody(feet, CORK, contact=("left", "right"), supports={"top": "xyz"})
+    body = fc.ElasticBody(projection, CORK, contact=("left", "right"), supports={"top": "xyz"})
     plane = floor()
     both = [fc.Contact(body, plane, (name, "surface")) for name in ("left", "right")]
     result = fc.Scene([body, plane], both).solve(motions={body: {"z": -0.01}})

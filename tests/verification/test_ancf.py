@@ -286,14 +286,14 @@ class NineHats(AncfBody):
         points = self.mesh.points
         centres = quad_shapes(8, np.array([[0.5, 0.5]]))[0][0] @ points[facets]
         facets = np.concatenate([facets, len(points) + np.arange(len(centres))[:, None]], axis=1)
-        return FacetSurface(np.concatenate([points, centres]), facets, name, eight_hats=True)
+        return FacetSurface(np.concatenate([points, centres]), facets, name, mortar_on_quad8=True)
 
 
 class FourHats(AncfBody):
     """With hats at the corners only."""
 
     def _made_surface(self, facets, name):
-        return FacetSurface(self.mesh.points, facets[:, :4], name, eight_hats=True)
+        return FacetSurface(self.mesh.points, facets[:, :4], name, mortar_on_quad8=True)
 
 
 @pytest.mark.parametrize(
@@ -305,7 +305,7 @@ def test_pressure_shapes(row, kind, limits):
     body = kind(mesh, fc.Material(1.0, 0.3), "bottom", {"top": "xyz"})
     floor = fc.RigidBody(fc.Plane())
     result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
-    problem = result.reduction.problem
+    problem = result.condensed.problem
     values = scipy.linalg.eigvalsh(problem.S)
     row(
         f"gradient brick, {kind.__name__}",

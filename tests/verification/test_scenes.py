@@ -22,9 +22,9 @@ class Bicondyle:
         k = np.arange(len(points))
         normals = offset[k, nearest] / distance[k, nearest, None]
         gap = distance[k, nearest] - np.array(self.radii)[nearest]
-        from fecontact.surfaces.facet_surface import Feet
+        from fecontact.surfaces.facet_surface import Projection
 
-        return Feet(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
+        return Projection(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
 
 
 def test_two_condyles_share_the_load_by_statics(row):

@@ -12,7 +12,7 @@ import numpy as np
 from fecontact.app.indentation.closed_forms import Wave
 from fecontact.app.indentation.indentation import Curve, Indentation, curve, indent
 from fecontact.app.indentation.options import OWN
-from fecontact.app.indentation.setup import Ground, Load
+from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies import Layer, Sphere
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -104,7 +104,7 @@ def _layer(text: str) -> Layer:
     return Layer(Material(E, nu), thickness, *(part.strip() for part in parts[3:4]))
 
 
-def _loads(given: Options) -> list[Load]:
+def _loads(given: Options) -> list[IndentationLoad]:
     kinds = [name for name in ("force", "approach", "loads") if name in given]
     if len(kinds) != 1:
         found = " and ".join(f"--{kind}" for kind in kinds) or "none"
@@ -113,13 +113,13 @@ def _loads(given: Options) -> list[Load]:
         raise InputError("Give --load-point or --moment, not both: they say the same.")
     if "approach" in given:
         point = given.get("load_point", given.get("moment"))
-        return [Load(None, given["approach"], None if point is None else (point[0], point[1]))]
+        return [IndentationLoad(None, given["approach"], None if point is None else (point[0], point[1]))]
     forces = [given["force"]] if "force" in given else _numbers(given["loads"])
     if "moment" in given:
-        Load(forces[0])  # a force of zero has no arm
-        return [Load.of_moment(force, tuple(given["moment"])) for force in forces]
+        IndentationLoad(forces[0])  # a force of zero has no arm
+        return [IndentationLoad.of_moment(force, tuple(given["moment"])) for force in forces]
     point = tuple(given["load_point"]) if "load_point" in given else None
-    return [Load(force, None, point) for force in forces]
+    return [IndentationLoad(force, None, point) for force in forces]
 
 
 def _numbers(text: str) -> list[float]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from fecontact.app.indentation.closed_forms import closed_form
 from fecontact.app.indentation.figures import CURVE, CurveFigures, IndentationFigures
-from fecontact.app.indentation.setup import Ground, Load
+from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies import HalfSpace, HalfSpaceContact
 from fecontact.common.errors import InputError
 from fecontact.common.text_files import write_atomically
@@ -69,7 +69,7 @@ class Curve(CurveFigures):
 def indent(
     shape: Any,
     ground: Ground,
-    load: Load,
+    load: IndentationLoad,
     *,
     cells: tuple[int, int] = (256, 256),
     size: tuple[float, float] | None = None,
@@ -82,7 +82,7 @@ def indent(
     ----------
     shape : surface with `heights`, or (nx, ny) array of heights
     ground : Ground
-    load : Load
+    load : IndentationLoad
     cells : (int, int)
         Of the grid; an array of heights brings its own.
     size : (float, float), optional
@@ -123,7 +123,7 @@ def indent(
 
 
 def _grid(
-    shape: Any, ground: Ground, load: Load, cells: tuple[int, int], size: tuple[float, float] | None
+    shape: Any, ground: Ground, load: IndentationLoad, cells: tuple[int, int], size: tuple[float, float] | None
 ) -> HalfSpace:
     """The half-space with a grid that holds the contact."""
     if ground.periodic:
@@ -178,7 +178,7 @@ def _check_repeats(shape: Any) -> None:
             )
 
 
-def _check_depth(ground: Ground, load: Load) -> None:
+def _check_depth(ground: Ground, load: IndentationLoad) -> None:
     """Refuse an approach that leaves nothing of the layers on a rigid base."""
     total = sum(layer.thickness for layer in ground.layers)
     if ground.material is None and load.approach is not None and load.approach >= total:
@@ -204,7 +204,7 @@ def _check_outline(shape: Any, contact: HalfSpaceContact) -> None:
         )
 
 
-def curve(shape: Any, ground: Ground, loads: Sequence[Load], **options: Any) -> Curve:
+def curve(shape: Any, ground: Ground, loads: Sequence[IndentationLoad], **options: Any) -> Curve:
     """Press a shape with several loads; options as in `indent`, one grid that holds the largest for all.
 
     Examples

@@ -42,7 +42,7 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Load:
+class IndentationLoad:
     """Force or approach, and the moment of the force about the origin or the point where it acts.
 
     Attributes
@@ -70,7 +70,7 @@ class Load:
             raise InputError("A load point or moment goes with a force: with a prescribed approach nothing tilts.")
 
     @classmethod
-    def of_moment(cls, force: float, moment: tuple[float, float]) -> Load:
+    def of_moment(cls, force: float, moment: tuple[float, float]) -> IndentationLoad:
         """A force downwards with moments about x and y through the origin.
 
         Examples

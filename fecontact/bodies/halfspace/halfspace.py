@@ -28,8 +28,8 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
-from fecontact.surfaces.facet_surface import Feet
-from fecontact.surfaces.nodal_weights import along
+from fecontact.surfaces.facet_surface import Projection
+from fecontact.surfaces.nodal_weights import components_along
 
 
 class HeightSurface(Protocol):
@@ -274,10 +274,10 @@ class HalfSpace(Placed):
             raise InputError(f"A half-space has the one surface {self.contact[0]!r}; found {name!r}.")
         return self._surface
 
-    def trace(self, feet: Feet, directions: Array) -> sp.csr_matrix:
+    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
-        assert feet.weights is not None
-        return along(feet.weights, directions)
+        assert projection.weights is not None
+        return components_along(projection.weights, directions)
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """Refused: a point load would sink into a half-space without end, or has no point of it to act on.
@@ -289,9 +289,9 @@ class HalfSpace(Placed):
         """
         raise InputError(f"A spring cannot be fastened to {self.name!r}; fasten it to the ground or to a rigid body.")
 
-    def reduce(self, rows: sp.csr_matrix, loads: Array | None, watch: Stopwatch) -> Reduced:
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance along rows: a matrix, or beyond `DENSE_LIMIT` rows that take one cell each, an operator."""
-        with watch("condense"):
+        with timer("condense"):
             normal = _normal_part(rows)
             if normal.shape[0] > DENSE_LIMIT and _is_selection(normal):
                 S: Array | GridCompliance = GridCompliance(self.compliance, normal.indices.astype(np.int64))

@@ -35,7 +35,7 @@ WORTHWHILE = 0.75
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
+class GridLevel:
     """The contact problem on one grid, on the half or quarter with positive coordinates where it is symmetric.
 
     Attributes
@@ -67,7 +67,7 @@ class Level:
         return slice(0, self.g.shape[0]), slice(0, self.g.shape[1])
 
 
-def compliance(level: Level, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
+def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
     """The compliance among the cells of a part of a grid."""
     shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
     spectrum = level.kernel
@@ -77,7 +77,7 @@ def compliance(level: Level, part: tuple[slice, slice], tally: Tally, workers: i
     return Convolution(spectrum, shape, level.symmetric, tally, workers=workers)
 
 
-def preconditioner(level: Level, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
+def preconditioner(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
     """Inverse symbol of the compliance of a part, taken as periodic, without padding."""
     shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
     spectrum = level.kernel
@@ -94,7 +94,7 @@ def _cells(shape: tuple[int, int], symmetric: Even) -> tuple[int, int]:
     return (shape[0] * (1 + symmetric[0]), shape[1] * (1 + symmetric[1]))
 
 
-def coarser(level: Level, kernel: Array) -> Level:
+def coarser(level: GridLevel, kernel: Array) -> GridLevel:
     """The level on cells twice as large; a row of them may stand over, without counter-surface.
 
     Gaps are means, rows are sums over the cells that have a counter-surface.
@@ -146,7 +146,7 @@ def around(active: Mask, symmetric: Even) -> tuple[slice, slice]:
 
 
 def solve_level(
-    level: Level, start: Array, active: Mask, tolerance: float, tally: Tally, workers: int | None
+    level: GridLevel, start: Array, active: Mask, tolerance: float, tally: Tally, workers: int | None
 ) -> GridIterate:
     """Solve on the part of a grid that the start suggests, enlarged while contact reaches its border."""
     part = level.whole if level.periodic else around(active, level.symmetric)
@@ -175,18 +175,18 @@ def solve_level(
         start, active, part = at.p, at.active, level.whole
 
 
-def _share(part: tuple[slice, slice], level: Level) -> float:
+def _share(part: tuple[slice, slice], level: GridLevel) -> float:
     return (part[0].stop - part[0].start) * (part[1].stop - part[1].start) / level.g.size
 
 
-def _spread(at: GridIterate, level: Level, part: tuple[slice, slice]) -> GridIterate:
+def _spread(at: GridIterate, level: GridLevel, part: tuple[slice, slice]) -> GridIterate:
     """An answer on a part as arrays over the whole grid; the displacements outside are left at zero."""
     p, u, active = np.zeros(level.g.shape), np.zeros(level.g.shape), np.zeros(level.g.shape, bool)
     p[part], u[part], active[part] = at.p, at.u, at.active
     return replace(at, p=p, u=u, active=active)
 
 
-def _reaches_border(active: Mask, part: tuple[slice, slice], level: Level) -> bool:
+def _reaches_border(active: Mask, part: tuple[slice, slice], level: GridLevel) -> bool:
     """Whether cells that touch lie at a border of the part that is no border of the grid."""
     touching = False
     for axis in (0, 1):
@@ -198,7 +198,7 @@ def _reaches_border(active: Mask, part: tuple[slice, slice], level: Level) -> bo
 
 
 def solve_nested(
-    level: Level,
+    level: GridLevel,
     kernel_of: Callable[[int], Array],
     tolerance: float,
     tally: Tally,
@@ -208,7 +208,7 @@ def solve_nested(
 
     Parameters
     ----------
-    level : Level
+    level : GridLevel
         The finest.
     kernel_of : function of int
         Kernel of the grid that is so many times coarser by two.
@@ -234,12 +234,12 @@ def solve_nested(
     return solve_level(level, start, active, tolerance, tally, workers), len(levels)
 
 
-def _can_coarsen(level: Level) -> bool:
+def _can_coarsen(level: GridLevel) -> bool:
     """A period has to remain a whole and even number of cells."""
     cells = _cells(level.g.shape, level.symmetric)
     return min(cells) >= 8 and (not level.periodic or (cells[0] % 4 == 0 and cells[1] % 4 == 0))
 
 
-def _first_guess(level: Level) -> Mask:
+def _first_guess(level: GridLevel) -> Mask:
     """Cells that overlap, if the approach is prescribed; otherwise all."""
     return level.allowed & (level.g < 0) if len(level.F) == 0 else level.allowed.copy()

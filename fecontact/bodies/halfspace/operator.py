@@ -11,7 +11,7 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.bodies.halfspace.cg import GridIterate
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
-from fecontact.bodies.halfspace.nested import Level, solve_nested
+from fecontact.bodies.halfspace.nested import GridLevel, solve_nested
 from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
 from fecontact.common.arrays import Array, IntArray
 from fecontact.solvers import ComplementarityProblem, Status
@@ -144,7 +144,7 @@ def _solve(
     allowed, g = allowed.reshape(grid.shape), g.reshape(grid.shape)
     symmetric = even_axes(g, allowed, rows)
     part = part_of(grid.shape, symmetric)
-    level = Level(
+    level = GridLevel(
         kernel=body.kernel(),
         periodic=body.periodic,
         g=np.ascontiguousarray(g[part]),

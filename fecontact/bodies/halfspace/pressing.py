@@ -14,7 +14,7 @@ from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact, SolverReport
 from fecontact.bodies.halfspace.fft import Tally, padded
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.bodies.halfspace.nested import Level, compliance, solve_nested
+from fecontact.bodies.halfspace.nested import GridLevel, compliance, solve_nested
 from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import InputError, SolverError
@@ -141,7 +141,7 @@ def press(
     )
 
 
-def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetry: bool) -> Level:
+def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetry: bool) -> GridLevel:
     """The finest level: pressures are the unknowns, a load is given in units of pressure times cells.
 
     The rows of the moments are about the load point and in units of half the grid's size. Along an axis of symmetry
@@ -163,7 +163,7 @@ def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetr
     if load.force is not None:
         F[0] = load.force / grid.area / 2 ** sum(symmetric)
     g = z if load.approach is None else z - load.approach
-    return Level(
+    return GridLevel(
         kernel=body.kernel(),
         periodic=body.periodic,
         g=np.ascontiguousarray(g[part]),
@@ -188,7 +188,7 @@ def _motion(grid: Grid, q: Array, load: Load, symmetric: Even) -> tuple[float, t
     return -lift, (slopes[0], slopes[1])
 
 
-def _residuals(level: Level, operator: object, p: Array, q: Array) -> Residuals:
+def _residuals(level: GridLevel, operator: object, p: Array, q: Array) -> Residuals:
     """Residuals recomputed by the complementarity problem of all cells that have a counter-surface."""
     cells = np.flatnonzero(level.allowed.ravel())
 

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.common.arrays import Array
-from fecontact.surfaces.facet_surface import FacetSurface, Feet
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +39,13 @@ class GridSurface(FacetSurface):
         """Cells are paired all at once."""
         return False
 
-    def project(self, points: Array, n_near: int = 3) -> Feet:
+    def project(self, points: Array, n_near: int = 3) -> Projection:
         """Feet straight below points (n, 3), with bilinear weights, so that a force spread by them keeps its moment."""
         grid = self.cells
-        index, local, beyond = [], [], np.zeros(len(points), bool)
+        index, local, outside = [], [], np.zeros(len(points), bool)
         for axis, (x, side) in enumerate(zip((grid.x, grid.y), grid.cell, strict=True)):
             place = (points[:, axis] - x[0]) / side
-            beyond |= (place < 0) | (place > len(x) - 1)
+            outside |= (place < 0) | (place > len(x) - 1)
             first = np.clip(np.floor(place), 0, len(x) - 2).astype(np.int64)
             index.append(first)
             local.append(np.clip(place - first, 0.0, 1.0))
@@ -56,8 +56,8 @@ class GridSurface(FacetSurface):
         indptr = np.arange(0, weights.size + 1, 4)
         matrix = sp.csr_matrix((weights.ravel(), self.facets[facet].ravel(), indptr), (len(points), grid.n_cells))
         normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
-        feet = points * np.array([1.0, 1.0, 0.0])
-        return Feet(feet, normals, points[:, 2].copy(), beyond, matrix, facet, np.stack(local, axis=1))
+        projection = points * np.array([1.0, 1.0, 0.0])
+        return Projection(projection, normals, points[:, 2].copy(), outside, matrix, facet, np.stack(local, axis=1))
 
 
 def grid_surface(grid: Grid, name: str) -> GridSurface:

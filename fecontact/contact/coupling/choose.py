@@ -12,13 +12,13 @@ from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
 from fecontact.contact.coupling.grid import pair_cells
 from fecontact.contact.coupling.mortar import pair_mortar
-from fecontact.contact.coupling.mortar_basis import hats_exist
+from fecontact.contact.coupling.mortar_basis import has_mortar_basis
 from fecontact.contact.coupling.nodal import Pairing, nested, pair
 from fecontact.contact.coupling.refusals import check_faced
 from fecontact.contact.dimension import check_rigid_surface
 from fecontact.contact.interface import Interface
-from fecontact.contact.search.radius import Reach, plain_facets
-from fecontact.contact.search.region import Near, near_parts
+from fecontact.contact.search.radius import SearchRadius, plain_facets
+from fecontact.contact.search.region import SearchRegion, search_region
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
 from fecontact.surfaces.nodal_weights import contact_weights
 
@@ -29,7 +29,7 @@ COARSER = 1.1
 FINEST_CELLS = 0.25
 
 
-def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
+def build_interface(contact: Contact, search_radius: SearchRadius | None = None) -> Interface:
     """Pair a contact; the side that has nodes, if only one has, is the slave.
 
     With a reach, only those parts of two elastic bodies' facets are paired that may come into touch within it.
@@ -43,23 +43,23 @@ def paired_contact(contact: Contact, reach: Reach | None = None) -> Interface:
     elif contact.coupling == "mortar" and _spreads_on_cells(slave.surface(names[0]), master.surface(names[1])):
         slave, master, names = master, slave, names[::-1]
         note = f"the forces of {slave.name!r} are spread over the half-space's cells, mortar"
-    if reach is not None and slave is not contact.slave:
-        reach = reach.turned_over()
+    if search_radius is not None and slave is not contact.slave:
+        search_radius = search_radius.turned_over()
     surface, other = _slave_surface(slave, master, names), master.surface(names[1])
-    if surface.along is not None and facets_of(other) is None:
+    if surface.out_of_plane is not None and facets_of(other) is None:
         points = slave.pose.to_world(surface.points[surface.nodes])
-        check_rigid_surface(master, other, points, surface.along)
-    ring, whole = surface.revolved and contact.coupling == "auto", surface.eight_hats
+        check_rigid_surface(master, other, points, surface.out_of_plane)
+    ring, whole = surface.revolved and contact.coupling == "auto", surface.mortar_on_quad8
     if whole and contact.coupling == "nodal":
         raise InputError(
             f"{slave.name!r} has gradient coordinates, and forces on the nodes of its faces would leave the gradients "
             "out: use coupling='auto' or 'mortar', or make the other body the slave."
         )
     coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
-    interface = _made(slave, master, names, coupling, note, reach)
+    interface = _made(slave, master, names, coupling, note, search_radius)
     if not len(interface.pairing.nodes) and contact.coupling == "auto" and _can_mortar(surface, other):
         # nodes of faces larger than the master may all lie beside it
-        interface = _made(slave, master, names, "mortar", note, reach)
+        interface = _made(slave, master, names, "mortar", note, search_radius)
     check_faced(interface)
     return interface
 
@@ -74,33 +74,37 @@ def _slave_surface(slave: Body, master: Body, names: tuple[str, str]) -> FacetSu
 def _can_mortar(slave: FacetSurface, master: Surface) -> bool:
     """Whether mortar coupling of two surfaces of facets is possible."""
     other = facets_of(master)
-    return other is not None and slave.cell_area is None and other.cell_area is None and hats_exist(slave)
+    return other is not None and slave.cell_area is None and other.cell_area is None and has_mortar_basis(slave)
 
 
-def near_of(slave: Body, master: Body, names: tuple[str, str], coupling: str, reach: Reach | None) -> Near | None:
+def region_of(
+    slave: Body, master: Body, names: tuple[str, str], coupling: str, search_radius: SearchRadius | None
+) -> SearchRegion | None:
     """Parts of both surfaces within reach; None where all of them are to be paired."""
-    surfaces = None if reach is None else plain_facets((slave, master), names)
+    surfaces = None if search_radius is None else plain_facets((slave, master), names)
     if surfaces is None:
         return None
-    assert reach is not None
+    assert search_radius is not None
     relative = slave.pose.relative_to(master.pose)
     one, other = surfaces
     rotation, translation = relative.rotation, relative.translation
-    if coupling == "mortar" and reach.drift is not None:
-        near = near_parts(one, other, rotation, translation, reach.elastic, reach.drift_in(master.pose))
+    if coupling == "mortar" and search_radius.increment is not None:
+        near = search_region(
+            one, other, rotation, translation, search_radius.elastic, search_radius.increment_in(master.pose)
+        )
     else:
-        near = near_parts(one, other, rotation, translation, reach.distance)
+        near = search_region(one, other, rotation, translation, search_radius.distance)
     return near if near.nodes.any() else None
 
 
 def _made(
-    slave: Body, master: Body, names: tuple[str, str], coupling: str, note: str, reach: Reach | None
+    slave: Body, master: Body, names: tuple[str, str], coupling: str, note: str, search_radius: SearchRadius | None
 ) -> Interface:
-    near = near_of(slave, master, names, coupling, reach)
-    return Interface(slave, master, names, _paired(slave, master, names, coupling, near), note, near, reach)
+    near = region_of(slave, master, names, coupling, search_radius)
+    return Interface(slave, master, names, _paired(slave, master, names, coupling, near), note, near, search_radius)
 
 
-def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Interface:
+def choose_coupling(interface: Interface, near: IntArray, contact: Contact) -> Interface:
     """Keep nodal forces where they are exact; elsewhere couple by mortar, and swap the sides where that is better."""
     slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
     s, m = facets_of(slave.surface(names[0])), facets_of(master.surface(names[1]))
@@ -113,26 +117,26 @@ def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Inte
         return replace(interface, note="faces match or nest, nodal forces")
     touched = np.isin(s.facets, pairing.nodes[near]).all(axis=1)
     ours = s.mean_facet_size[touched]
-    feet = pairing.feet.facet[near] if not (grid or ring) and pairing.feet.facet is not None else None
-    if feet is None:
-        feet = m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet
-    assert feet is not None
-    opposite = np.unique(feet)
+    projection = pairing.projection.facet[near] if not (grid or ring) and pairing.projection.facet is not None else None
+    if projection is None:
+        projection = m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet
+    assert projection is not None
+    opposite = np.unique(projection)
     theirs = m.mean_facet_size[opposite]
     ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
     swappable = contact.swap == "auto"
-    if not grid and contact.coupling == "auto" and (hats_exist(s) or (swappable and hats_exist(m))):
+    if not grid and contact.coupling == "auto" and (has_mortar_basis(s) or (swappable and has_mortar_basis(m))):
         # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave;
         # a triangle has three hats where a quadrilateral has nine, so quadrilaterals are the slave of triangles
         mine, its = bool(s.triangle[touched].any()), bool(m.triangle[opposite].any())
         better = mine if mine != its else ratio > COARSER
-        swapped = swappable and hats_exist(m) and (better or not hats_exist(s))
+        swapped = swappable and has_mortar_basis(m) and (better or not has_mortar_basis(s))
         reason = "has the quadrilaterals" if mine != its else "is coarser"
         return _recoupled(interface, swapped, "mortar", _why_mortar(s), reason)
     if grid and contact.coupling == "auto" and (swappable or not cells_ours):
         cells, faces = (ours.mean(), theirs.mean()) if cells_ours else (theirs.mean(), ours.mean())
         body = m if cells_ours else s
-        if hats_exist(body) and FINEST_CELLS * faces < cells <= faces:
+        if has_mortar_basis(body) and FINEST_CELLS * faces < cells <= faces:
             note = "cells a little finer than the faces, whose forces are spread over them: mortar"
             return _recoupled(interface, cells_ours, "mortar", note, "is coarser")
     # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
@@ -143,7 +147,7 @@ def well_coupled(interface: Interface, near: IntArray, contact: Contact) -> Inte
 
 
 def _why_mortar(slave: FacetSurface) -> str:
-    if slave.eight_hats:
+    if slave.mortar_on_quad8:
         return "gradient coordinates, mortar"
     return "rings, mortar" if slave.revolved else "faces do not match, mortar"
 
@@ -151,14 +155,14 @@ def _why_mortar(slave: FacetSurface) -> str:
 def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:
     """The interface coupled anew, with the sides swapped for a reason or not, and what is to be said about it."""
     slave, master, names = interface.slave, interface.master, interface.surfaces
-    reach = interface.reach
+    search_radius = interface.search_radius
     if swapped:
         slave, master, names = master, slave, names[::-1]
-        reach = None if reach is None else reach.turned_over()
+        search_radius = None if search_radius is None else search_radius.turned_over()
         note += f"; {slave.name!r} {reason} and was made the slave"
     elif coupling == interface.pairing.coupling:
         return replace(interface, note=note)
-    interface = _made(slave, master, names, coupling, note, reach)
+    interface = _made(slave, master, names, coupling, note, search_radius)
     check_faced(interface, first=False)
     return interface
 
@@ -185,10 +189,10 @@ def _share(slave: Body, master: Body) -> float:
     return slave.contact_modulus / (slave.contact_modulus + master.contact_modulus)
 
 
-def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, near: Near | None) -> Pairing:
+def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, near: SearchRegion | None) -> Pairing:
     surface = _slave_surface(slave, master, names)
     relative = slave.pose.relative_to(master.pose)
-    couple = pair_mortar if coupling == "mortar" or surface.eight_hats else pair
+    couple = pair_mortar if coupling == "mortar" or surface.mortar_on_quad8 else pair
     if surface.cell_area is not None:
         pairing = pair_cells(
             surface, surface.cell_area, master.surface(names[1]), relative.rotation, relative.translation

@@ -13,7 +13,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.mortar_basis import own_samples
-from fecontact.contact.coupling.segments import overlap_samples
+from fecontact.contact.coupling.segments import segment_samples
 from fecontact.contact.search.bounding import bounds_of
 from fecontact.contact.search.region import flattened
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of
@@ -27,7 +27,7 @@ REACH = 1.5
 WHOLE = 0.02
 
 
-class Rim(NamedTuple):
+class CoveredRim(NamedTuple):
     """Facets at the master's rim.
 
     Attributes
@@ -53,9 +53,9 @@ def rim_of(
     rotation: Array,
     translation: Array,
     facing: Mask,
-    beyond: Mask,
+    outside: Mask,
     share: float = 0.0,
-) -> Rim:
+) -> CoveredRim:
     """Facets at the rim, and how much of them is covered.
 
     Parameters
@@ -68,9 +68,9 @@ def rim_of(
     share : float
         Weight of the slave's normal in the lines of action.
     """
-    facets = np.flatnonzero(facing[slave.facets].any(axis=1) & beyond[slave.facets].any(axis=1))
+    facets = np.flatnonzero(facing[slave.facets].any(axis=1) & outside[slave.facets].any(axis=1))
     if len(facets) == 0:
-        return Rim(facets, np.zeros(0))
+        return CoveredRim(facets, np.zeros(0))
     own, moved = replace(slave, facets=slave.facets[facets]), slave.moved(rotation, translation)
     cut, other = slave.cut(master, rotation, translation, share), facets_of(master)
     if cut is not None:
@@ -79,15 +79,15 @@ def rim_of(
         facet, local, weight = facet[at_rim], local[at_rim], weight[at_rim]
     elif other is not None:
         f, m = _opposite(replace(moved, facets=own.facets), other)
-        facet, local, weight, _ = overlap_samples(moved, other, facets[f], m, share)
+        facet, local, weight, _ = segment_samples(moved, other, facets[f], m, share)
     else:
         facet, local, weight = _even(own)
         facet = facets[facet]
     if cut is not None or other is None:
-        weight = np.where(master.project(moved.evaluate(facet, local)[0]).beyond, 0.0, weight)
+        weight = np.where(master.project(moved.evaluate(facet, local)[0]).outside, 0.0, weight)
     whole = own.cut(None, rotation, translation, share) or own_samples(own.facets)
     covered = _areas(own, np.searchsorted(facets, facet), local, weight)
-    return Rim(facets, np.clip(covered / _areas(own, *whole), 0.0, 1.0))
+    return CoveredRim(facets, np.clip(covered / _areas(own, *whole), 0.0, 1.0))
 
 
 def _areas(surface: FacetSurface, facet: IntArray, local: Array, weight: Array) -> Array:
@@ -110,10 +110,10 @@ def _even(surface: FacetSurface) -> tuple[IntArray, Array, Array]:
 def _opposite(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, IntArray]:
     """Pairs of facets near enough to overlap that look at each other; both surfaces in the same axes."""
     own, other = bounds_of(slave), bounds_of(master)
-    feet = master.project(own.centre).points
+    projection = master.project(own.centre).points
     pairs = []
     for members, largest, tree in other.trees:
-        which, hit = flattened(tree.query_ball_point(feet, REACH * own.radius + largest))
+        which, hit = flattened(tree.query_ball_point(projection, REACH * own.radius + largest))
         pairs.append(np.stack([which, members[hit]]))
     f, m = np.concatenate(pairs, axis=1)
     opposed = np.einsum("ni,ni->n", own.normal[f], other.normal[m]) < 0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.mesh.facets import distinct_columns, facet_nodes
-from fecontact.surfaces.facet_surface import FacetSurface, Feet
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
 #: Cosine between one normal and the reversed other below which two points do not face each other: 84 degrees. Faces at
 #: right angles stay out whatever their rounding and curvature; on bodies in touch normals lean by the slopes within the
@@ -57,7 +57,7 @@ class _Corners(NamedTuple):
 
 
 def _corners(surface: FacetSurface) -> _Corners:
-    if surface.along is not None:
+    if surface.out_of_plane is not None:
         facet, column = np.divmod(np.arange(surface.facets.size), 3)
         local = np.stack([_ALONG_SIDE[column], np.full(len(column), 0.5)], axis=1)
     else:
@@ -87,7 +87,9 @@ def opposition(slave: FacetSurface, nodes: IntArray, directions: Array) -> Array
     return np.asarray(best[nodes])
 
 
-def unopposed(slave: FacetSurface, nodes: IntArray, feet: Feet, rotation: Array) -> tuple[NDArray[np.bool_], Averted]:
+def unopposed(
+    slave: FacetSurface, nodes: IntArray, projection: Projection, rotation: Array
+) -> tuple[NDArray[np.bool_], Averted]:
     """Which nodes (n,) of the slave do not face their feet, and the nearest of them.
 
     Parameters
@@ -95,13 +97,13 @@ def unopposed(slave: FacetSurface, nodes: IntArray, feet: Feet, rotation: Array)
     rotation : (3, 3) array
         From the slave's axes to those of the feet.
     """
-    cosines = opposition(slave, nodes, feet.normals @ rotation)
+    cosines = opposition(slave, nodes, projection.normals @ rotation)
     facing = cosines >= STEEPEST
-    out = ~facing & ~feet.beyond
-    least = float(feet.gap[facing & ~feet.beyond].min(initial=np.inf))
+    out = ~facing & ~projection.outside
+    least = float(projection.gap[facing & ~projection.outside].min(initial=np.inf))
     if not out.any():
         return out, Averted(facing=least)
-    gap = feet.gap[out]
+    gap = projection.gap[out]
     # of those equally near, the ones that face each other best speak for the rest
     near = gap - gap.min() <= TIE * slave.size
     angle = float(np.degrees(np.arccos(-np.clip(cosines[out][near].max(), -1.0, 1.0))))

@@ -7,7 +7,7 @@ import numpy as np
 from fecontact.common.arrays import Array
 from fecontact.contact.coupling.facing import STEEPEST
 from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
-from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
+from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
 
 CLOSE = 1e-14
 """Distance, relative to the size of the surfaces, at which a vertical line has met the other surface."""
@@ -16,7 +16,7 @@ CLOSE = 1e-14
 MOST_STEPS = 60
 
 
-def straight_above(points: Array, master: Surface, rotation: Array, translation: Array) -> Feet:
+def straight_above(points: Array, master: Surface, rotation: Array, translation: Array) -> Projection:
     """Where lines along +z through points (n, 3) meet the master; `gap` counts along them.
 
     Surfaces with `heights` that are not turned against the plane tell it themselves; others are met by steps of the
@@ -27,10 +27,10 @@ def straight_above(points: Array, master: Surface, rotation: Array, translation:
     normals = np.tile(-direction, (len(points), 1))
     if hasattr(master, "heights") and np.array_equal(rotation, np.eye(3)):
         height = master.heights(start[:, 0], start[:, 1])
-        beyond = ~np.isfinite(height)
-        height = np.where(beyond, start[:, 2], height)
-        feet = np.stack([start[:, 0], start[:, 1], height], axis=1)
-        return Feet(feet, normals, height - start[:, 2], beyond)
+        outside = ~np.isfinite(height)
+        height = np.where(outside, start[:, 2], height)
+        projection = np.stack([start[:, 0], start[:, 1], height], axis=1)
+        return Projection(projection, normals, height - start[:, 2], outside)
     travel = np.zeros(len(points))
     lost = np.zeros(len(points), bool)
     size = float(np.ptp(points, axis=0).max())
@@ -42,8 +42,10 @@ def straight_above(points: Array, master: Surface, rotation: Array, translation:
         travel = travel + step
         if np.abs(step).max(initial=0.0) <= CLOSE * size:
             break
-    feet = start + travel[:, None] * direction
-    return Feet(feet, normals, travel, found.beyond | lost, found.weights, found.facet, found.local, found.surface)
+    projection = start + travel[:, None] * direction
+    return Projection(
+        projection, normals, travel, found.outside | lost, found.weights, found.facet, found.local, found.surface
+    )
 
 
 def pair_cells(surface: FacetSurface, area: float, master: Surface, rotation: Array, translation: Array) -> Pairing:
@@ -61,6 +63,6 @@ def pair_cells(surface: FacetSurface, area: float, master: Surface, rotation: Ar
     rotation, translation
         Pose of this surface's axes seen from the master's.
     """
-    feet = straight_above(surface.points, master, rotation, translation)
+    projection = straight_above(surface.points, master, rotation, translation)
     n = len(surface.points)
-    return nodal_pairing(surface, np.arange(n), np.full(n, area), feet, rotation, translation)
+    return nodal_pairing(surface, np.arange(n), np.full(n, area), projection, rotation, translation)

@@ -25,16 +25,16 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.coupling.facing import STEEPEST
-from fecontact.contact.coupling.mortar_basis import hat_shapes, hats_exist, own_samples
+from fecontact.contact.coupling.mortar_basis import has_mortar_basis, multiplier_shapes, own_samples
 from fecontact.contact.coupling.mortar_integrals import Block, Samples, block_of, summed, total_areas
 from fecontact.contact.coupling.nodal import Pairing
-from fecontact.contact.coupling.segments import overlap_samples
-from fecontact.contact.coupling.tangent_plane import charts
-from fecontact.contact.search.region import Near
+from fecontact.contact.coupling.segments import segment_samples
+from fecontact.contact.coupling.tangent_plane import tangent_plane_maps
+from fecontact.contact.search.region import SearchRegion
 from fecontact.mesh.element.hexahedron import TRIANGLE_NODES
 from fecontact.mesh.facets import facet_nodes
-from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface, facets_of, with_nodes
-from fecontact.surfaces.line_of_action import feet_along, feet_at, meet
+from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, facets_of, with_nodes
+from fecontact.surfaces.line_of_action import meet, project_along, projection_at
 from fecontact.surfaces.normals import normals_of
 
 #: Pairs of facets whose pieces are cut, sampled and summed up together, which bounds the memory for samples.
@@ -50,7 +50,7 @@ def pair_mortar(
     master: Surface,
     rotation: Array,
     translation: Array,
-    near: Near | None = None,
+    near: SearchRegion | None = None,
     share: float = 0.0,
 ) -> Pairing:
     """Couple two surfaces by weighted gaps.
@@ -62,7 +62,7 @@ def pair_mortar(
     master : Surface
     rotation, translation
         Pose of the slave's axes seen from the master's.
-    near : Near, optional
+    near : SearchRegion, optional
         Parts of two surfaces of facets that may touch; nodes elsewhere are left out.
     share : float, optional
         Weight of the slave's normal in the lines of action; the master's has the rest.
@@ -72,7 +72,7 @@ def pair_mortar(
     InputError
         If the slave has eight-node facets (no hat function for the missing centre).
     """
-    if not hats_exist(slave):
+    if not has_mortar_basis(slave):
         raise InputError(
             f"Mortar coupling needs a slave whose quadrilateral faces have four or nine nodes; {slave.name!r} has "
             "plain eight-node faces. Make the other body the slave, use pressure='midface', or coupling='nodal'."
@@ -85,11 +85,11 @@ def pair_mortar(
         f, m = _neighbours(slave, other, rotation, translation, near)
 
         def taken(part: slice) -> Samples:
-            pieces = overlap_samples(moved, other, f[part], m[part], share)
+            pieces = segment_samples(moved, other, f[part], m[part], share)
             return _samples(slave, moved, master, rotation, share, *pieces)
 
         # bodies that are not moved by their nodes ask for the samples themselves
-        if len(f) > BLOCK and not (slave.eight_hats or other.eight_hats):
+        if len(f) > BLOCK and not (slave.mortar_on_quad8 or other.mortar_on_quad8):
             origin = slave.points[slave.nodes].mean(axis=0)
             parts = [slice(start, start + BLOCK) for start in range(0, len(f), BLOCK)]
             blocks = [block_of(taken(part), slave.points, origin, rotation, translation) for part in parts]
@@ -119,39 +119,41 @@ def _samples(
     normal = np.cross(tangents[:, :, 0], tangents[:, :, 1]) @ rotation.T
     inwards = -normals_of(slave).at(facet, local) @ rotation.T
     if on_master is None:
-        feet = feet_along(master, x, inwards, share)
+        projection = project_along(master, x, inwards, share)
     else:
-        feet = _feet_on(with_nodes(master), on_master, x, inwards, share)
+        projection = _projected_on(with_nodes(master), on_master, x, inwards, share)
     length = np.linalg.norm(normal, axis=1)
-    facing = (np.einsum("ni,ni->n", normal, feet.normals) < -STEEPEST * length) & ~feet.beyond
+    facing = (np.einsum("ni,ni->n", normal, projection.normals) < -STEEPEST * length) & ~projection.outside
     area = weight * length * slave.extent(own)
     kept = np.flatnonzero(facing)
     facet, local, k = facet[kept], local[kept], slave.facets.shape[1]
     columns = slave.facets[facet].ravel()
     pointer = np.arange(0, len(kept) * k + 1, k)
     shape = (len(kept), len(slave.points))
-    hats = hat_shapes(k, slave.triangle[facet], local) * area[kept, None]
-    weighted = sp.csr_matrix((hats.ravel(), columns, pointer), shape=shape)
+    multipliers = multiplier_shapes(k, slave.triangle[facet], local) * area[kept, None]
+    weighted = sp.csr_matrix((multipliers.ravel(), columns, pointer), shape=shape)
     weighted.eliminate_zeros()
     weights = sp.csr_matrix((N[kept].ravel(), columns, pointer), shape=shape)
-    return Samples(facet, local, weighted, weights, feet.chosen(kept))
+    return Samples(facet, local, weighted, weights, projection.chosen(kept))
 
 
-def _paired(slave: FacetSurface, samples: Samples, rotation: Array, translation: Array, near: Near | None) -> Pairing:
+def _paired(
+    slave: FacetSurface, samples: Samples, rotation: Array, translation: Array, near: SearchRegion | None
+) -> Pairing:
     """Sum the samples up to weighted gaps of the slave's nodes, or of those whose hats are sampled whole."""
-    hats = samples.hats.T.tocsr()
-    weights = np.asarray(hats.sum(axis=1)).ravel()
+    multipliers = samples.multipliers.T.tocsr()
+    weights = np.asarray(multipliers.sum(axis=1)).ravel()
     nodes, gather, whole, n_beyond = _points(slave, weights, near)
-    hats = (gather @ hats).tocsr()
-    area = np.asarray(hats.sum(axis=1)).ravel()
+    multipliers = (gather @ multipliers).tocsr()
+    area = np.asarray(multipliers.sum(axis=1)).ravel()
     return Pairing(
         nodes=nodes,
         weights=area,
         slave_points=slave.points[nodes],
-        average=sp.diags(1 / area) @ hats,
+        average=sp.diags(1 / area) @ multipliers,
         slave_weights=samples.weights,
-        slave_normals=samples.feet.normals @ rotation,
-        feet=samples.feet,
+        slave_normals=samples.projection.normals @ rotation,
+        projection=samples.projection,
         n_beyond=n_beyond,
         rotation=rotation,
         translation=translation,
@@ -159,7 +161,7 @@ def _paired(slave: FacetSurface, samples: Samples, rotation: Array, translation:
         coupling="mortar",
         slave_facet=samples.facet,
         slave_local=samples.local,
-        spread=(_hats_at_nodes(slave, whole) @ gather.T).tocsr(),
+        spread=(_multipliers_at_nodes(slave, whole) @ gather.T).tocsr(),
     )
 
 
@@ -170,7 +172,7 @@ def _paired_in_blocks(
     origin: Array,
     rotation: Array,
     translation: Array,
-    near: Near | None,
+    near: SearchRegion | None,
 ) -> Pairing:
     """As `_paired`, from the sums of blocks; samples are not kept."""
     weights = total_areas(blocks, len(slave.points))
@@ -178,7 +180,7 @@ def _paired_in_blocks(
     area = gather @ weights
     nothing, of_slave, of_master = np.zeros((0, 3)), len(slave.points), len(master.points)
     none = np.zeros(0, np.int64)
-    feet = Feet(
+    projection = Projection(
         nothing, nothing, np.zeros(0), np.zeros(0, bool), sp.csr_matrix((0, of_master)), none, np.zeros((0, 2)),
         master.name,
     )  # fmt: skip
@@ -189,23 +191,25 @@ def _paired_in_blocks(
         average=sp.csr_matrix((len(nodes), 0)),
         slave_weights=sp.csr_matrix((0, of_slave)),
         slave_normals=nothing,
-        feet=feet,
+        projection=projection,
         n_beyond=n_beyond,
         rotation=rotation,
         translation=translation,
         covered=np.unique(np.concatenate([b.facets for b in blocks])),
         coupling="mortar",
-        spread=(_hats_at_nodes(slave, whole) @ gather.T).tocsr(),
+        spread=(_multipliers_at_nodes(slave, whole) @ gather.T).tocsr(),
         sums=summed(blocks, gather, area, origin),
     )
 
 
-def _points(slave: FacetSurface, weights: Array, near: Near | None) -> tuple[IntArray, sp.csr_matrix, Array, int]:
+def _points(
+    slave: FacetSurface, weights: Array, near: SearchRegion | None
+) -> tuple[IntArray, sp.csr_matrix, Array, int]:
     """Nodes that are contact points, hats joined to them, hats' whole areas, and how many lie beyond the rim.
 
     Hats that are not sampled whole are taken out of `weights` (n_nodes,).
     """
-    whole = hat_areas(slave)
+    whole = multiplier_areas(slave)
     if near is not None:
         weights[~near.nodes] = 0.0
         whole = np.where(near.nodes, whole, 0.0)
@@ -213,20 +217,20 @@ def _points(slave: FacetSurface, weights: Array, near: Near | None) -> tuple[Int
     return nodes, gather, whole, int((whole > 0).sum() - (weights > 0).sum())
 
 
-def _hats_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
+def _multipliers_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
     """All hats (n_nodes, n_nodes) at all nodes: one at its own, and what the corners' make of a triangle's others."""
     k, n = slave.facets.shape[1], len(slave.points)
     own = np.flatnonzero(whole > 0)
     rows, columns, values = [own], [own], [np.ones(len(own))]
     if slave.triangle.any() and k > 4:
-        hats = hat_shapes(k, np.ones(k, bool), facet_nodes(k, True))[:, :3]
+        multipliers = multiplier_shapes(k, np.ones(k, bool), facet_nodes(k, True))[:, :3]
         facets = slave.facets[slave.triangle]
         node, first = np.unique(facets, return_index=True)
         first, node = first[whole[node] == 0], node[whole[node] == 0]
         facet, place = np.divmod(first, k)
         rows.append(np.repeat(node, 3))
         columns.append(facets[facet, :3].ravel())
-        values.append(hats[place].ravel())
+        values.append(multipliers[place].ravel())
     return sp.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
 
 
@@ -255,12 +259,12 @@ def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
     return slave.cut(None, np.eye(3), np.zeros(3), 0.0) or own_samples(slave.facets)
 
 
-def hat_areas(slave: FacetSurface) -> Array:
+def multiplier_areas(slave: FacetSurface) -> Array:
     """Integrals (n_nodes,) of all hats over the whole slave surface."""
-    return slave.once(_hat_areas)
+    return slave.once(_multiplier_areas)
 
 
-def _hat_areas(slave: FacetSurface) -> Array:
+def _multiplier_areas(slave: FacetSurface) -> Array:
     total = np.zeros(len(slave.points))
     facet, local, weight = _own_samples(slave)
     for start in range(0, len(facet), AREAS):
@@ -268,27 +272,29 @@ def _hat_areas(slave: FacetSurface) -> Array:
         on, place = facet[part], local[part]
         x, tangents, _ = slave.evaluate(on, place)
         area = weight[part] * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
-        np.add.at(total, slave.facets[on], hat_shapes(slave.facets.shape[1], slave.triangle[on], place) * area[:, None])
+        np.add.at(
+            total, slave.facets[on], multiplier_shapes(slave.facets.shape[1], slave.triangle[on], place) * area[:, None]
+        )
     return total
 
 
-def _feet_on(master: FacetSurface, facet: IntArray, points: Array, normals: Array, share: float) -> Feet:
+def _projected_on(master: FacetSurface, facet: IntArray, points: Array, normals: Array, share: float) -> Projection:
     """Feet on given facets, continued a little beyond their sides, of points (n, 3) whose side has these `normals`."""
-    chart = charts(master)
-    local, _ = chart.from_plane(facet, chart.projected(facet, points))
+    plane_map = tangent_plane_maps(master)
+    local, _ = plane_map.from_plane(facet, plane_map.projected(facet, points))
     local, met = meet(master, facet, local, points, normals, share)
     # where the line of a point does not meet the continued facet, the nearest foot on the whole surface is taken
     lost = np.flatnonzero(~met)
-    facet, beyond = facet.copy(), np.zeros(len(points), bool)
+    facet, outside = facet.copy(), np.zeros(len(points), bool)
     if len(lost):
         elsewhere = master.project(points[lost])
         assert elsewhere.facet is not None
         assert elsewhere.local is not None
-        facet[lost], local[lost], beyond[lost] = elsewhere.facet, elsewhere.local, elsewhere.beyond
-    feet = feet_at(master, facet, local, points, normals, share)
+        facet[lost], local[lost], outside[lost] = elsewhere.facet, elsewhere.local, elsewhere.outside
+    projection = projection_at(master, facet, local, points, normals, share)
     if len(lost):
-        feet.normals[lost], feet.gap[lost] = elsewhere.normals, elsewhere.gap
-    return replace(feet, beyond=beyond)
+        projection.normals[lost], projection.gap[lost] = elsewhere.normals, elsewhere.gap
+    return replace(projection, outside=outside)
 
 
 #: Where facets are sampled to find which lie below each other, on quadrilaterals and on triangles.
@@ -309,7 +315,7 @@ def _probes(surface: FacetSurface, chosen: NDArray[np.bool_] | None) -> tuple[In
 
 
 def _neighbours(
-    slave: FacetSurface, master: FacetSurface, rotation: Array, translation: Array, near: Near | None
+    slave: FacetSurface, master: FacetSurface, rotation: Array, translation: Array, near: SearchRegion | None
 ) -> tuple[IntArray, IntArray]:
     """Pairs of facets that may overlap: found by projecting samples of each side on the other, and their neighbours."""
     ours, x = _probes(slave, None if near is None else near.facets)

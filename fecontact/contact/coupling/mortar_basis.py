@@ -6,7 +6,7 @@ Solberg 2008 take multipliers of lower order than the displacements too). Hats a
 triangles pass the patch test as well, but the pressure oscillates at the edge of a contact: on two balls of tetrahedra
 peaks of twice the true pressure. On an eight-node quadrilateral the pressure in the middle is the mean of those of the
 mid-side nodes; every linear pressure is still held, but the plain element, whose corners cannot take load, is refused
-unless its surface says `eight_hats`.
+unless its surface says `mortar_on_quad8`.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from fecontact.surfaces.facet_surface import FacetSurface
 ORDER = 6
 
 
-def hats_exist(surface: FacetSurface) -> bool:
+def has_mortar_basis(surface: FacetSurface) -> bool:
     """Whether a surface can be the slave of a mortar coupling: all but plain eight-node quadrilaterals can."""
-    return surface.facets.shape[1] != 8 or surface.eight_hats or bool(surface.triangle.all())
+    return surface.facets.shape[1] != 8 or surface.mortar_on_quad8 or bool(surface.triangle.all())
 
 
-def hat_shapes(n_columns: int, triangle: Mask, local: Array) -> Array:
+def multiplier_shapes(n_columns: int, triangle: Mask, local: Array) -> Array:
     """Hats at one point of each of n facets.
 
     Parameters
@@ -51,34 +51,34 @@ def hat_shapes(n_columns: int, triangle: Mask, local: Array) -> Array:
     Examples
     --------
     >>> import numpy as np
-    >>> hat_shapes(9, np.array([False]), np.array([[0.25, 0.5]]))[0].round(12).tolist()
+    >>> multiplier_shapes(9, np.array([False]), np.array([[0.25, 0.5]]))[0].round(12).tolist()
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.5]
-    >>> hat_shapes(4, np.array([True]), np.array([[0.5, 0.25]]))[0].round(12).tolist()
+    >>> multiplier_shapes(4, np.array([True]), np.array([[0.5, 0.25]]))[0].round(12).tolist()
     [0.25, 0.5, 0.25, 0.0]
     """
     if n_columns == 3:
         return np.asarray(np.maximum(1.0 - 2 * np.abs(local[:, :1] - np.array([0.0, 1.0, 0.5])), 0.0))
-    hats = np.zeros((len(local), n_columns))
+    multipliers = np.zeros((len(local), n_columns))
     quads, triangles = np.flatnonzero(~triangle), np.flatnonzero(triangle)
     if len(quads):
-        hats[quads] = _quad_hats(n_columns, local[quads])
+        multipliers[quads] = _quad_multipliers(n_columns, local[quads])
     if len(triangles):
         x, y = local[triangles].T
-        hats[triangles, :3] = np.maximum(np.stack([1 - x - y, x, y], axis=1), 0.0)
-    return hats
+        multipliers[triangles, :3] = np.maximum(np.stack([1 - x - y, x, y], axis=1), 0.0)
+    return multipliers
 
 
-def _quad_hats(n_columns: int, local: Array) -> Array:
+def _quad_multipliers(n_columns: int, local: Array) -> Array:
     """Hats (n, 4 | 8 | 9) of quadrilaterals."""
     width = 1.0 if n_columns == 4 else 0.5
     nodes = quad_nodes(9 if n_columns == 8 else n_columns)
-    hats = np.maximum(1.0 - np.abs(local[:, None, :] - nodes[None, :, :]) / width, 0.0).prod(axis=2)
+    multipliers = np.maximum(1.0 - np.abs(local[:, None, :] - nodes[None, :, :]) / width, 0.0).prod(axis=2)
     if n_columns == 8:
-        hats[:, 4:8] += hats[:, 8:] / 4
-    return np.asarray(hats[:, :n_columns])
+        multipliers[:, 4:8] += multipliers[:, 8:] / 4
+    return np.asarray(multipliers[:, :n_columns])
 
 
-def hats_on_square(facets: IntArray, X: Array) -> Array:
+def multipliers_on_square(facets: IntArray, X: Array) -> Array:
     """Hats (n_facets, n_q, n_columns) of all facets at the same points (n_q, 2) of the unit square.
 
     The square is drawn over triangles as in `mesh.facets.shapes_on_square`.
@@ -86,7 +86,7 @@ def hats_on_square(facets: IntArray, X: Array) -> Array:
     s, t = X.T
     out = []
     for kind, local in ((False, X), (True, np.stack([s * (1 - t), t], axis=1))):
-        out.append(hat_shapes(facets.shape[1], np.full(len(X), kind), local))
+        out.append(multiplier_shapes(facets.shape[1], np.full(len(X), kind), local))
     return np.asarray(np.where(triangular(facets)[:, None, None], out[1], out[0]))
 
 

@@ -14,9 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.contact.coupling.nodal import Sums
-from fecontact.surfaces.facet_surface import Feet
-from fecontact.surfaces.nodal_weights import along
+from fecontact.contact.coupling.nodal import MortarIntegrals
+from fecontact.surfaces.facet_surface import Projection
+from fecontact.surfaces.nodal_weights import components_along
 
 
 class Samples(NamedTuple):
@@ -26,18 +26,18 @@ class Samples(NamedTuple):
     ----------
     facet, local : (n,) and (n, 2) arrays
         Places on the slave.
-    hats : (n, n_nodes) csr_matrix
+    multipliers : (n, n_nodes) csr_matrix
         The slave's hats there times the area of each sample.
     weights : (n, n_nodes) csr_matrix
         Interpolation from the slave's nodes.
-    feet : Feet
+    projection : Projection
     """
 
     facet: IntArray
     local: Array
-    hats: sp.csr_matrix
+    multipliers: sp.csr_matrix
     weights: sp.csr_matrix
-    feet: Feet
+    projection: Projection
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,20 +73,27 @@ def block_of(samples: Samples, points: Array, origin: Array, rotation: Array, tr
     rotation, translation
         Pose of the slave's axes seen from the master's.
     """
-    feet = samples.feet
-    assert feet.weights is not None
-    hats = samples.hats.T.tocsr()
-    used = np.flatnonzero(np.diff(hats.indptr))
-    hats = hats[used]
-    normals, x = feet.normals @ rotation, samples.weights @ points
-    lever = x @ rotation.T + translation - feet.points
-    columns = (np.ones(len(x)), feet.gap, normals, x, np.cross(x - origin, normals), np.cross(lever, feet.normals))
+    projection = samples.projection
+    assert projection.weights is not None
+    multipliers = samples.multipliers.T.tocsr()
+    used = np.flatnonzero(np.diff(multipliers.indptr))
+    multipliers = multipliers[used]
+    normals, x = projection.normals @ rotation, samples.weights @ points
+    lever = x @ rotation.T + translation - projection.points
+    columns = (
+        np.ones(len(x)),
+        projection.gap,
+        normals,
+        x,
+        np.cross(x - origin, normals),
+        np.cross(lever, projection.normals),
+    )
     return Block(
         used,
         np.unique(samples.facet),
-        hats @ np.column_stack(columns),
-        hats @ along(samples.weights, normals),
-        hats @ along(feet.weights, -feet.normals),
+        multipliers @ np.column_stack(columns),
+        multipliers @ components_along(samples.weights, normals),
+        multipliers @ components_along(projection.weights, -projection.normals),
     )
 
 
@@ -98,7 +105,7 @@ def total_areas(blocks: Sequence[Block], n_nodes: int) -> Array:
     return out
 
 
-def summed(blocks: Sequence[Block], gather: sp.csr_matrix, areas: Array, origin: Array) -> Sums:
+def summed(blocks: Sequence[Block], gather: sp.csr_matrix, areas: Array, origin: Array) -> MortarIntegrals:
     """Means over the hats of contact points.
 
     Parameters
@@ -119,4 +126,4 @@ def summed(blocks: Sequence[Block], gather: sp.csr_matrix, areas: Array, origin:
     )
     on_slave = mean @ sp.vstack([b.on_slave for b in blocks], format="csr")
     on_master = mean @ sp.vstack([b.on_master for b in blocks], format="csr")
-    return Sums(gap[:, 0], on_slave, on_master, normals, centres, moments, origin, levers)
+    return MortarIntegrals(gap[:, 0], on_slave, on_master, normals, centres, moments, origin, levers)

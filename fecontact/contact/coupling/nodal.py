@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
-from fecontact.contact.coupling.covered_area import Rim, rim_of
+from fecontact.contact.coupling.covered_area import CoveredRim, rim_of
 from fecontact.contact.coupling.facing import NONE_AVERTED, Averted, unopposed
-from fecontact.contact.search.region import Near
+from fecontact.contact.search.region import SearchRegion
 from fecontact.mesh.facets import facet_centres
-from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
-from fecontact.surfaces.line_of_action import feet_along
-from fecontact.surfaces.nodal_weights import _contact_weights, along, contact_weights
+from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
+from fecontact.surfaces.line_of_action import project_along
+from fecontact.surfaces.nodal_weights import _contact_weights, components_along, contact_weights
 from fecontact.surfaces.normals import normals_of, opposing
 
 #: Overhang of a slave face over its master face, relative to the latter's size, that still counts as nested.
@@ -34,7 +34,7 @@ FEW = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Sums:
+class MortarIntegrals:
     """Means over the samples of each of n contact points, where there are too many samples to be kept.
 
     Attributes
@@ -80,7 +80,7 @@ class Pairing:
         Interpolation of the samples from the slave's nodes.
     slave_normals : (n_samples, 3) array
         Lines of action in the slave's axes; they point out of the MASTER.
-    feet : Feet
+    projection : Projection
         Of the samples, in the master's axes.
     n_beyond : int
         Slave nodes left out because they lie beyond the master's rim or do not face it.
@@ -94,7 +94,7 @@ class Pairing:
         Facets of the slave and coordinates of the samples; None where the samples are nodes.
     spread : (n_nodes, n) csr_matrix, optional
         Pressure at all of the slave's nodes by that of the contact points; without it a point is a node.
-    sums : Sums, optional
+    sums : MortarIntegrals, optional
         Given in place of the samples, of which there are none then.
     averted : Averted
         The nearest of the pairs of nodes left out because they do not face each other.
@@ -110,7 +110,7 @@ class Pairing:
     average: sp.csr_matrix
     slave_weights: sp.csr_matrix
     slave_normals: Array
-    feet: Feet
+    projection: Projection
     n_beyond: int
     rotation: Array
     translation: Array
@@ -119,7 +119,7 @@ class Pairing:
     slave_facet: IntArray | None = None
     slave_local: Array | None = None
     spread: sp.csr_matrix | None = None
-    sums: Sums | None = None
+    sums: MortarIntegrals | None = None
     averted: Averted = NONE_AVERTED
     hanging: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     share: float = 0.0
@@ -135,33 +135,33 @@ class Pairing:
     @cached_property
     def gap(self) -> Array:
         """Initial gap (n,), negative where the bodies overlap."""
-        return self.average @ self.feet.gap if self.sums is None else self.sums.gap
+        return self.average @ self.projection.gap if self.sums is None else self.sums.gap
 
     @cached_property
     def slave_rows(self) -> sp.csr_matrix:
         """Opening by displacements of the slave's nodes: +n, (n, 3 n_nodes)."""
         if self.sums is not None:
             return self.sums.on_slave
-        return self.average @ along(self.slave_weights, self.slave_normals)
+        return self.average @ components_along(self.slave_weights, self.slave_normals)
 
     def rows_on_slave(self, slave: Body, surface: str) -> sp.csr_matrix:
         """Opening by the slave's own coordinates, (n, n_dofs), where its facets are known and perhaps not its nodes."""
         if self.slave_facet is None:
             return self.slave_rows
         n = len(self.slave_facet)
-        feet = Feet(
+        projection = Projection(
             np.zeros((n, 3)), self.slave_normals, np.zeros(n), np.zeros(n, bool),
             self.slave_weights, self.slave_facet, self.slave_local, surface,
         )  # fmt: skip
-        return self.average @ slave.trace(feet, self.slave_normals)
+        return self.average @ slave.trace(projection, self.slave_normals)
 
     def master_rows(self, master: Body) -> sp.csr_matrix:
         """Opening by the master's displacements: -n at the feet, (n, n_dofs)."""
         if self.sums is not None:
             return self.sums.on_master
-        return self.average @ master.trace(self.feet, -self.feet.normals)
+        return self.average @ master.trace(self.projection, -self.projection.normals)
 
-    def about_feet(self, points: Array) -> Array:
+    def couple_residual(self, points: Array) -> Array:
         """Moments (n, 3) of the lines of action about the feet, in the master's axes: zero but for rounding.
 
         Parameters
@@ -171,8 +171,8 @@ class Pairing:
         """
         if self.sums is not None:
             return self.sums.levers
-        lever = (self.slave_weights @ points) @ self.rotation.T + self.translation - self.feet.points
-        return np.asarray(self.average @ np.cross(lever, self.feet.normals))
+        lever = (self.slave_weights @ points) @ self.rotation.T + self.translation - self.projection.points
+        return np.asarray(self.average @ np.cross(lever, self.projection.normals))
 
 
 def pair(
@@ -180,7 +180,7 @@ def pair(
     master: Surface,
     rotation: Array,
     translation: Array,
-    near: Near | None = None,
+    near: SearchRegion | None = None,
     share: float = 0.0,
 ) -> Pairing:
     """Pair every slave node with its foot, if it faces it.
@@ -191,7 +191,7 @@ def pair(
     master : Surface
     rotation, translation
         Pose of the slave's axes seen from the master's.
-    near : Near, optional
+    near : SearchRegion, optional
         Parts of the surfaces that may touch; nodes elsewhere are left out.
     share : float, optional
         Weight of the slave's normal in the lines of action; the master's has the rest.
@@ -203,19 +203,19 @@ def pair(
     """
     nodes = slave.nodes if near is None else np.flatnonzero(near.nodes)
     points = slave.points[nodes]
-    feet = feet_along(master, points @ rotation.T + translation, opposing(slave, nodes) @ rotation.T, share)
-    out, nearest = unopposed(slave, nodes, feet, rotation)
-    inside, beyond = np.zeros(len(slave.points), bool), np.zeros(len(slave.points), bool)
-    inside[nodes], beyond[nodes] = ~feet.beyond, feet.beyond
-    rim = rim_of(slave, master, rotation, translation, inside, beyond, share)
+    projection = project_along(master, points @ rotation.T + translation, opposing(slave, nodes) @ rotation.T, share)
+    out, nearest = unopposed(slave, nodes, projection, rotation)
+    inside, outside = np.zeros(len(slave.points), bool), np.zeros(len(slave.points), bool)
+    inside[nodes], outside[nodes] = ~projection.outside, projection.outside
+    rim = rim_of(slave, master, rotation, translation, inside, outside, share)
     whole = contact_weights(slave)[nodes]
     weights = covered_weights(slave, rim, inside)[nodes]
-    feet = replace(feet, beyond=feet.beyond | out | (weights <= NOTHING * whole))
-    pairing = nodal_pairing(slave, nodes, weights, feet, rotation, translation)
+    projection = replace(projection, outside=projection.outside | out | (weights <= NOTHING * whole))
+    pairing = nodal_pairing(slave, nodes, weights, projection, rotation, translation)
     return replace(pairing, averted=nearest, hanging=rim.partly, share=share)
 
 
-def covered_weights(slave: FacetSurface, rim: Rim, inside: NDArray[np.bool_]) -> Array:
+def covered_weights(slave: FacetSurface, rim: CoveredRim, inside: NDArray[np.bool_]) -> Array:
     """`contact_weights` (n_nodes,) of the area that the master covers.
 
     The covered part of a facet at the rim is shared out among its nodes `inside` (n_nodes,), so that force over area is
@@ -238,10 +238,10 @@ def covered_weights(slave: FacetSurface, rim: Rim, inside: NDArray[np.bool_]) ->
 
 
 def nodal_pairing(
-    slave: FacetSurface, nodes: IntArray, weights: Array, feet: Feet, rotation: Array, translation: Array
+    slave: FacetSurface, nodes: IntArray, weights: Array, projection: Projection, rotation: Array, translation: Array
 ) -> Pairing:
     """Couple slave nodes (n,) with areas (n,) by themselves, leaving out those whose feet (n) lie beyond the rim."""
-    kept = np.flatnonzero(~feet.beyond)
+    kept = np.flatnonzero(~projection.outside)
     n = len(kept)
     ones, pointer = np.ones(n), np.arange(n + 1)
     return Pairing(
@@ -250,8 +250,8 @@ def nodal_pairing(
         slave_points=slave.points[nodes[kept]],
         average=sp.csr_matrix((ones, np.arange(n), pointer), shape=(n, n)),
         slave_weights=sp.csr_matrix((ones, nodes[kept], pointer), shape=(n, len(slave.points))),
-        slave_normals=feet.normals[kept] @ rotation,
-        feet=feet.chosen(kept),
+        slave_normals=projection.normals[kept] @ rotation,
+        projection=projection.chosen(kept),
         n_beyond=len(nodes) - n,
         rotation=rotation,
         translation=translation,
@@ -301,13 +301,13 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
 def _nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, faces: IntArray) -> bool:
     middle, share = facet_centres(slave.triangle[faces]), pairing.share
     centres, normals = slave.evaluate(faces, middle)[0], -normals_of(slave).at(faces, middle) @ pairing.rotation.T
-    holder = feet_along(master, centres @ pairing.rotation.T + pairing.translation, normals, share).facet
+    holder = project_along(master, centres @ pairing.rotation.T + pairing.translation, normals, share).facet
     assert holder is not None
     if (slave.triangle[faces] & ~master.triangle[holder]).any():
         return False
     nodes = slave.facets[faces].ravel()
     corners = slave.points[nodes] @ pairing.rotation.T + pairing.translation
-    feet = feet_along(master, corners, opposing(slave, nodes) @ pairing.rotation.T, share).points
+    projection = project_along(master, corners, opposing(slave, nodes) @ pairing.rotation.T, share).points
     facet = np.repeat(holder, slave.facets.shape[1])
-    off = master.distance_to_facet(feet, facet)
+    off = master.distance_to_facet(projection, facet)
     return bool((off <= NESTED_TOLERANCE * master.mean_facet_size[facet]).all())

@@ -6,7 +6,7 @@ import numpy as np
 
 from fecontact.common.errors import InputError
 from fecontact.contact.coupling.facing import TIE, Averted, unopposed
-from fecontact.contact.coupling.mortar import hat_areas
+from fecontact.contact.coupling.mortar import multiplier_areas
 from fecontact.contact.interface import Interface
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 from fecontact.surfaces.nodal_weights import contact_weights
@@ -63,18 +63,18 @@ def _covered_share(interface: Interface, surface: FacetSurface) -> float:
     pairing = interface.pairing
     if surface.cell_area is not None:
         return 1.0
-    whole = hat_areas(surface) if pairing.coupling == "mortar" else contact_weights(surface)
+    whole = multiplier_areas(surface) if pairing.coupling == "mortar" else contact_weights(surface)
     area = float(whole[pairing.nodes].sum())
     master = facets_of(interface.master.surface(interface.surfaces[1]))
-    if master is not None and master.along is None:
+    if master is not None and master.out_of_plane is None:
         area = min(area, float((master.mean_facet_size**2).sum()))
     return float(pairing.weights.sum()) / area
 
 
 def _averted(interface: Interface, surface: FacetSurface) -> Averted:
     """Of the slave's nodes, whatever the coupling."""
-    near, relative = interface.near, interface.slave.pose.relative_to(interface.master.pose)
+    near, relative = interface.region, interface.slave.pose.relative_to(interface.master.pose)
     nodes = surface.nodes if near is None else np.flatnonzero(near.nodes)
     points = surface.points[nodes] @ relative.rotation.T + relative.translation
-    feet = interface.master.surface(interface.surfaces[1]).project(points)
-    return unopposed(surface, nodes, feet, relative.rotation)[1]
+    projection = interface.master.surface(interface.surfaces[1]).project(points)
+    return unopposed(surface, nodes, projection, relative.rotation)[1]

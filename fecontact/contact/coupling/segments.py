@@ -12,7 +12,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.coupling.mortar_basis import fans, sub_faces, triangle_samples
-from fecontact.contact.coupling.tangent_plane import FOLD, Chart, charts, degrees
+from fecontact.contact.coupling.tangent_plane import FOLD, TangentPlaneMap, degrees, tangent_plane_maps
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.line_of_action import FACING, SLACK, meet
 from fecontact.surfaces.normals import normals_of
@@ -21,7 +21,7 @@ from fecontact.surfaces.normals import normals_of
 PARALLEL = 1e-14
 
 
-def overlap_samples(
+def segment_samples(
     slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, share: float
 ) -> tuple[IntArray, Array, Array, IntArray]:
     """Quadrature over the pieces of overlap of pairs of facets.
@@ -46,27 +46,27 @@ def overlap_samples(
     on_master : (n,) int array
         Master facets of the samples.
     """
-    chart, below = charts(slave), charts(master)
-    outline = _outlines(slave, master, f, m, chart, share)
+    plane_map, below = tangent_plane_maps(slave), tangent_plane_maps(master)
+    outline = _outlines(slave, master, f, m, plane_map, share)
     pairs, corners, doubles = [], [], []
     for kind in (False, True):
         members = np.flatnonzero(slave.triangle[f] == kind)
         if len(members):
             windows = sub_faces(slave.facets.shape[1], kind)
             pair = np.repeat(members, len(windows))
-            polygon, count = clip(outline[pair], chart.to_plane(f[pair], np.tile(windows, (len(members), 1, 1))))
+            polygon, count = clip(outline[pair], plane_map.to_plane(f[pair], np.tile(windows, (len(members), 1, 1))))
             triangle, double, piece = fans(polygon, count)
             pairs.append(pair[piece])
             corners.append(triangle)
             doubles.append(double)
     pair, triangle, double = np.concatenate(pairs), np.concatenate(corners), np.concatenate(doubles)
-    degree = _degrees(slave, chart, f[pair], below, m[pair], triangle)
+    degree = _degrees(slave, plane_map, f[pair], below, m[pair], triangle)
     parts = []
     for order in np.unique(degree):
         of = np.flatnonzero(degree == order)
         local, weight, own = triangle_samples(triangle[of], double[of], int(order))
         sampled = pair[of][own]
-        local, jacobian = chart.from_plane(f[sampled], local)
+        local, jacobian = plane_map.from_plane(f[sampled], local)
         parts.append((f[sampled], local, weight / jacobian, m[sampled]))
     if not parts:
         return np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64)
@@ -74,21 +74,25 @@ def overlap_samples(
     return facet, local, weight, on_master
 
 
-def _degrees(slave: FacetSurface, chart: Chart, f: IntArray, below: Chart, m: IntArray, triangle: Array) -> IntArray:
-    """Degrees of quadrature (n,) that serve both sides on triangles (n, 3, 2) in the charts of slave facets f (n,)."""
-    departure = np.maximum(chart.departure[f], below.departure[m])
-    degree = degrees(chart, f, triangle, departure)
+def _degrees(
+    slave: FacetSurface, plane_map: TangentPlaneMap, f: IntArray, below: TangentPlaneMap, m: IntArray, triangle: Array
+) -> IntArray:
+    """Degrees of quadrature (n,) that serve both sides on triangles (n, 3, 2) in the planes of slave facets f (n,)."""
+    departure = np.maximum(plane_map.departure[f], below.departure[m])
+    degree = degrees(plane_map, f, triangle, departure)
     bent = np.flatnonzero(below.taper[m] > 0)
     if len(bent):
-        local, _ = chart.from_plane(np.repeat(f[bent], 3), triangle[bent].reshape(-1, 2))
+        local, _ = plane_map.from_plane(np.repeat(f[bent], 3), triangle[bent].reshape(-1, 2))
         x, _, _ = slave.evaluate(np.repeat(f[bent], 3), local)
         seen = below.projected(np.repeat(m[bent], 3), x).reshape(-1, 3, 2)
         degree[bent] = np.maximum(degree[bent], degrees(below, m[bent], seen, departure[bent]))
     return degree
 
 
-def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, chart: Chart, share: float) -> Array:
-    """Outlines (n_pairs, 4 | 8, 2) of master facets in the charts of slave facets, counter-clockwise or not.
+def _outlines(
+    slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, plane_map: TangentPlaneMap, share: float
+) -> Array:
+    """Outlines (n_pairs, 4 | 8, 2) of master facets in the planes of slave facets, counter-clockwise or not.
 
     A triangle's outline repeats its last corner, where its sides of no length lie.
 
@@ -104,20 +108,20 @@ def _outlines(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArra
     vertices = master.points[ring].reshape(-1, 3)
     facet = np.repeat(f, ring.shape[1])
     own, theirs = normals_of(slave), normals_of(master).nodal[ring.ravel()]
-    normal = np.repeat(slave.normals(f, chart.middle[f]), ring.shape[1], axis=0)
-    parallel = chart.flat[facet] & own.even[facet] & (np.abs(normal + theirs).max(axis=1) <= PARALLEL)
+    normal = np.repeat(slave.normals(f, plane_map.middle[f]), ring.shape[1], axis=0)
+    parallel = plane_map.flat[facet] & own.even[facet] & (np.abs(normal + theirs).max(axis=1) <= PARALLEL)
     lines = share * normal - (1 - share) * theirs
     cosine = np.einsum("ni,ni->n", lines, normal)
-    height = np.einsum("ni,ni->n", vertices - chart.origin[facet], normal)
+    height = np.einsum("ni,ni->n", vertices - plane_map.origin[facet], normal)
     seen = ~parallel & (cosine > FACING)
     vertices_seen = vertices - np.divide(height, cosine, out=np.zeros_like(height), where=seen)[:, None] * lines
-    plane = chart.projected(facet, vertices_seen)
+    plane = plane_map.projected(facet, vertices_seen)
     rows = np.flatnonzero(~parallel & ((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1))
-    start, _ = chart.from_plane(facet[rows], plane[rows])
+    start, _ = plane_map.from_plane(facet[rows], plane[rows])
     local, met = meet(slave, facet[rows], start, vertices[rows], -theirs[rows], 1 - share, 2 * SLACK)
-    met &= chart.jacobian(facet[rows], local) > FOLD
+    met &= plane_map.jacobian(facet[rows], local) > FOLD
     rows, local = rows[met], local[met]
-    plane[rows] = chart.to_plane(facet[rows], local)
+    plane[rows] = plane_map.to_plane(facet[rows], local)
     return plane.reshape(len(m), -1, 2)
 
 

@@ -35,7 +35,7 @@ FOLD = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
+class TangentPlaneMap:
     """Bilinear maps of all facets: x = centre + along_s S + along_t T + twist S T with S = s - 1/2, T = t - 1/2.
 
     Attributes
@@ -114,12 +114,12 @@ def cross(u: Array, v: Array) -> Array:
     return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
 
-def charts(surface: FacetSurface) -> Chart:
+def tangent_plane_maps(surface: FacetSurface) -> TangentPlaneMap:
     """Charts of all facets, worked out once; the identity where a facet is affine or has no convex image."""
-    return surface.once(_charts)
+    return surface.once(_tangent_plane_maps)
 
 
-def _charts(surface: FacetSurface) -> Chart:
+def _tangent_plane_maps(surface: FacetSurface) -> TangentPlaneMap:
     everyone = np.arange(len(surface.facets))
     middle = facet_centres(surface.triangle)
     x, tangents, _ = surface.evaluate(everyone, middle)
@@ -135,7 +135,7 @@ def _charts(surface: FacetSurface) -> Chart:
     departure = _departure(surface, tangents)
     plane = np.asarray(inverse, dtype=np.float64)
     flat = (departure <= FLAT) & (surface.triangle | (change < 1 - FOLD))
-    return Chart(middle, x, plane, image.mean(axis=1), a, b, d, taper, departure, flat)
+    return TangentPlaneMap(middle, x, plane, image.mean(axis=1), a, b, d, taper, departure, flat)
 
 
 def _departure(surface: FacetSurface, tangents: Array) -> Array:
@@ -150,26 +150,28 @@ def _departure(surface: FacetSurface, tangents: Array) -> Array:
     return np.asarray(np.maximum(off, warp) / surface.mean_facet_size)
 
 
-def degrees(chart: Chart, facet: IntArray, triangle: Array, departure: Array) -> IntArray:
-    """Degrees of quadrature (n,) for triangles (n, 3, 2) in the charts of facets (n,).
+def degrees(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array, departure: Array) -> IntArray:
+    """Degrees of quadrature (n,) for triangles (n, 3, 2) in the planes of facets (n,).
 
     A rule of degree n errs by a `LEADS` of tau^n of the triangle's area (`_nearness`). That is brought below `EXACT` of
     the facet's area on flat facets, and below the `departure` (n,) from them, an error in any case, on others.
     """
     degree = np.full(len(facet), ORDER)
-    bent = np.flatnonzero(chart.taper[facet] > 0)
+    bent = np.flatnonzero(plane_map.taper[facet] > 0)
     if len(bent):
         corners = triangle[bent]
         share = np.abs(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])) / 2
-        error = np.array(LEADS) * _nearness(chart, facet[bent], corners)[:, None] ** np.array(DEGREES) * share[:, None]
+        error = (
+            np.array(LEADS) * _nearness(plane_map, facet[bent], corners)[:, None] ** np.array(DEGREES) * share[:, None]
+        )
         enough = error <= np.maximum(departure[bent], EXACT)[:, None]
         enough[:, -1] = True
         degree[bent] = np.array(DEGREES)[enough.argmax(axis=1)]
     return degree
 
 
-def _nearness(chart: Chart, facet: IntArray, triangle: Array) -> Array:
-    """How near the fold is to triangles (n, 3, 2) in the charts of facets (n,): 0 infinitely far, 1 on them.
+def _nearness(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array) -> Array:
+    """How near the fold is to triangles (n, 3, 2) in the planes of facets (n,): 0 infinitely far, 1 on them.
 
     Polynomials in the facet's coordinates have a branch point where the Jacobian J is zero. J^2 is a quadratic
     polynomial of the plane's coordinates. With its roots z along a side -1 <= z <= 1, a rule's error falls as rho^-n,
@@ -177,7 +179,7 @@ def _nearness(chart: Chart, facet: IntArray, triangle: Array) -> Array:
     ends (L. N. Trefethen, SIAM Review 50, 2008, p. 67, theorem 4.5); the largest 1 / rho of the three sides is taken.
     """
     places = np.concatenate([triangle, (triangle + np.roll(triangle, -1, axis=1)) / 2], axis=1)
-    squared = chart.from_plane(np.repeat(facet, 6), places.reshape(-1, 2))[1].reshape(-1, 6) ** 2
+    squared = plane_map.from_plane(np.repeat(facet, 6), places.reshape(-1, 2))[1].reshape(-1, 6) ** 2
     start, end, middle = squared[:, :3], np.roll(squared[:, :3], -1, axis=1), squared[:, 3:]
     slope, bend = (end - start) / 2, (end + start) / 2 - middle
     # one over the root nearest to the middle; stable where J^2 is nearly linear or constant

@@ -84,7 +84,7 @@ def _bounds(surface: FacetSurface) -> Bounds:
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
+class FacetParts:
     """A surface cut into parts.
 
     Attributes
@@ -102,22 +102,22 @@ class Parts:
     columns: Mask
 
 
-def parts_of(surface: FacetSurface) -> Parts:
+def parts_of(surface: FacetSurface) -> FacetParts:
     """Quarters of quadratic quadrilaterals; whole facets where there are others. Worked out once."""
     return surface.once(_parts)
 
 
-def _parts(surface: FacetSurface) -> Parts:
+def _parts(surface: FacetSurface) -> FacetParts:
     n, k = surface.facets.shape
     if k == 4 or surface.triangle.any():
-        return Parts(surface, np.arange(n), np.ones((n, k), bool))
+        return FacetParts(surface, np.arange(n), np.ones((n, k), bool))
     low = 0.5 * QUAD_CORNERS[:, None]
     local = (low + 0.5 * quad_nodes(9)).reshape(-1, 2)
     points = surface.evaluate(np.repeat(np.arange(n), len(local)), np.tile(local, (n, 1)))[0]
     nodes = quad_nodes(k)
     columns = ((nodes >= low) & (nodes <= low + 0.5)).all(axis=2)
     cut = FacetSurface(points, np.arange(len(points)).reshape(-1, 9), surface.name)
-    return Parts(cut, np.repeat(np.arange(n), 4), np.tile(columns, (n, 1)))
+    return FacetParts(cut, np.repeat(np.arange(n), 4), np.tile(columns, (n, 1)))
 
 
 @dataclass(frozen=True, eq=False)

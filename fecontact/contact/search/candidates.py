@@ -80,5 +80,5 @@ def widen(chosen: NDArray[np.int64], gap: Array) -> NDArray[np.int64]:
     [0, 1, 2, 3]
     """
     above = gap - gap.min()
-    reach = max(2 * float(above[chosen].max()), float(np.sort(above)[min(2 * len(chosen), len(gap)) - 1]))
-    return np.union1d(chosen, np.flatnonzero(above <= reach))
+    search_radius = max(2 * float(above[chosen].max()), float(np.sort(above)[min(2 * len(chosen), len(gap)) - 1]))
+    return np.union1d(chosen, np.flatnonzero(above <= search_radius))

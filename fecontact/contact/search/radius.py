@@ -14,12 +14,12 @@ import numpy as np
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
-from fecontact.contact.search.region import Drift
+from fecontact.contact.search.region import RigidIncrement
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class SearchRadius:
     """Up to where the surfaces of a contact are paired.
 
     Attributes
@@ -28,24 +28,24 @@ class Reach:
         Up to which points are paired to tell how the faces are to be coupled, whatever the drift.
     elastic : float
         Displacement of both sides together beyond the drift, for which mortar coupling is done.
-    drift : Drift, optional
+    increment : RigidIncrement, optional
         Rigid motion of the one side seen from the other that is expected, in world axes; None if nothing is known.
     """
 
     distance: float
     elastic: float
-    drift: Drift | None = None
+    increment: RigidIncrement | None = None
 
-    def turned_over(self) -> Reach:
+    def turned_over(self) -> SearchRadius:
         """The same with the sides of the contact swapped."""
-        if self.drift is None:
+        if self.increment is None:
             return self
-        return replace(self, drift=Drift(-self.drift.shift, -self.drift.turn))
+        return replace(self, increment=RigidIncrement(-self.increment.shift, -self.increment.turn))
 
-    def drift_in(self, pose: Pose) -> Drift:
+    def increment_in(self, pose: Pose) -> RigidIncrement:
         """The drift in the axes of a body."""
-        assert self.drift is not None
-        return in_axes(self.drift, pose)
+        assert self.increment is not None
+        return in_axes(self.increment, pose)
 
 
 def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurface] | None:
@@ -57,7 +57,7 @@ def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurf
     return facets if len(facets) == 2 else None
 
 
-def in_axes(drift: Drift, pose: Pose) -> Drift:
+def in_axes(increment: RigidIncrement, pose: Pose) -> RigidIncrement:
     """A drift in world axes, in those of a body."""
     R, t = pose.rotation, pose.translation
-    return Drift((drift.shift + np.cross(drift.turn, t)) @ R, drift.turn @ R)
+    return RigidIncrement((increment.shift + np.cross(increment.turn, t)) @ R, increment.turn @ R)

@@ -30,7 +30,7 @@ RINGS = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Drift:
+class RigidIncrement:
     """Small rigid motion x -> shift + turn x x (vectors (3,)) of a slave seen from its master, in the master's axes."""
 
     shift: Array
@@ -41,11 +41,11 @@ class Drift:
         return self.shift + np.cross(self.turn, points)
 
 
-STILL = Drift(np.zeros(3), np.zeros(3))
+STILL = RigidIncrement(np.zeros(3), np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
-class Near:
+class SearchRegion:
     """Parts of two surfaces that are paired.
 
     Attributes
@@ -66,9 +66,14 @@ class Near:
     within: Mask
 
 
-def near_parts(
-    slave: FacetSurface, master: FacetSurface, rotation: Array, translation: Array, reach: float, drift: Drift = STILL
-) -> Near:
+def search_region(
+    slave: FacetSurface,
+    master: FacetSurface,
+    rotation: Array,
+    translation: Array,
+    search_radius: float,
+    increment: RigidIncrement = STILL,
+) -> SearchRegion:
     """Parts of two surfaces whose distance, after a rigid motion, may be less than a reach.
 
     Parameters
@@ -76,9 +81,9 @@ def near_parts(
     slave, master : FacetSurface
     rotation, translation
         Pose of the slave's axes seen from the master's.
-    reach : float
+    search_radius : float
         Displacement of both surfaces together that is allowed for beyond the drift.
-    drift : Drift, optional
+    increment : RigidIncrement, optional
         Rigid motion that is expected.
 
     Returns
@@ -87,12 +92,12 @@ def near_parts(
     """
     parts = parts_of(slave)
     own, other = bounds_of(parts.surface), bounds_of(master)
-    place = _Place(own, other, rotation, translation, drift)
-    far = place.to_centre - own.radius - other.radius.max() > reach + place.motion
+    place = _Place(own, other, rotation, translation, increment)
+    far = place.to_centre - own.radius - other.radius.max() > search_radius + place.motion
     within = place.inside.copy()
     doubtful = np.flatnonzero(~place.inside & ~far)
-    part, _, left = place.pairs(doubtful, reach + place.motion[doubtful], _cones(slave, master, rotation))
-    within[part[left <= reach]] = True
+    part, _, left = place.pairs(doubtful, search_radius + place.motion[doubtful], _cones(slave, master, rotation))
+    within[part[left <= search_radius]] = True
     nodes = np.zeros(len(slave.points), bool)
     part, column = np.nonzero(parts.columns & within[:, None])
     nodes[slave.facets[parts.owner[part], column]] = True
@@ -104,7 +109,7 @@ def near_parts(
         facets = facets | around
         nodes[slave.facets[around]] = True
         nodes[slave.facets[~facets]] = False
-    return Near(facets, nodes, place.opposite(facets[parts.owner]), within)
+    return SearchRegion(facets, nodes, place.opposite(facets[parts.owner]), within)
 
 
 def _at_rim(slave: FacetSurface, master: FacetSurface, facets: Mask, rotation: Array, translation: Array) -> Mask:
@@ -118,30 +123,30 @@ def _at_rim(slave: FacetSurface, master: FacetSurface, facets: Mask, rotation: A
     return np.asarray(out[slave.facets].any(axis=1) & facets)
 
 
-def bridged(
-    near: Near,
+def find_missed(
+    near: SearchRegion,
     slave: FacetSurface,
     master: FacetSurface,
     rotation: Array,
     translation: Array,
-    drift: Drift,
+    increment: RigidIncrement,
     elastic: tuple[Array, Array],
 ) -> tuple[bool, float]:
     """Whether a part that was left out can have come into touch, and the reach that suits the displacements.
 
     Parameters
     ----------
-    near : Near
+    near : SearchRegion
     slave, master, rotation, translation
-        As in `near_parts`.
-    drift : Drift
+        As in `search_region`.
+    increment : RigidIncrement
         Rigid motion of the slave seen from the master.
     elastic : (n_slave_parts,) and (n_master_facets,) arrays
         Upper bounds of the displacements besides, see `part_displacements`.
     """
     parts = parts_of(slave)
     own, other = bounds_of(parts.surface), bounds_of(master)
-    place = _Place(own, other, rotation, translation, drift)
+    place = _Place(own, other, rotation, translation, increment)
     ours, theirs = elastic
     needed = place.motion + ours + theirs.max()
     close = place.to_centre - own.radius - other.radius.max() <= needed
@@ -178,17 +183,19 @@ def _angle(axis: Array, vector: Array, size: Array) -> Array:
 class _Place:
     """Parts of a slave in the master's axes, and how they drift."""
 
-    def __init__(self, own: Bounds, other: Bounds, rotation: Array, translation: Array, drift: Drift) -> None:
+    def __init__(
+        self, own: Bounds, other: Bounds, rotation: Array, translation: Array, increment: RigidIncrement
+    ) -> None:
         self.own, self.other, self.rotation, self.translation = own, other, rotation, translation
         self.centre = own.centre @ rotation.T + translation
         self.to_centre, nearest = other.all_centres.query(self.centre)
         self.to_node = other.nodes.query(self.centre)[0]
         offset = self.centre - other.centre[nearest]
         self.inside = np.einsum("ni,ni->n", offset, other.normal[nearest]) < 0
-        self.drift = drift.at(self.centre)
+        self.increment = increment.at(self.centre)
         #: how much the drift differs over a part from that at its centre, and its largest size there
-        self.spread = float(np.linalg.norm(drift.turn)) * own.radius
-        self.motion = np.linalg.norm(self.drift, axis=1) + self.spread
+        self.spread = float(np.linalg.norm(increment.turn)) * own.radius
+        self.motion = np.linalg.norm(self.increment, axis=1) + self.spread
 
     def pairs(self, chosen: IntArray, radius: Array, cones: tuple[Cones, Cones]) -> tuple[IntArray, IntArray, Array]:
         """Chosen parts and facets of the master no further apart than `radius` (n_chosen,), and what is left of that.
@@ -204,7 +211,7 @@ class _Place:
             found.append((chosen[which], members[hit]))
         s, m = (np.concatenate(f) for f in zip(*found, strict=True))
         apart = self._apart(s, m)
-        closing = least_along_lines(self.drift[s], cones[0].chosen(s), cones[1].chosen(m))
+        closing = least_along_lines(self.increment[s], cones[0].chosen(s), cones[1].chosen(m))
         return s, m, np.where(apart > 0, apart + closing - self.spread[s], -np.inf)
 
     def opposite(self, chosen: Mask) -> Mask:

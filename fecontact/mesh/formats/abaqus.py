@@ -19,17 +19,17 @@ from scipy.spatial.transform import Rotation
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.formats.abaqus_deck import Deck, labelled_faces, listed, member_and_label, nodes_of, read_deck
-from fecontact.mesh.formats.abaqus_keywords import Section, one_spelling, read_sections, refuse_generated
+from fecontact.mesh.formats.abaqus_keywords import KeywordSection, one_spelling, read_sections, refuse_generated
 from fecontact.mesh.formats.raw import RawMesh
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
+class InstanceParts:
     """Keywords of an assembly by where they stand."""
 
-    parts: dict[str, list[Section]] = field(default_factory=dict)
-    instances: list[tuple[Section, list[Section]]] = field(default_factory=list)
-    outside: list[Section] = field(default_factory=list)
+    parts: dict[str, list[KeywordSection]] = field(default_factory=dict)
+    instances: list[tuple[KeywordSection, list[KeywordSection]]] = field(default_factory=list)
+    outside: list[KeywordSection] = field(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Instance:
             local = known.get(name.upper())
         else:
             ids = self.deck.node_ids if what == "node" else self.deck.element_ids
-            local = listed(Section("", {}, [name]), {}, ids, what, self.deck.source)
+            local = listed(KeywordSection("", {}, [name]), {}, ids, what, self.deck.source)
         return None if local is None else self.numbers(local, what)
 
 
@@ -98,10 +98,10 @@ def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
         raise MeshError(f"{path.name} holds a line that cannot be read: {error}.") from error
 
 
-def _by_place(sections: list[Section], source: str) -> Parts:
+def _by_place(sections: list[KeywordSection], source: str) -> InstanceParts:
     """Sort keywords into those of parts, of instances and the others."""
-    out = Parts()
-    inside: list[Section] | None = None
+    out = InstanceParts()
+    inside: list[KeywordSection] | None = None
     for s in sections:
         if s.keyword == "PART":
             inside = out.parts.setdefault(s.parameters.get("NAME", ""), [])
@@ -117,11 +117,11 @@ def _by_place(sections: list[Section], source: str) -> Parts:
     return out
 
 
-def _has_solids(sections: list[Section]) -> bool:
+def _has_solids(sections: list[KeywordSection]) -> bool:
     return any(s.keyword == "ELEMENT" and s.parameters.get("TYPE", "").upper().startswith("C3D") for s in sections)
 
 
-def _assembled(sections: Parts, source: str, part: str | None) -> RawMesh:
+def _assembled(sections: InstanceParts, source: str, part: str | None) -> RawMesh:
     """Instances side by side with their sets and those of the assembly."""
     instances = _chosen(_instances(sections, source), source, part)
     kept = [i for i in instances if i.first_point >= 0]
@@ -151,11 +151,11 @@ def _names(raw: RawMesh) -> tuple[str, ...]:
     return (*raw.groups, *raw.facets, *raw.faces, *raw.node_sets)
 
 
-def _instances(sections: Parts, source: str) -> list[Instance]:
+def _instances(sections: InstanceParts, source: str) -> list[Instance]:
     """Copies of the parts in their places; without an assembly each part stands where it was drawn."""
     by_name = {name.upper(): (name, content) for name, content in sections.parts.items()}
     decks: dict[str, Deck] = {}
-    empty = Section("INSTANCE", {}, [])
+    empty = KeywordSection("INSTANCE", {}, [])
     placed = sections.instances or [(replace(empty, parameters={"NAME": n, "PART": n}), []) for n in sections.parts]
     out = []
     for head, own in placed:
@@ -180,7 +180,7 @@ def _nothing(source: str) -> Deck:
     return Deck(none, none, np.zeros(0, np.str_), RawMesh(np.zeros((0, 3)), []), source)
 
 
-def _placed(points: Array, head: Section, source: str) -> Array:
+def _placed(points: Array, head: KeywordSection, source: str) -> Array:
     """Points translated by the first data line of *INSTANCE, then turned as the second says.
 
     That is two points a and b of the axis and an angle in degrees, right-handed about a - b.
@@ -224,7 +224,7 @@ def _chosen(instances: list[Instance], source: str, part: str | None) -> list[In
 
 
 def _of_the_assembly(
-    sections: list[Section],
+    sections: list[KeywordSection],
     instances: list[Instance],
     blocks: list[tuple[str, IntArray]],
     kinds: NDArray[np.str_],
@@ -258,7 +258,9 @@ def _filled(sets: dict[str, IntArray]) -> dict[str, IntArray]:
     return {name: members for name, members in sets.items() if len(members)}
 
 
-def _assembly_sets(sections: list[Section], instances: list[Instance], what: str, source: str) -> dict[str, IntArray]:
+def _assembly_sets(
+    sections: list[KeywordSection], instances: list[Instance], what: str, source: str
+) -> dict[str, IntArray]:
     """Sets of nodes or elements that name an instance, or members as ``instance.name``."""
     keyword = "NSET" if what == "node" else "ELSET"
     out: dict[str, IntArray] = {}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import MeshError
-from fecontact.mesh.formats.abaqus_keywords import Section, table
+from fecontact.mesh.formats.abaqus_keywords import KeywordSection, table
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.kinds import KINDS
 
@@ -59,7 +59,7 @@ class Deck:
     source: str
 
 
-def read_deck(sections: list[Section], source: str) -> Deck:
+def read_deck(sections: list[KeywordSection], source: str) -> Deck:
     """Make a mesh of keywords.
 
     Raises
@@ -146,7 +146,7 @@ def _kind(name: str, source: str) -> tuple[str, int]:
     return "", 0
 
 
-def listed(section: Section, sets: Mapping[str, IntArray], ids: IntArray, what: str, source: str) -> IntArray:
+def listed(section: KeywordSection, sets: Mapping[str, IntArray], ids: IntArray, what: str, source: str) -> IntArray:
     """Members of a set: numbers, ranges (GENERATE) or names of other sets."""
     if "GENERATE" in section.parameters:
         rows = [[int(v) for v in line.split(",") if v.strip()] for line in section.lines]
@@ -166,7 +166,7 @@ def listed(section: Section, sets: Mapping[str, IntArray], ids: IntArray, what: 
     )
 
 
-def _element_sets(sections: list[Section], deck: Deck) -> dict[str, IntArray]:
+def _element_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray]:
     """Sets of solid elements; sets of surface elements have been taken as surfaces already."""
     out = dict(deck.raw.groups)
     for s in sections:
@@ -178,7 +178,7 @@ def _element_sets(sections: list[Section], deck: Deck) -> dict[str, IntArray]:
     return out
 
 
-def _node_sets(sections: list[Section], deck: Deck) -> dict[str, IntArray]:
+def _node_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray]:
     out: dict[str, IntArray] = {}
     of_nodes = {s.parameters["NSET"]: s for s in sections if s.keyword == "NODE" and "NSET" in s.parameters}
     for name, s in of_nodes.items():
@@ -205,7 +205,7 @@ def nodes_of(elements: IntArray, blocks: Sequence[tuple[str, IntArray]]) -> IntA
 
 
 def _surfaces(
-    sections: list[Section], deck: Deck, node_sets: dict[str, IntArray]
+    sections: list[KeywordSection], deck: Deck, node_sets: dict[str, IntArray]
 ) -> tuple[dict[str, IntArray], dict[str, IntArray]]:
     """Surfaces as (cell, local face) and those that are given by nodes."""
     faces: dict[str, IntArray] = {}
@@ -216,7 +216,11 @@ def _surfaces(
         kind = s.parameters.get("TYPE", "ELEMENT").upper()
         if kind == "NODE":
             by_nodes[name] = listed(
-                Section("", {}, [x.split(",")[0] for x in s.lines]), node_sets, deck.node_ids, "node", deck.source
+                KeywordSection("", {}, [x.split(",")[0] for x in s.lines]),
+                node_sets,
+                deck.node_ids,
+                "node",
+                deck.source,
             )
             continue
         if kind != "ELEMENT":

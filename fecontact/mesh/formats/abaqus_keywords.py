@@ -29,7 +29,7 @@ LISTS = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"}
 
 
 @dataclass(frozen=True)
-class Section:
+class KeywordSection:
     """A keyword with its parameters (names in capitals), data lines, and where it stands: ``file, line 12``."""
 
     keyword: str
@@ -38,7 +38,7 @@ class Section:
     place: str = ""
 
 
-def read_sections(path: Path) -> Iterator[Section]:
+def read_sections(path: Path) -> Iterator[KeywordSection]:
     """Keywords of a file in their order, included files in place."""
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
@@ -54,7 +54,7 @@ def read_sections(path: Path) -> Iterator[Section]:
             lines.append(line.strip())
             continue
         if keyword:
-            yield Section(keyword, parameters, lines, place)
+            yield KeywordSection(keyword, parameters, lines, place)
         place = f"{path.name}, line {number}"
         head, *rest = line[1:].split(",")
         keyword, lines = " ".join(head.upper().split()), []
@@ -64,10 +64,10 @@ def read_sections(path: Path) -> Iterator[Section]:
             yield from read_sections(path.parent / parameters.get("INPUT", ""))
             keyword = ""
     if keyword:
-        yield Section(keyword, parameters, lines, place)
+        yield KeywordSection(keyword, parameters, lines, place)
 
 
-def one_spelling(sections: list[Section]) -> list[Section]:
+def one_spelling(sections: list[KeywordSection]) -> list[KeywordSection]:
     """Names of sets and surfaces as they are spelled first: capitals make no difference in these files."""
     first: dict[tuple[str, str], str] = {}
     out = []
@@ -80,7 +80,7 @@ def one_spelling(sections: list[Section]) -> list[Section]:
     return out
 
 
-def refuse_generated(sections: list[Section]) -> None:
+def refuse_generated(sections: list[KeywordSection]) -> None:
     """Refuse keywords that make or move nodes and elements, which would be missing or in another place.
 
     Raises

@@ -29,7 +29,7 @@ def held_across(result: SolvedScene) -> Iterator[str]:
     mirrored = _mirror_normals(result.scene.bodies) if loaded else np.zeros((0, 3))
     for frame in loaded:
         size = float(np.linalg.norm(frame.load[:3]))
-        meant = np.concatenate([frame.released[:3].T, np.eye(3)[[c for c in frame.prescribed if c < 3]]])
+        meant = np.concatenate([frame.free[:3].T, np.eye(3)[[c for c in frame.prescribed_components if c < 3]]])
         across = result.reaction(frame.body)[:3]
         for direction in (mirrored, meant):
             across = across - np.linalg.pinv(direction) @ (direction @ across)

@@ -22,7 +22,7 @@ from fecontact.contact.interface import Interface
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
-from fecontact.surfaces.facet_surface import FacetSurface, Feet, Surface
+from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
 from fecontact.surfaces.section_curve import CurveSurface
 
 #: Error of linearised motions, relative to the approach, that is let pass.
@@ -93,16 +93,14 @@ def linearisation_error(result: SolvedScene) -> LinearisationError:
 def driven_motions(result: SolvedScene) -> Array:
     """Rigid motions (n_bodies, 6) of a result without those that change no gap, which are as large as chance has it."""
     frames, motions = result.loading.frames, result.motions
-    B = result.reduction.problem.B
+    B = result.condensed.problem.B
     if not len(B):
         return motions
     squares, directions = np.linalg.eigh(B @ B.T)
     neutral = directions[:, squares <= NEUTRAL**2 * squares[-1]]
     scale = np.array([[1.0] * 3 + [f.body.size] * 3 for f in frames])
-    count = np.cumsum([0] + [p.released.shape[1] for p in result.reduction.parts])
-    fields = [
-        p.frame.released @ neutral[a:b] for p, a, b in zip(result.reduction.parts, count, count[1:], strict=False)
-    ]
+    count = np.cumsum([0] + [p.free.shape[1] for p in result.condensed.parts])
+    fields = [p.frame.free @ neutral[a:b] for p, a, b in zip(result.condensed.parts, count, count[1:], strict=False)]
     basis, _ = np.linalg.qr(scale.reshape(-1, 1) * np.concatenate(fields))
     flat = (scale * motions).ravel()
     return np.asarray((flat - basis @ (basis.T @ flat)).reshape(motions.shape) / scale)
@@ -171,23 +169,23 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
     slave = slave.in_contact(_nodes_of(interface, chosen), x, fields.forces[chosen])
     master = master.in_contact(before.weights, foot, fields.forces[chosen])
     there = master.pose
-    feet = surface.project(there.to_body(slave.pose.to_world(own)))
+    projection = surface.project(there.to_body(slave.pose.to_world(own)))
     linear = closing(slave, master)
-    seen = ~(before.beyond | feet.beyond)
-    inside = seen & ~(_at_rim(surface, before) | _at_rim(surface, feet))
+    seen = ~(before.outside | projection.outside)
+    inside = seen & ~(_at_rim(surface, before) | _at_rim(surface, projection))
     # a foot on the rim tells nothing of how the surface goes on
     seen = inside if (active & inside).any() else seen
     if not active.any():
-        overlooked = bool((feet.gap[seen] < -LEAST_APPROACH * interface.slave.size).any())
+        overlooked = bool((projection.gap[seen] < -LEAST_APPROACH * interface.slave.size).any())
         return LinearisationError(np.inf if overlooked else 0.0, 1.0, 0.0)
     if not (active & seen).any():
         return LinearisationError(np.inf, 1.0, 0.0)
-    change = feet.gap - linear
+    change = projection.gap - linear
     approach = min(max(float(-rigid[active].min()), 0.0), _indentation(fields))
     # others count where the change would bring them into contact
     counted = seen & (active | (fields.gap[chosen] + change < -BEARABLE * approach))
     forces = np.where(active & seen, fields.forces[chosen], 0.0)
-    turn = _smooth(surface, feet) @ there.rotation.T - _smooth(surface, before) @ interface.master.pose.rotation.T
+    turn = _smooth(surface, projection) @ there.rotation.T - _smooth(surface, before) @ interface.master.pose.rotation.T
     direction = float(np.linalg.norm(forces @ turn) / forces.sum())
     return LinearisationError(float(np.abs(change[counted]).max()), approach, direction)
 
@@ -218,25 +216,25 @@ def _looked_at(fields: ContactFields) -> IntArray:
     return np.concatenate([active[:: 1 + len(active) // MOST_POINTS], nearest])
 
 
-def _at_rim(surface: Surface, feet: Feet) -> NDArray[np.bool_]:
+def _at_rim(surface: Surface, projection: Projection) -> NDArray[np.bool_]:
     """Which feet (n,) lie on the rim: those that nodes of the rim alone interpolate."""
-    if not isinstance(surface, FacetSurface) or feet.weights is None:
-        return np.zeros(len(feet.gap), bool)
-    inner = abs(feet.weights) @ ~surface.rim_nodes
+    if not isinstance(surface, FacetSurface) or projection.weights is None:
+        return np.zeros(len(projection.gap), bool)
+    inner = abs(projection.weights) @ ~surface.rim_nodes
     return np.asarray(inner <= ON_RIM)
 
 
-def _smooth(surface: Surface, feet: Feet) -> Array:
+def _smooth(surface: Surface, projection: Projection) -> Array:
     """Normals (n, 3) at feet without the kinks between facets, over which a point slides without consequence."""
-    if not isinstance(surface, FacetSurface) or feet.weights is None:
-        return feet.normals
+    if not isinstance(surface, FacetSurface) or projection.weights is None:
+        return projection.normals
     if isinstance(surface, CurveSurface):
-        assert feet.facet is not None
-        assert feet.local is not None
-        return surface.normals(feet.facet, feet.local)
-    mean = feet.weights @ surface.mean_normals
+        assert projection.facet is not None
+        assert projection.local is not None
+        return surface.normals(projection.facet, projection.local)
+    mean = projection.weights @ surface.mean_normals
     length = np.linalg.norm(mean, axis=1, keepdims=True)
-    return np.divide(mean, length, out=feet.normals.copy(), where=length > 0)
+    return np.divide(mean, length, out=projection.normals.copy(), where=length > 0)
 
 
 def _of_spring(state: SpringState, after: dict[int, _Motion]) -> LinearisationError:

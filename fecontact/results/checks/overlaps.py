@@ -75,8 +75,8 @@ class _Placed:
             if not len(points):
                 return 0.0
         seen = other.body.pose.to_body(other._moved(points, -1.0))
-        feet = it.surface.project(seen)
-        depth = np.where(feet.beyond, -np.inf, radius - feet.gap)
+        projection = it.surface.project(seen)
+        depth = np.where(projection.outside, -np.inf, radius - projection.gap)
         if it.may_hold is not None:
             depth[~it.may_hold(seen, radius)] = -np.inf
         # a body behind a surface that ends somewhere need not be inside

@@ -95,11 +95,11 @@ def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, floa
     if len(nodes) == 0:
         return 0.0, 0.0, 1.0, touched
     relative = one.body.pose.relative_to(other.body.pose)
-    feet = other.after.project(surface.points[nodes] @ relative.rotation.T + relative.translation)
-    assert feet.facet is not None
-    touched[feet.facet] = True
-    facing = opposition(surface, nodes, feet.normals @ relative.rotation) >= STEEPEST
-    depth = np.where(feet.beyond | ~facing, 0.0, -feet.gap).max(initial=0.0)
+    projection = other.after.project(surface.points[nodes] @ relative.rotation.T + relative.translation)
+    assert projection.facet is not None
+    touched[projection.facet] = True
+    facing = opposition(surface, nodes, projection.normals @ relative.rotation) >= STEEPEST
+    depth = np.where(projection.outside | ~facing, 0.0, -projection.gap).max(initial=0.0)
     elastic = np.linalg.norm(one.elastic[nodes], axis=1).max()
     return float(depth), float(elastic), float(node_sizes(surface)[nodes].mean()), touched
 
@@ -188,7 +188,7 @@ def _sagittas(surface: FacetSurface) -> Array:
 
     The largest over the sides counts; edges, sharper than round shapes are cut, count nothing.
     """
-    if surface.along is not None:
+    if surface.out_of_plane is not None:
         a, b, cosine = _shared_ends(surface)
     else:
         a, b, cosine = shared_sides(surface.points, surface.facets)

@@ -47,11 +47,11 @@ def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
     length = np.linalg.norm(lines, axis=1, keepdims=True)
     # radial forces all round a ring have no resultant
     lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
-    feet = master.pose.to_body(contact.points[active] - pairing.gap[active, None] * lines)
+    projection = master.pose.to_body(contact.points[active] - pairing.gap[active, None] * lines)
     ours = _Near.of(slave, names[0], pairing.slave_points[active], size, ON_RIM * size)
-    theirs = _Near.of(master, names[1], feet, size, spacing)
+    theirs = _Near.of(master, names[1], projection, size, spacing)
     if master.is_rigid:
-        theirs = _near_rigid_end(master, names[1], feet, lines @ master.pose.rotation, size, spacing)
+        theirs = _near_rigid_end(master, names[1], projection, lines @ master.pose.rotation, size, spacing)
     forces = contact.forces[active]
     for body, name, mine, other in ((slave, names[0], ours, theirs), (master, names[1], theirs, ours)):
         cut_off = mine.smooth & ~other.sharp

@@ -52,10 +52,10 @@ def _patch(contact: ContactFields, body: Body) -> tuple[Array, IntArray]:
     half = MARGIN * np.abs(offsets).max()
     t = half * np.linspace(-1.0, 1.0, PIECES + 1)
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2) @ axes + foot.points
-    feet = shape.project(grid)
+    projection = shape.project(grid)
     index = np.arange((PIECES + 1) ** 2).reshape(PIECES + 1, PIECES + 1)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
-    corners = feet.points[quads]
+    corners = projection.points[quads]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    kept = ~feet.beyond[quads].any(axis=1) & (longest < STRETCH * 2 * half / PIECES)
-    return body.pose.to_world(feet.points), quads[kept]
+    kept = ~projection.outside[quads].any(axis=1) & (longest < STRETCH * 2 * half / PIECES)
+    return body.pose.to_world(projection.points), quads[kept]

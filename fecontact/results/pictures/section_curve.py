@@ -66,8 +66,8 @@ def _window(contact: ContactFields, k: int) -> tuple[float, float]:
     if not contact.active.any():
         return low, high
     touched = place[contact.active]
-    reach = (MARGIN - 1) * float(np.ptp(touched))
-    return max(low, float(touched.min()) - reach), min(high, float(touched.max()) + reach)
+    search_radius = (MARGIN - 1) * float(np.ptp(touched))
+    return max(low, float(touched.min()) - search_radius), min(high, float(touched.max()) + search_radius)
 
 
 def _name(contact: ContactFields, k: int) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fecontact.common.arrays import Array
-from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.facet_surface import Projection
 
 Heights = Callable[[Array, Array], Array]
 Derivatives = Callable[[Array, Array], tuple[Array, Array, Array, Array, Array]]
@@ -17,7 +17,7 @@ SETTLED = 1e-14
 """Step, relative to the size of the surface, at which a foot is found."""
 
 
-def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: float) -> Feet:
+def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: float) -> Projection:
     """Feet of points (n, 3) on a rigid surface that lies above its body's outside: the body fills z >= f(x, y).
 
     Newton's method on half the squared distance from straight above or below, with Gauss-Newton's matrix where the
@@ -58,14 +58,14 @@ def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: flo
         if max(float(np.abs(dx).max(initial=0.0)), float(np.abs(dy).max(initial=0.0))) <= SETTLED * size:
             break
     f = heights(x, y)
-    beyond = ~np.isfinite(f)
-    f = np.where(beyond, 0.0, f)
-    fx, fy = (np.where(beyond, 0.0, d) for d in derivatives(x, y)[:2])
+    outside = ~np.isfinite(f)
+    f = np.where(outside, 0.0, f)
+    fx, fy = (np.where(outside, 0.0, d) for d in derivatives(x, y)[:2])
     normals = np.stack([fx, fy, -np.ones_like(fx)], axis=1)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    feet = np.stack([x, y, f], axis=1)
-    gap = np.einsum("ni,ni->n", points - feet, normals)
-    return Feet(points - gap[:, None] * normals, normals, gap, beyond)
+    projection = np.stack([x, y, f], axis=1)
+    gap = np.einsum("ni,ni->n", points - projection, normals)
+    return Projection(points - gap[:, None] * normals, normals, gap, outside)
 
 
 def differences(heights: Heights, step: float) -> Derivatives:

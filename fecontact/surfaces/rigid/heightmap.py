@@ -13,7 +13,7 @@ from scipy.interpolate import RectBivariateSpline
 from fecontact.common.arrays import Array
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
-from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.closest_point import differences, nearest
 
 OVERHANG = 1e-9
@@ -91,7 +91,7 @@ class HeightMap:
         cell = min(s / n for s, n in zip(self.size_xy, self.z.shape, strict=True))
         return bool(np.abs(x[:, 0] - own[0]).max() < 1e-9 * cell and np.abs(y[0] - own[1]).max() < 1e-9 * cell)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3)."""
 
         def derivatives(x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -131,6 +131,6 @@ class FunctionSurface:
         """Heights at coordinates that broadcast together."""
         return np.asarray(self.function(np.asarray(x, dtype=float), np.asarray(y, dtype=float)), dtype=float)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3)."""
         return nearest(points, self.heights, differences(self.heights, 1e-4 * self.size), self.size)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
-from fecontact.surfaces.facet_surface import Feet
+from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.closest_point import differences, nearest
 
 
@@ -35,9 +35,9 @@ def _circle(planar: Array, z: Array, radius: float) -> tuple[Array, Array, Array
     return gap, planar / safe, np.where(distance > 0, height / safe, -1.0)
 
 
-def _feet(points: Array, normals: Array, gap: Array, beyond: NDArray[np.bool_] | None = None) -> Feet:
-    none = np.zeros(len(points), bool) if beyond is None else beyond
-    return Feet(points - gap[:, None] * normals, normals, gap, none)
+def _projection(points: Array, normals: Array, gap: Array, outside: NDArray[np.bool_] | None = None) -> Projection:
+    none = np.zeros(len(points), bool) if outside is None else outside
+    return Projection(points - gap[:, None] * normals, normals, gap, none)
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Paraboloid:
         rx, ry = self.curvature_radii
         return x**2 / (2 * rx) + y**2 / (2 * ry)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3)."""
         rx, ry = self.curvature_radii
 
@@ -126,11 +126,11 @@ class Cylinder:
         """Heights at coordinates that broadcast together."""
         return np.where(np.abs(y) <= self.length / 2, _round(np.asarray(x) ** 2, self.radius), np.inf)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3) on the curved face."""
         gap, along, up = _circle(points[:, 0], points[:, 2], self.radius)
         normals = np.stack([along, np.zeros_like(along), up], axis=1)
-        return _feet(points, normals, gap, np.abs(points[:, 1]) > self.length / 2)
+        return _projection(points, normals, gap, np.abs(points[:, 1]) > self.length / 2)
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ class Cone:
         """Heights at coordinates that broadcast together."""
         return np.hypot(x, y) * math.tan(self.angle)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3) on the flank, or on the tip."""
         r, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
         c, s = math.cos(self.angle), math.sin(self.angle)
@@ -178,7 +178,7 @@ class Cone:
         distance = np.linalg.norm(points, axis=1)
         off = at_tip & (distance > 0)
         normals[off] = points[off] / distance[off, None]
-        return _feet(points, normals, np.where(off, distance, gap))
+        return _projection(points, normals, np.where(off, distance, gap))
 
 
 @dataclass(frozen=True)
@@ -223,10 +223,10 @@ class FlatPunch:
         """Zero under the punch, infinite beside it."""
         return np.where(self._inside(x, y), 0.0, np.inf)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet straight above or below; points beside the punch lie beyond it."""
         normals = np.tile([0.0, 0.0, -1.0], (len(points), 1))
-        return _feet(points, normals, -points[:, 2], ~self._inside(points[:, 0], points[:, 1]))
+        return _projection(points, normals, -points[:, 2], ~self._inside(points[:, 0], points[:, 1]))
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,7 @@ class Ellipsoid:
         a, b, c = self.semi_axes
         return c * _round((x / a) ** 2 + (y / b) ** 2, 1.0)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3) on the lower half."""
         return nearest(points, self.heights, differences(self.heights, 1e-4 * min(self.semi_axes)), self.size)
 
@@ -307,10 +307,10 @@ class Torus:
         """Heights at coordinates that broadcast together."""
         return _round((np.hypot(x, y) - self.ring) ** 2, self.tube)
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3)."""
         r = np.hypot(points[:, 0], points[:, 1])
         gap, along, up = _circle(r - self.ring, points[:, 2], self.tube)
         outwards = np.divide(points[:, :2], r[:, None], out=np.zeros((len(r), 2)), where=r[:, None] > 0)
         outwards[r == 0, 0] = 1.0
-        return _feet(points, np.concatenate([along[:, None] * outwards, up[:, None]], axis=1), gap)
+        return _projection(points, np.concatenate([along[:, None] * outwards, up[:, None]], axis=1), gap)

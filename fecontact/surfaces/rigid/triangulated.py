@@ -12,7 +12,7 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.facets import triangular
 from fecontact.mesh.orient import signed_volume
 from fecontact.mesh.surface_mesh import SurfaceMesh
-from fecontact.surfaces.facet_surface import FacetSurface, Feet
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
 PAIRS = 4_000_000
 """Pairs of triangle and point that are looked at together."""
@@ -70,10 +70,10 @@ class Facets:
         """Whether some sides belong to one facet only, so that the facets enclose nothing."""
         return len(self._facets.rim_sides[0]) > 0
 
-    def project(self, points: Array) -> Feet:
+    def project(self, points: Array) -> Projection:
         """Feet of points (n, 3): the nearest points of the facets."""
         found = self._facets.project(points, n_near=6)
-        return Feet(found.points, found.normals, found.gap, found.beyond)
+        return Projection(found.points, found.normals, found.gap, found.outside)
 
     @cached_property
     def _triangles(self) -> Array:

@@ -20,7 +20,7 @@ from fecontact.ancf import (
     traction,
 )
 from fecontact.ancf.conserving import forces_between
-from fecontact.ancf.faces import Faces, hat_rule
+from fecontact.ancf.faces import Faces, multiplier_rule
 from fecontact.ancf.newton import UnstableError, contact_step
 
 SOFT = fc.Material(E=1.0, nu=0.3, density=1.0)
@@ -37,13 +37,13 @@ def shaken(assembly, amount, seed=0):
 
 
 def test_hats_are_positive_and_add_up_to_one():
-    points, weights, hats = hat_rule()
-    assert (hats >= -1e-15).all()
-    assert np.abs(hats.sum(axis=1) - 1).max() < 1e-14
+    points, weights, multipliers = multiplier_rule()
+    assert (multipliers >= -1e-15).all()
+    assert np.abs(multipliers.sum(axis=1) - 1).max() < 1e-14
     assert abs(weights.sum() - 1) < 1e-14
     # the hats interpolate linear functions
     places = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5]])
-    assert np.abs(hats @ places - points).max() < 1e-14
+    assert np.abs(multipliers @ places - points).max() < 1e-14
 
 
 def test_areas_of_hats_cover_the_faces():
@@ -76,7 +76,7 @@ def test_faces_as_patches_are_those_of_the_element():
 def test_gap_gradient_and_curvature_by_differences(obstacle):
     a = Assembly.of([brick()], None, [(0, "top", obstacle)])
     q, h = shaken(a, 1e-2), 1e-5
-    d, forces = shaken(a, 1.0, 1) - a.q0, np.random.default_rng(2).random(a.touches[0].n_hats)
+    d, forces = shaken(a, 1.0, 1) - a.q0, np.random.default_rng(2).random(a.touches[0].n_multipliers)
     at, ahead, behind = (a.conditions(x) for x in (q, q + h * d, q - h * d))
     # central differences err by h^2 = 1e-10 times third derivatives, and by rounding 1e-16 / h
     assert np.abs((ahead.gap - behind.gap) / (2 * h) - at.G @ d).max() < 1e-8

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace
 from fecontact.ancf.faces import Faces
-from fecontact.ancf.picture import draw_side, edges, hat_pressure
+from fecontact.ancf.picture import draw_side, edges, multiplier_pressure
 from fecontact.common.errors import InputError
 
 SOFT = fc.Material(E=1.0, nu=0.0)
@@ -43,10 +43,10 @@ def test_averaging_keeps_the_force_and_uniform_pressure():
     space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 1), element="hex8"))
     top = Faces(space, space.mesh.faces("top"))
     areas = top.quadrature[2]
-    _, _, same = hat_pressure(top, space.q0, 2.0 * areas, averaged=True)
+    _, _, same = multiplier_pressure(top, space.q0, 2.0 * areas, averaged=True)
     assert np.abs(same - 2).max() < 1e-14
     forces = np.random.default_rng(0).random(len(areas))
-    points, triangles, pressure = hat_pressure(top, space.q0, forces, averaged=True)
+    points, triangles, pressure = multiplier_pressure(top, space.q0, forces, averaged=True)
     # of a field that is linear over the triangles
     sides = points[triangles[:, 1:]] - points[triangles[:, :1]]
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2

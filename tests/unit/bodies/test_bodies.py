@@ -69,11 +69,11 @@ def test_rigid_sphere_keeps_digits_near_its_pole():
     z = r**2 / (R + np.sqrt(R**2 - r**2))  # on the sphere
     gap = np.array([1e-12, 1e-8, 1e-3])
     n = np.column_stack([r, np.zeros(3), z - R]) / R
-    feet = fc.Sphere(R).project(np.column_stack([r, np.zeros(3), z]) + gap[:, None] * n)
+    projection = fc.Sphere(R).project(np.column_stack([r, np.zeros(3), z]) + gap[:, None] * n)
     # coordinates of size r, z and gap only: 1e-16 of them
-    assert np.abs(feet.gap - gap).max() < 1e-16
-    assert np.abs(feet.gap / gap - 1).max() < 1e-9
-    assert np.abs(np.linalg.norm(feet.points - [0, 0, R], axis=1) - R).max() < 1e-15 * R * 2
+    assert np.abs(projection.gap - gap).max() < 1e-16
+    assert np.abs(projection.gap / gap - 1).max() < 1e-9
+    assert np.abs(np.linalg.norm(projection.points - [0, 0, R], axis=1) - R).max() < 1e-15 * R * 2
     with pytest.raises(InputError, match=r"radius"):
         fc.Sphere(-1.0)
 
@@ -81,12 +81,12 @@ def test_rigid_sphere_keeps_digits_near_its_pole():
 def test_rigid_body_traces_its_motion():
     body = fc.RigidBody(fc.Sphere(2.0))
     x = np.random.default_rng(3).normal(size=(7, 3))
-    feet = body.surface("surface").project(x)
+    projection = body.surface("surface").project(x)
     directions = np.random.default_rng(4).normal(size=(7, 3))
     motion = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
-    field = motion[:3] + np.cross(motion[3:], feet.points)
-    assert np.abs(body.trace(feet, directions) @ motion - (field * directions).sum(axis=1)).max() < 1e-14
-    reduced = body.reduce(body.trace(feet, directions), None, Stopwatch())
+    field = motion[:3] + np.cross(motion[3:], projection.points)
+    assert np.abs(body.trace(projection, directions) @ motion - (field * directions).sum(axis=1)).max() < 1e-14
+    reduced = body.reduce(body.trace(projection, directions), None, Stopwatch())
     assert reduced.compliance is None
     with pytest.raises(InputError, match=r"'surface'"):
         body.surface("cap")
@@ -180,6 +180,6 @@ def test_bodies_describe_themselves():
 
 
 def test_a_point_at_a_ball_s_centre_has_a_foot():
-    feet = fc.Sphere(2.0).project(np.array([[0.0, 0.0, 2.0]]))
-    assert np.abs(feet.normals - [0, 0, -1]).max() == 0
-    assert feet.gap[0] == -2.0
+    projection = fc.Sphere(2.0).project(np.array([[0.0, 0.0, 2.0]]))
+    assert np.abs(projection.normals - [0, 0, -1]).max() == 0
+    assert projection.gap[0] == -2.0

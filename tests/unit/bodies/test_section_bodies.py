@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.contact.coupling.mortar import hat_areas
+from fecontact.contact.coupling.mortar import multiplier_areas
 
 STEEL = fc.Material(E=200.0, nu=0.3)
 RUBBER = fc.Material(E=3.0, nu=0.4999)
@@ -114,7 +114,7 @@ def test_weights_on_the_axis():
     axis = surface.nodes[np.argmin(mesh.points[surface.nodes, 0])]
     with pytest.raises(fc.MeshError, match="no area of its own"):
         _ = surface.nodal_areas
-    areas = hat_areas(surface)
+    areas = multiplier_areas(surface)
     assert abs(areas.sum() / math.pi - 1) < 1e-13
     # 2 pi int (1 - 2s) s ds over half a side of length 1/2
     assert abs(areas[axis] / (2 * math.pi * 0.25 / 24) - 1) < 1e-12
@@ -138,13 +138,13 @@ def test_feet_on_an_arc():
     surface = fc.PlaneBody(mesh, STEEL, "cap").surface("cap")
     angle = np.linspace(0.01, 0.7, 50)
     points = np.stack([2.5 * np.sin(angle), 0 * angle, 2 - 2.5 * np.cos(angle)], axis=1)
-    feet = surface.project(points)
+    projection = surface.project(points)
     # the outermost quadratic side stands off the circle by 1e-3, those in the contact by 1e-8
-    assert np.abs(feet.gap - 0.5).max() < 2e-3
-    assert np.abs(feet.gap - 0.5)[angle < 0.1].max() < 1e-7
-    assert np.abs(feet.points[:, 1]).max() == 0
-    assert np.abs(feet.weights @ surface.points - feet.points).max() < 1e-14
-    assert not feet.beyond.any()
+    assert np.abs(projection.gap - 0.5).max() < 2e-3
+    assert np.abs(projection.gap - 0.5)[angle < 0.1].max() < 1e-7
+    assert np.abs(projection.points[:, 1]).max() == 0
+    assert np.abs(projection.weights @ surface.points - projection.points).max() < 1e-14
+    assert not projection.outside.any()
 
 
 # scenes

@@ -1,4 +1,4 @@
-"""Supports, grounding, loads and the model that brings them together."""
+"""Supports, fix_null_space, loads and the model that brings them together."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
-from fecontact.fem.support import grounding, holds, support_directions
+from fecontact.fem.support import fix_null_space, holds, support_directions
 from fecontact.mesh.mesh import merge
 
 # sums over some hundred quadrature points
@@ -110,7 +110,7 @@ def test_a_ring_held_along_its_bore_may_turn_in_it(steel):
 def test_grounding_spans_the_free_motions_well():
     mesh = block()
     modes = rigid_modes(mesh.points, mesh.points.mean(axis=0))
-    dofs = grounding(modes, np.zeros(0, dtype=int), 1.8)
+    dofs = fix_null_space(modes, np.zeros(0, dtype=int), 1.8)
     assert np.linalg.cond(modes[dofs]) < 10
 
 

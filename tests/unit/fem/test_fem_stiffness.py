@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt, rigid_modes, unresisted
+from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt, null_space, rigid_modes
 from fecontact.fem.stiffness import assemble_stiffness, batches, determinant_3x3, inverse_3x3
 from fecontact.mesh.mesh import Mesh
 
@@ -113,7 +113,7 @@ def test_gram_schmidt_drops_dependent_columns():
     ],
 )
 def test_unresisted_pure_components(rows, free):
-    modes = unresisted(np.array(rows, dtype=float).reshape(-1, 6), 3.0)
+    modes = null_space(np.array(rows, dtype=float).reshape(-1, 6), 3.0)
     names = [COMPONENTS[k] for k in np.argmax(np.abs(modes), axis=0)]
     assert sorted(names) == sorted(free.split())
     assert ((np.abs(modes) > 1e-12).sum(axis=0) == 1).all()
@@ -122,7 +122,7 @@ def test_unresisted_pure_components(rows, free):
 def test_unresisted_hinge_through_another_point():
     # nodes of a line along x held: the turn about that line is free, however far the reference point is
     line = np.column_stack([np.linspace(0, 1, 5), np.full(5, 7.0), np.full(5, -2.0)])
-    modes = unresisted(rigid_modes(line, (0.0, 0.0, 0.0)), 1.0)
+    modes = null_space(rigid_modes(line, (0.0, 0.0, 0.0)), 1.0)
     assert modes.shape == (6, 1)
     assert np.abs(rigid_modes(line, (0.0, 0.0, 0.0)) @ modes).max() < 1e-12
 

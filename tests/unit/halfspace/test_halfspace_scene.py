@@ -85,10 +85,10 @@ def test_finite_elements_on_a_half_space():
 def test_spread_forces_keep_force_and_moment():
     surface = grid_surface(half_space(n=8).grid, "surface")
     points = np.random.default_rng(0).uniform(-0.25, 0.25, (20, 3))
-    feet = surface.project(points)
-    assert not feet.beyond.any()
-    assert np.abs(feet.weights @ surface.points - feet.points).max() < 1e-15
-    assert surface.project(np.array([[1.0, 0.0, 0.0]])).beyond.all()
+    projection = surface.project(points)
+    assert not projection.outside.any()
+    assert np.abs(projection.weights @ surface.points - projection.points).max() < 1e-15
+    assert surface.project(np.array([[1.0, 0.0, 0.0]])).outside.all()
 
 
 def test_straight_above_by_heights_and_by_steps():

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 
 import fecontact as fc
-from fecontact.contact.coupling.tangent_plane import _nearness, charts, degrees
+from fecontact.contact.coupling.tangent_plane import _nearness, degrees, tangent_plane_maps
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.tet_to_hex import divided
@@ -26,28 +26,28 @@ def test_points_on_and_beyond_the_fold_of_a_kite():
     kite = FacetSurface(np.array([[0, 0, 0], [1, 0, 0], [0.7, 0.7, 0], [0, 1, 0.0]]), np.array([[0, 1, 2, 3]]))
     with warnings.catch_warnings(), np.errstate(divide="raise", invalid="raise"):
         warnings.simplefilter("error")
-        chart = charts(kite)
-        assert chart.taper[0] > 0
+        plane_map = tangent_plane_maps(kite)
+        assert plane_map.taper[0] > 0
         x = np.linspace(-9, 9, 37)
         points = np.stack([a.ravel() for a in np.meshgrid(x, x)], axis=1)
-        c, d = chart.centre[0], chart.twist[0]
-        whole = chart.along_s[0, 0] * chart.along_t[0, 1] - chart.along_s[0, 1] * chart.along_t[0, 0]
+        c, d = plane_map.centre[0], plane_map.twist[0]
+        whole = plane_map.along_s[0, 0] * plane_map.along_t[0, 1] - plane_map.along_s[0, 1] * plane_map.along_t[0, 0]
         # lines through the centre along either side, on which one numerator is zero, as far as beyond the fold
-        lines = [c + t * v[0] for v in (chart.along_s, chart.along_t) for t in np.linspace(-50, 50, 201)]
+        lines = [c + t * v[0] for v in (plane_map.along_s, plane_map.along_t) for t in np.linspace(-50, 50, 201)]
         points = np.concatenate([points, lines, [c + whole * np.array([-d[1], d[0]]) / (d @ d)]])
         facet = np.zeros(len(points), int)
-        local, jacobian = chart.from_plane(facet, points)
+        local, jacobian = plane_map.from_plane(facet, points)
         assert np.isfinite(local).all()
         assert np.isfinite(jacobian).all()
-        back = chart.to_plane(facet, local)
+        back = plane_map.to_plane(facet, local)
         inside = ((local >= 0) & (local <= 1)).all(axis=1)
         # rounding of coordinates of order one
         assert np.abs(back - points)[inside].max() < 1e-13
         folded = points[[0]] + np.array([[[0.0, 0], [1, 0], [0, 1]]])
-        assert 0 <= _nearness(chart, np.zeros(1, int), folded)[0] <= 1
+        assert 0 <= _nearness(plane_map, np.zeros(1, int), folded)[0] <= 1
         far = np.repeat(np.array([[[40.0, 40.0]]]), 3, axis=1)
-        assert _nearness(chart, np.zeros(1, int), far)[0] <= 1
-        assert degrees(chart, np.zeros(1, int), far, np.zeros(1)).shape == (1,)
+        assert _nearness(plane_map, np.zeros(1, int), far)[0] <= 1
+        assert degrees(plane_map, np.zeros(1, int), far, np.zeros(1)).shape == (1,)
 
 
 def test_hexahedra_made_of_tetrahedra_meet_by_mortar_without_a_warning():

@@ -8,7 +8,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import pair
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.line_of_action import FACING, feet_along
+from fecontact.surfaces.line_of_action import FACING, project_along
 from fecontact.surfaces.normals import normals_of, opposing
 from fecontact.surfaces.section_curve import CurveSurface
 
@@ -23,9 +23,9 @@ def dome(element="hex20", radius=5.0, **options):
     return fc.ElasticBody(mesh, SOLID, "cap", {"base": "xyz", "sym_x": "x", "sym_y": "y"}, **options)
 
 
-def collinear(points, feet):
+def collinear(points, projection):
     """Largest distance of points from the lines of their feet."""
-    return np.linalg.norm(np.cross(points - feet.points, feet.normals), axis=1).max()
+    return np.linalg.norm(np.cross(points - projection.points, projection.normals), axis=1).max()
 
 
 @pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
@@ -37,7 +37,7 @@ def test_mirror_images_press_along_the_normal_of_the_plane_between_them(element)
     assert near.mean() > 0.8
     assert np.abs(p.slave_normals - [0, 0, 1])[near].max() < ROUNDING
     assert np.abs(p.gap - (2 * p.slave_points[:, 2] + 0.01))[near].max() < ROUNDING
-    assert np.abs(p.about_feet(surface.points)).max() < ROUNDING
+    assert np.abs(p.couple_residual(surface.points)).max() < ROUNDING
     # the master's normal alone leans
     q = pair(surface, surface, FLIP, np.array([0.0, 0.0, -0.01]))
     assert np.abs(q.slave_normals - [0, 0, 1])[near].max() > 0.1
@@ -53,22 +53,22 @@ def test_points_and_feet_lie_on_lines_between_both_normals(element, share):
     x = p.slave_points @ turn.T + p.translation
     near = np.linalg.norm(x[:, :2] - 0.6, axis=1) < 0.5
     assert near.sum() > 10
-    assert collinear(x, p.feet) < ROUNDING
+    assert collinear(x, p.projection) < ROUNDING
     own = opposing(slave, p.nodes) @ turn.T
-    opposite = normals_of(master).at(p.feet.facet, p.feet.local)
+    opposite = normals_of(master).at(p.projection.facet, p.projection.local)
     lines = share * own + (1 - share) * opposite
     lines /= np.linalg.norm(lines, axis=1)[:, None]
-    assert np.abs(lines - p.feet.normals)[near].max() < ROUNDING
-    assert np.abs(p.feet.points + p.gap[:, None] * p.feet.normals - x)[near].max() < ROUNDING
+    assert np.abs(lines - p.projection.normals)[near].max() < ROUNDING
+    assert np.abs(p.projection.points + p.gap[:, None] * p.projection.normals - x)[near].max() < ROUNDING
 
 
 def test_without_a_share_the_nearest_points_remain():
     surface = dome().surface("cap")
     points = surface.points[surface.nodes] @ FLIP.T - [0.0, 0.0, 0.02]
     normals = opposing(surface, surface.nodes) @ FLIP.T
-    assert np.array_equal(feet_along(surface, points, normals, 0.0).points, surface.project(points).points)
+    assert np.array_equal(project_along(surface, points, normals, 0.0).points, surface.project(points).points)
     plane = fc.Plane()
-    assert np.array_equal(feet_along(plane, points, normals, 0.5).normals, plane.project(points).normals)
+    assert np.array_equal(project_along(plane, points, normals, 0.5).normals, plane.project(points).normals)
 
 
 def grid(n, height):
@@ -84,22 +84,22 @@ def test_lines_that_miss_the_master_leave_the_nearest_point():
     flat = grid(4, lambda x, y: 0 * x)
     leaning = np.array([[-0.6, 0.0, 0.8]])
     points = np.array([[0.9, 0.5, 0.5], [0.3, 0.5, 0.5]])
-    feet = feet_along(flat, points, np.repeat(leaning, 2, axis=0), 0.5)
+    projection = project_along(flat, points, np.repeat(leaning, 2, axis=0), 0.5)
     # the first leaves over the rim at x = 1, so it has its foot straight below; the second meets the surface aside
-    assert np.abs(feet.points[0] - [0.9, 0.5, 0.0]).max() < ROUNDING
-    assert np.abs(feet.normals[0] - [0, 0, 1]).max() < ROUNDING
-    assert np.abs(feet.points[1] - [0.3 + 0.5 / 3, 0.5, 0.0]).max() < ROUNDING
-    assert collinear(points, feet) < ROUNDING
+    assert np.abs(projection.points[0] - [0.9, 0.5, 0.0]).max() < ROUNDING
+    assert np.abs(projection.normals[0] - [0, 0, 1]).max() < ROUNDING
+    assert np.abs(projection.points[1] - [0.3 + 0.5 / 3, 0.5, 0.0]).max() < ROUNDING
+    assert collinear(points, projection) < ROUNDING
     # beyond the rim it stays
-    out = feet_along(flat, np.array([[1.5, 0.5, 0.1]]), np.array([[0.0, 0.0, 1.0]]), 0.5)
-    assert out.beyond.all()
+    out = project_along(flat, np.array([[1.5, 0.5, 0.1]]), np.array([[0.0, 0.0, 1.0]]), 0.5)
+    assert out.outside.all()
 
 
 def test_where_surfaces_do_not_face_each_other_the_masters_normal_rules():
     flat, points = grid(4, lambda x, y: 0 * x), np.tile([0.5, 0.5, 0.01], (2, 1))
     for cosine, rules in ((FACING - 0.01, True), (FACING + 0.01, False), (-1.0, True)):
         normals = np.tile([np.sqrt(1 - cosine**2), 0.0, cosine], (2, 1))
-        found = feet_along(flat, points, normals, 0.5).normals
+        found = project_along(flat, points, normals, 0.5).normals
         assert (np.abs(found - [0, 0, 1]).max() < ROUNDING) == rules
 
 
@@ -118,8 +118,8 @@ def test_edges_have_no_normal_of_their_own_and_facets_beside_them_keep_theirs():
     assert np.abs(bent.nodal[on_edge] - [0, 0, 1]).max() < ROUNDING
     # the corner of a block on a plate: with no normal of its own the plate's rules
     plate = grid(3, lambda x, y: 0 * x)
-    feet = feet_along(plate, np.array([[0.5, 0.5, 0.01]]), np.zeros((1, 3)), 0.5)
-    assert np.abs(feet.normals - [0, 0, 1]).max() < ROUNDING
+    projection = project_along(plate, np.array([[0.5, 0.5, 0.01]]), np.zeros((1, 3)), 0.5)
+    assert np.abs(projection.normals - [0, 0, 1]).max() < ROUNDING
 
 
 def on_the_planes(surface):
@@ -169,7 +169,7 @@ def test_sections_have_normals_along_their_axis_on_it():
 def test_moments_balance_whatever_the_weights(couple, share):
     slave, master = dome(radius=7.0).surface("cap"), dome("hex8").surface("cap")
     p = couple(slave, master, FLIP, np.array([0.1, 0.05, -0.02]), share=share)
-    assert np.abs(p.about_feet(slave.points)).max() < ROUNDING
+    assert np.abs(p.couple_residual(slave.points)).max() < ROUNDING
 
 
 def test_lines_turn_and_move_with_the_scene():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.contact.coupling.mortar import hat_areas, pair_mortar
-from fecontact.contact.coupling.mortar_basis import hat_shapes, own_samples, sub_faces
+from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
+from fecontact.contact.coupling.mortar_basis import multiplier_shapes, own_samples, sub_faces
 from fecontact.contact.coupling.segments import clip
 from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -30,17 +30,17 @@ KINDS = [(4, False), (8, False), (9, False), (4, True), (8, True), (9, True)]
 def test_hats_are_a_non_negative_partition_of_unity(n_columns, triangle):
     X = np.random.default_rng(0).random((200, 2))
     X = np.where(triangle & (X.sum(axis=1, keepdims=True) > 1), 1 - X, X)
-    hats = hat_shapes(n_columns, np.full(200, triangle), X)
-    assert hats.min() >= 0
-    assert np.abs(hats.sum(axis=1) - 1).max() < 1e-15
+    multipliers = multiplier_shapes(n_columns, np.full(200, triangle), X)
+    assert multipliers.min() >= 0
+    assert np.abs(multipliers.sum(axis=1) - 1).max() < 1e-15
 
 
 @pytest.mark.parametrize(("n_columns", "triangle"), KINDS)
 def test_hats_are_one_at_their_nodes_and_sub_faces_tile_the_facet(n_columns, triangle):
     X = TRIANGLE_NODES[:3] if triangle else quad_nodes(n_columns)
-    hats = hat_shapes(n_columns, np.full(len(X), triangle), X)
-    assert np.abs(hats.max(axis=1) - 1).max() < 1e-15
-    assert len(np.unique(hats.argmax(axis=1))) == len(X)
+    multipliers = multiplier_shapes(n_columns, np.full(len(X), triangle), X)
+    assert np.abs(multipliers.max(axis=1) - 1).max() < 1e-15
+    assert len(np.unique(multipliers.argmax(axis=1))) == len(X)
     x, y = np.moveaxis(sub_faces(n_columns, triangle), 2, 0)
     areas = (x * np.roll(y, -1, 1) - y * np.roll(x, -1, 1)).sum(axis=1) / 2
     assert areas.min() > 0
@@ -51,7 +51,7 @@ def test_hat_areas_of_a_seven_node_triangle():
     # linear hats: a third of the area 1/2 at each corner, nothing at the other nodes
     row = np.array([[0, 1, 2, 2, 3, 4, 2, 5, 6]])
     points = np.concatenate([TRIANGLE_NODES, np.zeros((7, 1))], axis=1)
-    assert np.abs(hat_areas(FacetSurface(points, row)) - np.array([1, 1, 1, 0, 0, 0, 0]) / 6).max() < 1e-15
+    assert np.abs(multiplier_areas(FacetSurface(points, row)) - np.array([1, 1, 1, 0, 0, 0, 0]) / 6).max() < 1e-15
     assert abs(own_samples(row)[2].sum() - 0.5) < 1e-15
 
 
@@ -187,7 +187,7 @@ def test_slivers_at_the_rim_join_fuller_hats_and_keep_the_area():
     pairing = pair_mortar(slave, master, np.eye(3), np.zeros(3))
     assert abs(pairing.weights.sum() - 0.255) < 1e-14
     assert np.abs(pairing.average.sum(axis=1) - 1).max() < 1e-13
-    assert (pairing.weights / hat_areas(slave)[pairing.nodes]).min() >= 0.2
+    assert (pairing.weights / multiplier_areas(slave)[pairing.nodes]).min() >= 0.2
 
 
 @pytest.mark.parametrize("first", ["bricks", "wedges"])

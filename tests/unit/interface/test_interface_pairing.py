@@ -11,7 +11,7 @@ from fecontact.contact.search import candidates
 from fecontact.mesh.element.hexahedron import quad_nodes
 from fecontact.mesh.facets import nodal_areas, tributary_areas
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.nodal_weights import along, contact_weights
+from fecontact.surfaces.nodal_weights import components_along, contact_weights
 
 IDENTITY, ORIGIN = np.eye(3), np.zeros(3)
 
@@ -62,7 +62,7 @@ def test_forces_and_moments_of_every_pair_balance(turn):
     rotation, translation = fc.rotation_about((0, 0, 1), turn), np.array([0.01, 0.02, 0.001])
     forces = np.random.default_rng(5).random(len(p.nodes))
     on_slave = (p.slave_rows.T @ forces).reshape(-1, 3)
-    on_master = (along(p.feet.weights, -p.feet.normals).T @ forces).reshape(-1, 3)
+    on_master = (components_along(p.projection.weights, -p.projection.normals).T @ forces).reshape(-1, 3)
     x = slave.points @ rotation.T + translation
     y = sphere_pair(turn)[1].points
     total = on_slave.sum(axis=0) @ rotation.T + on_master.sum(axis=0)
@@ -73,7 +73,7 @@ def test_forces_and_moments_of_every_pair_balance(turn):
 
 def test_gaps_do_not_depend_on_the_common_pose():
     slave, master, p = sphere_pair()
-    assert np.abs(p.slave_normals - p.feet.normals).max() < 1e-15
+    assert np.abs(p.slave_normals - p.projection.normals).max() < 1e-15
     Q = fc.rotation_about((1, 2, -1), 1.1)
     turned = FacetSurface(master.points @ Q.T, master.facets)
     q = pair(slave, turned, Q, Q @ [0.01, 0.02, 0.001])
@@ -98,7 +98,7 @@ def test_along_takes_components():
     directions = np.array([[1.0, 2.0, 3.0], [0.0, -1.0, 0.0]])
     u = np.arange(9.0).reshape(3, 3)
     expected = [directions[0] @ (0.25 * u[0] + 0.75 * u[1]), -u[2, 1]]
-    assert np.abs(along(weights, directions) @ u.ravel() - expected).max() < 1e-15
+    assert np.abs(components_along(weights, directions) @ u.ravel() - expected).max() < 1e-15
 
 
 @pytest.mark.parametrize(
@@ -199,4 +199,4 @@ def test_mesh_of_one_cell_pairs_with_a_plane():
     surface = FacetSurface(mesh.points, mesh.face_nodes(np.array([[0, 4]])))
     p = pair(surface, fc.Plane(), IDENTITY, np.array([0, 0, 0.5]))
     assert np.array_equal(p.gap, np.full(4, 0.5))
-    assert p.feet.weights is None
+    assert p.projection.weights is None

@@ -41,11 +41,11 @@ def test_a_plane_is_exact(k):
     surface = patch(3, k, lambda xy: np.zeros(len(xy)))
     rng = np.random.default_rng(2)
     points = np.column_stack([rng.uniform(-0.99, 0.99, (100, 2)), rng.uniform(-1, 1, 100)])
-    feet = surface.project(points)
-    assert np.abs(feet.gap - points[:, 2]).max() < 1e-14
-    assert np.abs(feet.points - points * [1, 1, 0]).max() < 1e-14
-    assert np.abs(feet.normals - [0, 0, 1]).max() < 1e-14
-    assert not feet.beyond.any()
+    projection = surface.project(points)
+    assert np.abs(projection.gap - points[:, 2]).max() < 1e-14
+    assert np.abs(projection.points - points * [1, 1, 0]).max() < 1e-14
+    assert np.abs(projection.normals - [0, 0, 1]).max() < 1e-14
+    assert not projection.outside.any()
 
 
 @pytest.mark.parametrize("k", [4, 8, 9])
@@ -55,10 +55,10 @@ def test_an_inclined_plane_far_away(k):
     surface = FacetSurface(flat.points @ Q.T + 100.0, flat.facets)
     rng = np.random.default_rng(3)
     local = np.column_stack([rng.uniform(-0.99, 0.99, (50, 2)), rng.uniform(-1, 1, 50)])
-    feet = surface.project(local @ Q.T + 100.0)
+    projection = surface.project(local @ Q.T + 100.0)
     # coordinates of size 100 leave 1e-14
-    assert np.abs(feet.gap - local[:, 2]).max() < 1e-12
-    assert np.abs(feet.normals - Q[:, 2]).max() < 1e-12
+    assert np.abs(projection.gap - local[:, 2]).max() < 1e-12
+    assert np.abs(projection.normals - Q[:, 2]).max() < 1e-12
 
 
 @pytest.mark.parametrize(("k", "order"), [(4, 2), (8, 3), (9, 3)])
@@ -83,59 +83,59 @@ def test_normals_of_a_ball_converge(k, order):
 def test_the_foot_lies_on_the_normal_through_the_point(k):
     surface = patch(5, k, ball)
     points, _ = above_ball()
-    feet = surface.project(points)
-    offset = points - feet.points
-    assert np.abs(np.cross(offset, feet.normals)).max() < 1e-12
-    assert np.abs(offset - feet.gap[:, None] * feet.normals).max() < 1e-12
-    assert np.abs(np.linalg.norm(feet.normals, axis=1) - 1).max() < 1e-14
+    projection = surface.project(points)
+    offset = points - projection.points
+    assert np.abs(np.cross(offset, projection.normals)).max() < 1e-12
+    assert np.abs(offset - projection.gap[:, None] * projection.normals).max() < 1e-12
+    assert np.abs(np.linalg.norm(projection.normals, axis=1) - 1).max() < 1e-14
     # inside a facet the line of action is the facet's own normal
-    inside = ((feet.local > 0) & (feet.local < 1)).all(axis=1)
+    inside = ((projection.local > 0) & (projection.local < 1)).all(axis=1)
     assert inside.sum() > 100
-    assert np.abs(surface.normals(feet.facet, feet.local) - feet.normals)[inside].max() < 1e-12
+    assert np.abs(surface.normals(projection.facet, projection.local) - projection.normals)[inside].max() < 1e-12
 
 
 @pytest.mark.parametrize("k", [4, 8, 9])
 def test_the_foot_is_the_nearest_point(k):
     surface = patch(3, k, ball)
     points, _ = above_ball(40)
-    feet = surface.project(points)
+    projection = surface.project(points)
     t = np.linspace(0, 1, 41)
     local = np.stack(np.meshgrid(t, t), axis=-1).reshape(-1, 2)
     n = len(surface.facets)
     cloud = surface.evaluate(np.repeat(np.arange(n), len(local)), np.tile(local, (n, 1)))[0]
     nearest = np.linalg.norm(points[:, None, :] - cloud[None], axis=2).min(axis=1)
-    assert (np.abs(feet.gap) <= nearest + 1e-12).all()
+    assert (np.abs(projection.gap) <= nearest + 1e-12).all()
 
 
 def test_weights_interpolate_the_foot():
     surface = patch(4, 8, ball)
     points, _ = above_ball(30)
-    feet = surface.project(points)
-    assert np.abs(feet.weights @ surface.points - feet.points).max() < 1e-14
-    assert np.abs(feet.weights.sum(axis=1) - 1).max() < 1e-14
+    projection = surface.project(points)
+    assert np.abs(projection.weights @ surface.points - projection.points).max() < 1e-14
+    assert np.abs(projection.weights.sum(axis=1) - 1).max() < 1e-14
 
 
 @pytest.mark.parametrize("k", [4, 8, 9])
 def test_nodes_of_the_surface_project_on_themselves(k):
     surface = patch(4, k, ball)
-    feet = surface.project(surface.points)
-    assert np.abs(feet.points - surface.points).max() < 1e-14
-    assert np.abs(feet.gap).max() < 1e-14
-    assert not feet.beyond.any()
+    projection = surface.project(surface.points)
+    assert np.abs(projection.points - surface.points).max() < 1e-14
+    assert np.abs(projection.gap).max() < 1e-14
+    assert not projection.outside.any()
     # nodes on shared edges get the mean normal, so neither neighbour is preferred
     exact = surface.points / RADIUS
     inner = (np.abs(surface.points[:, :2]) < 0.99).all(axis=1)
-    assert np.abs(feet.normals - exact)[inner].max() < (0.06 if k == 4 else 0.02)
+    assert np.abs(projection.normals - exact)[inner].max() < (0.06 if k == 4 else 0.02)
 
 
 def test_points_beyond_the_rim_are_flagged():
     surface = patch(3, 8, lambda xy: np.zeros(len(xy)))
     inside, on_rim, just_off, off = (0.5, 0.5, 0.1), (1.0, 0.5, 0.1), (1.0 + 1e-9, 0.5, 0.1), (1.2, 0.5, 0.1)
     corner, touching = (1.2, 1.2, 0.1), (1.1, 0.0, 0.0)
-    feet = surface.project(np.array([inside, on_rim, just_off, off, corner, touching]))
-    assert feet.beyond.tolist() == [False, False, False, True, True, True]
+    projection = surface.project(np.array([inside, on_rim, just_off, off, corner, touching]))
+    assert projection.outside.tolist() == [False, False, False, True, True, True]
     # their foot is on the rim all the same
-    assert np.abs(feet.points[3:] - [(1, 0.5, 0), (1, 1, 0), (1, 0, 0)]).max() < 1e-14
+    assert np.abs(projection.points[3:] - [(1, 0.5, 0), (1, 1, 0), (1, 0, 0)]).max() < 1e-14
 
 
 def test_the_number_of_newton_runs_does_not_grow_with_the_points(monkeypatch):
@@ -166,9 +166,9 @@ def test_on_a_very_slender_facet():
     slope = 0.02 * xy[:, 0]
     normal = np.column_stack([-slope, np.zeros(30), np.ones(30)]) / np.sqrt(1 + slope**2)[:, None]
     on = np.column_stack([xy, 0.01 * xy[:, 0] ** 2])
-    feet = surface.project(on + 0.05 * normal)
-    assert np.abs(feet.gap - 0.05).max() < 1e-13
-    assert np.abs(feet.points - on).max() < 1e-10
+    projection = surface.project(on + 0.05 * normal)
+    assert np.abs(projection.gap - 0.05).max() < 1e-13
+    assert np.abs(projection.points - on).max() < 1e-10
 
 
 def test_a_facet_without_normal_is_named():
@@ -184,14 +184,14 @@ def test_short_offsets_on_an_edge_do_not_tilt_the_line_of_action():
     surface = FacetSurface(flat.points @ Q.T, flat.facets)
     on = flat.points[(np.abs(flat.points) < 0.9)[:, :2].all(axis=1)]
     for gap in (1e-3, 1e-7, 1e-11, 0.0, -1e-7):
-        feet = surface.project((on + np.array([0, 0, gap])) @ Q.T)
-        assert np.abs(feet.normals - Q[:, 2]).max() < 1e-14
+        projection = surface.project((on + np.array([0, 0, gap])) @ Q.T)
+        assert np.abs(projection.normals - Q[:, 2]).max() < 1e-14
 
 
 def test_a_ridge_gives_the_line_through_its_edge():
     # over a convex edge the nearest point is the edge itself and the line to it lies in the normal cone
     ridge = patch(2, 4, lambda xy: -np.abs(xy[:, 0]))
-    feet = ridge.project(np.array([[0.05, 0.3, 0.2], [0.0, 0.3, 0.2], [0.3, 0.3, 0.2]]))
-    assert np.abs(feet.normals[0] - np.array([0.05, 0, 0.2]) / np.hypot(0.05, 0.2)).max() < 1e-14
-    assert np.abs(feet.normals[1] - [0, 0, 1]).max() < 1e-14
-    assert np.abs(feet.normals[2] - np.array([1, 0, 1]) / np.sqrt(2)).max() < 1e-14
+    projection = ridge.project(np.array([[0.05, 0.3, 0.2], [0.0, 0.3, 0.2], [0.3, 0.3, 0.2]]))
+    assert np.abs(projection.normals[0] - np.array([0.05, 0, 0.2]) / np.hypot(0.05, 0.2)).max() < 1e-14
+    assert np.abs(projection.normals[1] - [0, 0, 1]).max() < 1e-14
+    assert np.abs(projection.normals[2] - np.array([1, 0, 1]) / np.sqrt(2)).max() < 1e-14

@@ -11,13 +11,13 @@ from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import pair
 from fecontact.contact.loads import make_loading
 from fecontact.contact.search import bounding as bounds
-from fecontact.contact.search import radius as reach
-from fecontact.contact.search import region as near
+from fecontact.contact.search import radius
+from fecontact.contact.search import region as search
 from fecontact.mesh.element.hexahedron import QUAD_CORNERS
 from fecontact.mesh.facets import facet_shapes
 from fecontact.scene import local_search, search_radius
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.line_of_action import feet_along
+from fecontact.surfaces.line_of_action import project_along
 from fecontact.surfaces.normals import normals_of
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
@@ -55,13 +55,13 @@ HERE = np.eye(3), np.zeros(3)
 @pytest.mark.parametrize("quadratic", [False, True])
 def test_clearance_is_a_lower_bound_and_within_reach_nothing_is_missed(quadratic):
     slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.02)
-    part = near.near_parts(slave, master, *HERE, reach=0.2)
+    part = search.search_region(slave, master, *HERE, search_radius=0.2)
     # against the distances of many points of every part from the master
     cut = bounds.parts_of(slave)
     assert len(cut.owner) == len(slave.facets) * (4 if quadratic else 1)
     facet, places = samples(cut.surface)
-    feet = master.project(places)
-    distance = least(facet, np.linalg.norm(places - feet.points, axis=1))
+    projection = master.project(places)
+    distance = least(facet, np.linalg.norm(places - projection.points, axis=1))
     assert part.within[distance <= 0.2].all()
     # not so cautious as to be useless: half of what is out of reach by far is recognised
     assert (~part.within).sum() > 30
@@ -70,7 +70,7 @@ def test_clearance_is_a_lower_bound_and_within_reach_nothing_is_missed(quadratic
     # all facets of a kept node are paired, and all nodes of what is within reach are kept
     assert part.facets[np.isin(slave.facets, np.flatnonzero(part.nodes)).any(axis=1)].all()
     assert part.nodes[slave.facets[cut.owner[part.within]][cut.columns[part.within]]].all()
-    assert part.opposite[np.unique(feet.facet[part.facets[cut.owner[facet]]])].all()
+    assert part.opposite[np.unique(projection.facet[part.facets[cut.owner[facet]]])].all()
 
 
 def samples(surface):
@@ -90,8 +90,8 @@ def least(facet, values):
 @pytest.mark.parametrize("quadratic", [False, True])
 def test_gaps_of_parts_left_out_stay_open_under_the_drift_they_were_left_out_for(quadratic):
     slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.1)
-    drift = near.Drift(np.array([0.2, -0.1, -0.15]), np.array([0.05, -0.3, 0.1]))
-    part = near.near_parts(slave, master, *HERE, 0.1, drift)
+    increment = search.RigidIncrement(np.array([0.2, -0.1, -0.15]), np.array([0.05, -0.3, 0.1]))
+    part = search.search_region(slave, master, *HERE, 0.1, increment)
     facet, places = samples(bounds.parts_of(slave).surface)
     cut = bounds.parts_of(slave)
     owner, corner = np.repeat(cut.owner, 25), np.tile([0.0, 0.25, 0.5, 0.75, 1.0], 5 * len(cut.owner))
@@ -104,13 +104,15 @@ def test_gaps_of_parts_left_out_stay_open_under_the_drift_they_were_left_out_for
     normals = -normals_of(slave).at(owner, local)
     assert (~part.within).mean() > 0.3
     for share in (0.0, 0.5, 0.95):
-        feet = feet_along(master, places, normals, share)
+        projection = project_along(master, places, normals, share)
         # a linearised gap as the whole pairing has it; its lines lie between the cones
-        gap = least(facet, feet.gap + np.einsum("ni,ni->n", feet.normals, drift.at(places)))
+        gap = least(facet, projection.gap + np.einsum("ni,ni->n", projection.normals, increment.at(places)))
         assert gap[~part.within].min() > 0.1
     # a drift that opens leaves out more than no drift
-    away = near.near_parts(slave, master, *HERE, 0.1, near.Drift(np.array([0.0, 0.0, 0.3]), np.zeros(3)))
-    assert away.within.sum() < near.near_parts(slave, master, *HERE, 0.1).within.sum()
+    away = search.search_region(
+        slave, master, *HERE, 0.1, search.RigidIncrement(np.array([0.0, 0.0, 0.3]), np.zeros(3))
+    )
+    assert away.within.sum() < search.search_region(slave, master, *HERE, 0.1).within.sum()
 
 
 def test_lines_between_two_cones_close_gaps_no_faster_than_the_bound():
@@ -120,7 +122,7 @@ def test_lines_between_two_cones_close_gaps_no_faster_than_the_bound():
     angles = (0.25, 0.4)
     motion = rng.normal(size=(n, 3))
     cones = [bounds.Cones(np.tile(a, (n, 1)), np.full(n, angle)) for a, angle in zip(axes, angles, strict=True)]
-    bound = near.least_along_lines(motion, *cones)
+    bound = search.least_along_lines(motion, *cones)
     inside = [within_cone(rng, a, angle, tried) for a, angle in zip(axes, angles, strict=True)]
     share = rng.uniform(size=(tried, 1))
     lines = share * inside[0] + (1 - share) * inside[1]
@@ -129,11 +131,11 @@ def test_lines_between_two_cones_close_gaps_no_faster_than_the_bound():
     assert (bound <= least_found + 1e-12).all()
     # the bound is no worse than the whole motion, and the slave's cone matters: the master's alone is no bound
     assert (bound >= -np.linalg.norm(motion, axis=1) - 1e-12).all()
-    alone = near.least_along_lines(motion, cones[1], cones[1])
+    alone = search.least_along_lines(motion, cones[1], cones[1])
     assert (alone > least_found + 0.05).any()
     # where both cones are one and narrow it is what one normal gives
     thin = bounds.Cones(np.tile(axes[0], (n, 1)), np.zeros(n))
-    assert np.abs(near.least_along_lines(motion, thin, thin) - motion[:, 2]).max() < 1e-12
+    assert np.abs(search.least_along_lines(motion, thin, thin) - motion[:, 2]).max() < 1e-12
 
 
 def within_cone(rng, axis, angle, n):
@@ -198,42 +200,42 @@ def test_a_curved_facet_may_be_met_along_normals_that_are_not_its_middles():
     aside = np.cross([0.0, 1.0, 0.0], -axis)
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * 0.01
     slave = FacetSurface(centre + corners[:, :1] * aside + corners[:, 1:] * np.cross(-axis, aside), np.arange(4)[None])
-    drift = near.Drift(1.631 * np.array([np.sin(1.602), 0.0, np.cos(1.602)]), np.zeros(3))
-    feet = master.project(slave.points)
-    opening = feet.gap + feet.normals @ drift.shift
-    assert not feet.beyond.any()
-    assert feet.gap.min() > 0.45
+    increment = search.RigidIncrement(1.631 * np.array([np.sin(1.602), 0.0, np.cos(1.602)]), np.zeros(3))
+    projection = master.project(slave.points)
+    opening = projection.gap + projection.normals @ increment.shift
+    assert not projection.outside.any()
+    assert projection.gap.min() > 0.45
     # it goes through at its foot, and would stay clear along the normal in the middle
     assert opening.max() < -0.15
-    assert feet.gap.min() + axis @ drift.shift > 0.05
-    assert near.near_parts(slave, master, *HERE, 0.0, drift).within.all()
+    assert projection.gap.min() + axis @ increment.shift > 0.05
+    assert search.search_region(slave, master, *HERE, 0.0, increment).within.all()
     # left out where nothing moves, it is missed when it does
-    still = near.near_parts(slave, master, *HERE, 0.0)
+    still = search.search_region(slave, master, *HERE, 0.0)
     assert not still.within.any()
     none = np.zeros(1), np.zeros(len(master.facets))
-    assert near.bridged(still, slave, master, *HERE, near.STILL, none) == (False, 0.0)
-    assert near.bridged(still, slave, master, *HERE, drift, none)[0]
+    assert search.find_missed(still, slave, master, *HERE, search.STILL, none) == (False, 0.0)
+    assert search.find_missed(still, slave, master, *HERE, increment, none)[0]
     # and the bound is not so cautious as to keep what moves away
-    away = near.Drift(axis, np.zeros(3))
-    assert not near.near_parts(slave, master, *HERE, 0.0, away).within.any()
+    away = search.RigidIncrement(axis, np.zeros(3))
+    assert not search.search_region(slave, master, *HERE, 0.0, away).within.any()
 
 
 def test_what_was_missed_is_seen_and_the_reach_that_suits_it():
     slave, master = turned_over(grid(10, lambda x, y: 0 * x + 0.1)), grid(13, lambda x, y: 0 * x)
-    part = near.near_parts(slave, master, *HERE, reach=0.05)
+    part = search.search_region(slave, master, *HERE, search_radius=0.05)
     assert not part.within.any()
     still = (np.full(len(part.within), 0.02), np.full(len(master.facets), 0.03))
-    assert near.bridged(part, slave, master, *HERE, near.STILL, still) == (False, 0.0)
-    closing = near.Drift(np.array([0.0, 0.0, -0.06]), np.zeros(3))
-    missed, reach = near.bridged(part, slave, master, *HERE, closing, still)
+    assert search.find_missed(part, slave, master, *HERE, search.STILL, still) == (False, 0.0)
+    closing = search.RigidIncrement(np.array([0.0, 0.0, -0.06]), np.zeros(3))
+    missed, search_radius = search.find_missed(part, slave, master, *HERE, closing, still)
     # flat and parallel: 0.1 apart, 0.06 of it closed by the drift, and 0.05 at most bridged further aside
     assert missed
-    assert 0.04 - 1e-12 < reach <= 0.05
+    assert 0.04 - 1e-12 < search_radius <= 0.05
 
 
 def test_what_starts_inside_is_paired_however_deep():
     slave, master = turned_over(grid(8, lambda x, y: 0 * x - 1.5)), grid(8, lambda x, y: 0 * x)
-    part = near.near_parts(slave, master, *HERE, reach=0.01)
+    part = search.search_region(slave, master, *HERE, search_radius=0.01)
     assert part.facets.all()
     assert part.within.all()
 
@@ -252,7 +254,7 @@ def test_lebesgue_and_bulge_constants_bound_the_shape_functions(columns, triangl
 @pytest.mark.parametrize("couple", [pair, pair_mortar])
 def test_parts_of_many_facets_are_paired_as_the_whole(couple, share):
     slave, master = turned_over(grid(28, bowl)), grid(28, lambda x, y: 0.02 * x, side=2.03)
-    part = near.near_parts(slave, master, *HERE, reach=0.05)
+    part = search.search_region(slave, master, *HERE, search_radius=0.05)
     assert part.facets.mean() < 0.25
     whole, few = couple(slave, master, *HERE, share=share), couple(slave, master, *HERE, part, share)
     same = np.isin(whole.nodes, few.nodes)
@@ -319,7 +321,7 @@ def same_forces(whole, part):
 def test_forces_are_those_of_whole_surfaces(scene):
     now, loads = scene()
     whole, part = now.solve(**loads), now.solve(**loads, search="local")
-    assert part.interfaces[0].near is not None
+    assert part.interfaces[0].region is not None
     same_forces(whole, part)
     assert part.residuals().penetration < 1e-9
 
@@ -331,12 +333,14 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
     tried = []
     solved = local_search.solved
 
-    def counted(self, loading, reaches, *rest):
-        tried.append(reaches)
-        return solved(self, loading, reaches, *rest)
+    def counted(self, loading, search_radii, *rest):
+        tried.append(search_radii)
+        return solved(self, loading, search_radii, *rest)
 
     monkeypatch.setattr(local_search, "solved", counted)
-    monkeypatch.setattr("fecontact.scene.local_search.first_reach", lambda contact, loading: reach.Reach(1e-4, 1e-4))
+    monkeypatch.setattr(
+        "fecontact.scene.local_search.first_radius", lambda contact, loading: radius.SearchRadius(1e-4, 1e-4)
+    )
     part = now.solve(**loads, search="local")
     assert len(tried) > 1
     assert tried[0][0].distance == 1e-4
@@ -346,7 +350,9 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
 def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monkeypatch):
     now, loads = knee()
     # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway
-    monkeypatch.setattr("fecontact.scene.local_search.first_reach", lambda contact, loading: reach.Reach(0.0, 0.0))
+    monkeypatch.setattr(
+        "fecontact.scene.local_search.first_radius", lambda contact, loading: radius.SearchRadius(0.0, 0.0)
+    )
     same_forces(now.solve(**loads), now.solve(**loads, search="local"))
 
 
@@ -355,4 +361,4 @@ def test_rigid_and_plane_partners_are_paired_whole():
     ball = fc.RigidBody(fc.Sphere(radius=5.0)).placed((0.5, 0.5, 1.0))
     contact = fc.Contact(lower, ball)
     loading = make_loading([lower, ball], {ball: (0, 0, -1.0)}, None, None, None, None, None)
-    assert search_radius.first_reach(contact, loading) is None
+    assert search_radius.first_radius(contact, loading) is None

@@ -62,17 +62,20 @@ def test_feet_on_a_curved_triangle_are_the_nearest_points(k):
     for seed in range(5):
         surface = FacetSurface(curved_triangle(seed), np.array([COLUMNS[k]]))
         points = np.random.default_rng(seed).uniform(-0.3, 1.3, (50, 3)) * [1, 1, 0.3]
-        feet = surface.project(points)
-        assert (feet.local >= 0).all()
-        assert (feet.local.sum(axis=1) <= 1 + ROUNDING).all()
+        projection = surface.project(points)
+        assert (projection.local >= 0).all()
+        assert (projection.local.sum(axis=1) <= 1 + ROUNDING).all()
         t = np.linspace(0, 1, 121)
         s, t = (a.ravel() for a in np.meshgrid(t, t))
         grid, _, _ = surface.evaluate(np.zeros(len(s), int), np.stack([s * (1 - t), t], axis=1))
         nearest = np.linalg.norm(points[:, None] - grid, axis=2).min(axis=1)
-        assert (np.linalg.norm(points - feet.points, axis=1) - nearest).max() < ROUNDING
-        assert np.abs(feet.weights @ surface.points - feet.points).max() < ROUNDING
+        assert (np.linalg.norm(points - projection.points, axis=1) - nearest).max() < ROUNDING
+        assert np.abs(projection.weights @ surface.points - projection.points).max() < ROUNDING
         # the foot lies on the line of action through the point
-        assert np.abs(feet.points + feet.gap[:, None] * feet.normals - points)[~feet.beyond].max() < 1e-9
+        assert (
+            np.abs(projection.points + projection.gap[:, None] * projection.normals - points)[~projection.outside].max()
+            < 1e-9
+        )
 
 
 def test_projection_across_a_mixed_surface(block):
@@ -80,12 +83,12 @@ def test_projection_across_a_mixed_surface(block):
     surface = FacetSurface(mesh.points, mesh.face_nodes(mesh.faces("top")))
     assert 0 < surface.triangle.sum() < len(surface.facets)
     points = np.random.default_rng(0).uniform(0.01, 0.99, (200, 3)) * [1, 1, 0] + [0, 0, 1.25]
-    feet = surface.project(points)
-    assert np.abs(feet.gap - 0.25).max() < ROUNDING
-    assert np.abs(feet.points - (points - [0, 0, 0.25])).max() < ROUNDING
-    assert np.abs(feet.normals - [0, 0, 1]).max() < ROUNDING
-    assert not feet.beyond.any()
-    assert surface.project(np.array([[1.3, 0.5, 1.1]])).beyond.all()
+    projection = surface.project(points)
+    assert np.abs(projection.gap - 0.25).max() < ROUNDING
+    assert np.abs(projection.points - (points - [0, 0, 0.25])).max() < ROUNDING
+    assert np.abs(projection.normals - [0, 0, 1]).max() < ROUNDING
+    assert not projection.outside.any()
+    assert surface.project(np.array([[1.3, 0.5, 1.1]])).outside.all()
 
 
 @pytest.mark.parametrize("pattern", [WEDGE, TETRAHEDRON, PYRAMID], ids=["wedge", "tetrahedron", "pyramid"])

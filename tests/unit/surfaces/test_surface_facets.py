@@ -37,9 +37,9 @@ def test_heights_and_feet_are_those_of_the_sphere(stl):
     assert np.abs(shape.heights(x[:, None], x[None, :]) - sphere.heights(x[:, None], x[None, :])).max() < 1.3 * sagitta
     assert np.isinf(shape.heights(np.array([1.3]), np.array([0.0]))).all()
     points = np.column_stack([np.random.default_rng(0).uniform(-0.5, 0.5, (30, 2)), np.full(30, -0.05)])
-    feet, exact = shape.project(points), sphere.project(points)
-    assert np.abs(feet.gap - exact.gap).max() < 1.3 * sagitta
-    assert not feet.beyond.any()
+    projection, exact = shape.project(points), sphere.project(points)
+    assert np.abs(projection.gap - exact.gap).max() < 1.3 * sagitta
+    assert not projection.outside.any()
 
 
 def test_heights_in_batches_are_the_same(stl, monkeypatch):

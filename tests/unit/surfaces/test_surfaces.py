@@ -37,16 +37,16 @@ def test_feet_lie_on_the_surface_along_the_normal(shape):
     rng = np.random.default_rng(0)
     points = np.column_stack([rng.uniform(-0.6, 0.6, (40, 2)) + 0.7, rng.uniform(-0.3, 0.3, 40)])
     points[:, 0] -= 0.4
-    feet = shape.project(points)
-    assert not feet.beyond.any()
+    projection = shape.project(points)
+    assert not projection.outside.any()
     # heights of a function are differentiated numerically, which moves a foot by 1e-8 but leaves it on the surface
-    height = shape.heights(feet.points[:, 0], feet.points[:, 1])
-    assert np.abs(height - feet.points[:, 2]).max() < 1e-7
-    assert np.abs(points - feet.points - feet.gap[:, None] * feet.normals).max() < 1e-12
-    assert np.abs(np.linalg.norm(feet.normals, axis=1) - 1).max() < 1e-12
+    height = shape.heights(projection.points[:, 0], projection.points[:, 1])
+    assert np.abs(height - projection.points[:, 2]).max() < 1e-7
+    assert np.abs(points - projection.points - projection.gap[:, None] * projection.normals).max() < 1e-12
+    assert np.abs(np.linalg.norm(projection.normals, axis=1) - 1).max() < 1e-12
     # positive outside: below the surface
     below = points[:, 2] < shape.heights(points[:, 0], points[:, 1])
-    assert (np.sign(feet.gap) == np.where(below, 1.0, -1.0)).all()
+    assert (np.sign(projection.gap) == np.where(below, 1.0, -1.0)).all()
 
 
 def test_heights_keep_their_digits_near_the_pole():
@@ -62,8 +62,8 @@ def test_height_map_on_its_own_grid_and_between():
     lowest = 5.0 + x[9] ** 2 + 2 * y[14] ** 2
     assert abs(float(between[0]) - (5.0 + 0.01 + 0.08 - lowest)) < 1e-12  # a cubic spline holds a parabola
     assert np.isinf(surface.heights(np.array([0.6]), np.array([0.0]))[0])
-    feet = surface.project(np.array([[0.1, 0.1, -0.2]]))
-    assert abs(np.linalg.norm(feet.points - [0.1, 0.1, -0.2]) - abs(feet.gap[0])) < 1e-12
+    projection = surface.project(np.array([[0.1, 0.1, -0.2]]))
+    assert abs(np.linalg.norm(projection.points - [0.1, 0.1, -0.2]) - abs(projection.gap[0])) < 1e-12
 
 
 @pytest.mark.parametrize("target", [{"rms_height": 0.02}, {"rms_slope": 0.3}])
