@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import scipy.sparse as sp
 
 from fecontact.ancf.model import AncfModel, twenty_nodes
-from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
+from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError, MeshError
+from fecontact.common.errors import MeshError
 from fecontact.fem.condensation import checked_route
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.check import check_skin
+from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 from fecontact.surfaces.nodal_weights import components_along
 
@@ -57,25 +59,18 @@ class AncfBody(ElasticBody):
     0.01
     """
 
+    pressures: ClassVar = ("eight",)
+
     pressure: str = "eight"
 
-    def __post_init__(self) -> None:
-        if self.pressure != "eight":
-            raise InputError(f"The pressure of an AncfBody has one kind, 'eight'; found {self.pressure!r}.")
-        if self.integration not in INTEGRATIONS:
-            raise InputError(
-                f"Unknown integration {self.integration!r}; expected one of {', '.join(map(repr, INTEGRATIONS))}."
-            )
-        names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
-        object.__setattr__(self, "contact", names)
+    def _checked_mesh(self, names: tuple[str, ...]) -> Mesh:
         check_skin(self.mesh, names)
         if self.mesh.has_coalesced:
             raise MeshError(
                 f"An AncfBody needs hexahedra with eight distinct corners; this mesh has {self.mesh!r}. "
                 "Use ElasticBody for it."
             )
-        object.__setattr__(self, "mesh", twenty_nodes(self.mesh))
-        self.model  # noqa: B018 - refuses now what it cannot be made of; copies in other poses share it
+        return twenty_nodes(self.mesh)
 
     @cached_property
     def model(self) -> AncfModel:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import scipy.linalg
@@ -24,10 +25,9 @@ from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
-from fecontact.surfaces.facet_surface import FacetSurface, Projection
+from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 
-PRESSURES = ("midface", "nodal")
 INTEGRATIONS = ("auto", "full", "selective")
 #: Distance from a plane, relative to the body's size, within which a boundary is flat.
 FLAT = 1e-9
@@ -76,6 +76,8 @@ class ElasticBody(Placed):
     255
     """
 
+    pressures: ClassVar[tuple[str, ...]] = ("midface", "nodal")
+
     mesh: Mesh
     material: Material | Mapping[str, Material]
     contact: str | Sequence[str] = ()
@@ -88,8 +90,10 @@ class ElasticBody(Placed):
     pose: Pose = field(default_factory=Pose)
 
     def __post_init__(self) -> None:
-        if self.pressure not in PRESSURES:
-            raise InputError(f"Unknown pressure {self.pressure!r}; expected one of {', '.join(map(repr, PRESSURES))}.")
+        if self.pressure not in self.pressures:
+            raise InputError(
+                f"Unknown pressure {self.pressure!r}; expected one of {', '.join(map(repr, self.pressures))}."
+            )
         if self.integration not in INTEGRATIONS:
             raise InputError(
                 f"Unknown integration {self.integration!r}; expected one of {', '.join(map(repr, INTEGRATIONS))}."
@@ -97,10 +101,14 @@ class ElasticBody(Placed):
         checked_route(self.condensation)
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
-        check_skin(self.mesh, names)
-        if names and self.pressure == "midface" and self.mesh.cell_type == "hex20":
-            object.__setattr__(self, "mesh", self.mesh.with_midface_nodes(names))
+        object.__setattr__(self, "mesh", self._checked_mesh(names))
         self.model  # noqa: B018 - refuses now what it cannot be made of; copies in other poses share it
+
+    def _checked_mesh(self, names: tuple[str, ...]) -> Mesh:
+        """The mesh as the elements take it, its contact boundaries of these names checked."""
+        check_skin(self.mesh, names)
+        refined = names and self.pressure == "midface" and self.mesh.cell_type == "hex20"
+        return self.mesh.with_midface_nodes(names) if refined else self.mesh
 
     @cached_property
     def model(self) -> Model:
@@ -174,11 +182,6 @@ class ElasticBody(Placed):
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
         return FacetSurface(self.model.mesh.points, facets, name, planes=symmetry_planes(self.mesh, self.supports))
-
-    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
-        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
-        assert projection.weights is not None
-        return components_along(projection.weights, directions)
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """One row (1, n_dofs) that takes the displacement at a point along a direction.

@@ -1,4 +1,4 @@
-"""Bodies that can be stood somewhere else."""
+"""Bodies that can be stood somewhere else, and move by their nodes unless they know better."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ import copy
 from typing import Self
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.answers import Answers
 from fecontact.bodies.pose import Pose
+from fecontact.common.arrays import Array
+from fecontact.surfaces.facet_surface import Projection
+from fecontact.surfaces.nodal_weights import components_along
 
 
 class Placed(Answers):
@@ -21,6 +25,11 @@ class Placed(Answers):
     def notes(self) -> tuple[str, ...]:
         """What was mended in its mesh or surface when that was read."""
         return ()
+
+    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
+        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3): that of the nodes round them."""
+        assert projection.weights is not None
+        return components_along(projection.weights, directions)
 
     def _described(self, what: str) -> str:
         """One line: what it is, and what was mended in it."""

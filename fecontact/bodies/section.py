@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.bodies.elastic import INTEGRATIONS, ElasticBody
+from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
@@ -31,6 +32,8 @@ STATES = ("strain", "stress")
 @dataclass(frozen=True, eq=False)
 class SectionBody(ElasticBody):
     """What plane and axisymmetric bodies have in common; make a `PlaneBody` or an `AxisymmetricBody`."""
+
+    pressures: ClassVar = ("sides",)
 
     mesh: SectionMesh  # type: ignore[assignment]
     material: Material | Mapping[str, Material]
@@ -49,15 +52,12 @@ class SectionBody(ElasticBody):
                 f"{self.name!r} takes a section of quadrilaterals (fecontact.sections, SectionMesh); "
                 f"found {type(self.mesh).__name__}."
             )
-        if self.integration not in INTEGRATIONS:
-            raise InputError(
-                f"Unknown integration {self.integration!r}; expected one of {', '.join(map(repr, INTEGRATIONS))}."
-            )
-        names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
-        object.__setattr__(self, "contact", names)
+        super().__post_init__()
+
+    def _checked_mesh(self, names: tuple[str, ...]) -> SectionMesh:  # type: ignore[override]
         for name in names:
             self.mesh.faces(name)
-        self.model  # noqa: B018 - refuses now what it cannot be made of; copies in other poses share it
+        return self.mesh
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -167,11 +167,6 @@ class PlaneBody(SectionBody):
         super().__post_init__()
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """None: sections are not read from files."""
-        return ()
-
-    @property
     def out_of_plane(self) -> Extent:
         """The thickness."""
         return Extent(float(self.thickness))
@@ -222,11 +217,6 @@ class AxisymmetricBody(SectionBody):
     >>> round(float(result.contacts[0].force[2]) / 3.141592653589793, 12)
     0.01
     """
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """None: sections are not read from files."""
-        return ()
 
     @property
     def out_of_plane(self) -> Extent:

@@ -17,8 +17,8 @@ from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.mesh import Mesh
-from fecontact.surfaces.facet_surface import FacetSurface, Projection
-from fecontact.surfaces.nodal_weights import components_along, contact_weights
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.nodal_weights import contact_weights
 
 #: Largest asymmetry of a compliance, relative to its largest entry, that is rounding; as in `solvers.problem`.
 SYMMETRY_TOLERANCE = 1e-8
@@ -58,7 +58,7 @@ class SurfaceBody(Placed):
     name : str, optional
     """
 
-    required: ClassVar = ("facets", "flexibility")
+    required: ClassVar[tuple[str, ...]] = ("facets", "flexibility")
 
     name: str = "surface"
     pose: Pose = Pose()
@@ -110,11 +110,6 @@ class SurfaceBody(Placed):
         if name not in self.contact:
             raise InputError(f"{self.name!r} has the one surface {self.contact[0]!r}; found {name!r}.")
         return self.facets
-
-    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
-        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
-        assert projection.weights is not None
-        return components_along(projection.weights, directions)
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """Refused: a point load would sink into the surface without end, or has no point of it to act on.

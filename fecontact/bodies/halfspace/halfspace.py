@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,16 +20,13 @@ from fecontact.bodies.halfspace.layered import Layer
 from fecontact.bodies.halfspace.operator import GridCompliance, dense, whole_grid
 from fecontact.bodies.halfspace.pressing import Load, press
 from fecontact.bodies.halfspace.surface import GridSurface, grid_surface
-from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
+from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.fem.rigid import rigid_modes
-from fecontact.surfaces.facet_surface import Projection
-from fecontact.surfaces.nodal_weights import components_along
 
 
 class HeightSurface(Protocol):
@@ -44,7 +41,7 @@ DENSE_LIMIT = 1500
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class HalfSpace(Placed):
+class HalfSpace(SurfaceBody):
     """An elastic half-space z <= 0, its surface cut into a grid of cells centred on the origin.
 
     Parameters
@@ -93,6 +90,8 @@ class HalfSpace(Placed):
     (True, True)
     """
 
+    required: ClassVar = ("facets",)
+
     material: Material | None
     grid: Grid
     periodic: bool
@@ -102,7 +101,6 @@ class HalfSpace(Placed):
     self_ratio: float
     name: str
     pose: Pose
-    contact: tuple[str, ...]
     compliance: SurfaceCompliance = field(repr=False)
 
     def __init__(
@@ -128,7 +126,6 @@ class HalfSpace(Placed):
             "self_ratio": self_ratio,
             "name": name,
             "pose": Pose(),
-            "contact": ("surface",),
         }
         for key, value in fields.items():
             object.__setattr__(self, key, value)
@@ -235,11 +232,6 @@ class HalfSpace(Placed):
         return [f"{self.name}: a half-space, of which only the surface is cut"]
 
     @property
-    def n_dofs(self) -> int:
-        """Three displacements for each cell, of which the half-space gives along the normal only."""
-        return 3 * self.grid.n_cells
-
-    @property
     def size(self) -> float:
         """Diagonal of the grid."""
         return math.hypot(*self.grid.size)
@@ -255,39 +247,9 @@ class HalfSpace(Placed):
         return self.compliance.modulus
 
     @cached_property
-    def rigid_modes(self) -> Array:
-        """Displacements (n_dofs, 6) of the rigid motions about the origin."""
-        return rigid_modes(self.surface(self.contact[0]).points, np.zeros(3))
-
-    @property
-    def free_motions(self) -> Array:
-        """None: the far end of a half-space is held."""
-        return np.zeros((6, 0))
-
-    @cached_property
-    def _surface(self) -> GridSurface:
-        return grid_surface(self.grid, self.contact[0])
-
-    def surface(self, name: str) -> GridSurface:
-        """Its only surface."""
-        if name not in self.contact:
-            raise InputError(f"A half-space has the one surface {self.contact[0]!r}; found {name!r}.")
-        return self._surface
-
-    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
-        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
-        assert projection.weights is not None
-        return components_along(projection.weights, directions)
-
-    def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
-        """Refused: a point load would sink into a half-space without end, or has no point of it to act on.
-
-        Raises
-        ------
-        InputError
-            Always.
-        """
-        raise InputError(f"A spring cannot be fastened to {self.name!r}; fasten it to the ground or to a rigid body.")
+    def facets(self) -> GridSurface:  # type: ignore[override]
+        """Its surface: the middles of the cells and quadrilaterals between them."""
+        return grid_surface(self.grid, "surface")
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance along rows: a matrix, or beyond `DENSE_LIMIT` rows that take one cell each, an operator."""
