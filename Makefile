@@ -17,13 +17,13 @@ PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist worksteal
 test: unit verification doctest  ## unit tests, verification, docstring examples
 
 unit: $(READY)
-	$(PYTEST) tests/unit
+	$(PYTEST) tests/unit tests/benchmarks
 
 verification: $(READY)
 	$(PYTEST) tests/verification
 
 doctest: $(READY)
-	$(PYTEST) --doctest-modules fecontact
+	$(PYTEST) --doctest-modules fecontact tests/benchmarks/baselines.py tests/benchmarks/compare --ignore-glob="*/test_*.py"
 
 lint: $(READY)
 	$(BIN)/ruff check .
@@ -57,11 +57,11 @@ mutants: $(READY)  ## weakened guards, and whether a test notices; kept in out/m
 	$(BIN)/python -m pip install --quiet --constraint constraints/pinned.txt --editable '.[mutation]'
 	$(BIN)/python tests/mutation $(MUTANTS)
 
-# other programs: PEERS="--peers examples/peers --peer-python PYTHON", a Python that has them
-PEERS ?= --peers examples/peers
+# other programs: PEERS="--peers tests/benchmarks/peers --peer-python PYTHON", a Python that has them
+PEERS ?= --peers tests/benchmarks/peers
 
 compare: $(READY)  ## speed against error; finished runs are kept in out/compare, so it may be interrupted
-	$(BIN)/fecontact compare hertz --enough 100 --out out/compare --page docs/compare.md --plot docs/images/compare.png $(PEERS)
+	$(BIN)/python tests/benchmarks/compare hertz --enough 100 --out out/compare --page docs/compare.md --plot docs/images/compare.png $(PEERS)
 
 $(READY): pyproject.toml constraints/pinned.txt
 	$(PYTHON) -m venv .venv

@@ -28,7 +28,6 @@ SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     ("half_space", (), ("half_space",)),
     ("report_half_space", (), ("report_half_space",)),
     ("plain_faces", (), ("plain_faces",)),
-    ("penalty_and_gaps", (), ("penalty_and_gaps",)),
     ("bricks", (), ("bricks_circle", "bricks_ball", "bricks_strip", "bricks_bounce")),
 )
 #: Pictures wider than this are made smaller, pixels.

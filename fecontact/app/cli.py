@@ -165,29 +165,14 @@ def _add_view(commands: argparse._SubParsersAction) -> None:
 def _add_compare(commands: argparse._SubParsersAction) -> None:
     compare = commands.add_parser(
         "compare",
-        help="speed against error of discretisations, couplings and solvers",
-        description="Run a problem with a known answer by many methods at several refinements, and show error against "
-        "time and size. Finished runs are kept: an interrupted command goes on where it stopped.",
+        help="error against time of a scene in a TOML file at several refinements",
+        description="Solve a scene at several refinements and show the errors against the finest over time and size. "
+        "Finished runs are kept in --out: an interrupted command goes on where it stopped.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
-    compare.add_argument(
-        "problem",
-        help="hertz, unequal, ellipse, line, layer or punch; or SCENE.toml, whose finest run is the reference",
-    )
-    compare.add_argument(
-        "--methods",
-        nargs="+",
-        default=(),
-        metavar="NAME[:KEY=VALUE]",
-        help="such as hex20:coupling=mortar:solver=nnls; all that solve the problem unless given",
-    )
-    compare.add_argument("--refinements", type=int, metavar="N", help="of each method, the coarsest first; all if left")
-    compare.add_argument("--repeats", type=int, default=3, help="of each run; the median counts")
-    compare.add_argument("--threads", type=int, default=1)
-    compare.add_argument("--enough", type=float, default=20.0, help="CPU seconds after which a method is not refined")
-    compare.add_argument("--peers", metavar="FOLDER", help="adapters of other programs, such as examples/peers")
-    compare.add_argument("--peer-python", default=sys.executable, metavar="PYTHON", help="that has these programs")
-    compare.add_argument("--out", metavar="FOLDER", help="write compare_PROBLEM.jsonl, .json, .csv, .png and .md there")
+    compare.add_argument("scene", nargs="?", metavar="SCENE.toml")
+    compare.add_argument("--refinements", type=int, default=3, metavar="N", help="at least 2")
+    compare.add_argument("--out", metavar="FOLDER", help="write compare_SCENE.jsonl, .json, .csv, .png and .md there")
     compare.add_argument("--page", metavar="FILE.md", help="write the page there instead")
     compare.add_argument("--plot", metavar="FILE", help="write the picture there instead")
     compare.set_defaults(run="compare")

@@ -12,7 +12,7 @@ from typing import Any, TextIO
 from fecontact.app.scene_file.cases import table_of
 from fecontact.app.scene_file.scene_file import SceneFile, read_scene
 from fecontact.common.errors import InputError
-from fecontact.common.text_files import check_writable, save_json
+from fecontact.common.text_files import check_writable, make_folder, save_json
 
 
 def _check_files(*paths: str | None) -> None:
@@ -89,7 +89,7 @@ def halfspace(options: argparse.Namespace) -> int:
 def solve(options: argparse.Namespace) -> int:
     """A scene file."""
     _check_files(options.json)
-    scene = read_scene(options.scene, out=_folder(options.out))
+    scene = read_scene(options.scene, out=None if options.out is None else make_folder(options.out))
     if options.dry_run:
         print(scene.describe())
         return 0
@@ -119,17 +119,6 @@ def explain(options: argparse.Namespace) -> int:
     told = explain(scene.scene, scene.loads, scene.options.get("solver", "auto"))
     _show(_titled(scene, told), told.as_dict(), options.json)
     return 0
-
-
-def _folder(path: str | None) -> Path | None:
-    """A folder for outputs, made if it is missing."""
-    if path is None:
-        return None
-    try:
-        Path(path).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"Cannot make the folder {path}: {error.strerror}.") from error
-    return Path(path)
 
 
 def view(options: argparse.Namespace) -> int:
@@ -167,31 +156,25 @@ def _direction(text: str) -> str | tuple[float, float]:
 
 
 def compare(options: argparse.Namespace) -> int:
-    """Speed against error."""
-    from dataclasses import replace
+    """A scene, refined: error against time and size."""
+    if options.scene is None or not options.scene.endswith(".toml"):
+        found = "no scene" if options.scene is None else repr(options.scene)
+        raise InputError(
+            "compare takes a scene file, SCENE.toml, solves it at several refinements and shows the error of each "
+            f"against the finest; found {found}. Problems with a known answer, other methods and other programs are "
+            "compared by tests/benchmarks/compare of the source (make compare); docs/compare.md shows what came out."
+        )
+    from fecontact.app.compare.files import places, write
+    from fecontact.app.compare.refinements import compare_scene
+    from fecontact.app.compare.table import conditions, markdown, table
 
-    from fecontact.app.compare.command import Files, run, run_scene
-    from fecontact.app.compare.run import Plan
-
-    given = {"page": options.page, "picture": options.plot}
-    given = {k: Path(v) for k, v in given.items() if v is not None}
-    if options.problem.endswith(".toml"):
-        files = Files() if options.out is None else Files.of_folder(options.out, Path(options.problem).stem)
-        refinements = 3 if options.refinements is None else options.refinements
-        print(run_scene(options.problem, refinements, replace(files, **given)))
-        return 0
-    plan = Plan(
-        options.problem,
-        tuple(options.methods),
-        options.refinements,
-        options.repeats,
-        options.threads,
-        options.enough,
-    )
-    files = Files() if options.out is None else Files.of_folder(options.out, options.problem)
-    files = replace(files, **given)
-    command = f"fecontact compare {options.problem}"
-    print(run(plan, files, adapters=options.peers, python=options.peer_python, command=command))
+    path = Path(options.scene)
+    files = places(path.stem, options.out, picture=options.plot, page=options.page)
+    rows = compare_scene(path, options.refinements, files.get("rows"))
+    title = f"{rows[0]['title']}: the finest run is the reference"
+    with_errors = [row for row in rows if row["errors"]]
+    written = write(files, rows, title, f"# {title}\n\n{markdown(rows)}\n", with_errors)
+    print("\n".join([title, table(rows), conditions(rows), *written]))
     return 0
 
 

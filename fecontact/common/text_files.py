@@ -36,6 +36,21 @@ def check_writable(path: str | Path) -> Path:
     return path
 
 
+def make_folder(path: str | Path) -> Path:
+    """A folder, made if it is missing.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"Cannot make the folder {path}: {error.strerror}.") from error
+    return Path(path)
+
+
 def write_atomically(path: str | Path, text: str) -> Path:
     """Write a text file under a temporary name and move it into place, so that an interruption loses nothing."""
     path = check_writable(path)

@@ -1,4 +1,4 @@
-"""On what a measurement was made."""
+"""What a measurement was made on: processor, threads, and the package's code as it is."""
 
 from __future__ import annotations
 
@@ -24,26 +24,21 @@ def machine() -> str:
     return f"{_processor()}, {os.cpu_count()} cores"
 
 
-#: Modules of the package that show what was measured, and have no part in it.
-SHOWING = ("command.py", "page.py", "picture.py", "precision.py")
-
-
 @cache
 def code() -> str:
     """Fingerprint of the package's sources: what is measured is what they do now."""
-    root = Path(__file__).parents[1]
-    files = [p for p in sorted(root.rglob("*.py")) if not (p.parent.name == "compare" and p.name in SHOWING)]
-    return fingerprint([(str(p.relative_to(root)), p.read_bytes()) for p in files])
+    return of_sources(Path(__file__).parents[2])
+
+
+def of_sources(folder: Path) -> str:
+    """Fingerprint of the Python files in a folder and below."""
+    files = sorted(folder.rglob("*.py"))
+    return fingerprint([(str(file.relative_to(folder)), file.read_bytes()) for file in files])
 
 
 def threads_as_set() -> dict[str, str | None]:
     """The variables that tell the libraries how many threads to use."""
     return {name: os.environ.get(name) for name in THREADS}
-
-
-def environment(threads: int) -> dict[str, str]:
-    """This process's environment with the number of threads set."""
-    return {**os.environ, **dict.fromkeys(THREADS, str(threads))}
 
 
 def _processor() -> str:

@@ -1,8 +1,8 @@
 """What the adapters share: the problem H1 in units of its own, errors on a grid of points, and the command line.
 
 An adapter is a script with two ways to be called: ``--about`` prints {"method", "kind", "problems", "settings",
-"version"}; ``PROBLEM SETTING`` solves and prints one line of JSON, {"dofs", "errors", "seconds", ...}. `fecontact
-compare --peers` runs all adapters of a folder; each may also be run by hand.
+"version"}; ``PROBLEM SETTING`` solves and prints one line of JSON, {"dofs", "errors", "seconds", ...}. The
+option ``--peers`` of `tests/benchmarks/compare` runs all adapters of a folder; each may also be run by hand.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.app.compare.bodies import foundation, indented, section_of_cylinder, start
-from fecontact.app.compare.problems import Problem
+from compare.bodies import foundation, indented, section_of_cylinder, start
+from compare.problems import Problem
 from fecontact.app.spheres.case import CASES, Spheres
 from fecontact.app.spheres.spheres import SpheresResult, solve_spheres
 from fecontact.bodies import ElasticBody, HalfSpace, Plane, RigidBody
@@ -27,7 +27,6 @@ from fecontact.mesh import pick
 from fecontact.mesh.cad import mesh_solid
 from fecontact.results.result import ContactResult
 from fecontact.scene.scene import Scene
-from fecontact.solvers import Residuals
 from fecontact.surfaces import FlatPunch, Paraboloid
 
 Options = Mapping[str, str]
@@ -112,15 +111,6 @@ def method(
     return add
 
 
-def _worst(residuals: Residuals) -> float:
-    return float(max(abs(v) for v in vars(residuals).values()))
-
-
-def _dofs(result: ContactResult) -> int:
-    """Of the elastic bodies; those of a section across its plane do not count."""
-    return result.n_dofs
-
-
 def _of_spheres(out: SpheresResult) -> Measured:
     e = out.errors
     errors = {
@@ -129,7 +119,7 @@ def _of_spheres(out: SpheresResult) -> Measured:
         "edge_radius": e["contact_radius"],
         "approach": e["approach"],
     }
-    return Measured(_dofs(out.result), out.result.n_candidates, _worst(out.result.residuals()), errors)
+    return Measured(out.result.n_dofs, out.result.n_candidates, out.result.residuals().worst, errors)
 
 
 def _of_solid(problem: Problem, result: ContactResult, approach: float | None) -> Measured:
@@ -139,8 +129,8 @@ def _of_solid(problem: Problem, result: ContactResult, approach: float | None) -
     errors["centre_pressure"] = problem.centre_error(contact.points[:, :2], contact.pressure)
     if approach is not None and problem.approach is not None:
         errors["approach"] = approach / problem.approach - 1
-    dofs = _dofs(result) or len(contact.points)  # springs: one per point
-    return Measured(dofs, result.n_candidates, _worst(result.residuals()), errors)
+    dofs = result.n_dofs or len(contact.points)  # springs: one per point
+    return Measured(dofs, result.n_candidates, result.residuals().worst, errors)
 
 
 def _solid(problem: Problem, level: int, options: Options, element: str, pressure: str, model: str) -> Measured:
@@ -322,7 +312,7 @@ def _boussinesq(problem: Problem, setting: Any, options: Options) -> Measured:
     errors["centre_pressure"] = problem.centre_error(points, contact.pressure)
     if problem.approach is not None:
         errors["approach"] = -float(result.rigid_motion(ball).translation[2]) / problem.approach - 1
-    return Measured(half.grid.n_cells, result.n_candidates, _worst(result.residuals()), errors)
+    return Measured(half.grid.n_cells, result.n_candidates, result.residuals().worst, errors)
 
 
 @method("winkler", "elastic foundation", kind="foundation", problems=("layer",), settings=(1, 2, 3))

@@ -4,18 +4,18 @@ A ball is pressed on a plane and condensed once; all three methods then get the 
 nothing but the springs. Gap elements in load increments are how the report of 1978 had it from the MARC system
 (section IV.2). Springs are spread evenly over the area; k0 is the mean stiffness of the bodies at a contact node.
 
-Run: python examples/penalty_and_gaps.py
+Run: python tests/benchmarks/penalty_and_gaps.py; docs/baselines.py makes a page of it.
 """
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from baselines import Approximation, condition_number, gap_elements, penalty
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import fecontact as fc
-from fecontact.app.baselines import Approximation, condition_number, gap_elements, penalty
 from fecontact.results.pictures.draw import save_figure
 
 RADIUS, FORCE = 250.0, 7124.0  # mm, N
@@ -36,14 +36,14 @@ def node_stiffness(result: fc.ContactResult) -> NDArray[np.float64]:
     """Stiffness of the bodies at a contact node, their mean spread over the nodes by their areas."""
     contact = result.contacts[0]
     areas = contact.weights[contact.candidates]
-    return areas / areas.mean() / result.reduction.problem.S.diagonal().mean()
+    return areas / areas.mean() / result.problem.S.diagonal().mean()
 
 
 def main(
     level: int = 1, increments: tuple[int, ...] = (4, 16, 64, 256, 1024), out: str | Path = "out"
 ) -> dict[str, Any]:
     result = pressed_ball(level)
-    problem, exact = result.reduction.problem, result.solution
+    problem, exact = result.problem, result.solution
     k0 = node_stiffness(result)
     approach = -float(result.rigid_motion(result.scene.bodies[0]).translation[2])
 
@@ -122,7 +122,7 @@ def draw(result: fc.ContactResult, rows: dict[str, Any], k0: NDArray[np.float64]
 
 def draw_pressures(axes: Any, result: fc.ContactResult, k0: NDArray[np.float64]) -> None:
     """How the pressure moves with the guesses."""
-    contact, problem = result.contacts[0], result.reduction.problem
+    contact, problem = result.contacts[0], result.problem
     found = {
         "exact": result.solution.forces,
         "penalty, k = k0": penalty(problem, k0).forces,

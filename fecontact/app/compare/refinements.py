@@ -1,10 +1,9 @@
-"""A user's scene at several refinements: the finest run is the reference for the others."""
+"""A user's scene, refined: the run with the most unknowns is the reference for the others."""
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,16 +13,14 @@ from scipy.spatial import cKDTree
 from tqdm import tqdm
 
 from fecontact.app.compare.machine import code, machine, threads_as_set
+from fecontact.app.compare.table import Row
 from fecontact.app.scene_file.scene_file import SceneFile, read_scene
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import append_row, read_rows
+from fecontact.common.stopwatch import peak_memory
 from fecontact.mesh.shapes import LEVELS
-from fecontact.results.report import peak_memory
-from fecontact.results.result import ContactResult
-
-Row = dict[str, Any]
 
 #: Samples per side of a facet; the reference is looked up at its nearest sample.
 SAMPLES = 12
@@ -80,7 +77,11 @@ def _divided(division: Any, k: int) -> Any:
     return np.interp(np.arange(k * (len(x) - 1) + 1) / k, np.arange(len(x)), x).tolist()
 
 
-def compare_scene(path: str | Path, refinements: int, rows_path: str | Path | None = None) -> list[Row]:
+#: Ways to refine, one curve each: what a way changes in the values of the scene file for its run k = 1, 2, ...
+WAYS: Mapping[str, Callable[..., None]] = {"uniform refinement": refined}
+
+
+def compare_scene(path: str | Path, refinements: int = 3, rows_path: str | Path | None = None) -> list[Row]:
     """Solve a scene at 1, 2, ... refinements and compare with the finest.
 
     Parameters
@@ -96,39 +97,54 @@ def compare_scene(path: str | Path, refinements: int, rows_path: str | Path | No
     Returns
     -------
     list of dict
-        As from `run.compare`; errors are 'pressure_l2', 'max_pressure' and 'area', the finest run's are missing.
+        Rows as in `table`; errors are 'pressure_l2', 'max_pressure' and 'area', and those of the run with the most
+        degrees of freedom, the reference, are missing.
 
     Raises
     ------
     InputError
-        If nothing in the scene can be refined, or there are fewer than two refinements.
+        If nothing in the scene can be refined, it has several cases or no contact, or there are fewer than two
+        refinements.
     """
     if refinements < 2:
         raise InputError(f"A scene needs at least 2 refinements, the finest being the reference; found {refinements}.")
     path = Path(path)
-    for k in range(1, refinements + 1):
-        read_scene(path, change=partial(refined, k=k))
+    runs = [(way, k, partial(change, k=k)) for way, change in WAYS.items() for k in range(1, refinements + 1)]
+    # all are read before the first is solved: what is wrong with the finest is told at once
+    keys = [_key(read_scene(path, change=change), way, k) for way, k, change in runs]
     done = {} if rows_path is None else read_rows(rows_path, "key", "a row of a comparison")
     rows: list[Row] = []
     samples: list[list[Array]] = []
-    for k in tqdm(range(1, refinements + 1), desc=f"compare {path.name}", unit="run", disable=None):
-        scene = read_scene(path, change=partial(refined, k=k))
-        model = fingerprint(scene.scene, scene.loads, scene.options)
-        key = json.dumps([path.stem, model, k, machine(), threads_as_set(), code()])
-        beside = None if rows_path is None else Path(rows_path).with_suffix(f".{k}.npz")
-        stored = _stored(beside, key) if key in done else None
-        if stored is not None:
-            rows.append(done[key])
-            samples.append(stored)
-            continue
-        row, found = _solved(scene, k)
-        row["key"] = key
-        if rows_path is not None and beside is not None:
-            np.savez(beside, *found, key=np.array(key))
-            append_row(rows_path, row)
+    for n, (way, k, change) in enumerate(tqdm(runs, desc=f"compare {path.name}", unit="run", disable=None)):
+        beside = None if rows_path is None else Path(rows_path).with_suffix(f".{n + 1}.npz")
+        found = _stored(beside, keys[n]) if keys[n] in done else None
+        if found is not None:
+            row = done[keys[n]]
+        else:
+            row, found = _solved(path, change)
+            row |= {"key": keys[n], "method": way, "setting": k}
+            if rows_path is not None and beside is not None:
+                np.savez(beside, *found, key=np.array(keys[n]))
+                append_row(rows_path, row)
         rows.append(row)
         samples.append(found)
-    return [*(_with_errors(r, s, rows[-1], samples[-1]) for r, s in zip(rows[:-1], samples, strict=False)), rows[-1]]
+    finest = int(np.argmax([row["dofs"] for row in rows]))
+    return [
+        row if n == finest else _with_errors(row, samples[n], rows[finest], samples[finest])
+        for n, row in enumerate(rows)
+    ]
+
+
+def _key(scene: SceneFile, way: str, k: int) -> str:
+    """What tells a run apart from others; scenes that cannot be compared are refused."""
+    if scene.cases:
+        raise InputError(
+            f"{scene.path} has {len(scene.cases)} cases, and one is compared: leave [[cases]] out and give its loads "
+            "under [loads]."
+        )
+    if not scene.scene.contacts:
+        raise InputError(f"{scene.path} has no contact, so there is no pressure to compare.")
+    return fingerprint(scene.scene, scene.loads, scene.options, way, k, machine(), threads_as_set(), code())
 
 
 def _stored(beside: Path | None, key: str) -> list[Array] | None:
@@ -141,23 +157,21 @@ def _stored(beside: Path | None, key: str) -> list[Array] | None:
         return [stored[name] for name in stored.files if name != "key"]
 
 
-def _solved(scene: SceneFile, k: int) -> tuple[Row, list[Array]]:
+def _solved(path: Path, change: Callable[[Mapping[str, Any]], None]) -> tuple[Row, list[Array]]:
     """One run: its figures, and points, pressures and areas (n, 5) sampled on each contact."""
     began, cpu = time.perf_counter(), time.process_time()
-    path, scene = scene.path, read_scene(scene.path, change=partial(refined, k=k))
+    scene = read_scene(path, change=change)
     result = scene.solve()
     seconds, wall = time.process_time() - cpu, time.perf_counter() - began
-    residuals = result.residuals()
     row = {
         "problem": path.stem,
-        "method": scene.title or path.stem,
+        "title": scene.title or path.stem,
         "spec": path.name,
-        "kind": "solid",
+        "kind": "scene",
         "peer": False,
-        "setting": k,
         "dofs": result.n_dofs,
         "candidates": result.n_candidates,
-        "residual": float(max(abs(v) for v in vars(residuals).values())),
+        "residual": result.residuals().worst,
         "seconds": seconds,
         "wall": wall,
         "repeats": 1,
@@ -171,15 +185,8 @@ def _solved(scene: SceneFile, k: int) -> tuple[Row, list[Array]]:
             "area": sum(c.area for c in result.contacts),
         },
     }
-    return row, _sampled(result)
-
-
-def _sampled(result: ContactResult) -> list[Array]:
-    out = []
-    for contact in result.contacts:
-        points, pressure, areas = contact.sampled(contact.pressure, SAMPLES)
-        out.append(np.column_stack([points, pressure, areas]))
-    return out
+    sampled = [contact.sampled(contact.pressure, SAMPLES) for contact in result.contacts]
+    return row, [np.column_stack(fields) for fields in sampled]
 
 
 def _with_errors(row: Row, samples: Sequence[Array], finest: Row, reference: Sequence[Array]) -> Row:

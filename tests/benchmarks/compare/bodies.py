@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from compare.problems import Problem
 from fecontact.ancf.body import AncfBody
-from fecontact.app.compare.problems import Problem
 from fecontact.app.spheres.spheres import FIRST_PASS
 from fecontact.bodies import ElasticBody, ElasticLayer, Plane, PlaneBody, RigidBody, rotation_about
 from fecontact.contact.contact import Contact

@@ -9,17 +9,24 @@ An adapter is a script with two ways to be called. ``script --about`` prints one
 from __future__ import annotations
 
 import json
+import os
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fecontact.app.compare.machine import environment
+from fecontact.app.compare.machine import THREADS
+from fecontact.app.compare.table import Row
 from fecontact.common.errors import InputError
 
 #: Seconds in which an adapter has to introduce itself.
 PATIENCE = 60
+
+
+def environment(threads: int) -> dict[str, str]:
+    """This process's environment with the number of threads set."""
+    return {**os.environ, **dict.fromkeys(THREADS, str(threads))}
 
 
 @dataclass(frozen=True)
@@ -106,3 +113,36 @@ def ask(command: Sequence[str], env: Mapping[str, str], patience: float) -> dict
     except json.JSONDecodeError:
         answer = None
     return answer if isinstance(answer, dict) else "printed no line of JSON"
+
+
+def published(folder: Path, name: str, rows: Sequence[Row]) -> list[Row]:
+    """Figures from elsewhere of programs that were not measured here, out of the adapters' `published.json`.
+
+    Returns
+    -------
+    list of dict
+        'program', 'method', 'source', 'dofs', 'seconds', 'errors', and a 'style' for the picture: grey points.
+    """
+    file = folder / "published.json"
+    if not file.is_file():
+        return []
+    measured = [row["method"].lower() for row in rows if row["peer"] and not row["failed"]]
+    try:
+        known = [row for row in json.loads(file.read_text(encoding="utf-8")) if row["problem"] == name]
+        left = [row for row in known if not any(m.startswith(row["program"].lower()) for m in measured)]
+        markers = dict(zip(dict.fromkeys(row["method"] for row in left), "+x1234|_", strict=False))
+        for row in left:
+            label = f"{row['method']}, published elsewhere"
+            row["style"] = {"ls": "none", "color": "0.5", "marker": markers.get(row["method"], "_"), "label": label}
+        return [{**row, "failed": None} for row in left]
+    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        raise InputError(f"{file} is not a list of published figures: {error}.") from error
+
+
+def styled(rows: Sequence[Row]) -> Iterator[Row]:
+    """Rows with a style for the picture: other programs are dashed, in greys, with hollow markers."""
+    greys = ("black", "0.35", "0.55", "0.2", "0.45")
+    theirs = {name: greys[k % 5] for k, name in enumerate(dict.fromkeys(r["method"] for r in rows if r["peer"]))}
+    for row in rows:
+        look = {"ls": "--", "mfc": "white", "color": theirs[row["method"]]} if row["peer"] else {}
+        yield {**row, "style": look}

@@ -1,4 +1,4 @@
-"""One run in a process of its own: ``python -m fecontact.app.compare.worker JOB``, the job as JSON, see `measured`.
+"""One run in a process of its own: ``python -m compare.worker JOB``, the job as JSON, see `measured`.
 
 So every run has its own peak of memory, its number of threads, and cannot spoil the others. The row is printed as one
 line of JSON. Times are medians of repeats and leave out the loading of packages.
@@ -13,9 +13,9 @@ import time
 from dataclasses import asdict
 from typing import Any
 
-from fecontact.app.compare.methods import variant
-from fecontact.app.compare.problems import problem
-from fecontact.results.report import peak_memory
+from compare.methods import variant
+from compare.problems import problem
+from fecontact.common.stopwatch import peak_memory
 
 
 def measured(job: dict[str, Any]) -> dict[str, Any]:

@@ -106,7 +106,7 @@ def penalty(problem: ComplementarityProblem, stiffness: ArrayLike, *, max_iterat
     Parameters
     ----------
     problem : ComplementarityProblem
-        With S as an array, for example ``result.reduction.problem``.
+        With S as an array, for example ``result.problem``.
     stiffness : float or (n,) array
         Of each spring, force per length. A foundation of even stiffness has springs in proportion to the areas of the
         points, ``contact.weights[contact.candidates]``.

@@ -1,51 +1,16 @@
-"""What measured rows tell: fitted orders, the cheapest run for an error, and sentences about both."""
+"""What measured rows tell: the cheapest run for an error, other programs beside it, and sentences about both."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Any
 
-import numpy as np
+from fecontact.app.compare.picture import TARGETS
+from fecontact.app.compare.table import Row, curves, error_of
 
-Row = dict[str, Any]
-
-#: Pressure errors for which the cheapest method is named.
-TARGETS = (0.05, 0.01, 0.001)
 #: Error at which the package is compared with other programs.
 PEER_TARGET = 0.015
-
-
-def curves(rows: Iterable[Row]) -> dict[str, list[Row]]:
-    """Rows with figures by method, in their order."""
-    out: dict[str, list[Row]] = {}
-    for row in rows:
-        if not row["failed"]:
-            out.setdefault(row["method"], []).append(row)
-    return out
-
-
-def error_of(row: Row, what: str = "pressure_l2") -> float:
-    """Size of an error; NaN if it was not measured."""
-    value = row["errors"].get(what)
-    return math.nan if value is None else abs(value)
-
-
-def order(rows: Sequence[Row], against: str, what: str = "pressure_l2") -> float:
-    """Exponent p of error ~ against^-p by least squares of the logarithms; NaN from fewer than two different points.
-
-    Examples
-    --------
-    >>> rows = [{"errors": {"pressure_l2": 1 / n}, "dofs": n**3} for n in (2, 4, 8)]
-    >>> round(order(rows, "dofs"), 12)
-    0.333333333333
-    """
-    found = [(row[against], error_of(row, what)) for row in rows]
-    x, y = (np.log(v) for v in np.reshape([p for p in found if p[0] > 0 and p[1] > 0], (-1, 2)).T)
-    if len(x) < 2 or np.ptp(x) == 0:
-        return math.nan
-    return -float(np.polyfit(x, y, 1)[0])
 
 
 def cheapest(rows: Iterable[Row], target: float) -> Row | None:

@@ -6,16 +6,18 @@ import math
 import sys
 from dataclasses import replace
 
-import meshio
 import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.app.cli import main
-from fecontact.app.compare import METHODS, PROBLEMS, Plan, compare, default_variants, find_peers, machine, problem, run
-from fecontact.app.compare.methods import variant
-from fecontact.app.compare.precision import against_peers, cheapest, order, quickest, sentence
-from fecontact.app.compare.scenes import compare_scene
+from compare import run
+from compare.__main__ import main
+from compare.methods import METHODS, default_variants, variant
+from compare.peers import find_peers
+from compare.precision import against_peers, cheapest, quickest, sentence
+from compare.problems import PROBLEMS, problem
+from compare.run import Plan, compare
+from fecontact.app.compare.table import order
 
 QUICK = Plan("hertz", ("half-space",), refinements=2, repeats=1)
 
@@ -156,15 +158,6 @@ def test_runs_of_other_code_repeats_or_adapters_are_others(tmp_path, monkeypatch
     assert runs() == [False, True]
 
 
-def test_the_code_is_told_apart_by_what_it_says(monkeypatch):
-    now = machine.code()
-    assert machine.code() == now
-    machine.code.cache_clear()
-    monkeypatch.setattr(machine.Path, "read_bytes", lambda self: b"changed")
-    assert machine.code() != now
-    machine.code.cache_clear()
-
-
 def test_a_slow_method_is_not_refined():
     rows = compare(Plan("hertz", ("half-space",), repeats=1, enough=1e-6))
     assert len(rows) == 1
@@ -228,7 +221,7 @@ def test_command_line_writes_all_files(tmp_path, capsys):
     published[0] |= {"seconds": 3.0, "errors": {"pressure_l2": 0.03}}
     (tmp_path / "peers" / "published.json").write_text(json.dumps(published))
     out = tmp_path / "out"
-    command = ["compare", "hertz", "--methods", "half-space", "boussinesq", "--refinements", "2", "--repeats", "1"]
+    command = ["hertz", "--methods", "half-space", "boussinesq", "--refinements", "2", "--repeats", "1"]
     command += ["--out", str(out), "--peers", str(tmp_path / "peers")]
     assert main(command) == 0
     shown = capsys.readouterr().out
@@ -260,7 +253,7 @@ def test_command_line_writes_all_files(tmp_path, capsys):
     ],
 )
 def test_bad_input_is_explained_before_any_run(arguments, message, capsys):
-    assert main(["compare", *arguments]) == 2
+    assert main(arguments) == 2
     assert message in capsys.readouterr().err
 
 
@@ -270,73 +263,3 @@ def test_a_file_of_something_else_is_not_touched(tmp_path):
     with pytest.raises(fc.InputError, match="not a row of a comparison"):
         compare(QUICK, path)
     assert path.read_text() == "not rows\n{}\n"
-
-
-SCENE = """
-title = "Block on a ball"
-[materials.soft]
-E = 1.0
-nu = 0.3
-[bodies.block]
-shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}
-material = "soft"
-contact = "top"
-supports = {bottom = "xyz"}
-pose = {translation = [-0.5, -0.5, -1.0]}
-[bodies.ball]
-type = "rigid"
-shape = {kind = "sphere", radius = 2.0}
-[[contacts]]
-slave = "block"
-master = "ball"
-[loads]
-motions.ball = {z = -0.03}
-"""
-
-
-def test_a_scene_is_compared_with_its_finest_run(tmp_path, capsys):
-    path, out = tmp_path / "scene.toml", tmp_path / "out"
-    path.write_text(SCENE)
-    command = ["compare", str(path), "--refinements", "3", "--out", str(out)]
-    assert main(command) == 0
-    rows = json.loads((out / "compare_scene.json").read_text())["rows"]
-    assert [r["dofs"] for r in rows] == sorted(r["dofs"] for r in rows)
-    first, second, finest = (r["errors"] for r in rows)
-    assert abs(second["pressure_l2"]) < abs(first["pressure_l2"]) < 0.5
-    assert finest == {}
-    kept = (out / "compare_scene.jsonl").read_text()
-    assert main(command) == 0
-    assert (out / "compare_scene.jsonl").read_text() == kept
-    assert "largest" in capsys.readouterr().out
-
-
-def test_a_scene_that_reads_another_mesh_is_run_again(tmp_path):
-    """The scene file is the same to the letter, the mesh that it names is not."""
-    path, rows_path = tmp_path / "scene.toml", tmp_path / "rows.jsonl"
-    path.write_text(SCENE.replace('shape = {kind = "sphere", radius = 2.0}', 'surface = {file = "tip.stl"}'))
-
-    def found(half_side):
-        """Contact area below a flat square punch."""
-        corners = half_side * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
-        meshio.Mesh(corners, [("triangle", [[0, 2, 1], [0, 3, 2]])]).write(tmp_path / "tip.stl")
-        return [row["found"]["area"] for row in compare_scene(path, 2, rows_path)]
-
-    first, second = found(0.3), found(0.4)
-    assert min(second) > 1.3 * max(first)
-    # samples beside the rows are those of the other punch by now: they are not mixed with rows of this one
-    assert found(0.3) == first
-    assert len(rows_path.read_text().splitlines()) == 6
-    assert found(0.3) == first
-    assert len(rows_path.read_text().splitlines()) == 6
-
-
-def test_a_scene_that_cannot_be_refined_is_named(tmp_path, capsys):
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    assert main(["compare", str(path), "--refinements", "1"]) == 2
-    assert "at least 2 refinements" in capsys.readouterr().err
-    ball = 'shape = {kind = "half_sphere", radius = 1.0, level = 4}'
-    text = SCENE.replace('shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}', ball)
-    path.write_text(text.replace('"top"', '"cap"').replace("bottom", "base"))
-    assert main(["compare", str(path), "--refinements", "3"]) == 2
-    assert "5 is the finest" in capsys.readouterr().err

@@ -12,18 +12,19 @@ from typing import Any
 
 from tqdm import tqdm
 
-from fecontact.app.compare.machine import code, environment, machine
-from fecontact.app.compare.methods import default_variants, variant
-from fecontact.app.compare.peers import Peer, ask
-from fecontact.app.compare.problems import PROBLEMS
+import fecontact
+from compare.methods import default_variants, variant
+from compare.peers import Peer, ask, environment
+from compare.problems import PROBLEMS
+from fecontact.app.compare.machine import code, machine
+from fecontact.app.compare.table import Row
 from fecontact.common.errors import InputError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import append_row, read_rows
 
-Row = dict[str, Any]
-
-#: What a row is, for the message about a file that holds something else.
-WHAT = "a row of a comparison"
+HERE = Path(__file__).parent
+#: Modules here that have a part in what is measured; the others show it.
+MEASURING = ("bodies.py", "methods.py", "problems.py", "worker.py")
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def compare(plan: Plan, path: str | Path | None = None, peers: Sequence[Peer] = 
     >>> rows[0]["dofs"], rows[0]["failed"]
     (1024, None)
     """
-    done = {} if path is None else read_rows(path, "key", WHAT)
+    done = {} if path is None else read_rows(path, "key", "a row of a comparison")
     rows: list[Row] = []
     curves = [*_ours(plan), *_theirs(plan, peers)]
     total = sum(len(jobs) for jobs in curves)
@@ -152,16 +153,17 @@ def _row(plan: Plan, made_by: str, **known: Any) -> Row:
 
 def _ours(plan: Plan) -> list[list[_Job]]:
     # the package that runs now, wherever it was imported from
-    root = str(Path(__file__).parents[2])
+    roots = [str(Path(fecontact.__file__).parents[1]), str(HERE.parent)]
     env = environment(plan.threads)
-    env["PYTHONPATH"] = os.pathsep.join([root, *filter(None, [env.get("PYTHONPATH")])])
+    env["PYTHONPATH"] = os.pathsep.join([*roots, *filter(None, [env.get("PYTHONPATH")])])
+    made_by = fingerprint(code(), [(HERE / name).read_bytes() for name in MEASURING])
     curves = []
     for spec in plan.methods:
         chosen = variant(spec, plan.problem)
         jobs = []
         for setting in plan.settings(chosen.method.settings):
             row = _row(
-                plan, code(), method=chosen.label, spec=spec, kind=chosen.method.kind, peer=False, setting=setting
+                plan, made_by, method=chosen.label, spec=spec, kind=chosen.method.kind, peer=False, setting=setting
             )
             job = {
                 "problem": plan.problem,
@@ -170,7 +172,7 @@ def _ours(plan: Plan) -> list[list[_Job]]:
                 "repeats": plan.repeats,
                 "enough": plan.enough,
             }
-            command = [sys.executable, "-m", "fecontact.app.compare.worker", json.dumps(job)]
+            command = [sys.executable, "-m", "compare.worker", json.dumps(job)]
             jobs.append(_Job(row, command, env, plan.patience))
         curves.append(jobs)
     return curves

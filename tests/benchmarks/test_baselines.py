@@ -1,11 +1,12 @@
 """Penalty and gap elements: their limits, their orders, what they refuse."""
 
 import numpy as np
+import penalty_and_gaps
 import pytest
+from baselines import condition_number, gap_elements, penalty
 from solver_cases import duplicates, hertz, pressed_in
 from solver_cases import half_space as pressed
 
-from fecontact.app.baselines import condition_number, gap_elements, penalty
 from fecontact.common.errors import InputError
 from fecontact.solvers import ComplementarityProblem, solve
 
@@ -108,3 +109,16 @@ def test_condition_grows_with_the_penalty():
 def test_bad_input(call, message):
     with pytest.raises(InputError, match=message):
         call(pressed(5))
+
+
+def test_the_page_shows_what_it_says(tmp_path):
+    rows = penalty_and_gaps.main(increments=(16, 256), out=tmp_path)
+    errors, conditions = ([r[key] for r in rows["penalty"]] for key in ("error", "condition"))
+    # order one in 1/k and in the condition number, at both ends of four decades
+    assert abs(errors[-1] / errors[-5] / 1e-4 - 1) < 0.05
+    assert abs(conditions[-1] / conditions[-5] / 1e4 - 1) < 0.05
+    assert all(r["settled"] for r in rows["penalty"])
+    coarse, fine = (r for r in rows["gap elements"] if r["soft"] == 1e-4 and r["cycles"] == 1)
+    # hundreds of increments are still twenty percent off
+    assert coarse["error"] > 2 * fine["error"] > 0.01
+    assert (tmp_path / "penalty_and_gaps.png").stat().st_size > 2000
