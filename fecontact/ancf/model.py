@@ -21,9 +21,10 @@ from fecontact.ancf.space import AncfSpace
 from fecontact.ancf.supports import hold
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
+from fecontact.fem.coordinates import Coordinates
 from fecontact.fem.model import Model, materials_of_cells
 from fecontact.fem.stress import hooke
-from fecontact.fem.support import Holds, Support
+from fecontact.fem.support import Support
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element.hexahedron import hex_nodes, hex_quadrature
 from fecontact.mesh.mesh import Mesh
@@ -64,7 +65,7 @@ class AncfModel(Model):
         self.solid = AncfSolid(self.space, materials)
         held = hold(self.space, supports)
         plain = (held.basis - sp.eye_array(self.n_dofs)).nnz == 0
-        self._holds = Holds(held.held, None if plain else held.basis)
+        self.coordinates, self.held = Coordinates(None if plain else held.basis), held.held
         self._check_connected()
 
     @property
@@ -130,9 +131,9 @@ class AncfModel(Model):
         touched = np.unique(own.rows.indices)
         share = np.zeros(self.n_dofs)
         # the blocks of the nodes are small; the pseudo-inverse acts on the range of all supports
-        held = self._holds.held
-        basis = sp.eye_array(self.n_dofs, format="csr") if self._holds.axes is None else self._holds.axes
-        Z = basis[:, held].tocsr()
+        axes = self.coordinates.axes
+        basis = sp.eye_array(self.n_dofs, format="csr") if axes is None else axes
+        Z = basis[:, self.held].tocsr()
         inside = sp.linalg.spsolve((Z.T @ total @ Z).tocsc(), Z.T @ rest)
         share[touched] = (own.rows.T @ (own.rows @ (Z @ inside)))[touched]
         return share

@@ -197,7 +197,6 @@ class ElasticBody(Placed):
         model = self.model
         distance = np.linalg.norm(model.mesh.points - point, axis=1)
         nearest = int(np.argmin(distance))
-        row = np.zeros(model.n_dofs)
         if distance[nearest] <= 1e-6 * model.size:
             return components_along(model.point_row(nearest), np.asarray(direction, dtype=float)[None, :])
         if model.free_motions.shape[1] == 0:
@@ -205,8 +204,9 @@ class ElasticBody(Placed):
             frame = model.nodal_modes[model.held]
             six = model.held[scipy.linalg.qr(frame.T, mode="r", pivoting=True)[1][:6]]
             target = direction @ rigid_modes(point[None, :], self.reference_point)
+            row = np.zeros(model.n_coordinates)
             row[six] = np.linalg.solve(model.nodal_modes[six].T, target)
-            row = model.from_nodal(row)
+            row = model.coordinates.row_on_displacements(row)
         else:
             raise InputError(
                 f"The point {np.array2string(point, precision=4)} lies on no node of {self.name!r}, which floats; the "
@@ -223,7 +223,7 @@ class ElasticBody(Placed):
             C = model.solved_rows(rows)
             response = np.zeros(rows.shape[0])
             if loads is not None and loads.any():
-                response = condensation.response(C, self._solved(loads))
+                response = condensation.response(C, model.solved_forces(loads))
             return Reduced(condensation.compliance(C), response)
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
@@ -231,12 +231,7 @@ class ElasticBody(Placed):
         model = self.model
         f = np.asarray(rows.T @ forces) if loads is None else rows.T @ forces + loads
         condensation = model.condensed(model.touched(rows), Stopwatch())
-        u = np.zeros(model.n_dofs)
-        u[model.solved_dofs] = condensation.solve(self._solved(f))
-        return model.from_nodal(u)
-
-    def _solved(self, f: Array) -> Array:
-        return self.model.to_nodal(f)[self.model.solved_dofs]
+        return model.displacements(condensation.solve(model.solved_forces(f)))
 
     @property
     def functions_per_cell(self) -> int:
@@ -323,7 +318,12 @@ class ElasticBody(Placed):
         """One line: what was modelled."""
         m = self.mesh
         mid = "" if m.midface is None else f" + {(m.midface >= 0).sum()} mid-face nodes"
-        return self._described(f"{len(m.cells)} {m.cell_type} cells{mid}, {self.n_dofs} dofs")
+        return self._described(f"{len(m.cells)} {m.cell_type} cells{mid}{self._ties}, {self.n_unknowns} dofs")
+
+    @property
+    def _ties(self) -> str:
+        """How many nodes hang, in words."""
+        return "" if self.mesh.hanging is None else f" with {len(self.mesh.hanging.nodes)} hanging nodes"
 
 
 def elastic_among(bodies: Iterable[object]) -> tuple[ElasticBody, ...]:

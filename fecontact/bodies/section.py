@@ -116,7 +116,7 @@ class SectionBody(ElasticBody):
     def describe(self) -> str:
         """One line: what was modelled."""
         m = self.mesh
-        return self._described(f"{len(m.cells)} {m.cell_type} cells, {self.state}, {self.n_unknowns} dofs")
+        return self._described(f"{len(m.cells)} {m.cell_type} cells{self._ties}, {self.state}, {self.n_unknowns} dofs")
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,13 +21,14 @@ from fecontact.common.errors import InputError, MeshError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import Carried, Condensation, Plain, Schur, choose_route, memory_budget
+from fecontact.fem.coordinates import Coordinates, restricted
 from fecontact.fem.factor import Factor, condense, factorise
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import AmgFactor, Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
-from fecontact.fem.support import Holds, Support, fix_null_space, holds, share_of_support
+from fecontact.fem.support import Support, fix_null_space, nodal_coordinates, share_of_support
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
@@ -42,8 +43,10 @@ class Model:
     Parameters
     ----------
     mesh : Mesh
+        Nodes may hang: vectors and rows count all nodes (n_dofs), the stiffness is solved in fewer coordinates, see
+        `fem.coordinates`.
     materials : Material or mapping of element set to Material
-    supports : mapping of boundary name to components or directions, see `fem.support.holds`
+    supports : mapping of boundary name to components or directions, see `fem.support.nodal_coordinates`
     backend : str
         Factorisation back-end, see `fem.factor.condense`; or 'amg', see `fem.multigrid`.
     integration : {'auto', 'full', 'selective'}
@@ -56,6 +59,9 @@ class Model:
     dofs_per_node = 3
     way = "auto"
     condensation: Condensation | None = None
+    #: What the stiffness is solved in, and those of them (n_held,) that supports hold.
+    coordinates: Coordinates
+    held: IntArray
 
     def __init__(
         self,
@@ -66,7 +72,7 @@ class Model:
         integration: str = "auto",
         condensation: str = "auto",
     ) -> None:
-        self._holds = holds(mesh, supports)
+        self.coordinates, self.held = nodal_coordinates(mesh, supports)
         self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
         check_mesh(mesh)
         self.mesh, self.supports, self.backend, self.way = mesh, dict(supports), backend, condensation
@@ -77,13 +83,18 @@ class Model:
 
     @property
     def n_dofs(self) -> int:
-        """Degrees of freedom, held ones included."""
+        """Displacements of all nodes, held ones and those of hanging nodes included."""
         return 3 * len(self.mesh.points)
 
     @property
+    def n_coordinates(self) -> int:
+        """Coordinates, held ones included."""
+        return self.coordinates.count(self.n_dofs)
+
+    @property
     def n_unknowns(self) -> int:
-        """Displacements that its elements have."""
-        return self.dofs_per_node * len(self.mesh.points)
+        """Displacements that its elements have, held ones included; hanging nodes have none of their own."""
+        return self.dofs_per_node * self.n_coordinates // 3
 
     @property
     def functions(self) -> IntArray:
@@ -119,6 +130,7 @@ class Model:
         nodes = self.held // 3
         owner = np.zeros(self.n_dofs // 3, dtype=np.int64)
         owner[cells] = part[:, None]
+        owner = self.coordinates.of_functions(owner)
         for k in range(count):
             if self.null_space_of(self.held[owner[nodes] == k]).shape[1]:
                 raise MeshError(
@@ -174,30 +186,13 @@ class Model:
 
         return np.stack([column(motion) for motion in np.eye(6)], axis=1)
 
-    @property
-    def held(self) -> IntArray:
-        """Degrees of freedom held by the supports, in nodal axes."""
-        return self._holds.held
-
-    def to_nodal(self, f: Array) -> Array:
-        """Displacements or forces (n_dofs, ...) in nodal axes, which are turned where a support is oblique."""
-        return f if self._holds.axes is None else np.asarray(self._holds.axes.T @ f)
-
-    def from_nodal(self, v: Array) -> Array:
-        """The inverse of `to_nodal`."""
-        return v if self._holds.axes is None else np.asarray(self._holds.axes @ v)
-
-    def rows_to_nodal(self, rows: sp.csr_matrix) -> sp.csr_matrix:
-        """Rows (n, n_dofs) that take the same from displacements in nodal axes; they touch the same nodes."""
-        return rows if self._holds.axes is None else rows @ self._holds.axes
-
     @cached_property
     def nodal_modes(self) -> Array:
-        """The rigid modes (n_dofs, 6) in nodal axes."""
-        return self.to_nodal(self.rigid_modes)
+        """Coordinates (n_coordinates, 6) of the rigid modes."""
+        return self.coordinates.of_displacements(self.rigid_modes)
 
     def null_space_of(self, held: IntArray) -> Array:
-        """Rigid motions (6, k) that held degrees of freedom, in nodal axes, do not resist."""
+        """Rigid motions (6, k) that held coordinates do not resist."""
         return null_space(self.nodal_modes[held], self.size)
 
     @cached_property
@@ -207,17 +202,18 @@ class Model:
 
     @cached_property
     def grounded(self) -> IntArray:
-        """Artificially held degrees of freedom, one for each free motion; results do not depend on which."""
+        """Artificially held coordinates, one for each free motion; results do not depend on which."""
         return fix_null_space(self.nodal_modes @ self.free_motions, self.held, self.size)
 
     @cached_property
     def solved_dofs(self) -> IntArray:
-        """Degrees of freedom that are neither held nor grounded."""
-        return np.setdiff1d(np.arange(self.n_dofs), np.concatenate([self.held, self.grounded]), assume_unique=True)
+        """Coordinates that are neither held nor grounded."""
+        every = np.arange(self.n_coordinates)
+        return np.setdiff1d(every, np.concatenate([self.held, self.grounded]), assume_unique=True)
 
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
-        """Upper triangle of the stiffness (n_dofs, n_dofs)."""
+        """Upper triangle of the stiffness (n_dofs, n_dofs) of the elements, their hanging nodes not yet tied."""
         return assemble_stiffness(self.mesh, self.lame, self.shear, self.selective)
 
     def body_force(self, field: Callable[[Array], Array]) -> Array:
@@ -241,8 +237,8 @@ class Model:
         return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
     def touched(self, rows: sp.csr_matrix) -> IntArray:
-        """Scalar functions that rows (n, n_dofs) act on, in nodal axes."""
-        return np.unique(self.rows_to_nodal(rows).indices // 3)
+        """Triples of coordinates, each of one node, that rows (n, n_dofs) act on."""
+        return np.unique(self.coordinates.rows(rows).indices // 3)
 
     def at_points(self, u: Array) -> Array:
         """Displacements (n_points, 3) of the mesh's points."""
@@ -254,14 +250,14 @@ class Model:
 
     def support_forces(self, name: str, rest: Array) -> Array:
         """What one support gives (n_dofs,) of the forces by which all hold the body, see `fem.support`."""
-        return share_of_support(self.mesh, self.supports, name, rest)
+        return share_of_support(self.mesh, self.supports, name, self.coordinates.gathered(rest))
 
     def condensed(self, nodes: IntArray, timer: Stopwatch, often: bool = False) -> Condensation:
-        """Condensation onto at least the given nodes; the last one is kept and reused if it holds them all.
+        """Condensation onto at least the given triples; the last one is kept and reused if it holds them all.
 
         One that is asked `often`, in many poses, is dense as far as the memory goes, however many the nodes.
         """
-        mask = np.zeros(self.n_dofs, bool)
+        mask = np.zeros(self.n_coordinates, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
         dofs = np.flatnonzero(mask[self.solved_dofs])
         if len(dofs) == 0:  # a body out of contact; a factorisation keeps at least one degree of freedom
@@ -314,44 +310,34 @@ class Model:
                 K = self.solved_stiffness()
                 vars(self).pop("stiffness", None)
             with timer("factorise"):
-                positions = np.repeat(self.mesh.points, 3, axis=0)[self.solved_dofs]
+                positions = np.repeat(self.coordinates.of_functions(self.mesh.points), 3, axis=0)[self.solved_dofs]
                 self.condensation = Multigrid(AmgFactor(K, self.nodal_modes[self.solved_dofs]), positions)
         return self.condensation
 
     def solved_stiffness(self) -> sp.csr_matrix:
-        """Upper triangle of the stiffness over the solved degrees of freedom, in nodal axes."""
-        K = _turned(self.stiffness, self._holds)
-        return K if len(self.solved_dofs) == self.n_dofs else _restricted(K, self.solved_dofs)
+        """Upper triangle of the stiffness over the solved coordinates."""
+        K = self.coordinates.stiffness(self.stiffness)
+        return K if len(self.solved_dofs) == self.n_coordinates else restricted(K, self.solved_dofs)
+
+    def solved_forces(self, f: Array) -> Array:
+        """Forces (n_dofs,) on the solved coordinates."""
+        return self.coordinates.forces(f)[self.solved_dofs]
+
+    def displacements(self, v: Array) -> Array:
+        """Displacements (n_dofs,) of all nodes by the solved coordinates; held ones are zero."""
+        whole = np.zeros(self.n_coordinates)
+        whole[self.solved_dofs] = v
+        return self.coordinates.displacements(whole)
 
     def solved_rows(self, rows: sp.csr_matrix) -> sp.csr_matrix:
-        """Rows (n, n_dofs) over the solved degrees of freedom and in nodal axes; held ones drop out."""
-        coo = self.rows_to_nodal(rows).tocoo()
-        number = np.full(self.n_dofs, -1, dtype=np.int64)
+        """Rows (n, n_dofs) over the solved coordinates; held ones drop out."""
+        coo = self.coordinates.rows(rows).tocoo()
+        number = np.full(self.n_coordinates, -1, dtype=np.int64)
         number[self.solved_dofs] = np.arange(len(self.solved_dofs))
         column = number[coo.col]
         kept = column >= 0
         shape = (rows.shape[0], len(self.solved_dofs))
         return sp.csr_matrix((coo.data[kept], (coo.row[kept], column[kept])), shape=shape)
-
-
-def _turned(K: sp.csr_matrix, given: Holds) -> sp.csr_matrix:
-    """Upper triangle of T^T K T, the stiffness in nodal axes."""
-    T = given.axes
-    if T is None:
-        return K
-    return sp.csr_matrix(sp.triu(T.T @ (K + sp.triu(K, 1).T) @ T))
-
-
-def _restricted(K: sp.csr_matrix, dofs: IntArray) -> sp.csr_matrix:
-    """Rows and columns `dofs` (sorted) of an upper triangle."""
-    number = np.full(K.shape[0], -1, dtype=K.indices.dtype)
-    number[dofs] = np.arange(len(dofs))
-    columns = number[K.indices]
-    kept_rows = np.repeat(number >= 0, np.diff(K.indptr))
-    kept = kept_rows & (columns >= 0)
-    count = np.add.reduceat(kept, K.indptr[:-1], dtype=np.int64)[number >= 0]
-    pointer = np.concatenate([[0], np.cumsum(count)]).astype(K.indptr.dtype)
-    return sp.csr_matrix((K.data[kept], columns[kept], pointer), shape=(len(dofs), len(dofs)))
 
 
 def materials_of_cells(

@@ -8,14 +8,15 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.common.material import Material
+from fecontact.fem.coordinates import Coordinates
 from fecontact.fem.model import NEARLY_INCOMPRESSIBLE, Model, materials_of_cells
 from fecontact.fem.rigid import null_space
 from fecontact.fem.section_element import SectionElement
 from fecontact.fem.stress import hooke
-from fecontact.fem.support import Holds
+from fecontact.fem.support import check_followed
 from fecontact.mesh.check import check_size
 from fecontact.mesh.section_mesh import Extent, SectionMesh
 
@@ -68,7 +69,9 @@ class SectionModel(Model):
         self.selective = integration == "selective" or (
             integration == "auto" and not plane_stress and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
         )
-        self._holds = Holds(self._held(), None)
+        check_followed(mesh, supports)
+        self.coordinates = Coordinates(ties=mesh.hanging)
+        self.held = np.flatnonzero(self.coordinates.of_functions(self._held()))
         self._check_connected()
 
     @cached_property
@@ -82,18 +85,20 @@ class SectionModel(Model):
         modes = super().rigid_modes
         return modes * (np.arange(6) == 2) if self.section.out_of_plane.revolved else modes
 
-    def _held(self) -> IntArray:
-        """Degrees of freedom held by the supports, all along y, and on the axis the radial ones."""
-        n = np.arange(len(self.mesh.points))
-        parts = [3 * n + 1]
-        parts += [3 * self.mesh.boundary_nodes(k) + "xyz".index(str(c)) for k, v in self.supports.items() for c in v]
+    def _held(self) -> Mask:
+        """Components (n_points, 3) held by the supports, all along y, and on the axis the radial ones."""
+        held = np.zeros((len(self.mesh.points), 3), bool)
+        held[:, 1] = True
+        for name, components in self.supports.items():
+            for c in components:
+                held[self.mesh.boundary_nodes(name), "xyz".index(str(c))] = True
         if self.section.out_of_plane.revolved:
-            parts.append(3 * on_axis(self.mesh.points, self.size))
-        return np.unique(np.concatenate(parts))
+            held[on_axis(self.mesh.points, self.size), 0] = True
+        return held
 
     def null_space_of(self, held: IntArray) -> Array:
-        """Rigid motions (6, k) that held degrees of freedom do not resist: at most x, z, ry, or z alone."""
-        rows = self.rigid_modes[held]
+        """Rigid motions (6, k) that held coordinates do not resist: at most x, z, ry, or z alone."""
+        rows = self.nodal_modes[held]
         others = (0, 1, 3, 4, 5) if self.section.out_of_plane.revolved else (1, 3, 5)
         return null_space(np.concatenate([rows, np.eye(6)[list(others)]]), self.size)
 

@@ -1,15 +1,11 @@
-"""Supports: which degrees of freedom are held, in which axes, and where to ground what is left free.
+"""Supports: which coordinates are held, and where to ground what is left free.
 
-A support that is oblique to the mesh's axes is taken into account by turning the axes of its nodes. With T the
-orthogonal matrix whose columns are the axes of all nodes, u = T v, the stiffness becomes T^T K T and supports hold
-single components of v. It stays symmetric and positive definite, and nothing is approximated (R. D. Cook et al.,
-Concepts and Applications of Finite Element Analysis, 4th ed. 2002, section 8.3, skew supports).
+The coordinates are those of `fem.coordinates`: of nodes that do not hang, in axes turned where a support is oblique.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
@@ -17,6 +13,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
+from fecontact.fem.coordinates import Coordinates
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.mesh.surface_mesh import averaged_normals
@@ -30,22 +27,6 @@ SAME_DIRECTION = 1e-6
 PLANE = 1e-6
 #: Largest angle (degrees) between the normals of the faces round a node that have one normal there.
 SHARPEST = 45.0
-
-
-@dataclass(frozen=True, eq=False)
-class Holds:
-    """Held degrees of freedom of a mesh and the axes they count in.
-
-    Attributes
-    ----------
-    held : (n_held,) int array
-        3 * node + component, the components counted in the node's own axes.
-    axes : (3 n_points, 3 n_points) csr_matrix or None
-        T in u = T v, v in the nodes' own axes; None where these are the mesh's everywhere.
-    """
-
-    held: IntArray
-    axes: sp.csr_matrix | None
 
 
 def checked_support(name: str, support: Support) -> str | Array:
@@ -138,35 +119,66 @@ def held_directions(mesh: Mesh, supports: Mapping[str, Support]) -> Array:
     return total
 
 
-def holds(mesh: Mesh, supports: Mapping[str, Support]) -> Holds:
-    """Held degrees of freedom of supports such as ``{"base": "xyz", "sym_x": "x", "flank": "n", "seat": (1, 1, 0)}``.
+def nodal_coordinates(mesh: Mesh, supports: Mapping[str, Support]) -> tuple[Coordinates, IntArray]:
+    """Coordinates of a mesh, and those of them that its supports hold: ``{"base": "xyz", "flank": "n", ...}``.
 
     Nodes that are held along the mesh's axes only keep those. At the others the axes are the eigenvectors of the sum of
     d d^T, the held ones first.
+
+    Raises
+    ------
+    InputError
+        As of `support_directions`; if a support holds a hanging node but not all those that it follows.
 
     Examples
     --------
     >>> import fecontact as fc
     >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
-    >>> holds(mesh, {"bottom": "z"}).axes is None
-    True
-    >>> tilted = holds(mesh, {"bottom": (1, 0, 1)})
-    >>> len(tilted.held), tilted.axes.shape
+    >>> nodal_coordinates(mesh, {"bottom": "z"})[1].tolist()
+    [2, 5, 8, 11]
+    >>> coordinates, held = nodal_coordinates(mesh, {"bottom": (1, 0, 1)})
+    >>> len(held), coordinates.axes.shape
     (4, (24, 24))
     """
+    check_followed(mesh, supports)
     total = held_directions(mesh, supports)
+    ties = mesh.hanging
+    if ties is not None:
+        total = total[ties.free]
     diagonal = np.einsum("nii->ni", total)
     held = diagonal > 0
     oblique = np.flatnonzero((np.abs(total).sum(axis=2) > diagonal).any(axis=1))
     if len(oblique) == 0:
-        return Holds(np.flatnonzero(held), None)
+        return Coordinates(ties=ties), np.flatnonzero(held)
     values, vectors = np.linalg.eigh(total[oblique])
     held[oblique] = (values > SAME_DIRECTION * values[:, 2:])[:, ::-1]
-    axes = np.tile(np.eye(3), (len(mesh.points), 1, 1))
+    axes = np.tile(np.eye(3), (len(total), 1, 1))
     axes[oblique] = vectors[:, :, ::-1]
-    number = np.arange(len(mesh.points))
+    number = np.arange(len(total))
     shape = (3 * len(number), 3 * len(number))
-    return Holds(np.flatnonzero(held), sp.bsr_matrix((axes, number, np.arange(len(number) + 1)), shape=shape).tocsr())
+    turned = sp.bsr_matrix((axes, number, np.arange(len(number) + 1)), shape=shape).tocsr()
+    return Coordinates(turned, ties), np.flatnonzero(held)
+
+
+def check_followed(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) -> None:
+    """Refuse supports that hold a hanging node but not all those that it follows.
+
+    Raises
+    ------
+    InputError
+    """
+    if mesh.hanging is None:
+        return
+    for name in supports:
+        outside = np.ones(len(mesh.points))
+        outside[mesh.boundary_nodes(name)] = 0.0
+        loose = (outside[mesh.hanging.nodes] == 0) & (abs(mesh.hanging.weights) @ outside > 0)
+        if loose.any():
+            where = np.array2string(mesh.points[mesh.hanging.nodes[np.argmax(loose)]], precision=4)
+            raise InputError(
+                f"The support of {name!r} holds {loose.sum()} hanging nodes that follow from nodes it does not hold, "
+                f"the first at {where}. Name whole faces of the undivided cells there too, or divide these cells."
+            )
 
 
 def share_of_support(mesh: Mesh, supports: Mapping[str, Support], name: str, rest: Array) -> Array:

@@ -58,7 +58,7 @@ class CellSets:
         if not np.isfinite(points).all():
             bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
             raise MeshError(f"{len(bad)} points have coordinates that are not finite, the first is point {bad[0]}.")
-        check_hanging(self.hanging, len(points))
+        check_hanging(self.hanging, points)
         for name, value in (("points", points), ("cells", cells)):
             value.setflags(write=False)
             object.__setattr__(self, name, value)

@@ -21,6 +21,8 @@ from fecontact.common.errors import InputError, MeshError
 
 #: Weights of a row sum to one up to rounding: products of a few rows of at most a dozen weights of size one.
 SUM = 1e-12
+#: Distance of a hanging node from where it follows, relative to the largest coordinate, that is rounding.
+PLACE = 1e-12
 
 
 def _no_edges() -> IntArray:
@@ -63,7 +65,9 @@ class HangingNodes:
     def __post_init__(self) -> None:
         nodes = np.asarray(self.nodes, dtype=np.int64)
         edges = np.asarray(self.edges, dtype=np.int64).reshape(-1, 5)
-        weights = sp.csr_matrix(self.weights)
+        weights = sp.csr_matrix(self.weights, copy=True)
+        # what scipy would do in place later, when the arrays cannot be written any more
+        weights.sum_duplicates()
         if len(nodes) != weights.shape[0] or len(np.unique(nodes)) != len(nodes):
             raise MeshError(
                 f"Hanging nodes need one row of weights each; found {len(np.unique(nodes))} distinct nodes, "
@@ -146,10 +150,20 @@ class HangingNodes:
         return replace(self, nodes=number[self.nodes], weights=weights, edges=_renumbered(self.edges, number))
 
 
-def check_hanging(hanging: HangingNodes | None, n_points: int) -> None:
-    """Refuse ties of another mesh."""
-    if hanging is not None and hanging.n_points != n_points:
-        raise MeshError(f"The hanging nodes are those of a mesh of {hanging.n_points} points; this one has {n_points}.")
+def check_hanging(hanging: HangingNodes | None, points: Array) -> None:
+    """Refuse ties of another mesh, and points (n_points, 3) that do not follow as displacements do."""
+    if hanging is None:
+        return
+    if hanging.n_points != len(points):
+        raise MeshError(
+            f"The hanging nodes are those of a mesh of {hanging.n_points} points; this one has {len(points)}."
+        )
+    off = np.linalg.norm(points[hanging.nodes] - hanging.weights @ points, axis=1)
+    if off.max(initial=0.0) > PLACE * np.abs(points).max():
+        raise MeshError(
+            f"The hanging node {hanging.nodes[off.argmax()]} lies {off.max():.3g} off the place where it follows from "
+            "others, so that rigid motions would strain; move points by Mesh.mapped, or HangingNodes.followed."
+        )
 
 
 def refuse_hanging(hanging: HangingNodes | None, what: str) -> None:

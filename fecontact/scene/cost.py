@@ -204,7 +204,7 @@ def _model_costs(
 
 def _model_cost(body: ElasticBody, nodes: np.ndarray, rate: float) -> ModelCost:
     model = body.model
-    mask = np.zeros(model.n_dofs, bool)
+    mask = np.zeros(model.n_coordinates, bool)
     mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
     mask[model.held] = mask[model.grounded] = False
     retained = max(int(mask.sum()), 1)

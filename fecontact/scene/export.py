@@ -133,6 +133,6 @@ def _elastic(body: ElasticBody, part: Any) -> dict[str, NDArray[Any]]:
         "coupling_indices": rows.indices.astype(np.int64),
         "coupling_indptr": rows.indptr.astype(np.int64),
         "coupling_rows": part.index,
-        "loads": model.to_nodal(loads)[model.solved_dofs],
+        "loads": model.solved_forces(loads),
         "rigid_modes": model.nodal_modes[model.solved_dofs],
     }
