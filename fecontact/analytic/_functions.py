@@ -1,4 +1,4 @@
-"""Elementary functions in forms that do not cancel."""
+"""Elementary functions in forms without cancellation."""
 
 from __future__ import annotations
 

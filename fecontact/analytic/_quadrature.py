@@ -13,7 +13,7 @@ def double_exponential(level: int) -> tuple[NDArray[np.float64], NDArray[np.floa
     """Return nodes and weights on (0, 1) for integrands with end singularities of unknown strength.
 
     With x = 1/(1 + exp(-pi sinh t)) the integrand decays double-exponentially in t, and the trapezoidal rule with step
-    2^-level converges exponentially whatever integrable power or logarithm sits at the ends.
+    2^-level converges exponentially for any integrable power or logarithmic singularity at the ends.
 
     References
     ----------

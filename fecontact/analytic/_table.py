@@ -1,4 +1,4 @@
-"""The aligned table by which a result prints itself."""
+"""Aligned table of quantities, used to print results."""
 
 from __future__ import annotations
 

@@ -30,10 +30,10 @@ _SIDE_SECOND = np.array(
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """Profile of an indenter, f(0) = 0, by its slope or its height; kinks lie at the breaks.
+    """Profile of an indenter, f(0) = 0, given by its slope or its height; kinks only at the breaks.
 
-    What is not given is taken by differences of eighth order with a step of one hundredth of the radius, one-sided
-    beside a break: relative errors of 1e-13 in first and 1e-11 in second derivatives of smooth profiles.
+    Derivatives not given are taken by eighth-order differences with a step of one hundredth of the radius, one-sided
+    beside a break, with relative errors of 1e-13 in first and 1e-11 in second derivatives of smooth profiles.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Profile:
         return float(value[1] - value[0] - step * (rate[0] + rate[1]))
 
     def _difference(self, function: Function, r: NDArray[np.float64], *, second: bool) -> NDArray[np.float64]:
-        """Return the first or second derivative of `function`, from one side of each break only."""
+        """Return the first or second derivative of `function`, with differences that do not cross a break."""
         step, near, away = 0.01 * r, np.zeros(r.shape, dtype=bool), np.ones_like(r)
         edges = (0.0, *self.breaks, math.inf)
         for low, high in pairwise(edges):
@@ -96,7 +96,7 @@ class Profile:
 
 
 def _at_each(value: Callable[[float], float], radii: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values at radii of any shape; radii that occur more than once, as on a grid, are worked out once."""
+    """Values at radii of any shape; repeated radii, as on a grid, are evaluated once."""
     different, which = np.unique(radii, return_inverse=True)
     return np.array([value(float(radius)) for radius in different])[which].reshape(radii.shape)
 
@@ -147,7 +147,7 @@ class AxisymmetricContact:
 
     @property
     def stiffness(self) -> float:
-        """Slope dP/d(delta) = 2 E* a, whatever the profile."""
+        """Slope dP/d(delta) = 2 E* a, for every profile."""
         return 2 * self.E_star * self.a
 
     def pressure(self, r: ArrayLike) -> NDArray[np.float64]:
@@ -203,12 +203,12 @@ class AxisymmetricContact:
             total += float((end - start) * w @ self._rate(t))
         for point in self.profile.breaks:
             jump = self.profile.kink(point)
-            if point < self.a and abs(jump) > 1e-9 * self.approach / self.a:  # less is rounding of the differences
+            if point < self.a and abs(jump) > 1e-9 * self.approach / self.a:  # smaller ones are rounding
                 total += point * jump * _green(radius, point, self.a)
         return self.E_star / math.pi * total
 
     def _rate(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return d(t G)/dt without the part of the kinks: the integral of f' + x f'' over x = t sin(theta)."""
+        """Return d(t G)/dt without the contribution of kinks: the integral of f' + x f'' over x = t sin(theta)."""
         x, w = double_exponential(3)
         angles = [np.arcsin(np.minimum(point / t, 1.0)) for point in self.profile.breaks if point < np.median(t)]
         edges = [np.zeros_like(t), *angles, np.full_like(t, np.pi / 2)]
@@ -305,7 +305,7 @@ def indent(
     Returns
     -------
     AxisymmetricContact
-        Force, approach, radius and, by its methods, the fields.
+        Force, approach and radius; its methods give the fields.
 
     Raises
     ------
@@ -367,7 +367,7 @@ def _radius(profile: Profile, E_star: float, name: str, value: float, limit: flo
             f"Expected a contact radius up to limit = {largest}, at which the {name} is {reached}; found "
             f"{name} = {value}. Give a larger limit, if the profile is defined there."
         )
-    # A flat end is in contact over its whole width at once: the radius is that width for any small value.
+    # A flat end is in contact over its whole width at once: the radius is that width for any small force or approach.
     return math.exp(brentq(excess, low, high, xtol=1e-14, rtol=1e-14))
 
 

@@ -154,7 +154,7 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> NDArra
     Notes
     -----
     The radial part -3 x x^T (x . F) / (2 pi rho^5) balances the load; the rest, a factor (1 - 2 nu), lies in planes of
-    constant depth. It is written in 1/(rho + z), so that nothing cancels on the axis.
+    constant depth. It is written in 1/(rho + z) to avoid cancellation on the axis.
 
     References
     ----------

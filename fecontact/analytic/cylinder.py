@@ -185,7 +185,7 @@ class ThickCylinder:
         return np.asarray(0.0 + checks.depths("r", r) * (hoop - nu * radial) / E)
 
     def _share(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (p_i - p_o) (a/r)^2 / (b^2 - a^2), of which all fields consist; zero for a solid disc."""
+        """Return (p_i - p_o) (a/r)^2 / (b^2 - a^2), the term that all fields share; zero for a solid disc."""
         if self.a == 0:
             return np.zeros_like(r)
         difference = self.inner_pressure - self.outer_pressure
@@ -239,7 +239,7 @@ def lame(
     Returns
     -------
     ThickCylinder
-        The fields, by its methods.
+        Its methods give the fields.
 
     Raises
     ------
@@ -326,7 +326,7 @@ def shrink_fit(
     Parameters
     ----------
     radii : tuple of (float, float, float)
-        a < b < c: bore of the inner part (0: solid), joint, outside of the outer part.
+        a < b < c: inner radius of the inner part (0: solid), joint, outer radius of the outer part.
     materials : tuple of (Material, Material)
         Materials of the inner and the outer part.
     interference : float
@@ -346,8 +346,8 @@ def shrink_fit(
 
     Notes
     -----
-    The pressure is d over the sum of what each part gives at the joint under unit pressure; in plane stress that is
-    d/{b [((c^2+b^2)/(c^2-b^2) + nu_o)/E_o + ((b^2+a^2)/(b^2-a^2) - nu_i)/E_i]}.
+    The pressure is d over the sum of the radial displacements of both parts at the joint under unit pressure; in plane
+    stress d/{b [((c^2+b^2)/(c^2-b^2) + nu_o)/E_o + ((b^2+a^2)/(b^2-a^2) - nu_i)/E_i]}.
 
     References
     ----------

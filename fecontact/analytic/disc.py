@@ -123,9 +123,9 @@ def hertz_stress(r: ArrayLike, z: ArrayLike, *, a: float, p0: float, nu: float) 
 
     Notes
     -----
-    Lengths in units of a. With r^2/(1 + u) + z^2/u = 1 (confocal spheroids) and q = z/sqrt(u), the factor
-    (1 - q^3)/r^2 of Huber's formulas is (1 + q + q^2)/((1 + q)(1 + u)), and u + q^2 is the discriminant: in these
-    forms nothing cancels at the axis, at the surface or at great depth.
+    Lengths in units of a. With r^2/(1 + u) + z^2/u = 1 (confocal spheroids) and q = z/sqrt(u), the factor (1 - q^3)/r^2
+    of Huber's formulas is (1 + q + q^2)/((1 + q)(1 + u)), and u + q^2 is the discriminant. These forms do not cancel at
+    the axis, at the surface or at great depth.
 
     References
     ----------
@@ -243,7 +243,7 @@ def uniform_stress_on_axis(z: ArrayLike, *, a: float, pressure: float, nu: float
     zeta = checks.depths("z", z) / checks.positive("the radius a", a)
     root = np.hypot(1, zeta)
     cosine = zeta / root
-    # 1 - z/sqrt(1 + z^2) and 1 - (z/sqrt(1 + z^2))^3 without the subtraction that fails at great depth.
+    # 1 - z/sqrt(1 + z^2) and 1 - (z/sqrt(1 + z^2))^3 without the cancellation at great depth.
     first = 1 / (root * (root + zeta))
     third = first * (1 + cosine + cosine**2)
     lateral = -pressure * ((1 + 2 * nu) * first / 2 - cosine / (2 * root**2))

@@ -270,7 +270,7 @@ class CircularContact:
             shape = math.atan2(1.0, zeta) - zeta / (1 + zeta**2)
             return (1 + nu) * shape - 3 * zeta / (1 + zeta**2) ** 2
 
-        # The slope is positive at the surface (any nu > -1) and negative at zeta = 1 (nu < 0.5): one depth between.
+        # The slope is positive at the surface (any nu > -1) and negative at zeta = 1 (nu < 0.5): one root between.
         depth = self.a * brentq(slope, 0.0, 1.0, xtol=1e-15)
         return float(self.stress_on_axis(depth, body).max_shear), depth
 
@@ -313,7 +313,7 @@ def spheres(
     Returns
     -------
     CircularContact
-        Radius, pressure, approach and, by its methods, the fields.
+        Radius, pressure and approach; its methods give the fields.
 
     Raises
     ------
@@ -323,7 +323,7 @@ def spheres(
 
     Notes
     -----
-    Valid while a is small beside R1 and R2; a closely fitting seat leaves this range at small loads.
+    Valid while a is small compared with R1 and R2; a closely fitting seat leaves this range at small loads.
 
     References
     ----------

@@ -22,7 +22,8 @@ from fecontact.common.material import Material
 class EllipticalContact:
     """Frictionless contact of two smooth surfaces under Hertz's assumptions; made by `ellipse`.
 
-    The x axis lies along the longer semi-axis a of the contact, where the gap A x^2 + B y^2 opens slowest.
+    The x axis lies along the longer semi-axis a of the contact, the direction in which the gap A x^2 + B y^2 grows
+    slowest.
 
     Parameters
     ----------
@@ -184,8 +185,8 @@ class EllipticalContact:
 
         Notes
         -----
-        The formulas divide by the squared eccentricity; written with Carlson's R_D it cancels, so that nearly circular
-        ellipses are exact.
+        The textbook formulas divide by the squared eccentricity. In Carlson's R_D it drops out, so that nearly circular
+        ellipses are accurate.
 
         References
         ----------
@@ -223,7 +224,7 @@ class EllipticalContact:
         Returns
         -------
         tuple of (float, float)
-            Shear stress (good to 1e-12) and depth (good to 1e-6 of itself, the maximum being flat).
+            Shear stress (relative error 1e-12) and depth (relative error 1e-6, as the maximum is flat).
 
         Raises
         ------
@@ -298,7 +299,7 @@ def ellipse(
     Returns
     -------
     EllipticalContact
-        Semi-axes, pressure, approach and, by its methods, the fields.
+        Semi-axes, pressure and approach; its methods give the fields.
 
     Raises
     ------
@@ -309,7 +310,7 @@ def ellipse(
     Notes
     -----
     Hertz's condition (E/k^2 - K)/(K - E) = B/A becomes R_D(0, 1, k^2)/R_D(0, k^2, 1) = B/A in Carlson's integrals; the
-    factor e^2, which vanishes for a circle, has gone. It is solved for log k.
+    factor e^2, which vanishes for a circle, drops out. It is solved for log k.
 
     References
     ----------
@@ -367,8 +368,8 @@ def _gap_coefficients(
     mean = (k1x + k1y + k2x + k2y) / 4
     half_x, half_xy = (k1x - k1y + turned_x - turned_y) / 4, mixed / 2
     B = mean + math.hypot(half_x, half_xy)
-    # The determinant of the sum of two quadratic forms: all terms positive for convex bodies, so that A keeps its
-    # digits where it is far smaller than B (cylinders crossed at a small angle).
+    # The determinant of the sum of two quadratic forms: all terms positive for convex bodies, so that A stays accurate
+    # where it is much smaller than B (cylinders crossed at a small angle).
     determinant = (k1x * k1y + k2x * k2y + k1y * turned_x + k1x * turned_y) / 4
     A = determinant / B if B > 0 else -math.inf
     if not (0 < A < math.inf):
@@ -377,7 +378,7 @@ def _gap_coefficients(
             f"angle {angle}. Straight parallel generators need line(); a concave radius must exceed its counterpart."
         )
     A = min(A, B)  # equal curvatures: rounding may place A above B
-    # Written as differences from zero, lest a negative zero turn the axes by a half turn.
+    # Written as differences from zero: a negative zero would turn the axes by pi.
     return A, B, math.atan2(0.0 - half_xy, 0.0 - half_x) / 2
 
 

@@ -21,8 +21,8 @@ from fecontact.common.material import Material
 class LineContact:
     """Frictionless contact of parallel cylinders under plane strain; made by `line`.
 
-    There is no approach: the displacement of a half-plane grows as the logarithm of the distance, so that it depends
-    on the shape of the whole body.
+    There is no approach: the displacement of a half-plane grows as the logarithm of the distance, so the approach
+    depends on the shape of the whole body.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class LineContact:
 
     @property
     def mean_pressure(self) -> float:
-        """P' / (2 a), pi/4 of the maximum."""
+        """P' / (2 a), pi/4 times the maximum."""
         return self.p0 * math.pi / 4
 
     def pressure(self, x: ArrayLike) -> NDArray[np.float64]:
@@ -186,8 +186,8 @@ class LineContact:
 
         Notes
         -----
-        McEwen's m and n are the parts of sqrt(a^2 - (x + iz)^2) = m - i n. Here m - z, in which all stresses are of
-        the same order far away, is taken from a^2 / (m + z - i(n + x)) = (m - z) - i(n - x) and not by subtraction.
+        McEwen's m and n are the parts of sqrt(a^2 - (x + iz)^2) = m - i n. Here m - z, in which all stresses are of the
+        same order far away, is taken from a^2 / (m + z - i(n + x)) = (m - z) - i(n - x), which avoids the subtraction.
 
         References
         ----------
@@ -206,7 +206,7 @@ class LineContact:
             checks.depths("z", z) / self.a,
         )
         root = np.sqrt((1 - xi - 1j * zeta) * (1 + xi + 1j * zeta))
-        m, n = np.abs(root.real), np.abs(root.imag)  # both belong to |x|; the sign of x returns with the shear
+        m, n = np.abs(root.real), np.abs(root.imag)  # both for |x|; the sign of x enters with the shear
         excess = (1 / (m + zeta - 1j * (n + np.abs(xi)))).real  # m - z
         size = m**2 + n**2
         inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)  # at the edge itself all stresses are 0
@@ -256,7 +256,7 @@ class LineContact:
         Returns
         -------
         tuple of (float, float)
-            Shear stress 0.3003 p0 and depth 0.7862 a, whatever the materials.
+            Shear stress 0.3003 p0 and depth 0.7862 a, for all materials.
 
         References
         ----------
@@ -305,7 +305,7 @@ def line(
     Returns
     -------
     LineContact
-        Half-width, pressure and, by its methods, the fields.
+        Half-width and pressure; its methods give the fields.
 
     Raises
     ------

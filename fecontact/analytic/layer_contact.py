@@ -1,4 +1,4 @@
-"""Elastic layer on a rigid foundation under a rigid paraboloid, by its integral equation."""
+"""Elastic layer on a rigid foundation under a rigid paraboloid, solved by its integral equation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fecontact.common import checks
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
-# Contact radius over thickness up to which the integral equation is solved; beyond it use the asymptotes.
+# Largest contact radius over thickness for which the integral equation is solved; use the asymptotes beyond it.
 LARGEST_RATIO = 50.0
 
 
@@ -162,8 +162,8 @@ def paraboloid(
     Raises
     ------
     InputError
-        If a number is not positive, not exactly one of the three is given, or the contact is wider than 50 times the
-        thickness, where the asymptotes serve.
+        If a number is not positive, not exactly one of the three is given, or the contact radius exceeds 50 times the
+        thickness (use the asymptotes there).
 
     Notes
     -----
@@ -213,12 +213,12 @@ def _solve(ratio: float, nu: float, base: Base) -> tuple[NDArray[np.float64], fl
     tuple
         Chebyshev coefficients of phi in 2 t^2 - 1, approach delta R/a^2, force P R/(E* a^3).
     """
-    # exp(-2 kappa) ends the kernel at kappa = 25; a panel of 40 points carries a phase of 20 to rounding.
+    # exp(-2 kappa) cuts the kernel off at kappa = 25; a panel of 40 points integrates a phase of 20 to rounding.
     panels = 8 + math.ceil(50 * ratio / 20)
     unit, weight = composite_gauss(panels, 40)
     kappa = 25 * unit
     spectrum = 25 * weight * deficit(kappa, nu, base) * 2 * ratio / math.pi
-    order = 32 * math.ceil((24 + 6 * ratio) / 32)  # the kernel's width is h; steps of 32 share their nodes
+    order = 32 * math.ceil((24 + 6 * ratio) / 32)  # the kernel's width is h; orders in steps of 32 reuse cached nodes
     t, w = gauss(order)
     angles = (np.arange(order) + 0.5) * math.pi / order
     samples = np.sqrt((1 + np.cos(angles)) / 2)  # Chebyshev points in 2 t^2 - 1
@@ -260,7 +260,7 @@ def _ratio(name: str, value: float, R: float, h: float, E_star: float, nu: float
         found = force * E_star * (ratio * h) ** 3 / R if name == "force" else delta * (ratio * h) ** 2 / R
         return math.log(found / value)
 
-    # Hertz is the softest case for a given radius as to force and bounds the approach from above within a factor of 4.
+    # Hertz is a lower bound of the force at a given radius, and an upper bound of the approach within a factor of 4.
     hertz = math.cbrt(3 * value * R / (4 * E_star)) if name == "force" else math.sqrt(R * value)
     low = math.log(hertz / h) - (3.0 if name == "force" else 0.1)
     high = math.log(hertz / h) + 1.0

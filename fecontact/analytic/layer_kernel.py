@@ -1,7 +1,7 @@
 """Elastic layer on a rigid foundation: transform compliance.
 
 A pressure p cos(k x) on the layer displaces its surface by 2 M/(E' k) p cos(k x), E' = E/(1 - nu^2), where M = 1 for a
-half-space. M is the kernel here; it tends to 1 where the wavelength is short beside the thickness.
+half-space. M is the kernel here; it tends to 1 where the wavelength is short compared with the thickness.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def bonded_kernel(k: ArrayLike, thickness: float, material: Material) -> NDArray
 
     Notes
     -----
-    The numerator is formed as 2 (g - 1) sinh y + 2 (sinh y - y): nothing cancels in an incompressible layer under long
-    waves, where M falls as k^3.
+    The numerator is formed as 2 (g - 1) sinh y + 2 (sinh y - y), which does not cancel for an incompressible layer
+    under long waves, where M falls as k^3.
 
     References
     ----------
@@ -58,7 +58,7 @@ def bonded_kernel(k: ArrayLike, thickness: float, material: Material) -> NDArray
     """
     y = 2 * checks.depths("k", k) * checks.positive("the thickness", thickness)
     g = 3 - 4 * material.nu
-    decay, S = np.exp(-y), -np.expm1(-2 * y) / 2  # everything times exp(-y), lest it overflow
+    decay, S = np.exp(-y), -np.expm1(-2 * y) / 2  # all terms times exp(-y), to avoid overflow
     excess = np.where(y < 1, sinh_excess(np.minimum(y, 1.0)) * decay, S - y * decay)
     return np.asarray((2 * (g - 1) * S + 2 * excess) / _bonded_denominator(y, g))
 
@@ -73,7 +73,7 @@ def frictionless_kernel(k: ArrayLike, thickness: float, material: Material | Non
     thickness : float
         Thickness h of the layer.
     material : Material, optional
-        Has no influence; accepted so that both kernels are called alike.
+        Unused; accepted so that both kernels have the same signature.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def compliance(k: ArrayLike, thickness: float, material: Material, base: Base = 
 
 
 def checked_base(base: str) -> str:
-    """The base, refused if it is neither bonded nor frictionless."""
+    """Return `base` if it is "bonded" or "frictionless"; refuse it otherwise."""
     if base not in ("bonded", "frictionless"):
         raise InputError(f'Expected base="bonded" or base="frictionless"; found {base!r}.')
     return base
@@ -154,7 +154,7 @@ def _bonded_denominator(y: NDArray[np.float64], g: float) -> NDArray[np.float64]
 
 
 def deficit(kappa: NDArray[np.float64], nu: float, base: Base) -> NDArray[np.float64]:
-    """Return 1 - M at kappa = k h > 0, written without the subtraction."""
+    """Return 1 - M at kappa = k h > 0, without cancellation."""
     y = 2 * kappa
     if base == "frictionless":
         return np.asarray((y + 1 - np.exp(-y)) * np.exp(-y) / (-np.expm1(-2 * y) / 2 + y * np.exp(-y)))

@@ -77,7 +77,7 @@ def thin_compressible(
     Notes
     -----
     The error falls as h/a. Bonded, the exact force is larger by 7.5, 2.5, 1.5 per cent at a/h = 10, 30, 50 for nu = 0,
-    by 5.0, 1.6, 1.0 per cent for nu = 0.3; for nu > 0.45 the layer is neither this nor incompressible.
+    by 5.0, 1.6, 1.0 per cent for nu = 0.3; for nu > 0.45 neither this limit nor the incompressible one holds.
 
     References
     ----------
@@ -95,7 +95,7 @@ def thin_compressible(
 
 
 def thin_incompressible(*, radius: float, thickness: float, material: Material, a: float) -> tuple[float, float, float]:
-    """Return force, approach and central pressure for a thin, incompressible, bonded layer: squeezed like a film.
+    """Return force, approach and central pressure for a thin, incompressible, bonded layer (film).
 
     Parameters
     ----------
@@ -104,9 +104,9 @@ def thin_incompressible(*, radius: float, thickness: float, material: Material, 
     thickness : float
         Thickness h of the layer.
     material : Material
-        Material of the layer, of which only the shear modulus G counts.
+        Material of the layer; only its shear modulus G enters.
     a : float
-        Contact radius. Range: a/h large, and (1 - 2 nu) (a/h)^2 small beside 1; see the notes.
+        Contact radius. Range: a/h large, and (1 - 2 nu) (a/h)^2 much less than 1; see the notes.
 
     Returns
     -------
@@ -120,10 +120,10 @@ def thin_incompressible(*, radius: float, thickness: float, material: Material, 
 
     Notes
     -----
-    Material is displaced sideways by the pressure gradient as in a lubricating film, delta - r^2/(2R) =
-    -(h^3/(3G)) lap p, with p and its gradient zero at the edge: p = (3 G/(32 R h^3)) (a^2 - r^2)^2. The error falls
-    only as h/a: for nu = 0.499999 the exact force is 2.2, 1.33 and 1.19 times this one at a/h = 10, 30 and 50, the
-    approach 1.25, 1.09 and 1.06 times. An order of magnitude, not a target.
+    Material is displaced sideways by the pressure gradient as in a lubricating film, delta - r^2/(2R) = -(h^3/(3G)) lap
+    p, with p and its gradient zero at the edge: p = (3 G/(32 R h^3)) (a^2 - r^2)^2. The error falls only as h/a: for nu
+    = 0.499999 the exact force is 2.2, 1.33 and 1.19 times this one at a/h = 10, 30 and 50, the approach 1.25, 1.09 and
+    1.06 times. Use it as an estimate, not as a reference for tests.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""What a pair of bodies amounts to: one contact modulus and one relative radius."""
+"""Contact modulus and relative radius of a pair of bodies."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def contact_modulus(first: Material, second: Material | None = None) -> float:
 
 
 def pair_modulus(materials: tuple[Material | None, Material | None]) -> float:
-    """Return E* of a pair of which at most one may be None, that is rigid.
+    """Return E* of a pair of materials, of which at most one is None (rigid).
 
     Raises
     ------
@@ -67,7 +67,7 @@ def pair_modulus(materials: tuple[Material | None, Material | None]) -> float:
 
 
 def poisson_ratio(materials: tuple[Material | None, Material | None], body: int) -> float:
-    """Return Poisson's ratio of body 0 or 1 of a pair, in which a stress is wanted.
+    """Return Poisson's ratio of body 0 or 1 of a pair, to evaluate a stress in it.
 
     Raises
     ------

@@ -183,7 +183,7 @@ def flat(
     Returns
     -------
     FlatPunch
-        Force, approach, tilt and, by its methods, the fields.
+        Force, approach and tilt; its methods give the fields.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def flat(
     """
     a, E_star = checks.positive("the radius", radius), checks.positive("the modulus", modulus)
     e = checks.finite("the offset", offset)
-    # A third of the radius may come out one rounding above a/3.
+    # A third of the radius may be rounded to just above a/3.
     if abs(e) > a / 3 * (1 + 4e-16):
         raise InputError(
             f"Expected |offset| <= radius/3 = {a / 3}; found {offset!r}. Beyond it the punch lifts off on one side, "

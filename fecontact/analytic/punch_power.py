@@ -164,8 +164,9 @@ def _power_shape(xi: NDArray[np.float64], n: float) -> NDArray[np.float64]:
     wide = np.sqrt(complement) * hyp2f1(1 - n / 2, 1.0, 1.5, complement)
     if n >= 3:
         return np.asarray(wide)
-    # Below n = 3 the function varies as xi^(n-1) near the axis, which 1 - xi^2 no longer shows: incomplete beta
-    # functions instead, by one step of the recurrence (n - 1) J_n = sqrt(1 - xi^2) + (n - 2) xi^2 J_(n-2) if n > 1.
+    # Below n = 3 the function varies as xi^(n-1) near the axis, which 1 - xi^2 does not resolve in floating point.
+    # Incomplete beta functions are used there, by one step of the recurrence (n - 1) J_n = sqrt(1 - xi^2) + (n - 2)
+    # xi^2 J_(n-2) if n > 1.
     power = (1 - n) / 2 if n < 1 else (3 - n) / 2
     with np.errstate(divide="ignore"):
         tip = xi ** (n - 1) / 2 * beta(0.5, power) * betaincc(power, 0.5, np.minimum(xi, 1.0) ** 2)
@@ -196,7 +197,7 @@ def power(
     Returns
     -------
     PowerPunch
-        Force, approach, radius and, by its methods, the fields.
+        Force, approach and radius; its methods give the fields.
 
     Raises
     ------

@@ -3,7 +3,7 @@
 The half-space fills z >= 0 (z into the body), the rectangle |x| <= a, |y| <= b lies on its surface. All fields follow
 from the potentials V = integral of 1/rho and chi = integral of log(rho + z) over the rectangle, sums over its corners.
 Those sums cancel far away, as the square of distance over size; beyond `FAR` times the size the fields are taken from
-Gauss quadrature of the point load instead, which there is exact to rounding.
+Gauss quadrature of the point load instead, which is exact to rounding there.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
 FAR = 6.0
-#: Distance from an edge, relative to the half-side, that is rounding.
+#: Distance from an edge, relative to the half-side, below which a point counts as on it.
 ROUNDING = 4 * float(np.finfo(float).eps)
 # The quadrature error falls as (size/distance)^(2 * order): 12^-16 = 5e-18 for 8 points per side at FAR half-sides.
 _ORDER = 8
@@ -148,14 +148,14 @@ def stress(
     material : Material
         Material of the half-space.
     corner_distance : float
-        At the four corners xy is infinite, as the logarithm of the distance; there it is taken as if at this one.
+        Distance assumed at the four corners, where xy is infinite as the logarithm of the distance.
 
     Returns
     -------
     numpy.ndarray, shape (..., 3, 3)
         Stress tensors, tension positive. On the edges and at the corners of the rectangle, where some components jump,
-        the mean of their limits along the surface from all sides; on the surface z is free of shear. What is an edge
-        but for rounding of the coordinates is taken for one.
+        the mean of their limits along the surface from all sides; on the surface the shears with z are zero. Points
+        within rounding of an edge count as on it.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def stress(
 
 @dataclass(frozen=True, eq=False)
 class _Potentials:
-    """Derivatives of V and chi; W stands for second derivatives of V times z, which is how the stresses need them."""
+    """Derivatives of V and chi; W are second derivatives of V times z, as they enter the stresses."""
 
     z: NDArray[np.float64]
     V: NDArray[np.float64]
@@ -216,7 +216,7 @@ class _Potentials:
 
 
 def _potentials(points: NDArray[np.float64], sides: tuple[float, float], corner_distance: float = 0.0) -> _Potentials:
-    """Sum the corner functions; log(Y + rho) enters as asinh(Y/sqrt(X^2 + z^2)), equal in the sum and free of loss."""
+    """Sum the corner functions; log(Y + rho) enters as asinh(Y/sqrt(X^2 + z^2)): the same sum without cancellation."""
     signs = np.array([1.0, -1.0])
     X, Y = (
         points[..., 0, None, None] + sides[0] * signs[:, None],
@@ -228,7 +228,7 @@ def _potentials(points: NDArray[np.float64], sides: tuple[float, float], corner_
     rho = np.sqrt(X**2 + Y**2 + Z**2)
     square_x, square_y = X**2 + Z**2, Y**2 + Z**2
     with np.errstate(divide="ignore", invalid="ignore"):
-        # On an edge line (X = Z = 0) the logarithm is infinite but comes times X or Z, hence zero there.
+        # On an edge line (X = Z = 0) the logarithm is infinite but multiplied by X or Z: the product is zero.
         log_y = np.where(square_x > 0, np.arcsinh(Y / np.sqrt(square_x)), 0.0)
         log_x = np.where(square_y > 0, np.arcsinh(X / np.sqrt(square_y)), 0.0)
         log_z = np.log(np.where(rho > 0, rho + Z, corner_distance))
@@ -237,7 +237,7 @@ def _potentials(points: NDArray[np.float64], sides: tuple[float, float], corner_
         z_by_rho = np.where(rho > 0, Z / rho, 0.0)
         X_log_z, Y_log_z = np.where(X == 0, 0.0, X * log_z), np.where(Y == 0, 0.0, Y * log_z)
     angle = np.arctan2(X * Y, Z * rho)
-    # atan(Y/X) - atan(zY/(X rho)) as one angle: the difference of two equal right angles would lose all digits.
+    # atan(Y/X) - atan(zY/(X rho)) as one angle: the difference of two nearly equal right angles would cancel.
     turn_x = np.arctan2(X * Y * (rho - Z), X**2 * rho + Z * Y**2)
     turn_y = np.arctan2(X * Y * (rho - Z), Y**2 * rho + Z * X**2)
 
@@ -298,4 +298,4 @@ def _inside(points: ArrayLike) -> NDArray[np.float64]:
     coordinates = checks.point_array("points", points, 3)
     if np.any(coordinates[..., 2] < 0):
         raise InputError(f"Expected points with z >= 0, inside the body; found z = {coordinates[..., 2].min()}.")
-    return coordinates + 0.0  # an angle from z = -0.0 would be that of the other side
+    return coordinates + 0.0  # z = -0.0 would give the angle of the other side

@@ -112,7 +112,7 @@ class SinusoidContact:
         if self.a == 0:
             return np.zeros_like(psi)
         edge = np.pi * self.a / self.wavelength
-        # sin^2(edge) - sin^2(psi) = sin(edge - psi) sin(edge + psi) keeps its digits near the edge.
+        # sin^2(edge) - sin^2(psi) = sin(edge - psi) sin(edge + psi) is accurate near the edge.
         open_part = np.maximum(np.sin(edge - psi) * np.sin(edge + psi), 0.0)
         inside = np.abs(psi) < edge
         return np.asarray(np.where(inside, 2 * self.closing_pressure * np.cos(psi) * np.sqrt(open_part), 0.0))
@@ -195,7 +195,7 @@ def westergaard(*, amplitude: float, wavelength: float, modulus: float, mean_pre
     Returns
     -------
     SinusoidContact
-        Half-width, mean gap and, by its methods, the fields.
+        Half-width and mean gap; its methods give the fields.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def westergaard(*, amplitude: float, wavelength: float, modulus: float, mean_pre
     Notes
     -----
     sin^2(pi a/lambda) = pm/p* = beta; mean gap = Delta (1 - beta + beta log beta), written with a hypergeometric
-    function in 1 - beta so that it keeps its digits close to complete contact.
+    function in 1 - beta, accurate close to complete contact.
 
     References
     ----------
@@ -224,7 +224,7 @@ def westergaard(*, amplitude: float, wavelength: float, modulus: float, mean_pre
     closing = math.pi * E_star * delta / lam
     closed = min(pm / closing, 1.0)
     still_open = max((closing - pm) / closing, 0.0)
-    # atan2 of both shares: arcsin alone would lose half the digits close to complete contact.
+    # atan2 of both parts: arcsin alone loses half the digits close to complete contact.
     a = lam / math.pi * math.atan2(math.sqrt(closed), math.sqrt(still_open))
     mean_gap = delta * still_open**2 / 2 * float(hyp2f1(1.0, 1.0, 3.0, still_open))
     return SinusoidContact(

@@ -1,4 +1,4 @@
-"""Stress fields as the closed forms return them: tension positive, with the measures that rate them."""
+"""Stress fields returned by the closed forms, tension positive, with maximum shear and von Mises stress."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ class SymmetryPlaneStress:
 def _max_shear(
     first: NDArray[np.float64], second: NDArray[np.float64], shear: NDArray[np.float64], third: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Half the spread of the principal stresses, of which `third` is one."""
+    """Half the difference of the largest and smallest principal stress, where `third` is one of the three."""
     radius = np.hypot((first - second) / 2, shear)
-    # Distance of the third principal stress from the centre of the other two: no sum is formed and subtracted again.
+    # Distance of the third principal stress from the centre of the other two, formed without cancellation.
     offset = np.abs((third - first) + (third - second)) / 2
     return np.asarray(np.maximum(radius, (radius + offset) / 2))
 

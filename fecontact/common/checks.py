@@ -1,4 +1,4 @@
-"""Checks of numbers that a user gives: what was found, what was expected, what to do."""
+"""Checks of numbers given by the user; a refusal says what was found, what was expected and what to do."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def positive(name: str, value: float) -> float:
 
 
 def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
-    """Refuse numbers whose largest is so large or so small that squares and products leave floating-point numbers.
+    """Refuse numbers so large or so small that their squares and products would overflow or underflow.
 
-    Beyond 1e308 they overflow and below 1e-308 they become zero, both without a word; zero itself is fine.
+    Beyond 1e308 floats overflow and below 1e-308 they underflow to zero, both silently. Zero itself is accepted.
 
     Parameters
     ----------
@@ -40,12 +40,12 @@ def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
         What they are, for the message.
     values : array_like
     power : int
-        Numbers from 10^-power to 10^power can be worked with.
+        Magnitudes from 10^-power to 10^power are accepted.
 
     Raises
     ------
     InputError
-        If the largest lies outside.
+        If the largest magnitude lies outside.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def finite(name: str, value: float) -> float:
 
 
 def _number(value: float) -> float:
-    """The value as a float; NaN if it is no number, text that looks like one included."""
+    """The value as a float; NaN if it is not a number (text is never a number)."""
     try:
         return math.nan if isinstance(value, str) else float(value)
     except (TypeError, ValueError):
@@ -87,7 +87,7 @@ def _number(value: float) -> float:
 
 
 def _sentence(name: str) -> str:
-    """A name as a sentence begins; symbols stay what they are."""
+    """The name with a capital first letter, symbols unchanged."""
     return name[0].upper() + name[1:] if len(name) > 1 else name
 
 
@@ -152,7 +152,7 @@ def point_array(name: str, values: ArrayLike, dimension: int) -> NDArray[np.floa
 
 
 def vector(value: ArrayLike, what: str) -> NDArray[np.float64]:
-    """Three finite numbers of a size to be worked with, or an InputError that begins with `what`."""
+    """Three finite numbers of acceptable magnitude, or an InputError that begins with `what`."""
     try:
         v = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
@@ -164,7 +164,7 @@ def vector(value: ArrayLike, what: str) -> NDArray[np.float64]:
 
 
 def number(value: float, what: str) -> float:
-    """A finite number of a size to be worked with, or an InputError that begins with `what`."""
+    """A finite number of acceptable magnitude, or an InputError that begins with `what`."""
     if not isinstance(value, int | float | np.number) or not np.isfinite(value):
         raise InputError(f"{what} must be a finite number; found {value!r}.")
     reckonable(what, value)

@@ -1,4 +1,4 @@
-"""Errors: one root, and every message says what was found, what was expected and what to do.
+"""Errors, all derived from one class. Each message says what was found, what was expected and what to do.
 
 Examples
 --------
@@ -17,15 +17,15 @@ class InputError(FecontactError, ValueError):
 
 
 class MeshError(FecontactError, ValueError):
-    """A mesh that is not a valid cut of a body: inverted, degenerate beyond repair, or inconsistent."""
+    """A mesh that is not a valid discretisation: inverted, degenerate or inconsistent elements."""
 
 
 class SupportError(FecontactError):
-    """A body can move without resistance where the loads push it; the message names the motion."""
+    """A body can move freely under the loads; the message names the motion."""
 
 
 class SolverError(FecontactError):
-    """A complementarity problem for which no certified answer was found; the message tells the status."""
+    """No certified solution of a complementarity problem was found; the message gives the status."""
 
 
 class SolverNotFoundError(FecontactError, ValueError):
@@ -33,4 +33,4 @@ class SolverNotFoundError(FecontactError, ValueError):
 
 
 class MissingPackageError(FecontactError, ImportError):
-    """An optional package that a feature needs and that is not installed; the message names the remedy."""
+    """An optional package that a feature needs is not installed; the message says how to install it."""

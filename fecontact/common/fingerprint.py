@@ -1,8 +1,8 @@
-"""Fingerprints: a short text that is the same for the same model or case, and another for any other.
+"""Fingerprints: a short text that is equal for equal models or cases and differs for different ones.
 
-What counts is what a thing says, not which object says it: arrays, lists and tuples of the same numbers are the same,
-so are 1 and 1.0, or mappings in another order. What was worked out on first use (`cached_property`) does not count.
-Files of finished rows carry fingerprints, so that rows of another model are not taken for rows of this one.
+Values are compared, not object identity: arrays, lists and tuples of the same numbers are equal, so are 1 and 1.0, and
+mappings in any order. Cached properties are ignored. Files of finished rows carry fingerprints, so that rows of another
+model are not reused.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ import scipy.sparse as sp
 
 from fecontact.common.errors import InputError
 
-#: Largest whole number up to which floats hold all of them.
+#: Largest n such that floats represent every integer up to n.
 EXACT = 2**53
 
 
 def fingerprint(*things: Any) -> str:
-    """Fingerprint of some things together, 32 hexadecimal digits; it is the same in every process and session.
+    """Fingerprint of the arguments together: 32 hexadecimal digits, the same in every process.
 
     Parameters
     ----------
     *things
         Numbers, strings, None, arrays, sequences, sets, mappings, sparse matrices; dataclasses by their fields, and
         other objects by their attributes (bodies, meshes, materials, poses, laws); functions by their code, the values
-        they enclose and the numbers and functions of their module that they use. An object may say itself what it
-        consists of, by a method ``fingerprinted()`` that returns any of these.
+        they enclose and the numbers and functions of their module that they use. An object may define its own contents
+        by a method ``fingerprinted()`` that returns any of these.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def fingerprint(*things: Any) -> str:
     Raises
     ------
     InputError
-        If something has no contents that could be compared, such as an open file.
+        If an object has no attributes to compare, such as an open file.
 
     Examples
     --------
@@ -59,10 +59,10 @@ def fingerprint(*things: Any) -> str:
 
 
 class _Print:
-    """One run over some things; what occurs in several places is gone through once."""
+    """One traversal of the arguments; an object that occurs in several places is visited once."""
 
     def __init__(self) -> None:
-        # the things themselves are kept too, as the number of one that is gone may be given to another
+        # the objects are kept as well: the id of a deleted object may be reused
         self._known: dict[int, tuple[Any, bytes]] = {}
 
     def of(self, thing: Any) -> bytes:
@@ -98,7 +98,7 @@ class _Print:
         return self._of_object(thing)
 
     def _of_sequence(self, thing: Any) -> bytes:
-        """Numbers as an array, whatever holds them; anything else one by one."""
+        """Digest of numbers as one array; of anything else, item by item."""
         try:
             array = np.asarray(thing)
         except (TypeError, ValueError):  # ragged
@@ -136,7 +136,7 @@ class _Print:
 
 
 def _names(code: CodeType) -> Iterator[str]:
-    """Names that a function may look up in its module, those of functions inside it included."""
+    """Names that a function may look up in its module, including those used by nested functions."""
     yield from code.co_names
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -144,7 +144,7 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def _of_numbers(array: np.ndarray[Any, Any]) -> bytes:
-    """Shape and values; whole numbers as floats as far as these hold them, minus zero as zero, one kind of NaN."""
+    """Digest of shape and values; integers as floats where exact, -0 as 0, all NaN alike."""
     if array.dtype.kind in "iuO" and array.size and max(map(abs, (array.max(), array.min()))) > EXACT:
         return _digest("whole numbers", repr(array.tolist()))
     values = array.astype("<c16" if array.dtype.kind == "c" else "<f8")
@@ -153,7 +153,7 @@ def _of_numbers(array: np.ndarray[Any, Any]) -> bytes:
 
 
 def _digest(*parts: str | bytes) -> bytes:
-    """Digest of parts, each with its length, so that no two lists of parts run together to the same."""
+    """Digest of parts, each with its length, so that different lists of parts cannot concatenate to the same bytes."""
     total = hashlib.blake2b(digest_size=16)
     for part in parts:
         data = part.encode() if isinstance(part, str) else part

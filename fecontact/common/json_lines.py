@@ -1,4 +1,4 @@
-"""Files of JSON lines: one finished row per line, so that an interrupted run goes on where it stopped."""
+"""JSON-lines files: one finished row per line, so that an interrupted run can be resumed."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from fecontact.common.text_files import check_writable
 
 
 def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]]:
-    """Rows of an earlier, perhaps interrupted run; a last line that was cut off is dropped from the file.
+    """Rows of an earlier run; an incomplete last line is removed from the file.
 
     Parameters
     ----------
     path : str or Path
         Need not exist yet.
     key : str
-        Field that tells rows apart; of two rows with the same value the later counts.
+        Field that identifies a row; of two rows with the same value the later counts.
     what : str
         What a row is, for the message.
 
@@ -31,7 +31,7 @@ def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]
     Raises
     ------
     InputError
-        If the file cannot be written, or a line is no such row.
+        If the file cannot be written, or a line is not a row with `key`.
 
     Examples
     --------

@@ -60,5 +60,5 @@ class Material:
 
     @property
     def plane_strain_modulus(self) -> float:
-        """E / (1 - nu^2), the modulus by which a half-space resists indentation."""
+        """E / (1 - nu^2), the indentation modulus of a half-space."""
         return self.E / (1 - self.nu**2)

@@ -1,4 +1,4 @@
-"""Time and memory by stage: what meshing, assembly, factorisation and the rest have taken."""
+"""Wall time and peak memory of each stage of a run: meshing, assembly, factorisation and others."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from contextlib import contextmanager
 
 
 class Stopwatch:
-    """Adds up wall seconds by stage; a stage may be entered many times, stages are not nested.
+    """Sums of wall time by stage. A stage may be entered many times; stages are not nested.
 
     Attributes
     ----------
     seconds : dict
         By stage.
     memory : dict
-        Largest resident memory of the process, in MB, up to the last end of each stage. It never falls, so the stage in
-        which it rises is the one that needed it; what was needed before the first stage is in `before`.
+        Peak resident memory of the process, in MB, up to the last end of each stage. It never falls: the stage in which
+        it rises needed it. `before` is the peak before the first stage.
     before : float
 
     Examples
@@ -58,7 +58,7 @@ class _Counters(ctypes.Structure):
 
 
 def peak_memory() -> float:
-    """Largest resident memory of this process so far, in MB, as the operating system counts it."""
+    """Peak resident memory of this process so far, in MB, as counted by the operating system."""
     if sys.platform == "win32":
         counters = _Counters(cb=ctypes.sizeof(_Counters))
         kernel = ctypes.WinDLL("kernel32")

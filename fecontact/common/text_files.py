@@ -1,4 +1,4 @@
-"""Text files: checked before long work, written whole or not at all."""
+"""Text files: path checked before long work, atomic writes."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def make_folder(path: str | Path) -> Path:
 
 
 def write_atomically(path: str | Path, text: str) -> Path:
-    """Write a text file under a temporary name and move it into place, so that an interruption loses nothing."""
+    """Write a text file under a temporary name and move it into place; an interruption leaves the old file intact."""
     path = check_writable(path)
     if path.exists() and not path.is_file():
         path.write_text(text, encoding="utf-8")  # a pipe or a device is written to, never replaced
@@ -67,7 +67,7 @@ def write_atomically(path: str | Path, text: str) -> Path:
 
 
 def save_json(path: str | Path, data: dict[str, Any]) -> Path:
-    """Write numbers for scripts; numpy scalars and arrays become plain ones."""
+    """Write a JSON file; numpy scalars and arrays become plain numbers and lists."""
     return write_atomically(path, json.dumps(data, indent=2, default=_plain) + "\n")
 
 

@@ -1,4 +1,4 @@
-"""Names of units, as they stand in pictures and tables."""
+"""Names of units for pictures and tables."""
 
 from __future__ import annotations
 

@@ -1,10 +1,9 @@
-"""Primal-dual active set: the fast solver, a few Cholesky solves whatever the number of points.
+"""Primal-dual active set: the fastest solver; a few Cholesky solves, nearly independent of the number of points.
 
-The step is Newton's on min(x, w) = 0 (Hintermueller, Ito & Kunisch 2002): solve with the points thought to touch,
-then let go of those that pull and take in those that penetrate. It is finite in practice but can cycle, so it
-carries the safeguard of block principal pivoting (Judice & Pires 1994): where a full exchange has not lowered the
-number of wrong points for a while, only the last of them is exchanged (Murty's rule) until it has. That is finite
-for a positive definite S.
+The step is Newton's on min(x, w) = 0 (Hintermueller, Ito & Kunisch 2002): solve on the active set, then remove the
+points in tension and add those that penetrate. It can cycle, so it is safeguarded by block principal pivoting (Judice &
+Pires 1994): where full exchanges have not lowered the number of wrong points for a while, only the last of them is
+exchanged (Murty's rule) until the number falls. This terminates for a positive definite S.
 """
 
 from __future__ import annotations
@@ -18,16 +17,16 @@ from fecontact.solvers.projected_cg import projected_cg
 from fecontact.solvers.scaling import ScaledProblem
 
 GUESSES = 10
-"""Steps of projected conjugate gradients that guess the first set: each costs a product, not a factorisation."""
+"""Steps of projected conjugate gradients that give the first set; each costs a product instead of a factorisation."""
 
 LOW_RANK = 3
-"""Solves in which most points depended on the others, after which a method for singular compliances is quicker."""
+"""Solves with mostly dependent points after which to give up: a method for singular compliances is faster."""
 
 PATIENCE = 8
-"""Full exchanges without progress before single ones."""
+"""Full exchanges without progress before single exchanges."""
 
 DEPENDENT_GAP = 1e-11
-"""A gap of this size at a point that depends on those in touch is closed: it closes as exactly as it depends."""
+"""Gap below which a point that depends on the active ones counts as closed."""
 
 
 def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterations: int = 100) -> Outcome:
@@ -37,7 +36,7 @@ def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_i
     ----------
     problem : ScaledProblem
     start : ndarray of bool, shape (n,), optional
-        Points thought to touch; ten steps of projected conjugate gradients guess them otherwise.
+        Initial active set; by default from ten steps of projected conjugate gradients.
     max_iterations : int
         Largest number of solves.
 
@@ -45,7 +44,7 @@ def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_i
     -------
     Outcome
         ``solved``, or ``cycling``, ``singular`` or ``iteration-limit`` with the last iterate. The history is the
-        largest force that pulls or penetration.
+        largest tension or penetration.
 
     Examples
     --------
@@ -98,7 +97,7 @@ def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_i
 
 
 def _wrong(problem: ScaledProblem, point: PointSet, active: np.ndarray) -> tuple[np.ndarray, float]:
-    """Points that pull or penetrate, shape (n,), and the largest violation."""
+    """Mask (n,) of points in tension or penetrating, and the largest violation."""
     gap, rounding = problem.gap_and_rounding(point.x, point.p)
     limit = np.full(problem.n, rounding)
     limit[point.dropped] = max(rounding, DEPENDENT_GAP * float(np.abs(gap).max()))

@@ -1,4 +1,4 @@
-"""Solvers of the user's own: a function from the problem to its forces and motions, checked for its form only."""
+"""User-defined solvers: functions from the problem to forces and motions, checked for the form of their answer."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def check_custom(solver: CustomSolver, options: Mapping[str, object]) -> None:
     Raises
     ------
     InputError
-        Something that is not callable, or parameters that do not fit.
+        If it is not callable, or its parameters do not fit.
     """
     if not callable(solver):
         raise InputError(f"solver must be a name or a function of a ComplementarityProblem; found {solver!r}.")
@@ -50,12 +50,12 @@ def check_custom(solver: CustomSolver, options: Mapping[str, object]) -> None:
 def solve_custom(
     problem: ComplementarityProblem, scaled: ScaledProblem, solver: CustomSolver, options: Mapping[str, object]
 ) -> Outcome:
-    """What a function says of a problem, in scaled variables.
+    """Call the user's function; return its outcome in scaled variables.
 
     Raises
     ------
     SolverError
-        An answer that is not (forces, q), or does not have their shapes.
+        If the answer is not (forces, q), or has wrong shapes.
     """
     answer = solver(problem, **options)
     if isinstance(answer, tuple) and len(answer) == 2:

@@ -1,10 +1,10 @@
-"""The contact problem on a set of points known to touch: one symmetric solve with the rigid motion eliminated.
+"""Contact problem on a given active set: one symmetric solve with the rigid motion eliminated.
 
     S_AA x_A + B_A^T p = -g_A,     B_A x_A = F,     x = 0 elsewhere
 
-The rows of B on the set are made orthonormal anew and V^T V is added to S_AA, V those rows. On B x = F that
-changes no solution, only the multiplier, and it makes the block positive definite whenever the equality problem
-has one solution, even where S alone is singular (rigid bodies). It is not a penalty: the rows hold exactly.
+The rows of B on the set are orthonormalised to V, and V^T V is added to S_AA. On B x = F this changes only the
+multiplier. It makes the block positive definite whenever the equality problem has a unique solution, even where S is
+singular (rigid bodies). It is not a penalty: the rows hold exactly.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ DEPENDENT = 1e-12
 """Squared Cholesky pivot (of a matrix of unit diagonal) at which a point depends on the others of its set."""
 
 NEARLY_DEPENDENT_ROW = 1e-9
-"""Singular value of the orthonormal rows, seen on the set, at which the set does not resist that motion."""
+"""Singular value of the orthonormal rows restricted to the set, at which the set does not resist that motion."""
 
 
 @dataclass(frozen=True, eq=False)
 class PointSet:
-    """Answer of the equality problem on a set of points.
+    """Solution of the equality problem on a set of points.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class PointSet:
     p : ndarray, shape (r,)
         Multiplier; of least norm where the set does not resist a motion.
     unbalanced : ndarray, shape (r,)
-        Part of the load that no forces on the set can carry, of any sign; zero as a rule.
+        Part of the load that forces on the set cannot balance; usually zero.
     dropped : ndarray of int
         Points of the set that depend on the others; their force is zero and their gap follows.
     """
@@ -91,7 +91,7 @@ def solve_on(problem: ScaledProblem, points: np.ndarray) -> PointSet:
 
 
 def first_touch(problem: ScaledProblem, unbalanced: np.ndarray, gap: np.ndarray) -> int:
-    """Point whose gap closes first when the bodies follow the unbalanced load.
+    """Point whose gap closes first when the bodies move along the unbalanced load.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def first_touch(problem: ScaledProblem, unbalanced: np.ndarray, gap: np.ndarray)
     unbalanced : ndarray, shape (r,)
         The motion goes along -unbalanced.
     gap : ndarray, shape (n,)
-        Gap to begin with; infinite for points that do not count.
+        Initial gap; infinite for points to be ignored.
 
     Returns
     -------
@@ -142,13 +142,13 @@ def _factor(S: np.ndarray, V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     kept = np.ones(size, dtype=bool)
     if size == 0:
         return np.empty((0, 0)), kept
-    # the transpose is the same matrix in the order LAPACK wants: factorised in place, no copy
+    # the transpose is the same matrix in Fortran order: LAPACK factorises it in place, without a copy
     factor, info = dpotrf((S + V.T @ V).T, lower=1, clean=0, overwrite_a=1)
     if info == 0 and (factor.diagonal() ** 2).min() > DEPENDENT:
         return factor, kept
     H = S + V.T @ V
     _, order, rank, _ = dpstrf(H, tol=DEPENDENT * H.diagonal().max(), lower=1)
     kept[order[rank:] - 1] = False
-    # the kept points in their own order: pivoting has chosen them, plain Cholesky is safe on them
+    # the kept points were chosen by pivoting: plain Cholesky is safe on them
     factor, _ = dpotrf(H[np.ix_(kept, kept)], lower=1, clean=0)
     return factor, kept

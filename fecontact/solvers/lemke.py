@@ -1,9 +1,9 @@
 """Lemke's complementary pivoting: finite for every positive semidefinite compliance, singular ones included.
 
-The equilibrium rows are eliminated exactly first: r points far apart are exchanged with the r multipliers. That is
-a principal pivot, so what remains is a standard complementarity problem y = M z + h, y, z >= 0, y . z = 0, with M
-positive semidefinite, on which Lemke's method ends with an answer, or on a ray if there is none (Lemke 1965;
-Cottle, Pang & Stone 1992, chapter 4). Ties are decided lexicographically.
+The equilibrium rows are eliminated exactly first: r points far apart are exchanged with the r multipliers. That is a
+principal pivot, so what remains is a standard complementarity problem y = M z + h, y, z >= 0, y . z = 0, with M
+positive semidefinite, on which Lemke's method ends with a solution, or on a ray if none exists (Lemke 1965; Cottle,
+Pang & Stone 1992, chapter 4). Ties are decided lexicographically.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from fecontact.solvers.scaling import SMALLEST, ScaledProblem
 from fecontact.solvers.tableau import Dictionary
 
 CLOSED = 1e-12
-"""Covering variable, for data of order one, that is zero but for rounding: a ray there is an answer."""
+"""Covering variable that counts as zero, for data of order one: a ray there is a solution."""
 
 
 def lemke(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterations: int | None = None) -> Outcome:
@@ -27,7 +27,7 @@ def lemke(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterat
     ----------
     problem : ScaledProblem
     start : ignored
-        Complementary pivoting has its own start.
+        Ignored: complementary pivoting has its own start.
     max_iterations : int, optional
         Largest number of pivots, 20 per point by default.
 
@@ -57,7 +57,7 @@ def lemke(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterat
 
 
 def _far_points(B: np.ndarray) -> np.ndarray:
-    """Points, as many as there are rows, on which the rows are well conditioned, shape (r,)."""
+    """As many points (r,) as there are rows, chosen so that the rows on them are well conditioned."""
     if len(B) == 0:
         return np.empty(0, dtype=int)
     return np.asarray(qr(B, mode="r", pivoting=True)[1][: len(B)], dtype=int)
@@ -66,7 +66,7 @@ def _far_points(B: np.ndarray) -> np.ndarray:
 def _without_rows(problem: ScaledProblem, far: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """M (n, n) and h (n,) of the complementarity problem left when the rows are eliminated.
 
-    z is the gap at the far points and the force elsewhere, y the other one of the two.
+    z is the gap at the far points and the force elsewhere; y is the other of the two.
     """
     S, B, g = problem.matrix, problem.B, problem.g
     others = np.setdiff1d(np.arange(problem.n), far)

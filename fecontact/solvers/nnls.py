@@ -1,12 +1,12 @@
 """Non-negative least squares with equality rows: Lawson and Hanson's active set for any semidefinite compliance.
 
 In the energy norm of S the problem is a non-negative least-squares problem, and Lawson & Hanson (1974, chapter 23)
-solve it from inside: forces are never negative, one point enters at a time where the gap is most negative, and a
-step is cut where a force would change its sign. Three things are added. The equality rows hold at every step, by
-elimination. A point that depends on those in touch (a singular S, or twins) is exchanged along the direction that
-costs no energy instead of entering (Gill, Murray, Saunders & Wright 1991), so the set in touch stays independent.
-And after many steps of length zero the smallest index decides (Bland), so that ties cannot cycle. The energy never
-rises, hence finite.
+solve it with feasible iterates: forces stay non-negative, the point with the most negative gap enters, and a step is
+cut where a force would change its sign. Three things are added. The equality rows hold at every step, by elimination. A
+point that depends on the active ones (singular S, duplicate points) is exchanged along the direction without energy
+instead of entering (Gill, Murray, Saunders & Wright 1991), so the active set stays independent. After many steps of
+length zero the smallest index decides (Bland), so that ties cannot cycle. The energy never increases, hence the method
+terminates.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from fecontact.solvers.problem import Status
 from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 
 DEPENDENT = 1e-13
-"""Squared Cholesky pivot (of a matrix of unit diagonal) at which a point depends on those in touch."""
+"""Squared Cholesky pivot (of a matrix of unit diagonal) at which a point depends on the active ones."""
 
 NEWCOMER = 1e-10
-"""The point that entered last cannot pull; where it does by no more than this share, its force is zero."""
+"""A tension of the last point to enter, up to this share, is rounding and set to zero."""
 
 PATIENCE = 30
 """Steps of length zero in a row before the smallest index decides."""
 
 
 class _TouchingSet:
-    """Points in touch, in the order of their entry, and the Cholesky factor of S + B^T B on them."""
+    """Active points in order of entry, and the Cholesky factor of S + B^T B on them."""
 
     def __init__(self, problem: ScaledProblem) -> None:
         self.problem = problem
@@ -47,7 +47,7 @@ class _TouchingSet:
     def enter(self, k: int) -> np.ndarray | None:
         """Add a point; if it depends on the others, add nothing and return the direction, shape (a,), without energy.
 
-        Along it the force at k grows by one and those in touch change by the direction.
+        Along it the force at k grows by one and those at the active points change by the direction.
         """
         row = solve_triangular(self._factor(), self._column(k), lower=True, check_finite=False)
         B = self.problem.B[:, k]
@@ -65,7 +65,7 @@ class _TouchingSet:
         return None
 
     def leave(self, position: int) -> None:
-        """Take out the point at a position; only the factor behind it changes."""
+        """Remove the point at a position; only the factor behind it changes."""
         size = len(self.points)
         gone = self._L[position + 1 : size, position].copy()
         behind = self._L[position + 1 : size, position + 1 : size]
@@ -94,14 +94,14 @@ def nnls(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterati
     ----------
     problem : ScaledProblem
     start : ndarray of bool, shape (n,), optional
-        Points thought to touch.
+        Initial active set.
     max_iterations : int, optional
         Largest number of steps, 10 per point by default.
 
     Returns
     -------
     Outcome
-        ``solved``, ``unbounded`` or ``iteration-limit``. The history is the deepest penetration.
+        ``solved``, ``unbounded`` or ``iteration-limit``. The history is the largest penetration.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def nnls(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterati
             k = int(points[position])
             x[k] = 0.0
             touching.leave(position)
-            # a point that pulls as soon as it enters was let in by rounding
+            # a point in tension as soon as it enters was added by rounding
             if length == 0.0 and position == len(points) - 1:
                 refused[k] = True
             idle = idle + 1 if length == 0.0 else 0
@@ -164,7 +164,7 @@ def nnls(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterati
 
 
 def _carried(problem: ScaledProblem, start: np.ndarray | None) -> np.ndarray:
-    """Return forces that carry the load on at most r points, if possible among those of `start`, shape (n,)."""
+    """Return forces (n,) that balance the load on at most r points, if possible among those of `start`."""
     x = np.zeros(problem.n)
     if not problem.F.any():
         return x
@@ -184,7 +184,7 @@ def _cut(x: np.ndarray, step: np.ndarray, smallest: bool, points: np.ndarray) ->
     lengths = x[falling] / -step[falling]
     length = float(lengths.min())
     tied = falling[lengths <= length]
-    # the steepest of the tied ones keeps the factor well conditioned, the smallest index cannot cycle
+    # of tied points: the steepest keeps the factor well conditioned, the smallest index cannot cycle
     position = tied[points[tied].argmin()] if smallest else tied[step[tied].argmin()]
     return length, int(position)
 
@@ -192,7 +192,7 @@ def _cut(x: np.ndarray, step: np.ndarray, smallest: bool, points: np.ndarray) ->
 def _entering(
     problem: ScaledProblem, x: np.ndarray, p: np.ndarray, points: np.ndarray, refused: np.ndarray, smallest: bool
 ) -> tuple[int, float]:
-    """Point to enter (-1: none) and the deepest penetration."""
+    """Point to enter (-1: none) and the largest penetration."""
     gap, rounding = problem.gap_and_rounding(x, p)
     gap[points] = 0.0
     deepest = -float(gap.min())

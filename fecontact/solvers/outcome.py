@@ -1,4 +1,4 @@
-"""What a solver hands back, unverified."""
+"""Unverified answer of a solver."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from fecontact.solvers.problem import Status
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Claim of a solver; the certificate is not its business.
+    """Unverified answer of a solver.
 
-    In scaled variables from the package's own solvers, in those of the problem from a function of the user's own.
+    In scaled variables from the package's solvers, in those of the problem from a user's function.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The frictionless contact problem on its candidate points, its residuals and the form of an answer.
+"""The frictionless contact problem on its candidate points, its residuals and its solution.
 
     minimise 1/2 l^T S l + g^T l   subject to   l >= 0,  B l = F
     gap      w = S l + g + B^T q >= 0,   l . w = 0,   q the multiplier of B l = F (the rigid motion)
@@ -26,16 +26,16 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers.scaling import ScaledProblem, scale
 
 SYMMETRY_TOLERANCE = 1e-8
-"""Largest |S - S^T| relative to the largest entry that is read as rounding; more is a wrong matrix."""
+"""Largest |S - S^T|, relative to the largest entry, that counts as rounding; more is refused."""
 
 GAP_FLOOR = 1e-3
 """Share of the largest gap below which the elastic deflection is not used as the scale of gaps."""
 
 TERM_FLOOR = 1e-4
-"""The same for g alone: where the motion B^T q cancels it, the rounding of both must not count."""
+"""The same for g alone, where the motion B^T q cancels it: rounding of both must not count."""
 
 ROW_FLOOR = 1e-6
-"""Share of the largest row of B below which a row is judged by that share: such a row is a rounding residue."""
+"""Least scale of a row of B, as a share of the largest row: smaller rows are rounding residues."""
 
 
 class Status(StrEnum):
@@ -44,14 +44,14 @@ class Status(StrEnum):
     ==================  ===================================================================================
     ``solved``          certified: the recomputed residuals are within the tolerance
     ``no-contact``      certified: nothing touches, all forces are exactly zero
-    ``infeasible``      no forces l >= 0 balance the load: a body can move freely where it is pushed
+    ``infeasible``      no forces l >= 0 balance the load: a body can move freely along it
     ``unbounded``       an interference that no elastic deflection and no rigid motion can remove
-    ``singular``        the solver met a dependent set of points that it cannot treat
-    ``artificial``      artificial variables were left positive (Wolfe's short form on a singular S)
+    ``singular``        a dependent set of points that the solver cannot treat
+    ``artificial``      artificial variables stayed positive (Wolfe's short form on a singular S)
     ``ray``             complementary pivoting ended on a ray
-    ``cycling``         the active sets came back
+    ``cycling``         active sets repeated
     ``iteration-limit`` the allowed number of iterations was spent
-    ``refused``         an answer came back but did not pass the certificate
+    ``refused``         the answer did not pass the certificate
     ==================  ===================================================================================
     """
 
@@ -73,8 +73,8 @@ class InfeasibleLoadError(SolverError):
     Attributes
     ----------
     direction : ndarray, shape (m,)
-        A motion y of the rigid components with B^T y >= 0 (no gap closes) and F . y < 0 (the load does
-        work along it), by Farkas' lemma the proof that no answer exists.
+        A motion y of the rigid components with B^T y >= 0 (no gap closes) and F . y < 0 (the load does work along it):
+        by Farkas' lemma the proof that no solution exists.
     """
 
     def __init__(self, message: str, direction: np.ndarray) -> None:
@@ -84,26 +84,25 @@ class InfeasibleLoadError(SolverError):
 
 @dataclass(frozen=True)
 class Residuals:
-    """How far an answer is from the contact conditions; every number is relative and has no unit.
+    """Violation of the contact conditions by a solution; all numbers are relative and dimensionless.
 
     Parameters
     ----------
     penetration : float
-        Deepest negative gap over the gap scale.
+        Largest penetration over the gap scale.
     tension : float
         Largest negative force over the force scale.
     complementarity : float
         Largest, over the points, of the smaller of |force| / force scale and |gap| / gap scale.
     equilibrium : float
-        Largest |B l - F| of a row over what the row has to balance.
+        Largest |B l - F| of a row over the row scale.
 
     Notes
     -----
-    Force scale: the sum of |l|, or, if larger, the load, each F_j over the largest entry of its row of B.
-    Gap scale: the largest elastic deflection |S l|, but not less than 1e-3 of the largest |g + B^T q| (rigid
-    bodies have no deflection) or 1e-4 of the largest |g| (rounding). Row scale: the row's largest
-    entry times the force scale, plus |F_j|.
-    All follow a change of units, and a residual that is exactly zero stays zero whatever the scales.
+    Force scale: the sum of |l|, or, if larger, the load, each F_j over the largest entry of its row of B. Gap scale:
+    the largest elastic deflection |S l|, but not less than 1e-3 of the largest |g + B^T q| (rigid bodies have no
+    deflection) or 1e-4 of the largest |g| (rounding). Row scale: the row's largest entry times the force scale, plus
+    |F_j|. The scales follow a change of units. A residual that is exactly zero stays zero for any scale.
     """
 
     penetration: float
@@ -139,9 +138,9 @@ class ComplementarityProblem:
     g : ndarray, shape (n,)
         Gap without contact forces and rigid motion, opening positive; negative is interference.
     B : ndarray, shape (m, n), optional
-        Equilibrium rows: B l is what the contact forces give to each free rigid component. May be dependent.
+        Equilibrium rows: B l are the resultants of the contact forces on the free rigid components. May be dependent.
     F : ndarray, shape (m,), optional
-        What the contact forces have to balance.
+        Load to be balanced by the contact forces.
 
     Raises
     ------
@@ -207,7 +206,7 @@ class ComplementarityProblem:
         return np.asarray(self.S @ forces + self.g + self.B.T @ q)
 
     def residuals(self, forces: np.ndarray, q: np.ndarray) -> Residuals:
-        """Residuals of an answer, recomputed from the problem alone.
+        """Residuals of a solution, recomputed from the problem alone.
 
         Parameters
         ----------
@@ -217,7 +216,7 @@ class ComplementarityProblem:
         Returns
         -------
         Residuals
-            Infinite where the answer is not finite.
+            Infinite where the solution is not finite.
 
         Examples
         --------
@@ -237,7 +236,7 @@ class ComplementarityProblem:
         deflection = np.asarray(self.S @ forces)
         rigid = self.g + self.B.T @ q
         gap = deflection + rigid
-        # where the motion is larger than g by more than a tenth, the floor of the sum is the higher one
+        # where the motion exceeds g by more than a tenth, the floor of the sum is the higher one
         gap_scale = max(_largest(deflection), GAP_FLOOR * _largest(rigid), TERM_FLOOR * _largest(self.g))
         row = np.abs(self.B).max(axis=1, initial=0.0)
         row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
@@ -252,7 +251,7 @@ class ComplementarityProblem:
         )
 
     def scaled(self) -> ScaledProblem:
-        """Nondimensional form with unit diagonal and orthonormal rows, and the way back.
+        """Nondimensional form with unit diagonal and orthonormal rows, and its inverse maps.
 
         Returns
         -------
@@ -270,7 +269,7 @@ class ComplementarityProblem:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a solver found; the problem itself says what it is worth.
+    """Solution of a contact problem. Its residuals are recomputed from the problem.
 
     Parameters
     ----------
@@ -281,17 +280,17 @@ class Solution:
         Multiplier of the equilibrium rows, the rigid motion; for status ``infeasible`` the direction
         that proves it (see `InfeasibleLoadError`).
     status : Status
-        One short word; the table is with `Status`.
+        Status, see the table at `Status`.
     message : str
-        The same in a sentence.
+        The status in a sentence.
     nit : int
         Iterations or pivots.
     solver : str
-        The name of the solver that gave the answer.
+        Name of the solver.
     seconds : float
         Wall time.
     history : tuple of float
-        The solver's own measure of what is left, one entry per iteration; empty if it has none.
+        The solver's own residual, one entry per iteration; may be empty.
     """
 
     problem: ComplementarityProblem = field(repr=False)
@@ -306,7 +305,7 @@ class Solution:
 
     @property
     def success(self) -> bool:
-        """Whether the answer is certified."""
+        """Whether the solution is certified."""
         return self.status in (Status.SOLVED, Status.NO_CONTACT)
 
     @cached_property
@@ -316,12 +315,12 @@ class Solution:
 
     @cached_property
     def residuals(self) -> Residuals:
-        """What the problem, never the solver, says of these forces and this motion."""
+        """Residuals of forces and motion, recomputed from the problem."""
         return self.problem.residuals(self.forces, self.q)
 
     @property
     def active(self) -> np.ndarray:
-        """Points that carry force, shape (n,), bool; a warm start for the next problem."""
+        """Points with a positive force, shape (n,), bool; a warm start for the next problem."""
         return self.forces > 0
 
 
@@ -348,7 +347,7 @@ def _check_compliance(S: np.ndarray) -> None:
             f"S must be positive semidefinite; found the diagonal entry S[{k}, {k}] = {diagonal[k]:.3g}. "
             "A force must open the gap where it acts: check the sign of the coupling."
         )
-    # in strips, so that a large S needs no second copy of itself
+    # in strips: no second copy of a large S
     for first in range(0, len(S), 512):
         strip = slice(first, first + 512)
         difference = np.abs(S[strip, : first + 512] - S[: first + 512, strip].T)

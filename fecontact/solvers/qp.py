@@ -1,7 +1,7 @@
 """Back-ends of `qpsolvers`, on the nondimensional problem.
 
-Most of them stop when their own measure is small, far from the exact set of points in touch. The registry sharpens
-what they return on the set they found and then certifies it; what does not pass is refused.
+Most of them stop at their own tolerance, before the active set is exact. The registry polishes their answer on the set
+they found and certifies it; an answer that fails is refused.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ACCURATE: dict[str, dict[str, object]] = {
     "piqp": {"eps_abs": 1e-10, "eps_rel": 1e-10},
     "scs": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 50_000},
 }
-"""Settings tighter than the back-ends' defaults, under their own names; the user's come on top."""
+"""Settings tighter than the back-ends' defaults, by their own names; the user's override them."""
 
 
 def backends() -> tuple[str, ...]:
@@ -59,7 +59,7 @@ def backend(
     ----------
     problem : ScaledProblem
     start : ndarray of bool, shape (n,), optional
-        Points thought to touch; only some back-ends use it.
+        Initial active set; only some back-ends use it.
     name : str
         One of `backends`.
     settings : mapping, optional
@@ -68,8 +68,8 @@ def backend(
     Returns
     -------
     Outcome
-        ``solved`` as the back-end claims it, or ``refused`` if it gave nothing. Its number of iterations is zero
-        where the back-end does not tell it.
+        ``solved`` as the back-end claims it, or ``refused`` if it returned nothing. The number of iterations is zero
+        where the back-end does not report it.
 
     Examples
     --------
@@ -89,7 +89,7 @@ def backend(
     chosen: dict[str, Any] = {**ACCURATE.get(name, {}), **(settings or {})}
     try:
         with warnings.catch_warnings():
-            # what a back-end mutters about its own accuracy is settled by the certificate
+            # warnings about accuracy are ignored: the certificate decides
             warnings.simplefilter("ignore")
             answer = qpsolvers.solve_problem(
                 given, solver=name, initvals=None if start is None else start.astype(float), **chosen
@@ -103,6 +103,6 @@ def backend(
 
 
 def _iterations(extras: Mapping[str, Any]) -> int:
-    """Return the number of iterations from what the back-end tells about itself, zero if it does not."""
+    """Return the number of iterations that the back-end reports, zero if none."""
     told = extras.get("iterations", getattr(extras.get("info"), "iter", 0))
     return int(np.ravel(told)[0])

@@ -1,8 +1,7 @@
-"""Sharpen an answer on the points it says are in touch, so that all solvers agree to the last digits.
+"""Polish an answer on its active set, so that all solvers agree to rounding.
 
-A claim is not improved by more of the same iteration but by solving the equality problem on its set. Where the
-points of the set depend on each other the forces are not unique; then the smallest change of the forces that closes
-the gaps and carries the load is made instead, which keeps them positive.
+The equality problem is solved on the active set. Where its points depend on each other the forces are not unique; then
+the smallest change of the forces that closes the gaps and balances the load is made, which keeps them positive.
 """
 
 from __future__ import annotations
@@ -16,11 +15,11 @@ from fecontact.solvers.problem import Status
 from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 
 NEGLIGIBLE = 1e-12
-"""Relative singular value that the smallest change ignores."""
+"""Relative singular value ignored by the least-norm correction."""
 
 
 def polish(problem: ScaledProblem, x: np.ndarray, p: np.ndarray, *, solves: int) -> list[Outcome]:
-    """Better candidates for an answer, none of them checked.
+    """Improved candidates for an answer, unverified.
 
     Parameters
     ----------
@@ -28,12 +27,12 @@ def polish(problem: ScaledProblem, x: np.ndarray, p: np.ndarray, *, solves: int)
     x : ndarray, shape (n,)
     p : ndarray, shape (r,)
     solves : int
-        Equality solves allowed: one for an exact method, a few for one that stops short of the set.
+        Equality solves allowed: one for an exact method, a few for one whose set may be inexact.
 
     Returns
     -------
     list of Outcome
-        With status ``solved``; empty if there is nothing to offer.
+        With status ``solved``; may be empty.
 
     Examples
     --------
@@ -43,7 +42,7 @@ def polish(problem: ScaledProblem, x: np.ndarray, p: np.ndarray, *, solves: int)
     >>> polish(problem, np.array([0.999, 1e-5]), np.empty(0), solves=1)[0].x.tolist()
     [1.0, 0.0]
     """
-    # a force that is rounding must not hold a motion that is open
+    # a force of rounding size must not resist a free motion
     touching = x > np.maximum(problem.gap(x, p), ROUNDING * x.max())
     solved = active_set(problem, touching, max_iterations=solves)
     if solved.status is Status.SOLVED:
@@ -55,7 +54,7 @@ def polish(problem: ScaledProblem, x: np.ndarray, p: np.ndarray, *, solves: int)
 def _smallest_change(
     problem: ScaledProblem, x: np.ndarray, p: np.ndarray, touching: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return forces on the touching points and multiplier after two least-norm corrections."""
+    """Return forces on the active points and the multiplier after two least-norm corrections."""
     points = np.flatnonzero(touching)
     rows = problem.B[:, points]
     K = np.block([[problem.matrix[np.ix_(points, points)], rows.T], [rows, np.zeros((problem.r, problem.r))]])

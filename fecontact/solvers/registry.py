@@ -1,16 +1,16 @@
-"""One door to all solvers: names, options, the certificate and the fall-back.
+"""Entry point of all solvers: names, options, certificate and fall-back.
 
-No solver certifies itself. Its outcome is mapped back to the units of the problem, sharpened by an equality solve on
-the points it says are in touch, and its residuals are recomputed from the problem. Only what passes is returned.
+The outcome of a solver is mapped to the units of the problem and polished by an equality solve on its active set. Its
+residuals are recomputed from the problem, and only a solution within the tolerance is returned.
 
 =================  ====================================================================================
 ``wolfe``          Wolfe's simplex, short form: the reference; S positive definite on the free motions
 ``lemke``          complementary pivoting: any semidefinite S, finite; n up to about a thousand
-``active-set``     primal-dual active set: the fastest; S positive definite on the points in touch
+``active-set``     primal-dual active set: the fastest; S positive definite on the active points
 ``projected-cg``   matrix products only: large n, S may be a `scipy.sparse.linalg.LinearOperator`
 ``nnls``           Lawson and Hanson's method with equality rows: any semidefinite S
 others             back-ends of `qpsolvers` that are installed
-a function         of the user's own, see `solvers.custom`
+a function         of the user, see `solvers.custom`
 =================  ====================================================================================
 """
 
@@ -48,17 +48,17 @@ NATIVE: dict[str, Callable[..., Outcome]] = {
 }
 
 TOLERANCE = 1e-10
-"""Largest relative residual of a certified answer if nothing else is said; ten times that for the penetration."""
+"""Default for the largest relative residual of a certified solution; ten times that for the penetration."""
 
 FALL_BACK = ("active-set", "nnls", "lemke")
-"""What ``auto`` tries, the fastest first and the one that is finite for every semidefinite S last."""
+"""Solvers that ``auto`` tries in turn: the fastest first, the one that is finite for every semidefinite S last."""
 
 FEW_SOLVES = 10
-"""Equality solves that sharpen the answer of a back-end; one has to do for the exact methods and for a function."""
+"""Equality solves to polish the answer of a back-end; exact methods and user functions get one."""
 
 
 def available_solvers() -> tuple[str, ...]:
-    """Names that `solve` accepts besides ``auto``: our own first, then the installed back-ends of `qpsolvers`.
+    """Names that `solve` accepts besides ``auto``: the package's solvers, then the installed back-ends of `qpsolvers`.
 
     Returns
     -------
@@ -80,21 +80,21 @@ def solve(
     tolerance: float = TOLERANCE,
     **options: object,
 ) -> Solution:
-    """Certified answer of a contact problem, or an error that says why there is none.
+    """Certified solution of a contact problem, or an error that says why there is none.
 
     Parameters
     ----------
     problem : ComplementarityProblem
     solver : str or callable
-        ``auto`` or one of `available_solvers`. ``auto`` tries the fast method and falls back on the finite ones.
-        Or a function of the problem that returns (forces, q), see `CustomSolver`; its answer is certified as any.
+        ``auto`` or one of `available_solvers`. ``auto`` tries the fast method and falls back on the finite ones. Or a
+        function of the problem that returns (forces, q), see `CustomSolver`; its answer is certified too.
     start : ndarray of bool or float, shape (n,), or Solution, optional
-        Points thought to touch, or forces that are positive there. A hint: methods that have no use for it
-        ignore it, and the answer does not depend on it.
+        Initial active set, or forces that are positive there. It is a hint: some methods ignore it, and the solution
+        does not depend on it.
     tolerance : float
-        Largest relative residual of a certified answer; ten times that for the penetration.
+        Largest relative residual of a certified solution; ten times that for the penetration.
     **options
-        ``max_iterations`` of our own solvers; ``settings`` (a mapping) of the back-ends; keywords of a function.
+        ``max_iterations`` of the package's solvers; ``settings`` (a mapping) of the back-ends; keywords of a function.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def solve(
     InfeasibleLoadError
         If no forces l >= 0 balance the load; its ``direction`` is the motion.
     SolverError
-        If no certified answer was found.
+        If no certified solution was found.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def solve(
         advice = (
             "Check that S is positive semidefinite and that the interference can be removed by a deflection."
             if solver == "auto"
-            else "Use solver='auto', which falls back on methods that stand a singular compliance."
+            else "Use solver='auto', which falls back on methods for a singular compliance."
         )
         raise SolverError(
             f"No certified answer from solver {solver_name(solver)!r}: {solution.message} "
@@ -147,7 +147,7 @@ def attempt(
     tolerance: float = TOLERANCE,
     **options: object,
 ) -> Solution:
-    """As `solve`, but a failure comes back as a `Solution` with ``success`` False: for comparisons.
+    """As `solve`, but a failure is returned as a `Solution` with ``success`` False; for comparisons.
 
     Parameters
     ----------
@@ -205,25 +205,25 @@ def attempt(
 
 @runtime_checkable
 class SolvingOperator(Protocol):
-    """A compliance that knows a solver of its own."""
+    """A compliance operator with its own solver."""
 
     @property
     def solver(self) -> str:
-        """The name of that solver."""
+        """Name of the solver."""
 
     def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
-        """Forces and motions of the problem as it stands, not of its scaled form."""
+        """Forces and motions of the problem in its own units."""
 
 
 def _certified(solution: Solution, tolerance: float) -> Solution:
-    """The solution, refused if it is claimed to be one and its residuals do not bear that out."""
+    """The solution, with status ``refused`` if it is claimed solved and its residuals exceed the tolerance."""
     if solution.status is not Status.SOLVED or solution.residuals.within(tolerance):
         return solution
     return replace(solution, status=Status.REFUSED, message="the answer does not pass the certificate")
 
 
 def _claimed(problem: ComplementarityProblem, outcome: Outcome, solver: str) -> Solution:
-    """An outcome in the problem's own units, as it is claimed."""
+    """An outcome in the problem's own units, unverified."""
     return Solution(
         problem, outcome.x, outcome.p, outcome.status, outcome.message, outcome.nit, solver,
         history=tuple(outcome.history),
@@ -231,7 +231,7 @@ def _claimed(problem: ComplementarityProblem, outcome: Outcome, solver: str) -> 
 
 
 def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) -> None:
-    """Refuse an unknown solver, or options that it does not have, before there is a problem.
+    """Refuse an unknown solver or unknown options, before a problem is built.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) 
     Raises
     ------
     InputError
-        For an option that the solver does not have, or a function that cannot be called so.
+        For an option that the solver does not have, or a function that cannot be called with them.
     SolverNotFoundError
         For a solver that is unknown or not installed.
 
@@ -275,7 +275,7 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) 
 
 
 def _chain(problem: ComplementarityProblem, solver: str | CustomSolver) -> tuple[str | CustomSolver, ...]:
-    """Solvers to try one after the other."""
+    """Solvers to try in turn."""
     operator = isinstance(problem.S, LinearOperator)
     if solver == "auto":
         return ("projected-cg",) if operator else FALL_BACK
@@ -299,7 +299,7 @@ def _touching(problem: ComplementarityProblem, start: np.ndarray | Solution | No
 def _without_solver(
     problem: ComplementarityProblem, scaled: ScaledProblem, solver: str | CustomSolver
 ) -> Solution | None:
-    """Answer of the two cases that need no solver: nothing touches, or nothing can carry the load."""
+    """Solution of the two cases that need no solver: no contact, or a load that cannot be balanced."""
     zero, still, name = np.zeros(problem.n), np.zeros(problem.m), solver_name(solver)
     if not problem.F.any() and problem.g.min() >= 0:
         return Solution(problem, zero, still, Status.NO_CONTACT, "nothing touches", 0, name)
@@ -321,7 +321,7 @@ def _found(
     tolerance: float,
     options: dict[str, object],
 ) -> Solution:
-    """What one solver found, sharpened."""
+    """Polished outcomes of one solver."""
     name = solver_name(solver)
     if not isinstance(solver, str):
         outcome = solve_custom(problem, scaled, solver, options)
@@ -332,7 +332,7 @@ def _found(
         return claimed
     solves = FEW_SOLVES if isinstance(solver, str) and solver not in NATIVE else 1
     sharper = [_unscaled(problem, scaled, each) for each in polish(scaled, outcome.x, outcome.p, solves=solves)]
-    # the sharpened one first: where the touching points leave a motion open, it has the smallest
+    # the polished one first: where the active points leave a motion free, it has the smallest
     every = [*(replace(claimed, forces=each.x, q=each.p) for each in sharper), claimed]
     passing = (each for each in every if each.residuals.within(tolerance))
     return next(passing, None) or min(every, key=lambda each: each.residuals.worst)

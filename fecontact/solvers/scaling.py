@@ -1,7 +1,7 @@
 """Nondimensional form of a complementarity problem: unit diagonal, orthonormal rows, data of order one.
 
-The solvers see only this form. That is what lets one set of tolerances serve SI units (compliances of 1e-12,
-gaps of 1e-6) and rows that differ by sixteen orders of magnitude.
+The solvers see only this form, so that one set of tolerances serves SI units (compliances of 1e-12, gaps of 1e-6) and
+rows that differ by sixteen orders of magnitude.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ from scipy.optimize import nnls
 from scipy.sparse.linalg import LinearOperator
 
 ZERO_ROW = 1e-14
-"""Norm of a row of B, relative to the largest, at which it is a rounding residue and says nothing."""
+"""Norm of a row of B, relative to the largest, below which it is a rounding residue."""
 
 DEPENDENT_ROW = 1e-11
-"""Singular value of the normalised rows at which one of them follows from the others."""
+"""Singular value of the normalised rows below which they are linearly dependent."""
 
 UNBALANCED = 1e-10
-"""Share of the load that may stay unbalanced when no forces l >= 0 carry it exactly."""
+"""Share of the load that may stay unbalanced when no forces l >= 0 balance it exactly."""
 
 
 ROUNDING = 1e-13
-"""A force or a gap of this size, relative to the largest in its solve, has no sign."""
+"""Size of a force or a gap, relative to the largest of its solve, below which its sign is rounding."""
 
 SMALLEST = 1e-15
-"""The same relative to the data, which are of order one."""
+"""The same, relative to the data of order one."""
 
 NO_FORCE = 1e-13
-"""Without any load, forces of this size are rounding and there is no contact force."""
+"""Size below which forces are rounding where there is no load."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class ScaledProblem:
 
     @property
     def matrix(self) -> np.ndarray:
-        """S as an array; only for problems that were given one."""
+        """S as an array; TypeError for an operator."""
         if not isinstance(self.S, np.ndarray):
             raise TypeError("the compliance is an operator, not an array")
         return self.S
@@ -83,7 +83,7 @@ class ScaledProblem:
         return self.force_scale * x
 
     def motion(self, p: np.ndarray) -> np.ndarray:
-        """Return the multiplier q of p, shape (m,); of least norm where the rows leave it open."""
+        """Return the multiplier q of p, shape (m,); of least norm where it is not unique."""
         return self.motion_map @ p
 
     def gap(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -103,7 +103,7 @@ class ScaledProblem:
         return deflection + rigid, ROUNDING * scale + SMALLEST * max(1.0, float(np.abs(motion).max()))
 
     def free_direction(self) -> np.ndarray | None:
-        """Motion that the load pushes and no point resists, shape (m,), or None if the load can be balanced.
+        """Motion (m,) along which the load does work and no point resists, or None if the load can be balanced.
 
         Returns
         -------
@@ -161,9 +161,9 @@ def scale(S: np.ndarray | LinearOperator, g: np.ndarray, B: np.ndarray, F: np.nd
 
 
 def _diagonal(S: np.ndarray | LinearOperator, n: int) -> np.ndarray:
-    """Return positive numbers like the diagonal of S, shape (n,), so that no scaled entry exceeds one."""
+    """Return the diagonal of S (n,), made positive so that no scaled entry exceeds one."""
     if not isinstance(S, np.ndarray):
-        # mean diagonal by one Hutchinson probe: an operator does not show its entries
+        # mean diagonal by one Hutchinson probe: the entries of an operator are not available
         probe = np.where(np.random.default_rng(0).random(n) < 0.5, -1.0, 1.0)
         mean = float(probe @ (S @ probe)) / n
         return np.full(n, mean if mean > 0 else 1.0)
@@ -196,7 +196,7 @@ def _orthonormal_rows(B: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndar
     U, s, V = np.linalg.svd(B / norms[:, None], full_matrices=False) if m else (np.eye(0), np.empty(0), B)
     rank = int((s > DEPENDENT_ROW * s.max(initial=0.0)).sum())
     U, s, V = U[:, :rank], s[:rank], V[:rank]
-    # rows that say nothing keep their load as it is: compared with the others, it has to be nothing too
+    # zero rows keep their load unscaled: it must be zero too, compared with the others
     finite = np.isfinite(norms)
     loads = F / np.where(finite, norms, norms[finite].max(initial=0.0) or 1.0)
     left = loads - U @ (U.T @ loads)

@@ -2,9 +2,9 @@
 
     basic = T @ nonbasic + h
 
-Only nonbasic columns are stored, never the identity of the basic ones. A second right-hand side of generic
-numbers stands for an infinitesimal perturbation of the first: comparing by (h, then perturbation) is the
-lexicographic rule, so no basis comes back and no tie is open (Charnes 1952).
+Only nonbasic columns are stored, never the identity of the basic ones. A second right-hand side of generic numbers is
+an infinitesimal perturbation of the first. Comparing h first and then the perturbation is the lexicographic rule: no
+basis repeats and no tie remains (Charnes 1952).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scipy.linalg.blas import dger
 from fecontact.solvers.scaling import SMALLEST
 
 PIVOT = 1e-10
-"""Entries smaller than this (of a tableau of order one) are rounding and never pivots."""
+"""Entries of a tableau of order one below this size are rounding and never pivots."""
 
 TIE = 1e-12
 """Ratios that differ by less than this share are a tie, decided by the perturbation."""
@@ -30,7 +30,7 @@ class Dictionary:
     h : ndarray, shape (rows,)
         Values of the basic variables.
     row_names, column_names : ndarray of int
-        Who is basic in each row, who is nonbasic in each column.
+        Basic variable of each row, nonbasic variable of each column.
     """
 
     def __init__(self, T: np.ndarray, h: np.ndarray, row_names: np.ndarray, column_names: np.ndarray) -> None:
@@ -63,7 +63,7 @@ class Dictionary:
         self._all[row] *= -1.0
 
     def reset_perturbation(self, rows: np.ndarray) -> None:
-        """Begin the lexicographic order anew from the present basis, where the variables of `rows` are bounded."""
+        """Restart the lexicographic order from the present basis, where the variables of `rows` are bounded."""
         self.perturbation[rows] = np.random.default_rng(1959).uniform(0.5, 1.5, int(rows.sum()))
 
     def lowest(self, rows: np.ndarray) -> int:

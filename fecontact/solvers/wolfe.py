@@ -1,17 +1,17 @@
 """Wolfe's simplex for quadratic programmes (1959), short form: the reference solver.
 
-The rows w - S l - B^T q = g and B l = F get artificial variables, and the simplex method drives these to zero with
-one restriction: a force and the gap of the same point are never basic together (a force may enter where the gap of
-its own point leaves, and the other way round). The multiplier q has any sign: the pair q+ - q- that a table of
-non-negative variables needs shares one column here, which may rise or fall and, once basic, never blocks.
+The rows w - S l - B^T q = g and B l = F get artificial variables, and the simplex method drives these to zero with one
+restriction: a force and the gap of the same point are never basic together (a force may enter where the gap of its own
+point leaves, and the other way round). The multiplier q has any sign: its parts q+ and q- share one column, which may
+rise or fall and, once basic, never blocks.
 
-Order: Wolfe's own. First the load rows with only forces entering, then the others. One objective for both sets of
-artificials can end with the load not carried, even for a positive definite S: once all gaps are basic no force may
+Order as in Wolfe's paper: first the load rows with only forces entering, then the others. One objective for both sets
+of artificials can end with an unbalanced load, even for a positive definite S: once all gaps are basic no force may
 enter.
 
-Limits: the short form needs S positive definite on the motions that B leaves, or g in the range of S. Otherwise
-artificials may stay positive; that is reported as status ``artificial`` and never returned as an answer. Use
-``lemke`` or ``nnls`` then.
+Limits: the short form needs S positive definite on the null space of B, or g in the range of S. Otherwise artificials
+may stay positive; this is reported as status ``artificial`` and never returned as a solution. Use ``lemke`` or ``nnls``
+then.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ROUNDING = 1e-14
 """The same as an absolute number, for data of order one."""
 
 DEAD = -1
-"""Name of a column whose artificial variable has left for good."""
+"""Name of a column whose artificial variable is eliminated."""
 
 
 def wolfe(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterations: int | None = None) -> Outcome:
@@ -40,7 +40,7 @@ def wolfe(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterat
     ----------
     problem : ScaledProblem
     start : ignored
-        The simplex has its own start.
+        Ignored: the simplex has its own start.
     max_iterations : int, optional
         Largest number of pivots, 20 per point by default.
 
@@ -103,7 +103,7 @@ def _table(problem: ScaledProblem) -> Dictionary:
 def _carry_loads(table: Dictionary, n: int, r: int) -> int:
     """Drive the artificials of the load rows to zero with forces alone; the gap rows have no sign yet.
 
-    Returns the number of pivots. That the load can be carried was checked before.
+    Returns the number of pivots. The caller has checked that the load can be balanced.
     """
     pivots = 0
     while (artificial := table.row_names >= 3 * n + r).any():
@@ -113,7 +113,7 @@ def _carry_loads(table: Dictionary, n: int, r: int) -> int:
         column = int(cost.argmin())
         row = table.blocking(column, rows=artificial | (table.row_names < n)) if cost[column] < -PIVOT else -1
         if row < 0:
-            # what is left is zero: any force that occurs in such a row may take it, without a step
+            # the rest is zero: any force in such a row may replace its artificial, by a step of zero length
             row = int(np.flatnonzero(artificial)[0])
             entries = np.where((table.column_names >= 0) & (table.column_names < n), np.abs(table.T[row]), 0.0)
             column = int(entries.argmax())
@@ -125,7 +125,7 @@ def _carry_loads(table: Dictionary, n: int, r: int) -> int:
 
 
 def _remove_artificials(table: Dictionary, n: int, r: int, limit: int) -> tuple[list[float], int, bool]:
-    """Phase with restricted basis entry: the sums of the artificials, the pivots, whether it came to its end."""
+    """Phase with restricted basis entry; returns the sums of the artificials, the pivots, and whether it terminated."""
     gap_rows = np.flatnonzero((table.row_names >= 2 * n) & (table.row_names < 3 * n))
     below = gap_rows[table.h[gap_rows] < 0]
     # artificials are not negative: z = gap - w where the gap is open, z = -gap + w where it is not
@@ -145,7 +145,7 @@ def _remove_artificials(table: Dictionary, n: int, r: int, limit: int) -> tuple[
         table.exchange(row, column)
         left = table.column_names[column]
         if 2 * n <= left < 3 * n:
-            # its row read z + sign w = ..., so the column of w is that of z times the sign
+            # its row was z + sign w = ..., so the column of w is that of z times the sign
             table.column_names[column] -= n
             table.T[:, column] *= sign[left - 2 * n]
         nit += 1 + _let_gaps_in(table, n, sign)
@@ -154,7 +154,7 @@ def _remove_artificials(table: Dictionary, n: int, r: int, limit: int) -> tuple[
 
 
 def _let_gaps_in(table: Dictionary, n: int, sign: np.ndarray) -> int:
-    """Let w_k take the row of z_k = gap - w wherever l_k is not basic: pivots on unit columns, only names change."""
+    """Replace z_k = gap - w by w_k wherever l_k is not basic: pivots on unit columns, only names change."""
     names = table.row_names
     forceless = np.ones(n, dtype=bool)
     forceless[names[names < n]] = False
@@ -166,7 +166,7 @@ def _let_gaps_in(table: Dictionary, n: int, sign: np.ndarray) -> int:
 
 
 def _restricted_entry(table: Dictionary, n: int) -> tuple[int, int] | None:
-    """Pivot (row, column) with the most negative cost that never makes l_k and w_k basic together, or None."""
+    """Pivot (row, column) with the most negative cost such that l_k and w_k are not both basic, or None."""
     names = table.column_names
     free = names >= 3 * n
     cost = table.T[(table.row_names >= 2 * n) & (table.row_names < 3 * n)].sum(axis=0)
