@@ -22,6 +22,7 @@ from fecontact.ancf.hexahedron import face_points
 from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.mesh.element.hexahedron import FACES
+from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import Projection
 
 #: Degree of the rule on each of a face's eight triangles: gaps are cubic along a side and hats linear.
@@ -30,9 +31,8 @@ DEGREE = 6
 SAMPLES = 5
 #: Faces that are tried for each foot.
 TRIED = 3
-MOST_STEPS = 50
-#: Step in the face's coordinates at which a foot is found.
-SETTLED = 1e-13
+#: Relative difference of distances that is rounding.
+SAME = 1e-9
 #: Sideways offset beyond the rim, relative to the size of a face, from which a point faces nothing.
 OVERHANG = 1e-6
 #: Places of four points along each side that tell a cubic, and the matrix from values there to powers.
@@ -137,14 +137,17 @@ class Faces:
         local = np.stack(np.meshgrid(GRID, GRID, indexing="ij"), axis=-1).reshape(-1, 2)
         return self.rows(np.repeat(np.arange(len(self.faces)), 16), np.tile(local, (len(self.faces), 1)))
 
-    def patches(self, q: Array) -> Array:
-        """Coefficients (n, 4, 4, 3) of s^i t^j: at coordinates q a face is a polynomial of degree three in each."""
+    def polynomials(self, q: Array) -> FacetPolynomials:
+        """The faces at coordinates q, polynomials of degree three in each direction."""
         grid = (self._grid @ q.reshape(-1, 3)).reshape(-1, 4, 4, 3)
-        return np.einsum("ia,jb,nabk->nijk", TO_POWERS, TO_POWERS, grid, optimize=True)
+        origin = grid[:, 0, 0]
+        offsets = grid - origin[:, None, None]
+        c = np.einsum("ia,jb,nabk->ijkn", TO_POWERS, TO_POWERS, offsets, optimize=True)
+        return FacetPolynomials(np.ascontiguousarray(origin.T), np.ascontiguousarray(c), np.zeros(len(grid), bool))
 
     def at(self, q: Array, each: IntArray, local: Array) -> tuple[Array, Array]:
         """Positions (n, 3) and tangents (n, 3, 2) at coordinates q, on faces `each` at `local` (n, 2)."""
-        return _on_patches(self.patches(q)[each], local)
+        return self.polynomials(q).evaluate(each, local)
 
     @cached_property
     def _samples(self) -> tuple[sp.csr_matrix, IntArray, Array]:
@@ -156,31 +159,22 @@ class Faces:
     def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3) on the faces at coordinates q; `facet` and `local` tell where they are."""
         rows, each, where = self._samples
-        patches = self.patches(q)
+        polynomials = self.polynomials(q)
         tree = cKDTree(rows @ q.reshape(-1, 3))
         _, near = tree.query(points, k=min(TRIED * 4, len(each)))
         near = near.reshape(len(points), -1)
-        best: tuple[Array, IntArray, Array] | None = None
-        for k in _first_of_each(each[near]).T:
-            start = near[np.arange(len(points)), k]
-            own = patches[each[start]]
-            local = _foot(own, points, where[start])
-            distance = np.linalg.norm(points - _on_patches(own, local)[0], axis=1)
-            if best is None:
-                best = distance, each[start], local
-            else:
-                # a face has to be nearer by more than rounding: a foot on a shared side belongs to either
-                nearer = distance < best[0] * (1 - 1e-9)
-                best = (
-                    np.where(nearer, distance, best[0]),
-                    np.where(nearer, each[start], best[1]),
-                    np.where(nearer[:, None], local, best[2]),
-                )
-        assert best is not None
-        return self._projection(patches, points, best[1], best[2])
+        start = np.take_along_axis(near, _first_of_each(each[near]), axis=1)
+        facet, n = each[start], start.shape[1]
+        local, distance2 = polynomials.closest(np.repeat(points, n, axis=0), facet.ravel(), start=where[start.ravel()])
+        distance = np.sqrt(distance2).reshape(-1, n)
+        # a face has to be nearer by more than rounding: a foot on a shared side belongs to the first
+        least = distance.min(axis=1, keepdims=True)
+        best = np.argmax(distance <= least * (1 + SAME), axis=1)
+        rows_of = np.arange(len(points))
+        return self._projection(polynomials, points, facet[rows_of, best], local.reshape(-1, n, 2)[rows_of, best])
 
-    def _projection(self, patches: Array, points: Array, each: IntArray, local: Array) -> Projection:
-        x, t = _on_patches(patches[each], local)
+    def _projection(self, polynomials: FacetPolynomials, points: Array, each: IntArray, local: Array) -> Projection:
+        x, t = polynomials.evaluate(each, local)
         across = np.cross(t[..., 0], t[..., 1])
         size = np.sqrt(np.linalg.norm(across, axis=1))
         normals = across / size[:, None] ** 2
@@ -190,37 +184,6 @@ class Faces:
         ends = np.stack([local[:, 1] <= 0, local[:, 0] >= 1, local[:, 1] >= 1, local[:, 0] <= 0], axis=1)
         outside = (ends & self.rim[each]).any(axis=1) & (sideways > OVERHANG * size)
         return Projection(x, normals, gap, outside, None, each, local)
-
-
-def _on_patches(patches: Array, local: Array) -> tuple[Array, Array]:
-    """Positions (n, 3) and tangents (n, 3, 2) on patches (n, 4, 4, 3), one for each point `local` (n, 2)."""
-    n = len(local)
-    powers = local[:, :, None] ** np.arange(4)
-    slopes = np.zeros_like(powers)
-    slopes[:, :, 1:] = powers[:, :, :-1] * np.arange(1, 4)
-    by_t = np.stack([powers[:, 1], slopes[:, 1]], axis=1)
-    along_s = patches.reshape(n, 4, 12).transpose(0, 2, 1) @ np.stack([powers[:, 0], slopes[:, 0]], axis=2)
-    values = by_t @ along_s.reshape(n, 4, 6)  # first or its t-derivative, by coordinate and s-derivative
-    values = values.reshape(n, 2, 3, 2)
-    return values[:, 0, :, 0], np.stack([values[:, 0, :, 1], values[:, 1, :, 0]], axis=-1)
-
-
-def _foot(patches: Array, points: Array, local: Array) -> Array:
-    """Coordinates (n, 2) of the nearest points on patches (n, 4, 4, 3): Gauss-Newton within the square."""
-    for _ in range(MOST_STEPS):
-        x, t = _on_patches(patches, local)
-        slope = -np.einsum("ni,nix->nx", points - x, t)
-        metric = np.einsum("nix,niy->nxy", t, t)
-        held = ((local <= 0) & (slope > 0)) | ((local >= 1) & (slope < 0))
-        slope = np.where(held, 0.0, slope)
-        free = ~held[:, :, None] & ~held[:, None, :]
-        metric = np.where(free, metric, metric * np.eye(2))
-        moved = np.clip(local - np.linalg.solve(metric, slope[..., None])[..., 0], 0.0, 1.0)
-        change = np.abs(moved - local).max(initial=0.0)
-        local = moved
-        if change <= SETTLED:
-            break
-    return local
 
 
 def _first_of_each(faces: IntArray) -> IntArray:

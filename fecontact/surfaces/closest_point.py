@@ -1,4 +1,4 @@
-"""Facets as polynomials, and what Newton's search for a nearest point needs of them, for many points at once.
+"""Facets as polynomials, and Newton's search for the nearest points of facets, for many points at once.
 
 A facet is x(s, t) = origin + sum c_ij s^i t^j. Arrays run over the points in their last axis, in blocks that stay in
 the cache: with a few dozen operations on a few numbers each, the way to memory is what takes time.
@@ -12,10 +12,14 @@ from functools import cache
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.facets import facet_shapes
+from fecontact.mesh.facets import facet_centres, facet_shapes
 
 #: Points worked on at once: some dozens of numbers each should stay in a core's cache.
 BLOCK = 4096
+#: Step in a facet's coordinates at which a nearest point is found.
+SETTLED = 1e-13
+#: Distance from a triangle's side, in its local coordinates, that counts as on it.
+ON_SIDE = 1e-13
 
 
 @cache
@@ -32,7 +36,7 @@ def _coefficients(n_columns: int, triangle: bool, degree: int) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Patches:
+class FacetPolynomials:
     """Facets as polynomials.
 
     Attributes
@@ -42,14 +46,11 @@ class Patches:
     coefficients : (degree + 1, degree + 1, 3, n_facets) array
         c_ij.
     triangle : (n_facets,) bool array
-    n_columns : int
-        Nodes of a facet.
     """
 
     origin: Array
     coefficients: Array
     triangle: Mask
-    n_columns: int
 
     @property
     def degree(self) -> int:
@@ -69,26 +70,91 @@ class Patches:
             tangents[part, :, 0], tangents[part, :, 1] = along_s.T, along_t.T
         return x, tangents
 
-    def shapes(self, facet: IntArray, local: Array) -> Array:
-        """Shape functions (n, n_columns) at coordinates (n, 2) of facets (n,)."""
-        s, t = local.T
-        rank = range(self.degree + 1)
-        powers = np.stack([s**i * t**j for i in rank for j in rank], axis=1)
-        kinds = [_coefficients(self.n_columns, kind, self.degree) for kind in (False, True)]
-        N = powers @ kinds[0]
-        if self.triangle.any():
-            rows = np.flatnonzero(self.triangle[facet])
-            N[rows] = powers[rows] @ kinds[1]
-        return N
-
     def relative_to(self, facet: IntArray, points: Array) -> Array:
         """Coefficients (degree + 1, degree + 1, 3, n) of facets (n,) seen from points (n, 3)."""
         c = self.coefficients[..., facet]
         c[0, 0] += self.origin[:, facet] - points.T
         return c
 
+    def closest(
+        self, points: Array, facet: IntArray, iterations: int = 30, slack: float = 0.0, start: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Nearest points of given facets: Newton's method on half the squared distance, kept within the facet.
 
-def patches(points: Array, facets: IntArray, triangle: Mask) -> Patches:
+        Gauss-Newton's matrix replaces the Hessian where that is not positive definite; a coordinate that leaves the
+        facet is held at its bound.
+
+        Parameters
+        ----------
+        points : (n, 3) array
+        facet : (n,) int array
+            The facet on which each point is projected.
+        iterations : int, optional
+        slack : float, optional
+            By how much facets are extended on all sides, in their coordinates; triangles become squares with it.
+        start : (n, 2) array, optional
+            Coordinates to begin at; the middles of the facets unless given.
+
+        Returns
+        -------
+        local : (n, 2) array
+            Coordinates of the nearest points.
+        distance2 : (n,) array
+            Squared distances.
+        """
+        local, distance2 = np.empty((len(points), 2)), np.empty(len(points))
+        for first in range(0, len(points), BLOCK):
+            part = slice(first, first + BLOCK)
+            begun = None if start is None else start[part]
+            local[part], distance2[part] = self._searched(points[part], facet[part], iterations, slack, begun)
+        return local, distance2
+
+    def _searched(
+        self, points: Array, facet: IntArray, iterations: int, slack: float, start: Array | None
+    ) -> tuple[Array, Array]:
+        """`closest` for one block of points."""
+        triangle = self.triangle[facet]
+        local = facet_centres(triangle) if start is None else np.clip(start, -slack, 1 + slack)
+        local = local.T.copy()
+        active = np.arange(len(points))
+        polynomials = self.relative_to(facet, points)
+        # continued beyond its sides, a triangle too is searched in a square
+        triangle = triangle & (slack == 0)
+        for _ in range(iterations):
+            before = local[:, active]
+            gradient, matrix = derivatives(polynomials, before)
+            new = _step_in_square(before, gradient, matrix, slack)
+            rows = np.flatnonzero(triangle[active])
+            if len(rows):
+                a, b, d = matrix[:, rows]
+                hessian = np.stack([np.stack([a, b], axis=1), np.stack([b, d], axis=1)], axis=1)
+                new[:, rows] = _step_in_triangle(before[:, rows].T, gradient[:, rows].T, hessian).T
+            local[:, active] = new
+            moving = np.flatnonzero(np.abs(new - before).max(axis=0) > SETTLED)
+            if len(moving) == 0:
+                break
+            if len(moving) < len(active):
+                active, polynomials = active[moving], polynomials[..., moving]
+        out = np.ascontiguousarray(local.T)
+        return out, ((points - self.evaluate(facet, out)[0]) ** 2).sum(axis=1)
+
+
+def shapes_at(n_columns: int, triangle: Mask, degree: int, local: Array) -> Array:
+    """Shape functions (n, n_columns) at coordinates (n, 2) of facets of which some are triangles (n,).
+
+    Sums of monomials up to `degree`, that of the facets as polynomials.
+    """
+    s, t = local.T
+    rank = range(degree + 1)
+    powers = np.stack([s**i * t**j for i in rank for j in rank], axis=1)
+    N = powers @ _coefficients(n_columns, False, degree)
+    rows = np.flatnonzero(triangle)
+    if len(rows):
+        N[rows] = powers[rows] @ _coefficients(n_columns, True, degree)
+    return N
+
+
+def facet_polynomials(points: Array, facets: IntArray, triangle: Mask) -> FacetPolynomials:
     """Facets (n_facets, 4 | 8 | 9) on points (n_points, 3) as polynomials."""
     degree = 1 if facets.shape[1] == 4 else 3 if triangle.any() else 2
     origin = points[facets[:, 0]]
@@ -99,7 +165,7 @@ def patches(points: Array, facets: IntArray, triangle: Mask) -> Patches:
         if len(rows):
             c[..., rows] = np.einsum("pa,nai->pin", _coefficients(facets.shape[1], kind, degree), offsets[rows])
     shape = (degree + 1, degree + 1, 3, len(facets))
-    return Patches(np.ascontiguousarray(origin.T), c.reshape(shape), triangle, facets.shape[1])
+    return FacetPolynomials(np.ascontiguousarray(origin.T), c.reshape(shape), triangle)
 
 
 def first_derivatives(c: Array, s: Array, t: Array) -> tuple[Array, Array, Array]:
@@ -161,3 +227,60 @@ def derivatives(c: Array, local: Array) -> tuple[Array, Array]:
     ha, hb, hd = a + 2 * _dot(r, half_ss), b + _dot(r, x_st), d + 2 * _dot(r, half_tt)
     definite = (ha * hd - hb**2 > 0.01 * a * d) & (ha > 0)
     return gradient, np.stack([np.where(definite, h, g) for h, g in ((ha, a), (hb, b), (hd, d))])
+
+
+def _newton_direction(gradient: Array, matrix: Array) -> Array:
+    """Solve -H^-1 g (2, n), H given by its components ss, st, tt (3, n); zero where H is singular."""
+    a, b, d = matrix
+    det = a * d - b**2
+    det = np.where(det > 0, det, np.inf)
+    s = (d * gradient[0] - b * gradient[1]) / det
+    t = (a * gradient[1] - b * gradient[0]) / det
+    return -np.stack([s, t])
+
+
+def _step_in_square(local: Array, gradient: Array, matrix: Array, slack: float) -> Array:
+    """Where Newton's step leads (2, n) within the unit square, extended by `slack` on all sides."""
+    # a coordinate at its bound that would leave the facet is fixed, the other moves alone
+    held = ((local <= -slack) & (gradient > 0)) | ((local >= 1 + slack) & (gradient < 0))
+    gradient, matrix = np.where(held, 0.0, gradient), matrix.copy()
+    matrix[1, held.any(axis=0)] = 0.0
+    return np.clip(local + np.clip(_newton_direction(gradient, matrix), -1.0, 1.0), -slack, 1.0 + slack)
+
+
+#: Sides of the reference triangle: a point on it, the outward normal, the direction.
+_SIDES = (
+    (np.array([0.0, 0.0]), np.array([0.0, -1.0]), np.array([1.0, 0.0])),
+    (np.array([1.0, 0.0]), np.array([1.0, 1.0]), np.array([-1.0, 1.0])),
+    (np.array([0.0, 0.0]), np.array([-1.0, 0.0]), np.array([0.0, 1.0])),
+)
+
+
+def _step_in_triangle(local: Array, gradient: Array, hessian: Array) -> Array:
+    """Where Newton's step leads within the triangle s, t >= 0, s + t <= 1.
+
+    On a side that the full step would cross, the least value of the quadratic model lies on that side or, in a corner,
+    on the other one: the better of the two steps along them is taken. Every step stops where it meets a side.
+    """
+    room = np.stack([(p - local) @ n for p, n, _ in _SIDES], axis=1)
+    at = np.asarray(room <= ON_SIDE)
+    step = _newton_direction(gradient.T, hessian.reshape(-1, 4)[:, [0, 1, 3]].T).T
+    crossing = (at & (np.stack([step @ n for _, n, _ in _SIDES], axis=1) > 0)).any(axis=1, keepdims=True)
+    best, gain = np.zeros_like(step), np.zeros(len(step))
+    for k, (_, _, along) in enumerate(_SIDES):
+        slope = gradient @ along
+        length = -slope / np.maximum(np.einsum("i,nij,j->n", along, hessian, along), 1e-300)
+        for j, (_, n, _) in enumerate(_SIDES):
+            if j != k:
+                length = np.where(at[:, j] & (length * (along @ n) > 0), 0.0, length)
+        better = at[:, k] & (slope * length < gain)
+        gain = np.where(better, slope * length, gain)
+        best = np.where(better[:, None], length[:, None] * along, best)
+    step = np.where(crossing, best, step)
+    speed = np.stack([step @ n for _, n, _ in _SIDES], axis=1)
+    along_side = at & (np.abs(speed) <= 1e-12 * np.abs(step).max(axis=1, keepdims=True))
+    outwards = (speed > 0) & ~along_side
+    share = np.divide(np.maximum(room, 0.0), speed, out=np.ones_like(room), where=outwards).min(axis=1, initial=1.0)
+    new = np.maximum(local + share[:, None] * step, 0.0)
+    new[new <= ON_SIDE] = 0.0
+    return new / np.maximum(new.sum(axis=1, keepdims=True), 1.0)

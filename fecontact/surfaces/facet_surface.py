@@ -18,10 +18,10 @@ from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
-from fecontact.mesh.facets import facet_centres, triangular
+from fecontact.mesh.facets import triangular
 from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
-from fecontact.surfaces.closest_point import BLOCK, Patches, derivatives, patches
+from fecontact.surfaces.closest_point import ON_SIDE, FacetPolynomials, facet_polynomials, shapes_at
 
 T = TypeVar("T")
 
@@ -30,8 +30,6 @@ T = TypeVar("T")
 SHORTEST_OFFSET = 1e-12
 #: Sine of the angle between offset and normal from which a point with its foot on the rim counts as beyond it.
 RIM_LEAN = 0.2
-#: Distance from a triangle's side, in its local coordinates, that counts as on it.
-ON_SIDE = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,12 +224,14 @@ class FacetSurface:
 
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3), tangents (n, 3, 2) and shape functions (n, k) at facet coordinates."""
-        return *self.polynomials.evaluate(facet, local), self.polynomials.shapes(facet, local)
+        triangle, degree = self.triangle[facet], self.polynomials.degree
+        shapes = shapes_at(self.facets.shape[1], triangle, degree, local)
+        return *self.polynomials.evaluate(facet, local), shapes
 
     @cached_property
-    def polynomials(self) -> Patches:
+    def polynomials(self) -> FacetPolynomials:
         """The facets as polynomials."""
-        return patches(self.points, self.facets, self.triangle)
+        return facet_polynomials(self.points, self.facets, self.triangle)
 
     def normals(self, facet: IntArray, local: Array) -> Array:
         """Outward unit normals (n, 3)."""
@@ -251,7 +251,7 @@ class FacetSurface:
         # one number for each pair of point and facet: its distinct values are found faster than those of pairs
         key = np.unique((np.arange(len(points))[:, None] * len(self.facets) + around).ravel())
         point, facet = np.divmod(key, len(self.facets))
-        local, distance2 = self._newton(points[point], facet)
+        local, distance2 = self.polynomials.closest(points[point], facet)
         # the nearest facet of each point; among equals the first, so that shared edges are decided once
         order = np.lexsort((facet, _rounded(distance2, self.mean_facet_size[facet]), point))
         best = order[np.searchsorted(point[order], np.arange(len(points)))]
@@ -299,51 +299,7 @@ class FacetSurface:
 
     def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
         """Distance (n,) of each point from its given facet."""
-        return np.sqrt(self._newton(points, facet)[1])
-
-    def _newton(
-        self, points: Array, facet: IntArray, iterations: int = 30, slack: float = 0.0, start: Array | None = None
-    ) -> tuple[Array, Array]:
-        """Nearest point of given facets: Newton on half the squared distance, kept within the facet.
-
-        Gauss-Newton's matrix replaces the Hessian where that is not positive definite; a coordinate that leaves the
-        facet (extended by `slack` on all sides) is held at its bound.
-        """
-        local, distance2 = np.empty((len(points), 2)), np.empty(len(points))
-        for first in range(0, len(points), BLOCK):
-            part = slice(first, first + BLOCK)
-            begun = None if start is None else start[part]
-            local[part], distance2[part] = self._searched(points[part], facet[part], iterations, slack, begun)
-        return local, distance2
-
-    def _searched(
-        self, points: Array, facet: IntArray, iterations: int, slack: float, start: Array | None
-    ) -> tuple[Array, Array]:
-        """`_newton` for one block of points."""
-        triangle = self.triangle[facet]
-        local = facet_centres(triangle) if start is None else np.clip(start, -slack, 1 + slack)
-        local = local.T.copy()
-        active = np.arange(len(points))
-        polynomials = self.polynomials.relative_to(facet, points)
-        # continued beyond its sides, a triangle too is searched in a square
-        triangle = triangle & (slack == 0)
-        for _ in range(iterations):
-            before = local[:, active]
-            gradient, matrix = derivatives(polynomials, before)
-            new = _step_in_square(before, gradient, matrix, slack)
-            rows = np.flatnonzero(triangle[active])
-            if len(rows):
-                a, b, d = matrix[:, rows]
-                hessian = np.stack([np.stack([a, b], axis=1), np.stack([b, d], axis=1)], axis=1)
-                new[:, rows] = _step_in_triangle(before[:, rows].T, gradient[:, rows].T, hessian).T
-            local[:, active] = new
-            moving = np.flatnonzero(np.abs(new - before).max(axis=0) > 1e-13)
-            if len(moving) == 0:
-                break
-            if len(moving) < len(active):
-                active, polynomials = active[moving], polynomials[..., moving]
-        out = np.ascontiguousarray(local.T)
-        return out, ((points - self.polynomials.evaluate(facet, out)[0]) ** 2).sum(axis=1)
+        return np.sqrt(self.polynomials.closest(points, facet)[1])
 
     def _outside(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
         """Whether a foot lies on a rim side while the point's offset leans outwards across it.
@@ -374,63 +330,6 @@ def has_cells(surface: Surface) -> bool:
     """Whether a surface is a half-space's, cut into cells."""
     facets = facets_of(surface)
     return facets is not None and facets.cell_area is not None
-
-
-def _newton_direction(gradient: Array, matrix: Array) -> Array:
-    """Solve -H^-1 g (2, n), H given by its components ss, st, tt (3, n); zero where H is singular."""
-    a, b, d = matrix
-    det = a * d - b**2
-    det = np.where(det > 0, det, np.inf)
-    s = (d * gradient[0] - b * gradient[1]) / det
-    t = (a * gradient[1] - b * gradient[0]) / det
-    return -np.stack([s, t])
-
-
-def _step_in_square(local: Array, gradient: Array, matrix: Array, slack: float) -> Array:
-    """Where Newton's step leads (2, n) within the unit square, extended by `slack` on all sides."""
-    # a coordinate at its bound that would leave the facet is fixed, the other moves alone
-    held = ((local <= -slack) & (gradient > 0)) | ((local >= 1 + slack) & (gradient < 0))
-    gradient, matrix = np.where(held, 0.0, gradient), matrix.copy()
-    matrix[1, held.any(axis=0)] = 0.0
-    return np.clip(local + np.clip(_newton_direction(gradient, matrix), -1.0, 1.0), -slack, 1.0 + slack)
-
-
-#: Sides of the reference triangle: a point on it, the outward normal, the direction.
-_SIDES = (
-    (np.array([0.0, 0.0]), np.array([0.0, -1.0]), np.array([1.0, 0.0])),
-    (np.array([1.0, 0.0]), np.array([1.0, 1.0]), np.array([-1.0, 1.0])),
-    (np.array([0.0, 0.0]), np.array([-1.0, 0.0]), np.array([0.0, 1.0])),
-)
-
-
-def _step_in_triangle(local: Array, gradient: Array, hessian: Array) -> Array:
-    """Where Newton's step leads within the triangle s, t >= 0, s + t <= 1.
-
-    On a side that the full step would cross, the least value of the quadratic model lies on that side or, in a corner,
-    on the other one: the better of the two steps along them is taken. Every step stops where it meets a side.
-    """
-    room = np.stack([(p - local) @ n for p, n, _ in _SIDES], axis=1)
-    at = np.asarray(room <= ON_SIDE)
-    step = _newton_direction(gradient.T, hessian.reshape(-1, 4)[:, [0, 1, 3]].T).T
-    crossing = (at & (np.stack([step @ n for _, n, _ in _SIDES], axis=1) > 0)).any(axis=1, keepdims=True)
-    best, gain = np.zeros_like(step), np.zeros(len(step))
-    for k, (_, _, along) in enumerate(_SIDES):
-        slope = gradient @ along
-        length = -slope / np.maximum(np.einsum("i,nij,j->n", along, hessian, along), 1e-300)
-        for j, (_, n, _) in enumerate(_SIDES):
-            if j != k:
-                length = np.where(at[:, j] & (length * (along @ n) > 0), 0.0, length)
-        better = at[:, k] & (slope * length < gain)
-        gain = np.where(better, slope * length, gain)
-        best = np.where(better[:, None], length[:, None] * along, best)
-    step = np.where(crossing, best, step)
-    speed = np.stack([step @ n for _, n, _ in _SIDES], axis=1)
-    along_side = at & (np.abs(speed) <= 1e-12 * np.abs(step).max(axis=1, keepdims=True))
-    outwards = (speed > 0) & ~along_side
-    share = np.divide(np.maximum(room, 0.0), speed, out=np.ones_like(room), where=outwards).min(axis=1, initial=1.0)
-    new = np.maximum(local + share[:, None] * step, 0.0)
-    new[new <= ON_SIDE] = 0.0
-    return new / np.maximum(new.sum(axis=1, keepdims=True), 1.0)
 
 
 def _rounded(distance2: Array, size: Array) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.facets import facet_nodes
 from fecontact.mesh.surface_mesh import averaged_normals
-from fecontact.surfaces.closest_point import Patches, patches
+from fecontact.surfaces.closest_point import FacetPolynomials, facet_polynomials
 from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Largest angle (degrees) between the average at a node and the normal of a facet there, so that a polygon of eight
@@ -38,7 +38,7 @@ class Normals:
         Outward unit vectors at the nodes, zero at points that are none.
     sharp : (n_points,) bool array
         Nodes on edges.
-    field : Patches
+    field : FacetPolynomials
         Normals over all facets, not quite of unit length.
     even : (n_facets,) bool array
         Facets over which they are all the same.
@@ -46,7 +46,7 @@ class Normals:
 
     nodal: Array
     sharp: Mask
-    field: Patches
+    field: FacetPolynomials
     even: Mask
 
     def at(self, facet: IntArray, local: Array) -> Array:
@@ -78,7 +78,7 @@ def _normals(surface: FacetSurface) -> Normals:
         own = surface.normals(np.repeat(edged, k), places.reshape(-1, 2)).reshape(-1, k, 3)
         corners[edged] = np.where(sharp[surface.facets[edged], None], own, corners[edged])
     index = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
-    field = patches(corners.reshape(-1, 3), index, surface.triangle)
+    field = facet_polynomials(corners.reshape(-1, 3), index, surface.triangle)
     even = np.ptp(corners, axis=1).max(axis=1) <= 1e-14
     return Normals(nodal, sharp, field, np.asarray(even))
 

@@ -65,6 +65,21 @@ def test_faces_as_patches_are_those_of_the_element():
     assert np.abs(tangents - np.einsum("nax,nai->nix", dS, e)).max() < 1e-12
 
 
+def test_feet_on_curved_faces_are_found_from_points_along_their_normals():
+    mesh = fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 1)).mapped(lambda x: x + 0.03 * np.sin(3 * x[:, ::-1]))
+    space, rng = AncfSpace(mesh), np.random.default_rng(1)
+    faces, q = Faces(space, mesh.faces("top")), space.q0 + 0.002 * rng.standard_normal(space.n_dofs)
+    each, local, height = rng.integers(0, 16, 200), 0.05 + 0.9 * rng.random((200, 2)), 0.02 * rng.random(200)
+    x, tangents = faces.at(q, each, local)
+    normals = np.cross(tangents[..., 0], tangents[..., 1])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    found = faces.project(q, x + height[:, None] * normals)
+    assert (found.facet == each).all()
+    assert np.abs(found.local - local).max() < 1e-11  # a step of 1e-13 on faces a quarter wide, curved little
+    assert np.abs(found.gap - height).max() < 1e-14
+    assert not found.outside.any()
+
+
 @pytest.mark.parametrize(
     "obstacle",
     [

@@ -6,6 +6,7 @@ import pytest
 import fecontact as fc
 from fecontact.common.errors import MeshError
 from fecontact.mesh.element.hexahedron import quad_nodes
+from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import FacetSurface
 
 RADIUS = 2.0
@@ -141,8 +142,8 @@ def test_points_beyond_the_rim_are_flagged():
 def test_the_number_of_newton_runs_does_not_grow_with_the_points(monkeypatch):
     surface = patch(4, 8, ball)
     calls = []
-    newton = FacetSurface._newton
-    monkeypatch.setattr(FacetSurface, "_newton", lambda self, *a, **k: calls.append(1) or newton(self, *a, **k))
+    newton = FacetPolynomials.closest
+    monkeypatch.setattr(FacetPolynomials, "closest", lambda self, *a, **k: calls.append(1) or newton(self, *a, **k))
     counts = []
     for n in (10, 1000):
         calls.clear()
