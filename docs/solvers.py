@@ -195,7 +195,7 @@ def warm_starts(names: Sequence[str], side: int) -> str:
 
 
 def page(side: int = SIDE, sides: Sequence[int] = SIDES, warm_side: int = 25, budget: float = BUDGET) -> str:
-    own = ("active-set", "projected-cg", "nnls", "lemke", "wolfe")
+    own = ("active-set", "projected-cg", "nnls", "wolfe")
     names = ("auto", *own, *(name for name in available_solvers() if name not in own))
     cases = [make(side) for make in CASES]
     machine = f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}"
@@ -216,7 +216,7 @@ than {WRONG:.0e} would stand as **wrong**.
 {hard_cases(names, cases)}
 
 `wolfe` is the short form of 1959 and needs a positive definite compliance; `active-set` gives up on singular ones and
-`projected-cg` is slow on them, which is why `auto` goes on with `nnls` and `lemke`.
+`projected-cg` is slow on them, which is why `auto` goes on with `nnls`.
 
 ## The back-ends by themselves
 

@@ -25,6 +25,9 @@ DEPENDENT = 1e-13
 NEWCOMER = 1e-10
 """A tension of the last point to enter, up to this share, is rounding and set to zero."""
 
+SPURIOUS = 1e-9
+"""Penetration of a dependent point that no force removes, for data of order one: rounding times the set's condition."""
+
 PATIENCE = 30
 """Steps of length zero in a row before the smallest index decides."""
 
@@ -151,6 +154,9 @@ def nnls(problem: ScaledProblem, start: np.ndarray | None = None, *, max_iterati
         if direction is None:
             continue
         length, position = _cut(x[points], direction, idle > PATIENCE, points)
+        if position < 0 and deepest <= SPURIOUS:
+            refused[k] = True
+            continue
         if position < 0:
             message = "interference that no deflection and no motion removes: forces grow without limit"
             return Outcome(x, p, Status.UNBOUNDED, message, nit, history)

@@ -48,7 +48,6 @@ class Status(StrEnum):
     ``unbounded``       an interference that no elastic deflection and no rigid motion can remove
     ``singular``        a dependent set of points that the solver cannot treat
     ``artificial``      artificial variables stayed positive (Wolfe's short form on a singular S)
-    ``ray``             complementary pivoting ended on a ray
     ``cycling``         active sets repeated
     ``iteration-limit`` the allowed number of iterations was spent
     ``refused``         the answer did not pass the certificate
@@ -61,7 +60,6 @@ class Status(StrEnum):
     UNBOUNDED = "unbounded"
     SINGULAR = "singular"
     ARTIFICIAL = "artificial"
-    RAY = "ray"
     CYCLING = "cycling"
     ITERATION_LIMIT = "iteration-limit"
     REFUSED = "refused"

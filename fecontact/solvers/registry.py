@@ -5,10 +5,9 @@ residuals are recomputed from the problem, and only a solution within the tolera
 
 =================  ====================================================================================
 ``wolfe``          Wolfe's simplex, short form: the reference; S positive definite on the free motions
-``lemke``          complementary pivoting: any semidefinite S, finite; n up to about a thousand
 ``active-set``     primal-dual active set: the fastest; S positive definite on the active points
 ``projected-cg``   matrix products only: large n, S may be a `scipy.sparse.linalg.LinearOperator`
-``nnls``           Lawson and Hanson's method with equality rows: any semidefinite S
+``nnls``           Lawson and Hanson's method with equality rows: any semidefinite S, finite
 others             back-ends of `qpsolvers` that are installed
 a function         of the user, see `solvers.custom`
 =================  ====================================================================================
@@ -29,7 +28,6 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers.active_set import active_set
 from fecontact.solvers.custom import CustomSolver, check_custom, solve_custom, solver_name
-from fecontact.solvers.lemke import lemke
 from fecontact.solvers.nnls import nnls
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Solution, Status
@@ -41,7 +39,6 @@ from fecontact.solvers.wolfe import wolfe
 
 NATIVE: dict[str, Callable[..., Outcome]] = {
     "wolfe": wolfe,
-    "lemke": lemke,
     "active-set": active_set,
     "projected-cg": projected_cg,
     "nnls": nnls,
@@ -50,8 +47,11 @@ NATIVE: dict[str, Callable[..., Outcome]] = {
 TOLERANCE = 1e-10
 """Default for the largest relative residual of a certified solution; ten times that for the penetration."""
 
-FALL_BACK = ("active-set", "nnls", "lemke")
-"""Solvers that ``auto`` tries in turn: the fastest first, the one that is finite for every semidefinite S last."""
+REMOVED = {"lemke": "nnls"}
+"""Solvers of earlier versions, and which one answers the same problems now."""
+
+FALL_BACK = ("active-set", "nnls")
+"""Solvers that ``auto`` tries in turn: the fastest, then the one that is finite for every semidefinite S."""
 
 FEW_SOLVES = 10
 """Equality solves to polish the answer of a back-end; exact methods and user functions get one."""
@@ -66,8 +66,8 @@ def available_solvers() -> tuple[str, ...]:
 
     Examples
     --------
-    >>> available_solvers()[:5]
-    ('wolfe', 'lemke', 'active-set', 'projected-cg', 'nnls')
+    >>> available_solvers()[:4]
+    ('wolfe', 'active-set', 'projected-cg', 'nnls')
     """
     return (*NATIVE, *backends())
 
@@ -86,7 +86,7 @@ def solve(
     ----------
     problem : ComplementarityProblem
     solver : str or callable
-        ``auto`` or one of `available_solvers`. ``auto`` tries the fast method and falls back on the finite ones. Or a
+        ``auto`` or one of `available_solvers`. ``auto`` tries the fast method and falls back on the finite one. Or a
         function of the problem that returns (forces, q), see `CustomSolver`; its answer is certified too.
     start : ndarray of bool or float, shape (n,), or Solution, optional
         Initial active set, or forces that are positive there. It is a hint: some methods ignore it, and the solution
@@ -130,7 +130,7 @@ def solve(
         advice = (
             "Check that S is positive semidefinite and that the interference can be removed by a deflection."
             if solver == "auto"
-            else "Use solver='auto', which falls back on methods for a singular compliance."
+            else "Use solver='auto', which falls back on a method for a singular compliance."
         )
         raise SolverError(
             f"No certified answer from solver {solver_name(solver)!r}: {solution.message} "
@@ -198,7 +198,7 @@ def attempt(
     best = min(failures, key=lambda failure: failure.residuals.worst)
     if len(failures) == 1:
         return best
-    status = Status.UNBOUNDED if failures[-1].status is Status.RAY else best.status
+    status = Status.UNBOUNDED if failures[-1].status is Status.UNBOUNDED else best.status
     message = "; ".join(f"{failure.solver}: {failure.message}" for failure in failures)
     return replace(best, status=status, message=message, seconds=failures[-1].seconds)
 
@@ -256,6 +256,11 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) 
     if not isinstance(solver, str):
         check_custom(solver, options)
         return
+    if solver in REMOVED:
+        raise SolverNotFoundError(
+            f"The solver {solver!r} was removed. Use solver={REMOVED[solver]!r}, which answers the same problems, "
+            "or solver='auto'."
+        )
     if solver != "auto" and solver not in NATIVE and solver not in backends():
         raise SolverNotFoundError(
             f"There is no solver {solver!r} here. Available: auto, {', '.join(available_solvers())}. "

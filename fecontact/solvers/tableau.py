@@ -66,12 +66,7 @@ class Dictionary:
         """Restart the lexicographic order from the present basis, where the variables of `rows` are bounded."""
         self.perturbation[rows] = np.random.default_rng(1959).uniform(0.5, 1.5, int(rows.sum()))
 
-    def lowest(self, rows: np.ndarray) -> int:
-        """Row of the lexicographically lowest basic variable among `rows`."""
-        tied = rows[self.h[rows] <= self.h[rows].min() + SMALLEST]
-        return int(tied[self.perturbation[tied].argmin()])
-
-    def blocking(self, column: int, sign: float = 1.0, rows: np.ndarray | None = None, prefer: int = -1) -> int:
+    def blocking(self, column: int, sign: float = 1.0, rows: np.ndarray | None = None) -> int:
         """Row whose variable reaches zero first when a nonbasic one grows (sign 1) or falls (sign -1).
 
         Parameters
@@ -80,8 +75,6 @@ class Dictionary:
         sign : float
         rows : ndarray of bool, shape (rows,), optional
             Rows that can block; all by default.
-        prefer : int, optional
-            Row that wins every tie.
 
         Returns
         -------
@@ -97,8 +90,6 @@ class Dictionary:
         ratios = self.h[candidates] / falls
         tied = ratios <= ratios.min() + TIE * abs(ratios.min()) + SMALLEST
         candidates, falls = candidates[tied], falls[tied]
-        if prefer in candidates:
-            return prefer
         return int(candidates[(self.perturbation[candidates] / falls).argmin()])
 
     def exchange(self, row: int, column: int) -> None:

@@ -10,7 +10,7 @@ of artificials can end with an unbalanced load, even for a positive definite S: 
 enter.
 
 Limits: the short form needs S positive definite on the null space of B, or g in the range of S. Otherwise artificials
-may stay positive; this is reported as status ``artificial`` and never returned as a solution. Use ``lemke`` or ``nnls``
+may stay positive; this is reported as status ``artificial`` and never returned as a solution. Use ``nnls``
 then.
 """
 

@@ -124,7 +124,7 @@ def pressed(E=1000.0, divisions=4, support="xyz", radius=5.0, coupling="auto", h
         ({}, {"gravity": (0.0, 0.0, -1.0)}, "gravity"),
         ({}, {"poses": fc.Pose(translation=(0.1, 0.0, 0.0))}, "poses"),
         ({}, {"tolerance": 1e-8}, "tolerance"),
-        ({}, {"solver": "lemke"}, "solver"),
+        ({}, {"solver": "nnls"}, "solver"),
         ({"E": 1001.0}, {"gravity": (0.0, 0.0, -1.0)}, "body 'pad', gravity"),
     ],
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +12,7 @@ from solver_cases import CASES, Case, cycling, made
 
 import fecontact.solvers.registry
 from fecontact.common.errors import SolverError
-from fecontact.solvers import Status, attempt, available_solvers, solve
+from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve
 from fecontact.solvers.outcome import Outcome
 
 SIDE = 8
@@ -38,12 +40,26 @@ def test_what_is_certified_is_right(case: Case, solver: str) -> None:
     assert case.error(solution) < 1e-8
 
 
-@pytest.mark.parametrize("solver", ["auto", "nnls", "lemke"])
+@pytest.mark.parametrize("solver", ["auto", "nnls"])
 def test_the_finite_solvers_answer_everything(case: Case, solver: str) -> None:
     solution = attempt(case.problem, solver)
     assert solution.success == (case.forces is not None)
-    if solver == "auto":
-        assert solution.status is case.expected
+    assert solution.status is case.expected
+
+
+# found among 6000 random problems: a dependent point that seems to penetrate by rounding, 4e-13 to 1.4e-10
+@pytest.mark.parametrize(("seed", "n", "m", "rank"), [(20892, 37, 1, 9), (21066, 13, 0, 3), (25851, 23, 3, 5)])
+def test_rounding_at_a_dependent_point_is_no_overlap(
+    random_problem: Callable[..., ComplementarityProblem], seed: int, n: int, m: int, rank: int
+) -> None:
+    assert attempt(random_problem(seed, n, m, rank), "nnls").success
+
+
+@pytest.mark.parametrize(("overlap", "status"), [(1e-6, Status.UNBOUNDED), (1e-14, Status.SOLVED)])
+def test_an_overlap_that_nothing_removes_is_told_from_rounding(overlap: float, status: Status) -> None:
+    """A rigid point beside an elastic one, which deflects by one."""
+    problem = ComplementarityProblem(S=np.diag([0.0, 1.0]), g=np.array([-overlap, -1.0]))
+    assert attempt(problem, "nnls").status is status
 
 
 @QUICK

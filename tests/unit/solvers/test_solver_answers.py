@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from fecontact.solvers import ComplementarityProblem, Solution, attempt, available_solvers, solve
 
-FINITE = ("auto", "lemke", "nnls")
-DIRECT = ("auto", "active-set", "wolfe", "lemke", "nnls")
+FINITE = ("auto", "nnls")
+DIRECT = ("auto", "active-set", "wolfe", "nnls")
 QUICK = settings(max_examples=60, derandomize=True, deadline=None)
 
 
@@ -50,7 +50,7 @@ def test_singular(random_problem, solver: str, seed: int, n: int, m: int, share:
     solution = solve(problem, solver)
     assert_conditions(problem, solution)
     # the gap and the energy are unique where the forces are not
-    other = solve(problem, "lemke" if solver == "auto" else "auto")
+    other = solve(problem, "osqp")
     assert np.abs(problem.S @ (solution.forces - other.forces)).max() <= 1e-8 * max(np.abs(problem.g).max(), 1)
     scale = max(abs(energy(problem, other.forces)), 1.0)
     assert abs(energy(problem, solution.forces) - energy(problem, other.forces)) <= 1e-8 * scale

@@ -8,12 +8,12 @@ from scipy.sparse.linalg import aslinearoperator
 
 import fecontact.solvers.registry
 from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
-from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve
+from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve, validate_options
 
 
 def test_names() -> None:
     names = available_solvers()
-    assert names[:5] == ("wolfe", "lemke", "active-set", "projected-cg", "nnls")
+    assert names[:4] == ("wolfe", "active-set", "projected-cg", "nnls")
     assert "osqp" in names
 
 
@@ -22,9 +22,14 @@ def test_unknown_solver_lists_the_others(half_space) -> None:
         solve(half_space(3), "simplex")
 
 
+def test_a_removed_solver_names_what_to_use() -> None:
+    with pytest.raises(SolverNotFoundError, match=r"'lemke' was removed.*solver='nnls'.*'auto'"):
+        validate_options("lemke", {})
+
+
 def test_without_qpsolvers_our_own_remain(half_space, monkeypatch) -> None:
     monkeypatch.setattr(fecontact.solvers.registry, "backends", lambda: ())
-    assert available_solvers() == ("wolfe", "lemke", "active-set", "projected-cg", "nnls")
+    assert available_solvers() == ("wolfe", "active-set", "projected-cg", "nnls")
     with pytest.raises(SolverNotFoundError):
         solve(half_space(3), "osqp")
 
@@ -40,7 +45,7 @@ def test_options_are_checked_and_used(half_space) -> None:
     for wrong in (0, -1, 2.5, None):
         with pytest.raises(InputError, match="positive integer"):
             solve(problem, "wolfe", max_iterations=wrong)
-    for solver in ("wolfe", "lemke", "active-set", "projected-cg", "nnls"):
+    for solver in ("wolfe", "active-set", "projected-cg", "nnls"):
         start = np.ones(64, dtype=bool)
         assert attempt(problem, solver, start=start, max_iterations=1).status is Status.ITERATION_LIMIT
     with pytest.raises(SolverError, match=r"iteration-limit.*solver='auto'"):
@@ -64,7 +69,7 @@ def test_an_impossible_tolerance_is_refused(half_space) -> None:
     solution = attempt(half_space(8, 3), tolerance=1e-20)
     assert solution.status is Status.REFUSED
     assert "active-set" in solution.message
-    assert "lemke" in solution.message
+    assert "nnls" in solution.message
 
 
 def test_wolfes_short_form_on_singular_compliances_is_detected(random_problem) -> None:
@@ -102,7 +107,7 @@ def test_operator(half_space) -> None:
 
 
 def test_history_and_time(half_space) -> None:
-    for solver in ("wolfe", "lemke", "active-set", "projected-cg", "nnls"):
+    for solver in ("wolfe", "active-set", "projected-cg", "nnls"):
         solution = solve(half_space(8, 1), solver)
         assert len(solution.history) > 0
         assert solution.seconds > 0
