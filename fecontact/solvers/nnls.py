@@ -85,7 +85,10 @@ class _TouchingSet:
         half = solve_triangular(self._factor(), right, lower=True, check_finite=False)
         schur = half[:, 1:].T @ half[:, 1:]
         # the least-norm multiplier: some motions may not be resisted by these points
-        p = np.linalg.lstsq(schur, half[:, 1:].T @ half[:, 0] - self.problem.F, rcond=DEPENDENT)[0]
+        p, _, rank, _ = np.linalg.lstsq(schur, half[:, 1:].T @ half[:, 0] - self.problem.F, rcond=DEPENDENT)
+        if rank == len(self.points):
+            # the load alone decides; gaps many orders larger would leave their rounding
+            return np.linalg.lstsq(B, self.problem.F, rcond=None)[0], p
         rest = half[:, 0] - half[:, 1:] @ p
         return solve_triangular(self._factor(), rest, lower=True, trans=1, check_finite=False), p
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from solver_cases import CASES, Case, cycling, made
+from solver_cases import CASES, Case, cycling, half_space, made
 
 import fecontact.solvers.registry
 from fecontact.common.errors import SolverError
@@ -53,6 +53,18 @@ def test_rounding_at_a_dependent_point_is_no_overlap(
     random_problem: Callable[..., ComplementarityProblem], seed: int, n: int, m: int, rank: int
 ) -> None:
     assert attempt(random_problem(seed, n, m, rank), "nnls").success
+
+
+@pytest.mark.parametrize("solver", ["auto", "nnls"])
+@pytest.mark.parametrize("rows", [1, 3])
+@pytest.mark.parametrize("load", [1e-12, 1e-18, 1e-50, 1e-100])
+def test_loads_far_below_the_gaps_are_carried(solver: str, rows: int, load: float) -> None:
+    """Source: statics; the load alone decides what a few points carry, whatever the rounding of the gaps."""
+    problem = half_space(8, 3)
+    loads = load * np.array([1.0, 0.1, 0.05])[:rows]
+    given = ComplementarityProblem(S=problem.S, g=problem.g, B=problem.B[:rows], F=loads)
+    carried = problem.B[:rows] @ attempt(given, solver).forces
+    assert np.abs(carried - loads).max() <= 1e-12 * load
 
 
 @pytest.mark.parametrize(("overlap", "status"), [(1e-6, Status.UNBOUNDED), (1e-14, Status.SOLVED)])
