@@ -24,6 +24,7 @@ from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.surface_mesh import read_surface
 from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
 from fecontact.surfaces.facet_surface import Projection
+from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
 
 #: Points along each side of the square over which a rigid surface given by heights is looked at.
 ALONG = 33
@@ -62,7 +63,7 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Indenter):
     """A ball that rests on the origin from above: its centre is at (0, 0, radius).
 
     Parameters
@@ -74,6 +75,10 @@ class Sphere:
 
     def __post_init__(self) -> None:
         positive("a sphere's radius", self.radius)
+
+    def closed_form(self, forms: ClosedForms[T]) -> T | None:
+        """Its own among closed forms."""
+        return forms.sphere(self.radius)
 
     @property
     def size(self) -> float:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from fecontact.analytic import axisymmetric, hertz, layer, punch, sinusoid
-from fecontact.bodies import HalfSpace, Sphere
+from fecontact.bodies import HalfSpace
 from fecontact.common.arrays import Array
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.surfaces import Cone, Cylinder, Ellipsoid, FlatPunch, Paraboloid
+from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
 
 SINGULAR = 0.8
 """Share of the radius of a punch or a cone within which pressures are compared; they are infinite on it, or at 0."""
@@ -27,7 +27,7 @@ WIDEST = 0.7
 
 
 @dataclass(frozen=True)
-class Wave:
+class Wave(Indenter):
     """The sinusoidal surface amplitude (1 - cos(2 pi x/wavelength)), a crest at x = 0 (Westergaard).
 
     Examples
@@ -43,6 +43,10 @@ class Wave:
     def __post_init__(self) -> None:
         for name, value in (("amplitude", self.amplitude), ("wavelength", self.wavelength)):
             positive(f"a wave's {name}", value)
+
+    def closed_form(self, forms: ClosedForms[T]) -> T | None:
+        """Its own among closed forms."""
+        return forms.wave(self.amplitude, self.wavelength)
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together."""
@@ -64,6 +68,8 @@ class Exact:
     pressure : function of x, y, or None
     compared : function of x, y
         Where pressures are compared.
+    sharp : bool
+        Whether the contact ends at the shape's own edge, which need not be looked for.
     """
 
     source: str
@@ -71,6 +77,7 @@ class Exact:
     figures: dict[str, float]
     pressure: Callable[[Array, Array], Array] | None = None
     compared: Callable[[Array, Array], NDArray[np.bool_]] = field(default=lambda x, y: np.ones(np.shape(x + y), bool))
+    sharp: bool = False
 
 
 def closed_form(
@@ -91,39 +98,15 @@ def closed_form(
     if half.pressure != "uniform":
         return None
     if half.periodic:
-        return _wave(shape, half, force) if not half.layers else None
+        return None if half.layers or force is None else asked(shape).closed_form(_OnPeriod(half, force))
     if half.layers:
-        return None if offset else _on_layer(shape, half, load)
-    modulus = half.compliance.modulus
-    if isinstance(shape, FlatPunch):
-        return _flat(shape, modulus, load, offset)
-    if offset is not None and offset != (0.0, 0.0):
-        return None
-    if isinstance(shape, Cone):
-        return _cone(shape, modulus, load)
-    if isinstance(shape, Sphere):
-        return _sphere(shape, modulus, load)
-    if isinstance(shape, Paraboloid):
-        return _paraboloid(shape.curvature_radii, modulus, load, "Hertz")
-    if isinstance(shape, Ellipsoid):
-        a, b, c = shape.semi_axes
-        return _paraboloid((a**2 / c, b**2 / c), modulus, load, "Hertz, for the ellipsoid's curvatures at its pole")
-    return None
+        return None if offset else asked(shape).closed_form(_OnLayer(half, load))
+    return asked(shape).closed_form(_OnHalfSpace(half.compliance.modulus, load, offset))
 
 
-def line_contact(shape: Any, half: HalfSpace, force: float | None) -> Exact | None:
-    """Hertz's line contact under an infinite cylinder, whose force on the length of the grid is known."""
-    if not isinstance(shape, Cylinder) or math.isfinite(shape.length) or force is None or half.layers:
-        return None
-    exact = hertz.line(
-        (shape.radius, math.inf), (_unit(half.compliance.modulus), None), force=force / half.grid.size[1]
-    )
-    return Exact(
-        "Hertz's line contact, for a cylinder far from its neighbours",
-        (exact.a, half.grid.size[1] / 2),
-        {"contact area": 2 * exact.a * half.grid.size[1], "maximum pressure": exact.p0},
-        lambda x, y: exact.pressure(np.broadcast_to(x, np.broadcast_shapes(np.shape(x), np.shape(y)))),
-    )
+def asked(shape: Any) -> Indenter:
+    """What answers for a shape: itself, or the defaults for the user's own and for arrays of heights."""
+    return shape if isinstance(shape, Indenter) else Indenter()
 
 
 def _unit(modulus: float) -> Material:
@@ -158,39 +141,80 @@ def _within(radius: float) -> Callable[[Array, Array], NDArray[np.bool_]]:
     return lambda x, y: np.asarray(np.hypot(x, y) < radius)
 
 
-def _flat(shape: FlatPunch, modulus: float, load: dict[str, Any], offset: tuple[float, float] | None) -> Exact | None:
-    if shape.radius is None:
-        return None
-    x, y = offset or (0.0, 0.0)
-    arm = math.hypot(x, y)
-    if arm > shape.radius / 3:
-        return None
-    exact = punch.flat(radius=shape.radius, modulus=modulus, offset=arm, **load)
-    along = (x / arm, y / arm) if arm else (1.0, 0.0)
-    figures = {
-        "force": exact.force,
-        "approach": exact.approach,
-        "contact area": math.pi * exact.a**2,
-        "stiffness": exact.stiffness,
-    }
-    if arm:
-        figures["tilt (rad)"] = exact.tilt
-    return Exact(
-        "flat punch (Boussinesq)" if not arm else "flat punch, load off its middle",
-        (exact.a, exact.a),
-        figures,
-        lambda x, y: exact.pressure(along[0] * x + along[1] * y, along[0] * y - along[1] * x),
-        _within(SINGULAR * exact.a),
-    )
+@dataclass(frozen=True)
+class _OnHalfSpace(ClosedForms[Exact]):
+    """A half-space without end, the load off the middle by an offset unless the shape is kept upright."""
+
+    modulus: float
+    load: dict[str, Any]
+    offset: tuple[float, float] | None
+
+    @property
+    def _tilts(self) -> bool:
+        return self.offset is not None and self.offset != (0.0, 0.0)
+
+    def flat(self, radius: float) -> Exact | None:
+        """Boussinesq's punch."""
+        x, y = self.offset or (0.0, 0.0)
+        arm = math.hypot(x, y)
+        if arm > radius / 3:
+            return None
+        exact = punch.flat(radius=radius, modulus=self.modulus, offset=arm, **self.load)
+        along = (x / arm, y / arm) if arm else (1.0, 0.0)
+        figures = {
+            "force": exact.force,
+            "approach": exact.approach,
+            "contact area": math.pi * exact.a**2,
+            "stiffness": exact.stiffness,
+        }
+        if arm:
+            figures["tilt (rad)"] = exact.tilt
+        return Exact(
+            "flat punch (Boussinesq)" if not arm else "flat punch, load off its middle",
+            (exact.a, exact.a),
+            figures,
+            lambda x, y: exact.pressure(along[0] * x + along[1] * y, along[0] * y - along[1] * x),
+            _within(SINGULAR * exact.a),
+            sharp=True,
+        )
+
+    def cone(self, angle: float) -> Exact | None:
+        """Love's cone."""
+        if self._tilts:
+            return None
+        exact = punch.cone(angle=angle, modulus=self.modulus, **self.load)
+        return _round(exact, "cone (Love, Sneddon)", exact.pressure, compared=_within(SINGULAR * exact.a))
+
+    def sphere(self, radius: float) -> Exact | None:
+        """Sneddon's integral over the sphere's own profile."""
+        return None if self._tilts else _sphere(radius, self.modulus, self.load)
+
+    def paraboloid(self, radii: tuple[float, float], source: str = "Hertz") -> Exact | None:
+        """Hertz's ellipse."""
+        if self._tilts:
+            return None
+        exact = hertz.ellipse((radii, (math.inf, math.inf)), (_unit(self.modulus), None), **self.load)
+        widths = (exact.a, exact.b) if radii[0] >= radii[1] else (exact.b, exact.a)
+        return Exact(
+            source,
+            widths,
+            {
+                "force": exact.force,
+                "approach": exact.approach,
+                "contact area": math.pi * exact.a * exact.b,
+                "maximum pressure": exact.p0,
+                "stiffness": exact.stiffness,
+            },
+            lambda x, y: exact.p0 * np.sqrt(np.maximum(1 - (x / widths[0]) ** 2 - (y / widths[1]) ** 2, 0.0)),
+        )
+
+    def ellipsoid(self, semi_axes: tuple[float, float, float]) -> Exact | None:
+        """Hertz's ellipse for the paraboloid at its pole."""
+        a, b, c = semi_axes
+        return self.paraboloid((a**2 / c, b**2 / c), "Hertz, for the ellipsoid's curvatures at its pole")
 
 
-def _cone(shape: Cone, modulus: float, load: dict[str, Any]) -> Exact:
-    exact = punch.cone(angle=shape.angle, modulus=modulus, **load)
-    return _round(exact, "cone (Love, Sneddon)", exact.pressure, compared=_within(SINGULAR * exact.a))
-
-
-def _sphere(shape: Sphere, modulus: float, load: dict[str, Any]) -> Exact:
-    R = shape.radius
+def _sphere(R: float, modulus: float, load: dict[str, Any]) -> Exact:
     try:
         exact = axisymmetric.indent(slope=lambda r: r / np.sqrt(R**2 - r**2), modulus=modulus, limit=WIDEST * R, **load)
     except InputError as error:
@@ -210,74 +234,81 @@ def _sphere(shape: Sphere, modulus: float, load: dict[str, Any]) -> Exact:
     return _round(exact, "sphere's own profile (Sneddon); Hertz where a << R", pressure, peak)
 
 
-def _paraboloid(radii: tuple[float, float], modulus: float, load: dict[str, Any], source: str) -> Exact:
-    Rx, Ry = radii
-    exact = hertz.ellipse(((Rx, Ry), (math.inf, math.inf)), (_unit(modulus), None), **load)
-    widths = (exact.a, exact.b) if Rx >= Ry else (exact.b, exact.a)
-    return Exact(
-        source,
-        widths,
-        {
-            "force": exact.force,
-            "approach": exact.approach,
-            "contact area": math.pi * exact.a * exact.b,
-            "maximum pressure": exact.p0,
-            "stiffness": exact.stiffness,
-        },
-        lambda x, y: exact.p0 * np.sqrt(np.maximum(1 - (x / widths[0]) ** 2 - (y / widths[1]) ** 2, 0.0)),
-    )
+@dataclass(frozen=True)
+class _OnLayer(ClosedForms[Exact]):
+    """One layer on a rigid base."""
+
+    half: HalfSpace
+    load: dict[str, Any]
+
+    def sphere(self, radius: float) -> Exact | None:
+        """As its paraboloid."""
+        return self.paraboloid((radius, radius), ", for the sphere's paraboloid")
+
+    def paraboloid(self, radii: tuple[float, float], note: str = "") -> Exact | None:
+        """Lebedev & Ufliand's round paraboloid."""
+        half = self.half
+        if radii[0] != radii[1] or half.material is not None or len(half.layers) != 1 or half.against is not None:
+            return None
+        only = half.layers[0]
+        base: Any = only.interface
+        try:
+            exact = layer.paraboloid(
+                radius=radii[0], thickness=only.thickness, material=only.material, base=base, **self.load
+            )
+        except InputError:  # wider than its method reaches
+            return None
+        return Exact(
+            f"layer on a rigid base (Lebedev & Ufliand){note}",
+            (exact.a, exact.a),
+            {
+                "force": exact.force,
+                "approach": exact.approach,
+                "contact area": math.pi * exact.a**2,
+                "maximum pressure": exact.p0,
+            },
+            lambda x, y: exact.pressure(np.hypot(x, y)),
+        )
 
 
-def _on_layer(shape: Any, half: HalfSpace, load: dict[str, Any]) -> Exact | None:
-    """One layer on a rigid base under a sphere or a round paraboloid."""
-    if isinstance(shape, Sphere):
-        radius, note = shape.radius, ", for the sphere's paraboloid"
-    elif isinstance(shape, Paraboloid) and shape.radius_x == shape.radius_y:
-        radius, note = shape.radius_x, ""
-    else:
-        return None
-    if half.material is not None or len(half.layers) != 1 or half.against is not None:
-        return None
-    only = half.layers[0]
-    base: Any = only.interface
-    try:
-        exact = layer.paraboloid(radius=radius, thickness=only.thickness, material=only.material, base=base, **load)
-    except InputError:  # wider than its method reaches
-        return None
-    return Exact(
-        f"layer on a rigid base (Lebedev & Ufliand){note}",
-        (exact.a, exact.a),
-        {
-            "force": exact.force,
-            "approach": exact.approach,
-            "contact area": math.pi * exact.a**2,
-            "maximum pressure": exact.p0,
-        },
-        lambda x, y: exact.pressure(np.hypot(x, y)),
-    )
+@dataclass(frozen=True)
+class _OnPeriod(ClosedForms[Exact]):
+    """A half-space whose surface repeats, under a force on each period."""
 
+    half: HalfSpace
+    force: float
 
-def _wave(shape: Any, half: HalfSpace, force: float | None) -> Exact | None:
-    """Westergaard's sinusoid, whole waves in the period."""
-    if isinstance(shape, Cylinder):
-        return line_contact(shape, half, force)
-    if not isinstance(shape, Wave) or force is None:
-        return None
-    area = half.grid.size[0] * half.grid.size[1]
-    exact = sinusoid.westergaard(
-        amplitude=shape.amplitude,
-        wavelength=shape.wavelength,
-        modulus=half.compliance.modulus,
-        mean_pressure=force / area,
-    )
-    return Exact(
-        "Westergaard",
-        (half.grid.size[0] / 2, half.grid.size[1] / 2),
-        {
-            "force": force,
-            "contact area": exact.area_fraction * area,
-            "maximum pressure": exact.max_pressure,
-            "mean gap": exact.mean_gap,
-        },
-        lambda x, y: exact.pressure(x + 0 * y),
-    )
+    def endless_cylinder(self, radius: float) -> Exact | None:
+        """Hertz's line contact, whose force on the length of the grid is known."""
+        half = self.half
+        exact = hertz.line(
+            (radius, math.inf), (_unit(half.compliance.modulus), None), force=self.force / half.grid.size[1]
+        )
+        return Exact(
+            "Hertz's line contact, for a cylinder far from its neighbours",
+            (exact.a, half.grid.size[1] / 2),
+            {"contact area": 2 * exact.a * half.grid.size[1], "maximum pressure": exact.p0},
+            lambda x, y: exact.pressure(np.broadcast_to(x, np.broadcast_shapes(np.shape(x), np.shape(y)))),
+        )
+
+    def wave(self, amplitude: float, wavelength: float) -> Exact | None:
+        """Westergaard's sinusoid, whole waves in the period."""
+        half = self.half
+        area = half.grid.size[0] * half.grid.size[1]
+        exact = sinusoid.westergaard(
+            amplitude=amplitude,
+            wavelength=wavelength,
+            modulus=half.compliance.modulus,
+            mean_pressure=self.force / area,
+        )
+        return Exact(
+            "Westergaard",
+            (half.grid.size[0] / 2, half.grid.size[1] / 2),
+            {
+                "force": self.force,
+                "contact area": exact.area_fraction * area,
+                "maximum pressure": exact.max_pressure,
+                "mean gap": exact.mean_gap,
+            },
+            lambda x, y: exact.pressure(x + 0 * y),
+        )

@@ -33,6 +33,8 @@ from fecontact.surfaces import (
 Options = Mapping[str, Any]
 Size = tuple[float, float]
 Cells = tuple[int, int]
+#: A shape, and the size of the grid if it ends by itself and no closed form tells how wide its contact is.
+Made = tuple[Any, Size | None]
 
 LONGEST, SHORTEST = 4, 8
 """Longest wave of a rough surface as a share of its size, and shortest in cells, unless given: the contact of the one
@@ -138,38 +140,42 @@ def _need(given: Options, shape: str, *names: str) -> list[Any]:
     return [given[name] for name in names]
 
 
-def _sphere(given: Options) -> Any:
-    return Sphere(*_need(given, "sphere", "radius"))
+def _sphere(given: Options) -> Made:
+    return Sphere(*_need(given, "sphere", "radius")), None
 
 
-def _paraboloid(given: Options) -> Any:
-    return Paraboloid(_need(given, "paraboloid", "radius")[0], given.get("radius_y"))
+def _paraboloid(given: Options) -> Made:
+    return Paraboloid(_need(given, "paraboloid", "radius")[0], given.get("radius_y")), None
 
 
-def _cylinder(given: Options) -> Any:
-    return Cylinder(_need(given, "cylinder", "radius")[0], given.get("length", math.inf))
+def _cylinder(given: Options) -> Made:
+    shape = Cylinder(_need(given, "cylinder", "radius")[0], given.get("length", math.inf))
+    return shape, None if shape.is_endless else (2.0 * shape.radius, 1.2 * shape.length)
 
 
-def _cone(given: Options) -> Any:
-    return Cone(math.radians(*_need(given, "cone", "angle")))
+def _cone(given: Options) -> Made:
+    return Cone(math.radians(*_need(given, "cone", "angle"))), None
 
 
-def _flat(given: Options) -> Any:
+def _flat(given: Options) -> Made:
     if "radius" not in given and "sides" not in given:
         raise InputError("The shape 'flat' needs --radius or --sides.")
-    return FlatPunch(given.get("radius"), tuple(given["sides"]) if "sides" in given else None)
+    sides = tuple(given["sides"]) if "sides" in given else None
+    shape = FlatPunch(given.get("radius"), sides)
+    return shape, None if sides is None else (1.5 * sides[0], 1.5 * sides[1])
 
 
-def _ellipsoid(given: Options) -> Any:
-    return Ellipsoid(tuple(*_need(given, "ellipsoid", "semi_axes")))
+def _ellipsoid(given: Options) -> Made:
+    return Ellipsoid(tuple(*_need(given, "ellipsoid", "semi_axes"))), None
 
 
-def _torus(given: Options) -> Any:
-    return Torus(*_need(given, "torus", "ring", "tube"))
+def _torus(given: Options) -> Made:
+    shape = Torus(*_need(given, "torus", "ring", "tube"))
+    return shape, (1.1 * shape.size, 1.1 * shape.size)
 
 
 #: How simple shapes are made.
-MADE: dict[str, Callable[[Options], Any]] = {
+MADE: dict[str, Callable[[Options], Made]] = {
     "sphere": _sphere,
     "paraboloid": _paraboloid,
     "cylinder": _cylinder,
@@ -195,8 +201,8 @@ def _shape(
 ) -> tuple[Any, Cells, Size | None]:
     """The shape, and the cells and size of the grid, which some bring with them."""
     if name in MADE:
-        shape = MADE[name](given)
-        return shape, cells, size or _own_size(shape)
+        shape, own_size = MADE[name](given)
+        return shape, cells, size or own_size
     if name == "heights":
         return _heights(given, cells, size)
     if size is None:
@@ -225,17 +231,6 @@ def _shape(
         shortest=shortest,
     )
     return rough.z - rough.z.min(), cells, size
-
-
-def _own_size(shape: Any) -> Size | None:
-    """The grid of a shape that ends by itself and has no closed form to tell its contact."""
-    if isinstance(shape, Torus):
-        return 1.1 * shape.size, 1.1 * shape.size
-    if isinstance(shape, FlatPunch) and shape.sides is not None:
-        return 1.5 * shape.sides[0], 1.5 * shape.sides[1]
-    if isinstance(shape, Cylinder) and math.isfinite(shape.length):
-        return 2.0 * shape.radius, 1.2 * shape.length
-    return None
 
 
 def _heights(given: Options, cells: Cells, size: Size | None) -> tuple[Any, Cells, Size | None]:

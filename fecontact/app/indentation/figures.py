@@ -13,7 +13,6 @@ from fecontact.app.indentation.closed_forms import Exact
 from fecontact.bodies import HalfSpace, HalfSpaceContact
 from fecontact.common.arrays import Array
 from fecontact.results.report import peak_memory
-from fecontact.surfaces import FlatPunch
 
 FIGURES = (
     "force",
@@ -110,7 +109,7 @@ class IndentationFigures:
         if self.exact is None:
             return {}
         known = dict(self.exact.figures)
-        if not isinstance(self.shape, FlatPunch):  # elsewhere the edge is looked for
+        if not self.exact.sharp:  # elsewhere the edge is looked for
             known["area, edge fitted"] = known["contact area"]
         out = {name: self.figures[name] / value - 1 for name, value in known.items() if value and name in self.figures}
         if self.exact.pressure is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,13 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.app.indentation.closed_forms import closed_form
+from fecontact.app.indentation.closed_forms import asked, closed_form
 from fecontact.app.indentation.figures import CURVE, CurveFigures, IndentationFigures
 from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies import HalfSpace, HalfSpaceContact
 from fecontact.common.errors import InputError
 from fecontact.common.text_files import write_atomically
-from fecontact.surfaces import Cylinder, FlatPunch
 
 BOX = 3.0
 """Side of a grid whose size is not given, in half-widths of the contact."""
@@ -131,7 +129,7 @@ def _grid(
             raise InputError("A periodic half-space needs a size: that of its period.")
         _check_repeats(shape)
         return ground.on(size, cells)
-    if isinstance(shape, Cylinder) and math.isinf(shape.length):
+    if asked(shape).is_endless:
         raise InputError(
             "An endless cylinder on a free half-space would touch it to the border of any grid: give it a length, or "
             "make the half-space periodic."
@@ -161,11 +159,8 @@ def _grid(
 
 def _check_repeats(shape: Any) -> None:
     """Refuse heights whose opposite borders do not meet."""
-    if hasattr(shape, "heights"):
-        return
-    z = np.asarray(shape, dtype=float)
-    if z.ndim != 2 or not np.isfinite(z).all():
-        return  # told better when they are pressed
+    if np.ndim(shape) != 2 or not np.isfinite(z := np.asarray(shape, dtype=float)).all():
+        return  # a shape has no borders, and other arrays are told better when they are pressed
     for axis in (0, 1):
         usual = float(np.sqrt((np.diff(z, axis=axis) ** 2).mean()))
         lines = np.moveaxis(z, axis, 0)
@@ -190,14 +185,15 @@ def _check_depth(ground: Ground, load: IndentationLoad) -> None:
 
 def _check_outline(shape: Any, contact: HalfSpaceContact) -> None:
     """Refuse a round shape that is in contact up to where its lower half ends."""
-    if isinstance(shape, FlatPunch) or not hasattr(shape, "heights"):
+    if np.ndim(shape):  # an array of heights ends where it is told to
         return
     none = ~np.isfinite(contact.gap)
     active = contact.active
-    beside = [active[1:] & none[:-1], active[:-1] & none[1:]]
-    if not isinstance(shape, Cylinder):  # a cylinder's ends may well be in contact
-        beside += [active[:, 1:] & none[:, :-1], active[:, :-1] & none[:, 1:]]
-    if any(b.any() for b in beside):
+    beside = (
+        (active[1:] & none[:-1]).any() or (active[:-1] & none[1:]).any(),
+        (active[:, 1:] & none[:, :-1]).any() or (active[:, :-1] & none[:, 1:]).any(),
+    )
+    if any(b and not is_open for b, is_open in zip(beside, asked(shape).open_ends, strict=True)):
         raise InputError(
             f"The load is beyond what the geometry allows: the contact reaches the outline of the "
             f"{type(shape).__name__.lower()}, beyond which it has no lower side. Take a smaller load."

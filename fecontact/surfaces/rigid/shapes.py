@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.closest_point import differences, nearest
+from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
 
 
 def _round(distance2: Array, radius: float) -> Array:
@@ -41,7 +43,7 @@ def _projection(points: Array, normals: Array, gap: Array, outside: NDArray[np.b
 
 
 @dataclass(frozen=True)
-class Paraboloid:
+class Paraboloid(Indenter):
     """Hertz's surface z = x^2/(2 Rx) + y^2/(2 Ry).
 
     Parameters
@@ -71,6 +73,10 @@ class Paraboloid:
         assert self.radius_y is not None
         return self.radius_x, self.radius_y
 
+    def closed_form(self, forms: ClosedForms[T]) -> T | None:
+        """Its own among closed forms."""
+        return forms.paraboloid(self.curvature_radii)
+
     @property
     def size(self) -> float:
         """The smaller radius of curvature."""
@@ -93,7 +99,7 @@ class Paraboloid:
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Indenter):
     """A cylinder that lies on the line x = 0, along y.
 
     Parameters
@@ -109,6 +115,8 @@ class Cylinder:
     [0.2, inf]
     """
 
+    open_ends: ClassVar = (False, True)
+
     radius: float
     length: float = math.inf
 
@@ -116,6 +124,15 @@ class Cylinder:
         positive("a cylinder's radius", self.radius)
         if not self.length > 0:
             raise InputError(f"A cylinder's length must be positive; found {self.length!r}.")
+
+    @property
+    def is_endless(self) -> bool:
+        """Whether it would touch a plane to the border of any grid."""
+        return math.isinf(self.length)
+
+    def closed_form(self, forms: ClosedForms[T]) -> T | None:
+        """Its own among closed forms."""
+        return forms.endless_cylinder(self.radius) if self.is_endless else None
 
     @property
     def size(self) -> float:
@@ -134,7 +151,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True)
-class Cone:
+class Cone(Indenter):
     """A cone that stands on its tip, axis z.
 
     Parameters
@@ -156,6 +173,10 @@ class Cone:
             raise InputError(
                 f"A cone's angle to the plane must lie between 0 and pi/2 (radians); found {self.angle!r}."
             )
+
+    def closed_form(self, forms: ClosedForms[T]) -> T | None:
+        """Its own among closed forms."""
+        return forms.cone(self.angle)
 
     @property
     def size(self) -> float:
@@ -182,7 +203,7 @@ class Cone:
 
 
 @dataclass(frozen=True)
-class FlatPunch:
+class FlatPunch(Indenter):
     """The flat end of a cylinder (radius) or of a prism (sides), in the plane z = 0.
 
     Parameters
@@ -198,6 +219,8 @@ class FlatPunch:
     [0.0, inf]
     """
 
+    open_ends: ClassVar = (True, True)
+
     radius: float | None = None
     sides: tuple[float, float] | None = None
 
@@ -207,6 +230,10 @@ class FlatPunch:
         for value in (self.radius,) if self.sides is None else self.sides:
             assert value is not None
             positive("a flat punch's radius or side", value)
+
+    def closed_form(self, forms: ClosedForms[T]) -> T | None:
+        """Its own among closed forms."""
+        return None if self.radius is None else forms.flat(self.radius)
 
     @property
     def size(self) -> float:
@@ -230,7 +257,7 @@ class FlatPunch:
 
 
 @dataclass(frozen=True)
-class Ellipsoid:
+class Ellipsoid(Indenter):
     """An ellipsoid with semi-axes along x, y and z.
 
     Parameters
@@ -251,6 +278,10 @@ class Ellipsoid:
             raise InputError(f"An ellipsoid needs three semi-axes; found {self.semi_axes!r}.")
         for value in self.semi_axes:
             positive("an ellipsoid's semi-axis", value)
+
+    def closed_form(self, forms: ClosedForms[T]) -> T | None:
+        """Its own among closed forms."""
+        return forms.ellipsoid(self.semi_axes)
 
     @property
     def size(self) -> float:
@@ -273,7 +304,7 @@ class Ellipsoid:
 
 
 @dataclass(frozen=True)
-class Torus:
+class Torus(Indenter):
     """A ring that lies on the circle x^2 + y^2 = ring^2.
 
     Parameters
