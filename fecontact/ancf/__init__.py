@@ -13,7 +13,7 @@ node: ``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows d
 `point_force, nodal_force`     constant forces Q (n_dofs,) of single forces
 `traction, dead_pressure`      constant forces Q (n_dofs,) on boundaries
 `pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
-`StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0 in the latter
+`StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0
 `sides_by_label, released_at`  where neighbours do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
 

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from fecontact.ancf.faces import Faces
+from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.supports import hold
 from fecontact.ancf.touch import ContactConstraints, ContactGaps
@@ -170,6 +171,20 @@ class Assembly:
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces."""
         return sp.csr_matrix(sp.block_diag([s.tangent(self.part(q, k)) for k, s in enumerate(self.solids)]))
+
+    def check_inverted(self, q: Array) -> None:
+        """Refuse coordinates that turn material inside out, see `AncfSolid.check_inverted`; names the solid.
+
+        Raises
+        ------
+        InvertedError
+            If det F <= 0 at a Gauss point.
+        """
+        for k, solid in enumerate(self.solids):
+            try:
+                solid.check_inverted(self.part(q, k))
+            except InvertedError as error:
+                raise InvertedError(f"Solid {k + 1}: {error}") from error
 
     @cached_property
     def mass(self) -> sp.csr_matrix:

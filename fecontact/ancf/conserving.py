@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.solid import AncfSolid, deformation_gradients
 from fecontact.common.arrays import Array
 
@@ -24,6 +25,11 @@ ROUNDED_CHANGE = 5e-6
 
 def forces_between(solid: AncfSolid, q0: Array, q1: Array) -> Array:
     """Conserving elastic forces (n_dofs,) between coordinates q0 and q1.
+
+    Raises
+    ------
+    InvertedError
+        If the mean of C = F^T F of both states is singular at a point.
 
     Examples
     --------
@@ -43,7 +49,10 @@ def forces_between(solid: AncfSolid, q0: Array, q1: Array) -> Array:
             F0, F1 = deformation_gradients(e0, batch), deformation_gradients(e1, batch)
             constants = lame * solid.lame[batch.cells, None], shear * solid.shear[batch.cells, None]
             C0, C1 = (np.swapaxes(F, 2, 3) @ F for F in (F0, F1))
-            middle = np.swapaxes(np.linalg.cholesky((C0 + C1) / 2), 2, 3)  # any F with F^T F = C_mid will do
+            try:
+                middle = np.swapaxes(np.linalg.cholesky((C0 + C1) / 2), 2, 3)  # any F with F^T F = C_mid will do
+            except np.linalg.LinAlgError as error:
+                raise InvertedError("Material is flattened to nothing in both states of a step.") from error
             S = solid.law(middle, *constants, tangent=False).stress
             before, after = (solid.law(F, *constants, tangent=False).energy for F in (F0, F1))
             change = (C1 - C0) / 2

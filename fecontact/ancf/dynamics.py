@@ -21,7 +21,7 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.text_files import check_writable
 
-#: Halvings of the step after which a motion is given up.
+#: Halvings of the step, less the steps made since, after which a motion is given up.
 MOST_HALVINGS = 12
 
 
@@ -129,7 +129,8 @@ def move(
     Returns
     -------
     Motion
-        With ``success`` False, the reason and all that was found before, if a step could not be made.
+        With ``success`` False, the reason and all that was found before, if a step could not be made without turning
+        material inside out (det F <= 0 at a Gauss point) or at all.
 
     Raises
     ------
@@ -206,6 +207,7 @@ def _march(
             length = until - now.time if until - now.time < 1.001 * length else length
             try:
                 after = scheme.step(a, now, length, load, tolerance)
+                a.check_inverted(after.q)
                 wrong = 0.0 if accuracy is None else scheme.error(now, after, length) / accuracy
                 trouble = "" if wrong <= 1 else "The local error stayed too large."
             except (UnstableError, InvertedError, SolverError) as error:
@@ -216,7 +218,8 @@ def _march(
                     message = f"Stopped at t = {now.time:.6g}: {trouble} The last good state is kept."
                     return record.motion(False, message)
                 continue
-            halvings = 0
+            # counted back one by one: steps that shrink towards an instant they cannot pass come to an end
+            halvings = max(0, halvings - 1)
             # all these schemes have a local error of the third order in the step
             h = min(step, 2 * length if accuracy is None else length * min(2.0, 0.9 * max(wrong, 1e-3) ** (-1 / 3)))
             now = after

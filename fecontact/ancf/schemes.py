@@ -34,6 +34,8 @@ from fecontact.common.errors import InputError
 MOST_ITERATIONS = 25
 #: Change of a coordinate, relative to the size of the bodies, that is rounding.
 ROUNDING = 1e-14
+#: Change of a coordinate in one iteration, relative to the size of the bodies, from which iterations have run away.
+RUNAWAY = 1e6
 #: Hats that are farther away than this many of their own widths are left out of a step.
 REACH = 1.0
 
@@ -180,8 +182,15 @@ def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool
     """Whether the last change is small beside the motion of the step, or rounding.
 
     Forces out of balance are the tangent times that change, so they are settled with it.
+
+    Raises
+    ------
+    UnstableError
+        If the iterations have run away, long before their numbers overflow.
     """
     largest = float(np.abs(a.lengths * change).max(initial=0.0))
+    if not largest <= RUNAWAY * a.size:
+        raise UnstableError(f"The iterations of a step ran away: a coordinate changed by {largest:.3g}.")
     return largest <= max(tolerance * float(np.abs(a.lengths * moved).max(initial=0.0)), ROUNDING * a.size)
 
 

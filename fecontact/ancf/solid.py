@@ -20,7 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.hexahedron import gauss
-from fecontact.ancf.laws import Law, Response, StVenantKirchhoff
+from fecontact.ancf.laws import InvertedError, Law, Response, StVenantKirchhoff
 from fecontact.ancf.space import BATCH, AncfSpace, GradientBatch
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -155,6 +155,41 @@ class AncfSolid:
                 _, response = self._respond(e, batch, lame, shear, tangent=False)
                 total += float((response.energy * batch.dV).sum())
         return total
+
+    def check_inverted(self, q: Array) -> None:
+        """Refuse coordinates q (n_dofs,) that turn material inside out, det F <= 0, at a Gauss point.
+
+        The energy of St. Venant and Kirchhoff is finite there. Under uniaxial stress its nominal stress E (s^3 - s)/2
+        has its minimum -E/(3 sqrt(3)) at the stretch s = 1/sqrt(3), and only an inverted state, s < -1, balances more.
+
+        Raises
+        ------
+        InvertedError
+            Names how many points, and of the worst its cell, initial place and det F.
+
+        Examples
+        --------
+        >>> import numpy as np, fecontact as fc
+        >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
+        >>> solid = AncfSolid(space, fc.Material(E=1.0, nu=0.0))
+        >>> solid.check_inverted(space.affine(np.diag([0.1, 1.0, 1.0])))
+        """
+        e, count, worst, cell, place = self.space.spread(q), 0, np.inf, 0, np.zeros(3)
+        for batches, _, _ in self.rules():
+            for batch in batches:
+                det = determinant_3x3(deformation_gradients(e, batch))
+                count += int((~(det > 0)).sum())
+                k, point = np.unravel_index(np.argmin(det), det.shape)
+                if not det[k, point] >= worst:
+                    worst, cell = float(det[k, point]), int(batch.cells[k])
+                    place = batch.S[k, point] @ self.space.spread(self.space.q0)[batch.functions[k]]
+        if count:
+            at = ", ".join(f"{x:.4g}" for x in place)
+            raise InvertedError(
+                f"Material is turned inside out at {count} Gauss points, worst in cell {cell}, at ({at}) of the "
+                f"initial shape: det F = {worst:.3g}, and it must be positive. Take a smaller load or smaller steps, a "
+                "law that resists it (NeoHookean), or a finer mesh there."
+            )
 
     def cauchy_at(self, q: Array, cells: IntArray, X: Array) -> Array:
         """Cauchy stress F S F^T / det F (n, 6) at material points, cell (n,) and reference coordinates X (n, 3).

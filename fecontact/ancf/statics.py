@@ -160,13 +160,16 @@ def equilibrium(
     Returns
     -------
     Path
-        With ``success`` False, the reason and all states reached, if the full load could not be reached.
+        With ``success`` False, the reason and all states reached, if the full load could not be reached. A state that
+        turns material inside out (det F <= 0 at a Gauss point) is none that was reached.
 
     Raises
     ------
     InputError
         If steps or tolerance make no sense, the supports leave the solids free to move as a whole, or `start` belongs
         to other solids.
+    InvertedError
+        If `start` turns material inside out.
     """
     if steps < 1 or not 0 < tolerance < 1:
         raise InputError(f"Expected at least one step and a tolerance between 0 and 1; found {steps}, {tolerance!r}.")
@@ -221,6 +224,8 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
     ------
     InputError
         If the state is not of these solids and contacts.
+    InvertedError
+        If it turns material inside out.
     """
     a = stage.assembly
     multipliers = tuple(len(f) for f in state.forces)
@@ -230,6 +235,7 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
             f"the assembly {a.n_dofs} and {tuple(t.n_multipliers for t in a.touches)}: start from a state of the same "
             "solids and contacts."
         )
+    a.check_inverted(state.q)
     Z, conditions, internal = a.free, a.conditions(state.q), a.forces(state.q)
     load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
     motion = state.q - a.q0 - (0.0 if stage.motion is None else stage.motion)
@@ -326,6 +332,7 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
         penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
         open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
         if balanced and max(penetration, open_but_pressed) <= tolerance and not jump.any():
+            a.check_inverted(q)
             gaps = np.split(conditions.gap, np.cumsum([t.n_multipliers for t in a.touches])[:-1]) if a.touches else []
             reactions = -(rest - Z @ (Z.T @ rest))
             each, residual = tuple(a.split(forces)), unbalanced / scale
