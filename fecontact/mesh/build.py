@@ -1,4 +1,4 @@
-"""A mesh from what a file holds: kinds of cells made hexahedra, sets made boundaries, all of it checked."""
+"""Mesh from the contents of a file: cells become hexahedra, sets become boundaries; all are checked."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS, Kind
 from fecontact.mesh.mesh import Mesh, corner_keys
 
-#: Columns of the cells for each element that may be asked for.
+#: Columns of the cells of each requested element.
 ELEMENTS = {"hex20": 20, "wedge15": 20, "tet10": 20, "hex27": 27}
 
 
 def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = None) -> Mesh:
-    """Check the contents of a file and make them a mesh; parameters as in `read_mesh`."""
+    """Mesh from the checked contents of a file; parameters as in `read_mesh`."""
     blocks = [(KINDS[name], cells) for name, cells in raw.blocks if len(cells)]
     if not blocks:
         raise MeshError(
@@ -83,9 +83,9 @@ def _as_hexahedra(points: Array, blocks: list[tuple[Kind, IntArray]], source: st
 
 
 def _each_once(cells: IntArray, raw: RawMesh, source: str) -> tuple[IntArray, RawMesh, tuple[str, ...]]:
-    """Leave out cells with the corners of one before them: gmsh's format 2 writes a cell once for each of its groups.
+    """Drop repeated cells: gmsh's format 2 writes a cell once for each of its groups.
 
-    Element sets and surfaces keep what they named.
+    Element sets and surfaces keep their members.
     """
     first = first_alike(cells[:, :8])
     own = first == np.arange(len(cells))
@@ -104,10 +104,10 @@ def _each_once(cells: IntArray, raw: RawMesh, source: str) -> tuple[IntArray, Ra
 
 
 def in_order(points: Array, kind: Kind, cells: IntArray) -> IntArray:
-    """Put mid-edge and face nodes into our order, whatever order the file has them in.
+    """Sort mid-edge and face nodes into the order of `Mesh`, from any order of the file.
 
-    Each node is assigned to the edge (face, centre) whose middle it is nearest to, on average over all cells and
-    relative to the cell's size; corners are taken as they are.
+    Each node is assigned to the edge (face, centre) with the nearest middle, on average over all cells and relative to
+    the cell's size. Corners keep their order.
     """
     if len(kind.mid_edges) == 0:
         return cells
@@ -147,7 +147,7 @@ def _boundaries(
 
 
 def _matched(mesh: Mesh, facets: dict[str, list[IntArray]], source: str) -> dict[str, IntArray]:
-    """Faces of the cells with the same corners as the given facets; of an inner face, that of its first cell."""
+    """Faces of the cells with the same corners as the given facets; an inner face is taken from its first cell."""
     keys = corner_keys(mesh.cells[:, FACES[:, :4]].reshape(-1, 4))
     corners = {name: np.concatenate([f[:, [0, 1, 2, -1]] for f in parts]) for name, parts in facets.items()}
     owner = np.repeat(np.arange(len(facets)), [len(c) for c in corners.values()])

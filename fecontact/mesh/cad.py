@@ -1,7 +1,7 @@
-"""Solids from CAD files through gmsh: all hexahedra or tetrahedra, graded to where contact is expected.
+"""Meshes of CAD files by gmsh: all hexahedra or tetrahedra, refined where contact is expected.
 
-gmsh is started for each call and stopped afterwards, with nothing printed; calls from several threads wait for each
-other, because gmsh holds one model at a time. A gmsh session that is open already is used and left open.
+gmsh is started for each call, prints nothing and is stopped afterwards. Calls from several threads wait for each other,
+because gmsh holds one model at a time. An open gmsh session is used and left open.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.tet_to_hex import divided
 
 SUFFIXES = (".step", ".stp", ".brep", ".geo", ".iges", ".igs")
-#: Number of elements along the diagonal of the bounding box if no size is given.
+#: Default number of elements along the diagonal of the bounding box.
 DEFAULT_DIVISIONS = 15
-#: A tetrahedron's edge over that of the hexahedra it is divided into.
+#: Edge of a tetrahedron over the edge of the hexahedra it is divided into.
 _DIVIDED = 2.0
-#: gmsh's numbers of solid and surface elements: our kind or number of corners, and number of nodes.
+#: By gmsh's number of a solid or surface element: kind of cell or number of corners, and number of nodes.
 _SOLIDS = {4: ("tet4", 4), 11: ("tet10", 10), 5: ("hex8", 8), 17: ("hex20", 20), 6: ("wedge6", 6), 18: ("wedge15", 15)}
 _FACETS = {2: (3, 3), 9: (3, 6), 3: (4, 4), 16: (4, 8)}
 _LOCK = RLock()
@@ -60,7 +60,7 @@ def load_gmsh() -> Any:
 
 @contextmanager
 def session() -> Iterator[Any]:
-    """Gmsh with an empty model of its own, silent; closed again at the end, come what may.
+    """Context: gmsh with a new empty model and no output; closed at the end, also after an error.
 
     Raises
     ------
@@ -107,13 +107,13 @@ def mesh_solid(
         Hexahedra come from the division of tetrahedra twice as large into four each (`mesh.tet_to_hex`), so they fit
         any shape but are less regular than those of a swept mesh.
     near : (3,) or (n, 3) array, optional
-        Points of the candidate contact zone, round which the elements are smaller.
+        Points of the expected contact zone, round which the elements are smaller.
     near_size : float, optional
         Edge length there; a quarter of `size` unless given.
     growth : float
         Increase of the edge length per unit of distance from the nearest of these points.
     scale : float
-        By which the coordinates are multiplied at last; `size`, `near` and `near_size` are in the file's unit.
+        Factor applied to the coordinates at the end; `size`, `near` and `near_size` are in the file's unit.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def mesh_solid(
     ------
     MissingPackageError, InputError
     MeshError
-        If gmsh cannot read or mesh the file; its own words are passed on.
+        If gmsh cannot read or mesh the file; its message is passed on.
     """
     path = Path(path)
     _check(path, size, element, near_size, growth, scale)
@@ -211,7 +211,7 @@ def _generate(gmsh: Any, element: str) -> None:
 
 
 def _raw(gmsh: Any, source: str) -> RawMesh:
-    """The mesh that gmsh holds, with physical groups by name and all entities by number."""
+    """The mesh in gmsh, with physical groups by name and all entities by number."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     ids = np.asarray(tags, dtype=np.int64)
     blocks: list[tuple[str, IntArray]] = []

@@ -1,4 +1,4 @@
-"""What meshes of bodies and of sections share: points, cells, named sets of them, and verbs that return a copy."""
+"""Common base of body and section meshes: points, cells, named sets, and methods that return a modified copy."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ SETS = ("boundaries", "groups", "node_sets")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CellSets:
-    """Points, cells, and named sets of faces, of cells and of points; `Mesh` and `SectionMesh` say what the cells are.
+    """Points, cells, and named sets of faces, cells and points; `Mesh` and `SectionMesh` define the cells.
 
-    Faces are outer sides where the cells lie in a plane.
+    For plane cells, faces are their sides.
     """
 
     points: Array
@@ -36,7 +36,7 @@ class CellSets:
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     hanging: HangingNodes | None = field(default=None, kw_only=True)
 
-    #: Words of messages: what it is, what its faces are, what it is made of.
+    #: Words for messages: the mesh, its faces, its cells.
     _noun: ClassVar[str]
     _face: ClassVar[str]
     _made_of: ClassVar[str]
@@ -85,7 +85,7 @@ class CellSets:
                 raise MeshError(f"The node set {name!r} must be a list of point numbers 0 ... {len(self.points) - 1}.")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """What goes to another process, or into a copy: what it was made from."""
+        """Pickle and copy by the constructor's arguments."""
         given: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(self)}
         return partial(type(self), **(given | {name: dict(given[name]) for name in SETS})), ()
 
@@ -98,7 +98,7 @@ class CellSets:
 
     @property
     def cell_type(self) -> str:
-        """Name of its cells, such as 'hex20' or 'quad8'; what they are before nodes coalesce."""
+        """Name of the cells before nodes coalesce, such as 'hex20' or 'quad8'."""
         return self.cell_types[self.cells.shape[1]]
 
     @property
@@ -121,7 +121,7 @@ class CellSets:
         Raises
         ------
         InputError
-            If there is no such boundary; the message lists those there are.
+            If there is no such boundary; the message lists the existing ones.
         """
         if name not in self.boundaries:
             known = ", ".join(repr(k) for k in self.boundaries) or "none"
@@ -138,17 +138,17 @@ class CellSets:
     # verbs: each returns a copy
 
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> Self:
-        """Move every point by ``mapping(points) -> points``; hanging nodes follow the others."""
+        """Move every point by ``mapping(points) -> points``; hanging nodes follow by their weights."""
         points = np.asarray(mapping(self.points), dtype=float)
         return replace(self, points=points if self.hanging is None else self.hanging.followed(points))
 
     def translated(self, offset: ArrayLike) -> Self:
-        """Move the mesh; to pose a body without touching its coordinates use `placed` of the body."""
+        """Translate the mesh; use `placed` of a body to move it without changing its coordinates."""
         shift = np.asarray(offset, dtype=float)
         return self.mapped(lambda x: x + shift)
 
     def scaled(self, factor: float) -> Self:
-        """Multiply all coordinates, for instance by 1e-3 to come from millimetres to metres."""
+        """Multiply all coordinates by a factor, for instance 1e-3 from millimetres to metres."""
         scale = positive("a scale", factor)
         return self.mapped(lambda x: scale * x)
 
@@ -173,7 +173,7 @@ class CellSets:
         return replace(self, boundaries={**self.boundaries, name: chosen})
 
     def _chosen(self, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mask:
-        """Which of the outer faces (n,) a callable holds at all corners of."""
+        """Mask (n,) of the outer faces at all corners of which the callable is true."""
         if isinstance(where, Pick):
             raise InputError(f"A boundary of a {self._noun} takes where(points) -> bool; picks are for bodies.")
         inside = np.asarray(where(self.points), dtype=bool)
@@ -189,7 +189,7 @@ T = TypeVar("T", bound=CellSets)
 
 
 def sets_of_members(lists: Mapping[str, IntArray]) -> Mapping[str, IntArray]:
-    """Named lists of numbers (n,) or of faces (n, 2) as sets: each member once, where it was first."""
+    """Named lists of numbers (n,) or faces (n, 2) without repeated members, in order of first appearance."""
     out = {}
     for name, members in lists.items():
         keys = members if members.ndim == 1 else members @ np.array([6, 1])
@@ -199,7 +199,7 @@ def sets_of_members(lists: Mapping[str, IntArray]) -> Mapping[str, IntArray]:
 
 
 def first_alike(corners: IntArray) -> IntArray:
-    """For each cell (n, 8 | 4 corners) the number (n,) of the first with the same corners, whatever their order."""
+    """For each cell (n, 8 | 4 corners) the number (n,) of the first cell with the same corners in any order."""
     ordered = np.sort(corners, axis=1)
     again = ordered[:, 1:] == ordered[:, :-1]
     ordered[:, 1:][again] = -1
@@ -212,7 +212,7 @@ def representatives(points: Array, tolerance: float) -> IntArray:
     """For each point the smallest number (n_points,) of the cluster of points closer than `tolerance`."""
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     target = np.arange(len(points))
-    # repeated until chains of pairs have settled
+    # repeated until chains of pairs share one number
     while True:
         before = target.copy()
         np.minimum.at(target, pairs[:, 1], target[pairs[:, 0]])

@@ -1,4 +1,4 @@
-"""Validity of a mesh: what would otherwise be found as a wrong answer or a singular matrix much later."""
+"""Checks of a mesh for errors that would give wrong results or a singular matrix later."""
 
 from __future__ import annotations
 
@@ -16,22 +16,21 @@ from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.element.quadrature import element_quadrature
 from fecontact.mesh.mesh import CellGroup, Mesh, corner_keys
 
-#: Odd constants without pattern (fractions of square roots) by which the corners of a face are mixed into one number.
+#: Odd constants (fractional parts of square roots) to hash the corners of a face into one number.
 MIX = np.array([0x6A09E667F3BCC909, 0xBB67AE8584CAA73B, 0x3C6EF372FE94F82B, 0xA54FF53A5F1D36F1], dtype=np.uint64)
 
 
 def check_mesh(mesh: Mesh) -> None:
-    """Refuse a mesh that cannot be computed with.
+    """Refuse an invalid mesh.
 
-    Checked are: a size in units that no number can be worked with in, unused points, points in the same place that are
-    not one node, cells that are there twice, Jacobians that change sign or are not positive at a quadrature point
-    (scikit-fem takes the absolute value and says nothing), mid-edge nodes outside the middle half of a straight edge
-    (beyond the quarter points the mapping folds).
+    Checked are: a size that would overflow or underflow, unused points, distinct points in the same place, repeated
+    cells, Jacobians that change sign or are not positive at a quadrature point (scikit-fem silently takes the absolute
+    value), mid-edge nodes outside the middle half of a straight edge (beyond the quarter points the mapping folds).
 
     Raises
     ------
     MeshError
-        Says which point or cell, and what to do.
+        Names the point or cell and says what to do.
     """
     check_size(mesh.points)
     used = np.zeros(len(mesh.points), bool)
@@ -48,7 +47,7 @@ def check_mesh(mesh: Mesh) -> None:
 
 
 def check_size(points: Array) -> None:
-    """Refuse points (n, 3) in units so small or large that volumes and their squares are no numbers.
+    """Refuse points (n, 3) in units so small or large that squares of volumes underflow or overflow.
 
     Raises
     ------
@@ -58,7 +57,7 @@ def check_size(points: Array) -> None:
 
 
 def check_cells(mesh: Mesh) -> None:
-    """Refuse cells that are there twice, inverted and folded cells and misplaced mid-edge nodes.
+    """Refuse repeated, inverted and folded cells and misplaced mid-edge nodes.
 
     Raises
     ------
@@ -83,7 +82,7 @@ def _check_duplicates(mesh: Mesh) -> None:
 
 
 def _check_repeated(mesh: Mesh) -> None:
-    """Refuse cells that lie in one another: with the same corners, or more than two at one face."""
+    """Refuse overlapping cells: with the same corners, or more than two at one face."""
     first = first_alike(mesh.cells[:, :8])
     again = np.flatnonzero(first != np.arange(len(first)))
     if len(again):
@@ -123,9 +122,9 @@ def check_skin(mesh: Mesh, names: Sequence[str]) -> None:
 
 
 def cells_at_faces(mesh: Mesh) -> IntArray:
-    """How many cells have each face (n_cells, 6); 0 where it has shrunk to a line or a point."""
+    """Number of cells at each face (n_cells, 6); 0 where the face has collapsed to a line or a point."""
     keys = corner_keys(mesh.cells[:, FACES[:, :4]].reshape(-1, 4))
-    # sums of numbers times odd constants modulo 2^64, ten times faster to sort than the rows
+    # hashes (sums of numbers times odd constants modulo 2^64) sort ten times faster than rows
     mixed = (keys.astype(np.uint64) * MIX).sum(axis=1, dtype=np.uint64)
     _, inverse, count = np.unique(mixed, return_inverse=True, return_counts=True)
     return np.where(keys[:, 0] < 0, 0, count[inverse.ravel()]).reshape(-1, 6)

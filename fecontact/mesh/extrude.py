@@ -1,6 +1,6 @@
-"""Layers on a surface: quadrilaterals become 20-node hexahedra, triangles 15-node wedges.
+"""Layers extruded from a surface: quadrilaterals become 20-node hexahedra, triangles 15-node wedges.
 
-Cartilage from the surface of a bone in one call. Every node moves along the normal averaged over the facets round it.
+For instance cartilage on the surface of a bone. Every node moves along the normal averaged over the facets round it.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def extrude(
     InputError
         Thickness not positive, or fractions that do not run from 0 to 1.
     MeshError
-        If the layer would fold (thicker than the radius of a hollow) or run into itself.
+        If the layer would fold (thicker than a concave radius) or intersect itself.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def extrude(
         check_cells(mesh)
     except MeshError as error:
         raise MeshError(
-            f"The layer folds: it is thicker than a hollow or a sharp edge of the surface allows. {error} Make it "
+            f"The layer folds: it is too thick for a concave part or a sharp edge of the surface. {error} Make it "
             "thinner or smooth the surface."
         ) from error
     _refuse_crossing(mesh)
@@ -115,7 +115,7 @@ def _thickness(thickness: Thickness, points: Array, used: IntArray) -> Array:
 
 
 def _quadratic(levels: Array, cells: IntArray, facets: IntArray, n: int, n_levels: int) -> Mesh:
-    """Mid-edge nodes: across the layers in the middle; along them those of quadratic facets, moved with their level."""
+    """Mid-edge nodes: midpoints across the layers; along them those of quadratic facets, moved with their level."""
     straight = Mesh(levels, cells).upgraded(20)
     if facets.shape[1] == 4:
         return straight
@@ -130,7 +130,7 @@ def _quadratic(levels: Array, cells: IntArray, facets: IntArray, n: int, n_level
 
 
 def _named(mesh: Mesh, n_facets: int, names: tuple[str, str, str]) -> Mesh:
-    """Boundaries on the surface, opposite and along the rim; every cell stands on its facet with face -z."""
+    """Boundaries on the surface, opposite and along the rim; face -z of every cell is its facet."""
     first, last = np.arange(n_facets), len(mesh.cells) - n_facets + np.arange(n_facets)
     outer = mesh.outer_faces
     rim = outer[outer[:, 1] < 4]
@@ -145,9 +145,9 @@ def _named(mesh: Mesh, n_facets: int, names: tuple[str, str, str]) -> Mesh:
 
 
 def _refuse_turned(points: Array, growth: Array, corners: IntArray) -> None:
-    """Refuse a layer in which a side of a facet has turned back: past the middle of a hollow all sides do.
+    """Refuse a layer in which a side of a facet has reversed, as beyond the centre of a concave surface.
 
-    The Jacobian does not see that, because a triangle turned by half a circle in its plane keeps its sense.
+    The Jacobian does not show it: a triangle turned by pi in its plane keeps its orientation.
     """
     below = np.roll(points[corners], -1, axis=1) - points[corners]
     above = below + np.roll(growth[corners], -1, axis=1) - growth[corners]
@@ -155,13 +155,13 @@ def _refuse_turned(points: Array, growth: Array, corners: IntArray) -> None:
     turned = ((np.einsum("fki,fki->fk", below, above) <= 0) & (length2 > 0)).any(axis=1)
     if turned.any():
         raise MeshError(
-            f"The layer folds: {turned.sum()} facets, the first of them facet {np.argmax(turned)}, are turned round at "
-            "its far side. It is thicker than the radius of a hollow; make it thinner or smooth the surface."
+            f"The layer folds: {turned.sum()} facets, the first of them facet {np.argmax(turned)}, are reversed at "
+            "its far side. It is thicker than a concave radius; make it thinner or smooth the surface."
         )
 
 
 def _refuse_crossing(mesh: Mesh) -> None:
-    """Refuse a layer whose skin, cut into triangles, crosses itself."""
+    """Refuse a layer whose triangulated outer surface intersects itself."""
     faces = mesh.outer_faces
     corners = np.take_along_axis(mesh.cells[faces[:, 0]], FACES[faces[:, 1], :4], axis=1)
     triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
@@ -179,7 +179,7 @@ def _refuse_crossing(mesh: Mesh) -> None:
 
 
 def crossing_triangles(points: Array, triangles: IntArray) -> IntArray:
-    """Pairs (n, 2) of triangles without common corner of which a side of the first passes through the second.
+    """Pairs (n, 2) of triangles without a common corner such that a side of the first crosses the second.
 
     Moeller & Trumbore (1997), Fast, minimum storage ray-triangle intersection.
     """

@@ -1,10 +1,9 @@
 """Facets of a surface, quadrilaterals and triangles together: shape functions, areas and integrals.
 
-Facets stand in one array of 4, 8 or 9 columns: corners, mid-side nodes, centre. A **triangle** is a row whose last two
-corners are one node, ``a b c c  ab bc c ca  centroid``; its functions are those of the triangle of 3, 6 or 7 nodes and
-stand at the first place of each node, the repeated places carry zeros. A triangle's local coordinates run over
-s, t >= 0, s + t <= 1, where nothing is singular. For integrals and pictures the unit square can be drawn over both
-kinds.
+Facets are one array of 4, 8 or 9 columns: corners, mid-side nodes, centre. A **triangle** is a row whose last two
+corners are one node, ``a b c c  ab bc c ca  centroid``; its functions are those of the triangle of 3, 6 or 7 nodes, at
+the first column of each node; repeated columns are zero. A triangle's local coordinates run over s, t >= 0, s + t <= 1,
+without a singularity. For integrals and pictures the unit square is mapped onto both kinds of facets.
 """
 
 from __future__ import annotations
@@ -14,17 +13,17 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes, quad_quadrature, quad_shapes, triangle_shapes
 
-#: Number of a triangle's nodes, and their columns, in an array of so many columns.
+#: By number of columns: the number of a triangle's nodes, and their columns.
 TRIANGLE_COLUMNS = {4: (0, 1, 2), 8: (0, 1, 2, 4, 5, 7), 9: (0, 1, 2, 4, 5, 7, 8)}
 
 
 def triangular(facets: IntArray) -> Mask:
-    """Which facets (n_facets,) are triangles: those whose last two corners are one node."""
+    """Mask (n_facets,) of triangles: facets whose last two corners are one node."""
     return np.asarray(facets[:, 2] == facets[:, 3])
 
 
 def distinct_columns(facets: IntArray) -> Mask:
-    """Places (n_facets, n_columns) that hold a node for the first time in their facet."""
+    """Mask (n_facets, n_columns) of the first column of each node of a facet."""
     distinct = np.ones(facets.shape, bool)
     others = np.setdiff1d(np.arange(facets.shape[1]), TRIANGLE_COLUMNS[facets.shape[1]])
     distinct[np.ix_(np.flatnonzero(triangular(facets)), others)] = False
@@ -66,7 +65,7 @@ def facet_shapes(n_columns: int, triangle: Mask, X: Array) -> tuple[Array, Array
 
 
 def facet_nodes(n_columns: int, triangle: bool) -> Array:
-    """Local coordinates (n_columns, 2) of a facet's nodes; repeated places of a triangle stand at its last corner."""
+    """Local coordinates (n_columns, 2) of a facet's nodes; repeated columns of a triangle are at its last corner."""
     if not triangle:
         return quad_nodes(n_columns)
     columns = list(TRIANGLE_COLUMNS[n_columns])
@@ -83,7 +82,7 @@ def facet_centres(triangle: Mask) -> Array:
 def shapes_on_square(facets: IntArray, X: Array) -> tuple[Array, Array]:
     """Shape functions of all facets at the same points of the unit square.
 
-    The upper side of the square is drawn together at the last corner of a triangle: (s, t) -> (s (1 - t), t).
+    For a triangle the upper side of the square is collapsed to the last corner: (s, t) -> (s (1 - t), t).
 
     Parameters
     ----------
@@ -111,8 +110,8 @@ def shapes_on_square(facets: IntArray, X: Array) -> tuple[Array, Array]:
 def facet_integrals(points: Array, facets: IntArray, order: int = 5) -> tuple[Array, Array, Array]:
     """Shape functions and vector area elements of curved facets at Gauss points.
 
-    Facets are integrated by a rule of our own because scikit-fem's `FacetBasis` inverts the curved mapping by Newton
-    with an absolute tolerance. On a flat triangle the rule is exact to a degree one below `order`.
+    scikit-fem's `FacetBasis` is not used: it inverts the curved mapping by Newton with an absolute tolerance. On a flat
+    triangle the rule is exact to a degree one below `order`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How finely a contact is cut: widths that narrow towards the edge of the contact and grow away from it."""
+"""Grading of contact meshes: element widths that decrease towards the edge of the contact and grow away from it."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.mesh.structured import check_lengths
 
-#: Cells through the depth of a thin layer, whatever the level.
+#: Cells through the depth of a thin layer, at all levels.
 FEWEST_LAYERS = 4
 
 
 def geometric(first: float, growth: float, total: float, widest: float = np.inf) -> Array:
     """Positions 0 ... total of intervals that begin at `first` and grow by `growth`; the last one takes up the rest.
 
-    None but the last is wider than `widest`. Nothing is stretched to fit, so two bodies of different size graded from
+    None but the last is wider than `widest`. Widths are not scaled to fit, so two bodies of different size graded from
     the same point match near it.
 
     Examples
@@ -57,7 +57,7 @@ class RingGrading:
 
 @dataclass(frozen=True)
 class Level:
-    """How finely a contact is cut.
+    """Fineness of a contact mesh.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ LEVELS = {
 
 
 def as_level(level: int | Level) -> Level:
-    """Look up a level by number, or take it as it is.
+    """The `Level` of a number; a `Level` is returned unchanged.
 
     Raises
     ------
@@ -113,16 +113,16 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
     """Ring mesh fitted to a contact radius.
 
     Inside the contact radius the rings narrow towards it in geometric progression; outside they widen from there by
-    ``growth``, as the layers do downwards. Under a contact that is as wide as the body is deep, a layer on a hard base,
-    the pressure also varies with the depth b: the layers are equal there and nothing inside the contact is wider than
-    ``layer`` times sqrt(a b / 2) or a quarter of b. Between a/b = 1/2 and 1 the one turns into the other.
+    ``growth``, as do the layers with depth. Under a contact as wide as the body is deep (a layer on a hard base) the
+    pressure also varies with the depth b: the layers are equal there, and no width inside the contact exceeds ``layer``
+    times sqrt(a b / 2) or a quarter of b. Between a/b = 1/2 and 1 there is a transition.
 
     Parameters
     ----------
     contact_radius, extent, depth : float
         Expected contact radius and size of the contact block; its depth is the thickness of the layer.
     level : int or Level
-        1 (coarse) to 5 (fine), or one's own.
+        1 (coarse) to 5 (fine), or a `Level`.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
 
 
 def _cut(positions: Array, widest: float) -> Array:
-    """Positions with the intervals that are wider than `widest` cut into equal ones."""
+    """Positions, with intervals wider than `widest` divided into equal ones."""
     count = np.maximum(np.ceil(np.diff(positions) / widest * (1 - 1e-12)), 1).astype(int)
     return np.interp(np.arange(count.sum() + 1), np.concatenate([[0], np.cumsum(count)]), positions)
 

@@ -1,9 +1,9 @@
-"""Hanging nodes: points of a locally divided mesh whose displacement follows from others.
+"""Hanging nodes: points of a locally divided mesh whose displacement follows from other points.
 
-Where a divided cell meets an undivided one, the nodes of the finer side that the coarser side lacks take the value of
-the coarser side's own edge and face functions, so that displacements stay continuous (Demkowicz, Oden, Rachowicz and
-Hardy 1989, *Toward a universal h-p adaptive finite element strategy*, part 1). All values are u = T u_free, the
-stiffness is T^T K T, and points lie at x = T x_free.
+Where a divided cell meets an undivided one, the additional nodes of the finer side take the value of the edge and face
+functions of the coarser side, so that displacements stay continuous (Demkowicz, Oden, Rachowicz and Hardy 1989, *Toward
+a universal h-p adaptive finite element strategy*, part 1). All values are u = T u_free, the stiffness is T^T K T, and
+points lie at x = T x_free.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class HangingNodes:
 
     @classmethod
     def closed(cls, nodes: IntArray, weights: sp.csr_matrix, *history: IntArray) -> Self:
-        """Ties whose weights (n, n_points) may stand at other hanging nodes: followed until only free points are left.
+        """Ties with weights (n, n_points) at any points; chains of hanging nodes are resolved to free points.
 
         Raises
         ------
@@ -124,7 +124,7 @@ class HangingNodes:
 
     @cached_property
     def free(self) -> IntArray:
-        """Points (n_free,) that do not hang."""
+        """Points (n_free,) that are not hanging nodes."""
         return np.setdiff1d(np.arange(self.n_points), self.nodes)
 
     @cached_property
@@ -138,13 +138,13 @@ class HangingNodes:
         return (identity + insert @ self.weights[:, self.free]).tocsr()
 
     def followed(self, points: Array) -> Array:
-        """Points or vectors (n_points, k) with the rows of hanging nodes put where the free ones take them."""
+        """Points or vectors (n_points, k) with the rows of hanging nodes interpolated from the free ones."""
         out = np.array(points, dtype=float)
         out[self.nodes] = self.weights @ out
         return out
 
     def renumbered(self, number: IntArray, n_points: int) -> Self:
-        """The same ties when point k has become number[k] of n_points; points that others follow from must be kept."""
+        """The same ties after point k becomes number[k] of n_points; points with weights must be kept."""
         entries = self.weights.tocoo()
         weights = sp.csr_matrix((entries.data, (entries.row, number[entries.col])), shape=(len(self.nodes), n_points))
         return replace(self, nodes=number[self.nodes], weights=weights, edges=_renumbered(self.edges, number))
@@ -167,7 +167,7 @@ def check_hanging(hanging: HangingNodes | None, points: Array) -> None:
 
 
 def refuse_hanging(hanging: HangingNodes | None, what: str) -> None:
-    """Refuse what cannot be done to a mesh with hanging nodes."""
+    """Refuse an operation on a mesh with hanging nodes."""
     if hanging is not None:
         raise InputError(
             f"A mesh with {len(hanging.nodes)} hanging nodes cannot be {what}; do that before cells are divided."
@@ -177,7 +177,7 @@ def refuse_hanging(hanging: HangingNodes | None, what: str) -> None:
 def joined_hanging(
     parts: Sequence[HangingNodes | None], numbers: Sequence[IntArray], n_points: int
 ) -> HangingNodes | None:
-    """Ties of meshes that become one, the points of part k becoming numbers[k].
+    """Ties of joined meshes, where the points of part k become numbers[k].
 
     Raises
     ------
@@ -203,5 +203,5 @@ def joined_hanging(
 
 
 def _renumbered(table: IntArray, number: IntArray) -> IntArray:
-    """Point numbers of a table mapped; -1, no point, stays."""
+    """Point numbers of a table mapped; -1 (no point) stays."""
     return np.where(table < 0, -1, number[table])

@@ -1,4 +1,4 @@
-"""Kinds of cells in files and how each becomes a hexahedron of 8, 20 or 27 nodes, degenerate where it has to.
+"""Kinds of cells in files and their conversion to hexahedra of 8, 20 or 27 nodes, degenerate where needed.
 
 Node orders are those of VTK (also of Abaqus, FEBio and gmsh up to the order of mid-edge nodes, which `read` finds from
 their positions).
@@ -21,9 +21,9 @@ class Kind:
     ----------
     name : str
     meshio : str
-        Its name in meshio.
+        Name in meshio.
     embedding : tuple of int
-        Which of its nodes stands at each of the hexahedron's.
+        The cell's node at each node of the hexahedron.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Kind:
 
     @property
     def mid_edges(self) -> dict[int, tuple[int, int]]:
-        """Mid-edge nodes with the two corners between which they lie."""
+        """Mid-edge nodes with the two corners of their edge."""
         e = self.embedding
         ends = {node: (e[a], e[b]) for node, (a, b) in zip(e[8:20], EDGES.tolist(), strict=False)}
         return {node: pair for node, pair in ends.items() if node >= self.n_corners}

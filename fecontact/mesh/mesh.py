@@ -1,4 +1,4 @@
-"""Mesh: what a body is cut into. Points, cells, named boundaries and element sets; frozen, its verbs return a copy."""
+"""Mesh of a body: points, cells, named boundaries and element sets. Frozen; its methods return a copy."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class CellGroup:
     nodes : (n_cells, n_functions) array
         Distinct nodes in order of first appearance, then mid-face nodes.
     pattern, midfaces
-        The kind of element, as `basis.element_basis` takes it.
+        The kind of element, as in `element_basis`.
     """
 
     cells: IntArray
@@ -57,11 +57,11 @@ class Mesh(CellSets):
     groups : mapping of str to (n,) int array
         Named sets of cells.
     node_sets : mapping of str to (n,) int array
-        Named sets of points, which supports may name as they do boundaries.
+        Named sets of points; supports may refer to them as to boundaries.
     midface : (n_cells, 6) int array, optional
         Point number of the mid-face node of each face, -1 where there is none; see `with_midface_nodes`.
     notes : tuple of str
-        What was mended when the mesh was read; results repeat it.
+        Corrections made when the mesh was read; results repeat them.
     hanging : HangingNodes, optional
         Ties of the nodes at which divided cells meet undivided ones; see `fecontact.mesh.hanging_nodes`.
 
@@ -92,15 +92,15 @@ class Mesh(CellSets):
 
     @classmethod
     def from_skfem(cls, theirs: SkfemMesh) -> Mesh:
-        """Take a scikit-fem mesh, with its boundaries, and its subdomains as groups.
+        """Mesh from a scikit-fem mesh, with its boundaries; its subdomains become groups.
 
-        Hexahedra of 8, 20 or 27 nodes, tetrahedra of 4 or 10, wedges of 6. Cells keep their order, and points theirs
-        where every one is in use. Left-handed cells, which scikit-fem accepts (its default mesh is one), are put right.
+        Hexahedra of 8, 20 or 27 nodes, tetrahedra of 4 or 10, wedges of 6. Cells keep their order, and so do points if
+        all are in use. Left-handed cells, which scikit-fem accepts (as in its default mesh), are reordered.
 
         Raises
         ------
         MeshError
-            If the mesh is of other cells.
+            If the mesh has other cells.
 
         Examples
         --------
@@ -111,15 +111,15 @@ class Mesh(CellSets):
         return cls(*from_skfem_mesh(theirs))
 
     def to_skfem(self) -> SkfemMesh:
-        """Make it a scikit-fem mesh, with its boundaries, and its groups as subdomains.
+        """scikit-fem mesh with the same boundaries; groups become subdomains.
 
-        Cells keep their order, points do not. Mid-face nodes carry no geometry and are left behind, as are node sets.
+        Cells keep their order, points do not. Mid-face nodes, which carry no geometry, and node sets are left out.
 
         Raises
         ------
         InputError
-            If cells are of several kinds, or of one that scikit-fem has no mesh for, such as wedges of 15 nodes, or if
-            nodes hang.
+            If cells are of several kinds, or of one without a scikit-fem mesh, such as wedges of 15 nodes, or if there
+            are hanging nodes.
 
         Examples
         --------
@@ -142,7 +142,7 @@ class Mesh(CellSets):
 
     @cached_property
     def cell_groups(self) -> tuple[CellGroup, ...]:
-        """Cells by kind of element: which nodes have coalesced and which faces carry a mid-face node."""
+        """Cells grouped by kind of element: coalesced nodes and faces with a mid-face node."""
         cells = self.cells
         first = np.argmax(cells[:, :, None] == cells[:, None, :], axis=2) if self.has_coalesced else None
         has_mid = np.zeros((len(cells), 6), bool) if self.midface is None else self.midface >= 0
@@ -176,7 +176,7 @@ class Mesh(CellSets):
 
     @property
     def outer(self) -> IntArray:
-        """The same as `outer_faces`: what meshes of bodies and of sections both answer to."""
+        """The same as `outer_faces`, by the name shared with `SectionMesh`."""
         return self.outer_faces
 
     def face_nodes(self, faces: IntArray) -> IntArray:
@@ -198,7 +198,7 @@ class Mesh(CellSets):
                 nodes = np.concatenate([nodes, mid[:, None]], axis=1)
         return nodes
 
-    # verbs beside those of all meshes: each returns a copy
+    # methods beside those of all meshes: each returns a copy
 
     def _chosen(self, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mask:
         return where.chosen(self, self.outer) if isinstance(where, Pick) else super()._chosen(where)
@@ -232,7 +232,7 @@ class Mesh(CellSets):
         return replace(self, points=points, midface=midface, hanging=hanging)
 
     def _face_centres(self, faces: IntArray) -> Array:
-        """Where the 20-node mapping puts the middles (n_faces, 3) of faces."""
+        """Centres (n_faces, 3) of faces by the 20-node mapping."""
         nodes = replace(self, midface=None).face_nodes(faces)
         triangle = triangular(nodes)
         N, _ = facet_shapes(nodes.shape[1], triangle, facet_centres(triangle))
@@ -271,12 +271,12 @@ class Mesh(CellSets):
         return replace(self, points=np.concatenate(points), cells=np.concatenate(columns, axis=1), node_sets=sets)
 
     def part(self, name: str) -> Mesh:
-        """Take the cells of an element set as a mesh of its own, for instance one body out of a file with several.
+        """Mesh of the cells of an element set, for instance one body of a file with several.
 
         Raises
         ------
         InputError
-            If there is no such set, mid-face nodes have been added already, or nodes hang.
+            If there is no such set, or the mesh has mid-face or hanging nodes.
         """
         if name not in self.groups:
             known = ", ".join(map(repr, self.groups)) or "none"
@@ -305,7 +305,7 @@ def corner_keys(corners: IntArray) -> IntArray:
     """Sorted corners (n, 4) of faces, equal for equal faces.
 
     A triangle may list a different one of its corners twice in each of its two cells, so the largest is repeated. Faces
-    that have become a line or a point get -1.
+    collapsed to a line or a point get -1.
     """
     ordered = np.sort(corners, axis=1)
     first = np.concatenate([np.ones((len(ordered), 1), bool), ordered[:, 1:] != ordered[:, :-1]], axis=1)

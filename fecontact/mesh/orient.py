@@ -1,4 +1,4 @@
-"""Which side of a surface is its outside: facets turned so that neighbours agree and closed surfaces face outwards."""
+"""Orientation of a surface: facets are reversed so that neighbours agree and closed surfaces face outwards."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
 from fecontact.mesh.facets import triangular
 
-#: Share of an open sheet's area up to which facets against the others are taken for a mistake and turned.
+#: Largest share of an open sheet's area whose opposite orientation counts as a mistake and is reversed.
 MISTAKE = 0.25
-#: Volume of a closed surface, relative to the cube of its size, that is none.
+#: Volume of a closed surface, relative to the cube of its size, that counts as zero.
 NO_VOLUME = 1e-9
 
 
 def shared_sides(facets: IntArray) -> tuple[IntArray, Mask]:
-    """Pairs (n, 2) of facets (n_facets, 4) with a side in common, and whether (n,) both run along it the same way.
+    """Pairs (n, 2) of facets (n_facets, 4) with a common side, and whether (n,) both run along it the same way.
 
-    Neighbours that agree about the outside run along their side in opposite ways.
+    Consistently oriented neighbours run along it in opposite directions.
     """
     ends = np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2)
     owner = np.arange(len(ends)) // 4
@@ -41,15 +41,15 @@ def turned(facets: IntArray) -> IntArray:
 
 
 def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]]:
-    """Facets (n, 4) of which neighbours agree and closed surfaces face outwards, and what was done.
+    """Facets (n, 4) with consistent orientation, closed surfaces facing outwards, and notes of the changes.
 
-    Sheets that are closed are told by the sign of their volume, unless they lie in another one: there they may be the
-    wall of a cavity and stay. Open sheets keep the side that most of their facets have.
+    Closed sheets are oriented by the sign of their volume, unless they lie inside another one: as the wall of a cavity
+    they are left unchanged. Open sheets take the orientation of most of their area.
 
     Raises
     ------
     MeshError
-        If a sheet has one side only, or so many facets of an open one disagree that its outside cannot be told.
+        If a sheet is one-sided, or too much of an open one disagrees to decide its outside.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]
     count = sheet.max() + 1
     area = _areas(points, facets)
     total, turn_area = (np.bincount(sheet, w, count) for w in (area, area * against_first))
-    # first the way that most of the area has
+    # first the orientation of most of the area
     turn = against_first ^ (turn_area > total / 2)[sheet]
     minority = np.minimum(turn_area, total - turn_area) / total
     closed = 2 * np.bincount(sheet[pairs[:, 0]], minlength=count) == np.bincount(sheet, _side_number(facets), count)
@@ -91,10 +91,10 @@ def _side_number(facets: IntArray) -> Array:
 
 
 def _sides_of_sheets(n: int, pairs: IntArray, against: Mask) -> tuple[IntArray, Mask]:
-    """Sheet (n,) of each facet, and whether it faces against the sheet's first facet.
+    """Sheet (n,) of each facet, and whether it is opposite to the sheet's first facet.
 
-    Every facet is there twice, as it is and turned; neighbours are joined side to side. A sheet with two sides makes
-    two parts of this cover, one with a single side makes one.
+    The double cover has every facet twice, as given and reversed, joined to its neighbours. An orientable sheet gives
+    two components of the cover, a one-sided sheet gives one.
     """
     i, j = pairs.T
     start, end = np.concatenate([i, i + n]), np.concatenate([np.where(against, j + n, j), np.where(against, j, j + n)])
@@ -111,7 +111,7 @@ def _sides_of_sheets(n: int, pairs: IntArray, against: Mask) -> tuple[IntArray, 
 
 
 def _triangles(points: Array, facets: IntArray) -> Array:
-    """Corners (2 n, 3, 3) of the triangles that facets are cut into; the second of a triangle has no area."""
+    """Corners (2 n, 3, 3) of the triangles of facets; the second one of a triangle has no area."""
     return points[np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])]
 
 
@@ -122,13 +122,13 @@ def _areas(points: Array, facets: IntArray) -> Array:
 
 
 def signed_volume(points: Array, facets: IntArray) -> float:
-    """Volume inside a closed surface of facets (n, 4 | 8), cut at their corners; negative if it faces inwards."""
+    """Volume inside a closed surface of facets (n, 4 | 8), triangulated by corners; negative if it faces inwards."""
     x = _triangles(points - points[facets[:, :4]].mean(axis=(0, 1)), facets)
     return float(np.einsum("ni,ni->n", x[:, 0], np.cross(x[:, 1], x[:, 2])).sum() / 6)
 
 
 def _inside_out(points: Array, facets: IntArray, sheet: IntArray, closed: Mask) -> Mask:
-    """Sheets that are closed, lie in no other and enclose a negative volume."""
+    """Closed sheets of negative volume that lie in no other sheet."""
     middle = points[np.unique(facets)].mean(axis=0)
     x = _triangles(points - middle, facets)
     volume = np.bincount(np.tile(sheet, 2), np.einsum("ni,ni->n", x[:, 0], np.cross(x[:, 1], x[:, 2])) / 6)

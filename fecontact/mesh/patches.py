@@ -1,4 +1,4 @@
-"""Patches of a meridian plane: four curves and what lies between them."""
+"""Patches of a meridian plane, interpolated between four curves."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Callable[[Arr
         a, b = s[:, None], t[:, None]
         corners = (1 - a) * (1 - b) * c00 + a * (1 - b) * c10 + (1 - a) * b * c01 + a * b * c11
         blended = ((1 - b) * top(s) + b * bottom(s)) + ((1 - a) * left(t) + a * right(t)) - corners
-        return np.where(b == 0, top(s), blended)  # a sagitta far below the rim's keeps its digits
+        return np.where(b == 0, top(s), blended)  # keeps the relative accuracy of a small sagitta
 
     return patch
 

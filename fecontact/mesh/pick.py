@@ -29,12 +29,12 @@ from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
 
-#: Points along each side of a facet at which the distance from it is measured.
+#: Points along each side of a facet used to measure the distance from it.
 SAMPLES = 8
 
 
 class Faces(Protocol):
-    """A mesh as a pick sees it."""
+    """The members of a mesh that a pick uses."""
 
     @property
     def points(self) -> Array:
@@ -46,7 +46,7 @@ class Faces(Protocol):
 
 @dataclass(frozen=True)
 class Pick:
-    """A choice among the outer faces of a mesh.
+    """A selection of outer faces of a mesh.
 
     Attributes
     ----------
@@ -93,14 +93,14 @@ def _middles(mesh: Faces, faces: IntArray) -> tuple[Array, Array]:
 
 
 def plane(point: ArrayLike, normal: ArrayLike, tolerance: float | None = None) -> Pick:
-    """Faces all nodes of which lie on a plane.
+    """Faces with all nodes on a plane.
 
     Parameters
     ----------
     point, normal : three numbers
         A point of the plane and its normal, either way.
     tolerance : float, optional
-        Distance from the plane that still counts; a millionth of the mesh's size unless given.
+        Largest distance from the plane; a millionth of the mesh's size unless given.
     """
     p, n = _point(point, "point of the plane"), _unit(normal, "normal of the plane")
 
@@ -113,7 +113,7 @@ def plane(point: ArrayLike, normal: ArrayLike, tolerance: float | None = None) -
 
 
 def box(low: ArrayLike, high: ArrayLike) -> Pick:
-    """Faces all nodes of which lie in a box between two opposite corners (a little of rounding allowed)."""
+    """Faces with all nodes in a box between two opposite corners, with a tolerance for rounding."""
     a, b = _point(low, "lower corner"), _point(high, "upper corner")
     if (a > b).any():
         raise InputError(f"The lower corner must not exceed the upper one; found {low!r} and {high!r}.")
@@ -143,9 +143,9 @@ def near(other: Any, distance: float) -> Pick:
     Parameters
     ----------
     other : Mesh, SurfaceMesh, surface with ``project``, or (n, 3) array
-        Of a mesh its outer faces count, of points the nearest one. All in the axes of the mesh that is picked from.
-        Meshes and surface meshes are measured at points spread over their facets, a seventh of a side apart; a
-        surface with ``project``, such as `ElasticBody.surface`, exactly.
+        A mesh counts by its outer faces, points by the nearest one; all in the axes of the picked mesh. Meshes and
+        surface meshes are measured at points spread over their facets, a seventh of a side apart; a surface with
+        ``project``, such as `ElasticBody.surface`, exactly.
     distance : float
     """
     positive("the distance", distance)
@@ -180,7 +180,7 @@ def _spread(points: Array, facets: IntArray) -> Array:
 
 
 def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
-    """Faces that can be reached from the one nearest to `seed` without crossing an edge sharper than `angle` degrees.
+    """Faces connected to the one nearest to `seed` without crossing an edge sharper than `angle` degrees.
 
     The angle is that between the normals of neighbouring faces at the middle of their common side.
     """
@@ -218,7 +218,7 @@ def shared_sides(points: Array, facets: IntArray) -> tuple[IntArray, IntArray, A
 
 
 def _side_normals(points: Array, facets: IntArray, triangle: Mask) -> Array:
-    """Unit normals (n_facets, 4, 3) of facets at the middles of their sides; the third of a triangle counts nothing."""
+    """Unit normals (n_facets, 4, 3) of facets at the middles of their sides; the third of a triangle is meaningless."""
     quad = np.array([[0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]])
     tri = np.array([[0.5, 0.0], [0.5, 0.5], [0.25, 0.25], [0.0, 0.5]])
     out = np.empty((len(facets), 4, 3))

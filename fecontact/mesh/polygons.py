@@ -1,4 +1,4 @@
-"""Polygons cut into triangles."""
+"""Triangulation of polygons."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
 
-#: Sine of the angle at a corner below which it is straight.
+#: Sine of the angle at a corner below which it counts as straight.
 STRAIGHT = 1e-6
 
 
 def cut(points: Array, polygons: IntArray) -> IntArray:
     """Facets (n_facets, 4) of polygons (n, k): convex quadrilaterals as they are, others as triangles.
 
-    Convex polygons are cut from their first corner; those with straight or hollow corners by clipping ears (G. H.
-    Meisters, Amer. Math. Monthly 82, 1975, 648), the best-shaped one first. Straight corners stay corners, since a
-    neighbour may have one there. Polygons out of a plane are judged by their projection along their vector area.
+    Convex polygons are divided from their first corner; those with straight or reflex corners by ear clipping (G. H.
+    Meisters, Amer. Math. Monthly 82, 1975, 648), the best-shaped ear first. Straight corners stay corners, since a
+    neighbour may have one there. Non-planar polygons are projected along their vector area.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def cut(points: Array, polygons: IntArray) -> IntArray:
 
 
 def _projected(x: Array) -> Array:
-    """Coordinates (n, k, 2) of polygons (n, k, 3) seen against their vector area."""
+    """Coordinates (n, k, 2) of polygons (n, k, 3) projected along their vector area."""
     rest = x - x.mean(axis=1, keepdims=True)
     normal = np.cross(rest, np.roll(rest, -1, axis=1)).sum(axis=1)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -68,7 +68,7 @@ def _ears(x: Array) -> IntArray:
         sine, twice, _ = _corners(x[left])
         a, c = np.roll(left, 1), np.roll(left, -1)
         longest = np.max([((x[p] - x[q]) ** 2).sum(axis=1) for p, q in ((a, left), (left, c), (c, a))], axis=0)
-        # an ear that is the whole polygon would leave corners on one line
+        # an ear equal to the whole polygon would leave collinear corners
         whole = (x[left, 0] * np.roll(x[left, 1], -1) - x[left, 1] * np.roll(x[left, 0], -1)).sum()
         ear = (sine > STRAIGHT) & (twice < (1 - STRAIGHT) * whole)
         quality = np.where(ear, twice / np.where(longest > 0, longest, 1.0), -1.0)
@@ -85,7 +85,7 @@ def _ears(x: Array) -> IntArray:
 
 
 def _holds_any(triangle: Array, points: Array) -> bool:
-    """Whether one of points (n, 2) lies in a triangle (3, 2) or, but for rounding, on it."""
+    """Whether one of points (n, 2) lies in a triangle (3, 2) or, to rounding, on its edge."""
     sides = np.roll(triangle, -1, axis=0) - triangle
     rest = points[:, None] - triangle
     beyond = sides[:, 0] * rest[..., 1] - sides[:, 1] * rest[..., 0]

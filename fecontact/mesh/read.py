@@ -1,8 +1,8 @@
-"""Meshes from files: one call for all formats, everything checked, names kept.
+"""Read meshes from files of all formats, with checks; names are kept.
 
-Wedges, pyramids and tetrahedra become degenerate 20-node hexahedra, which hold their own quadratic functions exactly
-(see `mesh.element.degenerate`) and pass the patch tests; a 4-node tetrahedron or 6-node wedge becomes a degenerate
-8-node hexahedron. The order of mid-edge and face nodes differs between programs, so it is found from their positions.
+Wedges, pyramids and tetrahedra become degenerate 20-node hexahedra, with exact quadratic functions (see
+`mesh.element.degenerate`) and pass the patch tests; a 4-node tetrahedron or 6-node wedge becomes a degenerate 8-node
+hexahedron. The order of mid-edge and face nodes differs between programs, so it is found from their positions.
 """
 
 from __future__ import annotations
@@ -47,18 +47,17 @@ def read_mesh(
         CalculiX), ``.feb`` (FEBio), ``.vtk``, ``.vtu``, ``.xdmf``; geometry ``.step``, ``.stp``, ``.brep``, ``.geo``,
         ``.iges`` is meshed by gmsh with default sizes (`fecontact.mesh.cad.mesh_solid` has the options).
     scale : float
-        By which all coordinates are multiplied.
+        Factor for all coordinates.
     element : {'hex20', 'hex27', 'wedge15', 'tet10'}, optional
-        Raise linear cells to this family, with straight edges ('hex20', 'wedge15' and 'tet10' mean the same: every
-        cell gets its mid-edge nodes). 27-node cells are brought down to 20 nodes by 'hex20'. Left as they are unless
-        given.
+        Convert linear cells to this family, with straight edges ('hex20', 'wedge15' and 'tet10' mean the same: every
+        cell gets mid-edge nodes). 'hex20' reduces 27-node cells to 20 nodes. No conversion unless given.
     part : str, optional
-        Of an assembly in an ``.inp`` file: the instance that is wanted, in its place. Otherwise all instances are read
-        side by side, not welded; each is an element set of its own name (`Mesh.part` takes it out), and names that
-        occur in several of them are called ``instance.name``.
+        Instance of an assembly in an ``.inp`` file, in its place. Otherwise all instances are read into one mesh,
+        without merging nodes; each is an element set of its name (`Mesh.part` extracts it), and names that occur in
+        several of them are called ``instance.name``.
     reader : callable, optional
-        A reader of the user's own for a file of any type: from its path to a `mesh.formats.raw.RawMesh`, which is then
-        checked and brought into form like all others; see docs/extending.md.
+        A user-defined reader for a file of any type: a function from its path to a `mesh.formats.raw.RawMesh`, which is
+        then checked and converted like all others; see docs/extending.md.
 
     Returns
     -------
@@ -68,9 +67,10 @@ def read_mesh(
     Raises
     ------
     InputError
-        Unknown file type, element or part; a surface file (see `read_surface`).
+        For an unknown file type, element or part, or a surface file (see `read_surface`).
     MeshError
-        A damaged file, unknown or mixed cells, inverted or folded cells, surfaces that are no faces of the solid.
+        For a damaged file, unknown or mixed cells, inverted or folded cells, or surfaces that are not faces of the
+        solid.
 
     Examples
     --------

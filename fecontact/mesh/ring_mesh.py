@@ -1,4 +1,4 @@
-"""Ring meshes: a square core on the axis, rings round it, and the quarters of a body joined to a whole."""
+"""Ring meshes: a square core on the axis, rings round it, and repetition of a quarter to a half or whole body."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ def disc(n_layers: int, ring: RingGrading, names: Mapping[str, str | None], elem
         xy = np.where(inner < 1, (1 - inner) * boundary(j) + inner * radii[0] * direction, r[:, None] * direction)
         return np.stack([xy[:, 0], xy[:, 1], index[:, 2]], 1)
 
-    # the ring lattice runs (around, outwards, down): left-handed against (x, y, down), which `right_handed` mends
+    # the ring lattice runs (around, outwards, down): left-handed against (x, y, down), corrected by `right_handed`
     return core.mapped(core_plan), rings.mapped(ring_plan)
 
 
 def revolved(mesh: Mesh, patch: Callable[[Array, Array], Array], s_of: Curve, t_of: Curve) -> Mesh:
-    """Plan coordinates (x, y, layer index) to space by a meridian map (s, t) -> (rho, z)."""
+    """Points in space from plan coordinates (x, y, layer index), by a meridian map (s, t) -> (rho, z)."""
 
     def shape(plan: Array) -> Array:
         r = np.hypot(plan[:, 0], plan[:, 1])
@@ -65,7 +65,7 @@ def revolved(mesh: Mesh, patch: Callable[[Array, Array], Array], s_of: Curve, t_
 
 
 def right_handed(mesh: Mesh) -> Mesh:
-    """Make all cells right-handed by mirroring those that are not (corner test; shapes have no folded cells)."""
+    """Reorder left-handed cells (corner test; the shapes have no folded cells)."""
     x = mesh.points[mesh.cells[:, :8]]
     det = np.einsum(
         "ni,ni->n", np.cross(x[:, [1]] - x[:, [0]], x[:, [3]] - x[:, [0]])[:, 0], x[:, 4:].mean(1) - x[:, :4].mean(1)
@@ -86,7 +86,7 @@ def right_handed(mesh: Mesh) -> Mesh:
 
 
 def repeated(quarter: Mesh, sector: str, tolerance: float) -> Mesh:
-    """Turn a quarter model (x, y >= 0) into a half (y >= 0) or the full body by turning and joining it."""
+    """Half (y >= 0) or full body from a quarter model (x, y >= 0), by rotating and joining it."""
     if sector not in SECTORS:
         raise InputError(f"Unknown sector {sector!r}; expected one of {', '.join(map(repr, SECTORS))}.")
     quarter = right_handed(quarter)

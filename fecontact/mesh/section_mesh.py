@@ -2,9 +2,9 @@
 
 y runs through the thickness of a plate; of a body of revolution x is the radius and z the axis.
 
-Points have three coordinates, the second of them zero, so that everything behind a mesh - poses, surfaces, forces - is
-that of space. Sides run counter-clockwise seen with x to the right and z upwards; a side of three nodes has the weights
-1/6, 4/6 and 1/6, all positive.
+Points have three coordinates, the second of them zero, so that poses, surfaces and forces are those of space. Sides run
+counter-clockwise seen with x to the right and z upwards; a side of three nodes has the weights 1/6, 4/6 and 1/6, all
+positive.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import CellSets, first_alike, joined
 from fecontact.mesh.element.hexahedron import QUAD_EDGES, quad_quadrature, quad_shapes
 
-#: Distance from the plane y = 0, relative to the size of the mesh, that is rounding.
+#: Distance from the plane y = 0, relative to the size of the mesh, that counts as rounding.
 ON_PLANE = 1e-12
-#: Nodes of a cell that runs clockwise in counter-clockwise order; side k becomes side 3 - k.
+#: Permutation of the nodes of a clockwise cell to counter-clockwise order; side k becomes side 3 - k.
 REVERSED = (0, 3, 2, 1, 7, 6, 5, 4, 8)
-#: Local nodes of the four sides: the corners where it begins and ends, and the middle.
+#: Local nodes of the four sides: first corner, last corner, middle.
 SIDES = np.concatenate([QUAD_EDGES, 4 + np.arange(4)[:, None]], axis=1)
 
 
 @dataclass(frozen=True)
 class Extent:
-    """How far a section goes on: through a thickness, or round the axis.
+    """Out-of-plane extent of a section: its thickness, or the circumference of a body of revolution.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Extent:
 
     @property
     def revolved(self) -> bool:
-        """Whether the section is turned about the z axis."""
+        """Whether the section is a meridian plane of a body of revolution about z."""
         return self.thickness is None
 
     def __call__(self, points: Array) -> Array:
@@ -57,7 +57,7 @@ class Extent:
         return 2 * np.pi * points[..., 0] if self.thickness is None else np.full(points.shape[:-1], self.thickness)
 
     def mean(self, vectors: Array) -> Array:
-        """Vectors or points (n, 3) of the section averaged over what each stands for: round the axis only z is left."""
+        """Vectors or points (n, 3) averaged over the out-of-plane extent: of a body of revolution only z remains."""
         return vectors * np.array([0.0, 0.0, 1.0]) if self.revolved else vectors
 
 
@@ -116,12 +116,13 @@ class SectionMesh(CellSets):
     hanging : HangingNodes, optional
         Ties of the nodes at which divided cells meet undivided ones; see `fecontact.mesh.hanging_nodes`.
 
-    A member that a set lists more than once counts once.
+    Repeated members of a set count once.
 
     Raises
     ------
     MeshError
-        Wrong shapes, points off the plane or not finite, unused or doubled points, inverted, folded or repeated cells.
+        For wrong shapes, points off the plane or not finite, unused or repeated points, inverted, folded or repeated
+        cells.
 
     Examples
     --------
@@ -154,7 +155,7 @@ class SectionMesh(CellSets):
         self._check()
 
     def _check(self) -> None:
-        """Refuse what would be found as a wrong answer or a singular matrix much later."""
+        """Refuse an invalid mesh, which would give wrong results or a singular matrix."""
         used = np.zeros(len(self.points), bool)
         used[self.cells] = True
         if not used.all():
@@ -193,7 +194,7 @@ class SectionMesh(CellSets):
 
     @property
     def outer(self) -> IntArray:
-        """The same as `outer_sides`: what meshes of bodies and of sections both answer to."""
+        """The same as `outer_sides`, by the name shared with `Mesh`."""
         return self.outer_sides
 
     def face_nodes(self, sides: IntArray) -> IntArray:
@@ -218,7 +219,7 @@ def jacobian_2d(x: Array, dN: Array) -> tuple[Array, Array]:
 
 
 def counter_clockwise(points: Array, cells: IntArray) -> IntArray:
-    """Cells (n, 8 | 9) that all run the one way or all the other, turned so that they run counter-clockwise."""
+    """Consistently oriented cells (n, 8 | 9), reordered to run counter-clockwise."""
     a, b, c = (points[cells[0, k]] for k in (0, 1, 3))
     clockwise = (b - a)[0] * (c - a)[-1] < (b - a)[-1] * (c - a)[0]
     return cells[:, list(REVERSED[: cells.shape[1]])] if clockwise else cells

@@ -1,8 +1,8 @@
 """Ready-made sections: rectangle, annulus, cap and half disc graded towards the edge of a contact.
 
-Positions are those of the spatial shapes (`fecontact.shapes`): the contact point is the local origin, the body lies in
-z >= 0, one mesh line meets the contact at ``contact_radius`` and everything is graded towards it. For a body of
-revolution x is the radius; for a plane one the boundary `sym_x` (x = 0) is a plane of symmetry.
+Positions are as in `fecontact.shapes`: the contact point is the local origin, the body lies in z >= 0, one mesh line
+ends at ``contact_radius`` and the mesh is graded towards it. For a body of revolution x is the radius; for a plane one
+the boundary `sym_x` (x = 0) is a plane of symmetry.
 """
 
 from __future__ import annotations
@@ -209,7 +209,7 @@ def half_disc(
 ) -> SectionMesh:
     """Right half (x >= 0) of the lower half of a disc, graded towards the contact point at the origin.
 
-    Turned about the z axis it is the hemisphere `shapes.half_sphere`; as a plane section half of a half cylinder.
+    As a body of revolution it is the hemisphere `shapes.half_sphere`; as a plane section half of a half cylinder.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""Ready-made bodies: block, cylinder, thick ring, and spheres graded hard towards the contact point.
+"""Ready-made bodies: block, cylinder, thick ring, and spheres graded towards the contact point.
 
-All sizes are lengths in the user's unit. Round shapes are **ring meshes**: a square core on the axis (no collapsed
-edge inside a contact), then rings whose edges are circles. With ``contact_radius=a`` one ring lies at r = a exactly;
-the rings narrow towards it from inside and widen from it outwards, because the pressure has a square-root edge there
-and an element edge along it is worth more than refinement. Away from the contact everything widens by `growth` per
+All sizes are lengths in the user's unit. Round shapes are **ring meshes**: a square core on the axis (no collapsed edge
+inside a contact), then rings whose edges are circles. With ``contact_radius=a`` one ring lies at r = a exactly; the
+rings narrow towards it from inside and widen from it outwards, because the pressure falls to zero there as a square
+root: an element edge along it reduces the error more than refinement. Away from the contact widths grow by `growth` per
 ring and per layer. The pole of a sphere is the local origin and its body lies in z >= 0, so that the sagitta
-r^2 / (R + sqrt(R^2 - r^2)) keeps all its digits.
+r^2 / (R + sqrt(R^2 - r^2)) is accurate.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def cap(
     sector: str = "full",
     element: str = "hex20",
 ) -> Mesh:
-    """Cut from a sphere round its pole: a cylinder of radius `extent` and height `depth` with a spherical top.
+    """Part of a sphere at its pole: a cylinder of radius `extent` and height `depth` with a spherical top.
 
     Parameters
     ----------
@@ -254,12 +254,12 @@ def _collar(
 
 
 def quarter_sphere(radius: float, **options: object) -> Mesh:
-    """A quarter (x, y >= 0) of `half_sphere`: what a scene with two planes of symmetry needs."""
+    """A quarter (x, y >= 0) of `half_sphere`, for a scene with two planes of symmetry."""
     return half_sphere(radius, sector="quarter", **options)  # type: ignore[arg-type]
 
 
 def sphere(radius: float, **options: object) -> Mesh:
-    """A whole ball with its graded pole at the origin: `half_sphere` and its mirror image below the equator.
+    """A whole sphere with its graded pole at the origin: `half_sphere` and its mirror image below the equator.
 
     Boundaries `cap` (round the pole at the origin), `far_cap` (round the opposite pole) and `flank`.
     """

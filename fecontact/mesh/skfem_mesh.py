@@ -1,8 +1,8 @@
-"""The bridge to scikit-fem: its meshes and bases as points and cells of ours, and the way back.
+"""Conversion between scikit-fem meshes and bases and the points and cells of `Mesh`, in both directions.
 
-This module works on arrays; `Mesh.from_skfem`, `Mesh.to_skfem` and `AssembledBody.from_skfem` are what to call. All
-orders of nodes and faces are found from reference positions, so that no table has to agree with scikit-fem's.
-scikit-fem has straight (8-node) and 27-node hexahedra but no 20-node geometry: `MeshHex20` is that class.
+This module works on arrays; call `Mesh.from_skfem`, `Mesh.to_skfem` and `AssembledBody.from_skfem`. The order of nodes
+and faces is found from reference positions, without a table that must agree with scikit-fem's. scikit-fem has straight
+(8-node) and 27-node hexahedra but no 20-node geometry: `MeshHex20` is that class.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.element.hexahedron import FACES, hex_nodes
 from fecontact.mesh.kinds import KINDS, Kind
 
-#: Points (n, 3), cells (n, 8 | 20 | 27), boundaries and groups: what a `Mesh` is made of.
+#: Points (n, 3), cells (n, 8 | 20 | 27), boundaries and groups of a `Mesh`.
 MeshArrays = tuple[Array, IntArray, Mapping[str, IntArray], Mapping[str, IntArray]]
 
-# without it scikit-fem does not know what the faces of a 20-node hexahedron are
+# scikit-fem needs it for the faces of a 20-node hexahedron
 BOUNDARY_ELEMENT_MAP[ElementHexS2] = ElementQuadS2
 
 
@@ -56,16 +56,16 @@ EXPECTED = "8-, 20- or 27-node hexahedra, 4- or 10-node tetrahedra or 6-node wed
 
 @dataclass(frozen=True, eq=False)
 class _Order:
-    """How a kind of cell is numbered here and in scikit-fem.
+    """Numbering of a kind of cell here and in scikit-fem.
 
     Attributes
     ----------
     nodes : (n_nodes,) array
-        Our number of each of scikit-fem's nodes.
+        Number here of each of scikit-fem's nodes.
     faces : (n_facets,) array
-        Our local face of each of scikit-fem's facets.
+        Local face here of each of scikit-fem's facets.
     mirrored_nodes, mirrored_faces : (n_nodes,), (6,) arrays
-        What each of our nodes and faces becomes when a cell that is inside out is put right.
+        Permutation of nodes and faces that turns a left-handed cell right-handed.
     """
 
     nodes: IntArray
@@ -80,7 +80,7 @@ def _nearest(wanted: Array, among: Array) -> IntArray:
 
 @cache
 def _order(name: str) -> _Order:
-    """Match nodes and faces of a kind of cell by their positions in scikit-fem's reference cell."""
+    """Numbering of a kind of cell, matched by positions in scikit-fem's reference cell."""
     kind, element = KINDS[name], _CLASSES[name].elem
     if kind.n_corners == 8:
         ours = hex_nodes(kind.n_nodes)
@@ -90,7 +90,7 @@ def _order(name: str) -> _Order:
         ours = np.array([*corners, *(corners[list(ends)].mean(axis=0) for _, ends in sorted(kind.mid_edges.items()))])
         mirrored = ours[:, [1, 0, 2]]
     sides = [sorted({kind.embedding[k] for k in face}) for face in FACES[:, :4].tolist()]
-    # a face that has shrunk to a line or a point is nobody's nearest
+    # a collapsed face is never the nearest
     centres = np.array([ours[s].mean(axis=0) if len(s) > 2 else np.full(3, 9.0) for s in sides])
     mirrored_centres = np.array([mirrored[s].mean(axis=0) if len(s) > 2 else np.full(3, 9.0) for s in sides])
     theirs = np.array([element.refdom.p.T[sorted(set(facet))].mean(axis=0) for facet in element.refdom.facets])
@@ -103,12 +103,12 @@ def _order(name: str) -> _Order:
 
 
 def skfem_mesh(kinds: tuple[str, ...], mesh: MeshArrays) -> SkfemMesh:
-    """Make points, cells, boundaries and groups, of the given kinds of cells, a mesh of scikit-fem's.
+    """scikit-fem mesh of points, cells, boundaries and groups of the given kinds of cells.
 
     Raises
     ------
     InputError
-        If there is not one kind of cell, or one that scikit-fem has no element for.
+        If there are several kinds of cells, or one without a scikit-fem element.
     """
     if len(kinds) != 1 or kinds[0] not in _CLASSES:
         raise InputError(
@@ -127,7 +127,7 @@ def skfem_mesh(kinds: tuple[str, ...], mesh: MeshArrays) -> SkfemMesh:
 
 
 def _facets(theirs: SkfemMesh, cell: IntArray, local: IntArray) -> IntArray:
-    """Numbers (n,) of scikit-fem's facets, with the side they are seen from where that is not their first cell."""
+    """Numbers (n,) of scikit-fem's facets, with their orientation where it is not that of their first cell."""
     facets = theirs.t2f[local, cell]
     second = theirs.f2t[0, facets] != cell
     return OrientedBoundary(facets, second.astype(int)) if second.any() else facets
@@ -139,7 +139,7 @@ def from_skfem_mesh(theirs: SkfemMesh) -> MeshArrays:
     Raises
     ------
     MeshError
-        If it is no mesh of solid cells that we have.
+        If its cells are not supported solid cells.
     """
     kind = _KIND_OF_ELEMENT.get(getattr(theirs, "elem", None))
     if kind is None:
@@ -150,7 +150,7 @@ def from_skfem_mesh(theirs: SkfemMesh) -> MeshArrays:
 def from_skfem_basis(basis: CellBasis) -> tuple[MeshArrays, IntArray]:
     """Points, cells, boundaries and groups of the nodes of a basis of displacements, and their numbers in it.
 
-    The element may be of a higher order than the mesh: the nodes are those of the element, on the mesh's own geometry.
+    The element may be of a higher order than the mesh: the nodes are those of the element, on the geometry of the mesh.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def from_skfem_basis(basis: CellBasis) -> tuple[MeshArrays, IntArray]:
     Raises
     ------
     InputError
-        If the basis is not one of three displacements per node over all cells of a mesh that we have.
+        If the basis does not have three displacements per node over all cells of a supported mesh.
     """
     scalar = basis.elem.elem if isinstance(basis.elem, ElementVector) else None
     kind, geometry = _KIND_OF_ELEMENT.get(type(scalar)), _KIND_OF_ELEMENT.get(basis.mesh.elem)

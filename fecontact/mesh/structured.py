@@ -1,4 +1,4 @@
-"""Hexahedra on an index box, to be mapped to a true shape, and the positions that its indices stand for."""
+"""Hexahedra on an index box, to be mapped to a shape, and the positions of its indices."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.mesh.mesh import Mesh
 
-#: Share of a size up to which the ends of given positions are off it by rounding; they are put where they belong.
+#: Largest deviation of the end positions, as a share of the size, that is corrected as rounding.
 SAME_POSITION = 1e-9
 
 _NODES = {"hex8": 8, "hex20": 20, "hex27": 27}
@@ -53,7 +53,7 @@ def division(size: float, given: int | ArrayLike, what: str) -> Array:
     Raises
     ------
     InputError
-        If they do not increase or do not run from 0 to `size`; `what` says of what they are.
+        If they do not increase or do not run from 0 to `size`; `what` names them in the message.
     """
     if isinstance(given, int | np.integer):
         return np.linspace(0.0, size, int(given) + 1)
@@ -69,7 +69,7 @@ def division(size: float, given: int | ArrayLike, what: str) -> Array:
 
 
 def check_lengths(**lengths: float) -> None:
-    """Refuse lengths that are not positive and finite, by their names.
+    """Refuse lengths that are not positive and finite, given by name.
 
     Raises
     ------
@@ -81,5 +81,5 @@ def check_lengths(**lengths: float) -> None:
 
 
 def interpolated(index: Array, positions: Array) -> Array:
-    """Positions at fractional indices, linear between whole ones."""
+    """Positions at fractional indices, linear between integer ones."""
     return np.interp(index, np.arange(len(positions)), positions)

@@ -36,13 +36,13 @@ class SurfaceMesh:
         Corners counter-clockwise seen from outside, then mid-side nodes; triangles as in `mesh.facets`: the last two
         corners are one node.
     notes : tuple of str
-        What was mended when the surface was read; results repeat it.
+        Corrections made when the surface was read; results repeat them.
 
     Raises
     ------
     MeshError
         If a facet refers to a point that does not exist or has no area, a side belongs to more than two facets, or
-        neighbours face opposite ways.
+        neighbours have opposite orientation.
 
     Examples
     --------
@@ -98,13 +98,13 @@ class SurfaceMesh:
 
     @cached_property
     def sides(self) -> IntArray:
-        """Directed corner pairs (n_facets, 4, 2); the third of a triangle is one node twice."""
+        """Directed corner pairs (n_facets, 4, 2); the third of a triangle repeats one node."""
         corners = self.facets[:, :4]
         return np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
 
     @cached_property
     def _side_count(self) -> IntArray:
-        """How many facets share each side (n_facets, 4); 2 for the missing side of a triangle."""
+        """Number of facets at each side (n_facets, 4); 2 for the missing side of a triangle."""
         ends = np.sort(self.sides.reshape(-1, 2), axis=1)
         _, inverse, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
         return np.where(ends[:, 0] == ends[:, 1], 2, count[inverse.ravel()]).reshape(-1, 4)
@@ -118,13 +118,13 @@ class SurfaceMesh:
     def normals(self) -> Array:
         """Unit normals (n_points, 3) averaged over the facets round each node; zero at points without facets.
 
-        Each facet counts by the angle it has at a corner, so that the cutting into triangles does not matter.
+        Each facet is weighted by its angle at the node, so that the triangulation does not matter.
         """
         return averaged_normals(self.points, self.facets)[0]
 
     @classmethod
     def of(cls, mesh: Mesh, name: str) -> SurfaceMesh:
-        """Boundary of a solid as a surface of its own, with the solid's points.
+        """Surface mesh of a boundary of a solid, with the solid's points.
 
         A layer extruded from it fits the solid node by node; `mesh.merge` joins them.
         """
@@ -132,7 +132,7 @@ class SurfaceMesh:
         return cls(mesh.points, facets, mesh.notes)
 
     def flipped(self) -> SurfaceMesh:
-        """The same surface with its outside inside."""
+        """The same surface with reversed orientation."""
         return replace(self, facets=turned(self.facets))
 
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> SurfaceMesh:
@@ -153,7 +153,7 @@ def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
     normals : (n_points, 3) array
         Zero at points without facets.
     cosine : (n_points,) array
-        Of the largest angle between the average and the normal of a facet; 1 at points without facets.
+        Cosine of the largest angle between the average and the normal of a facet; 1 at points without facets.
     """
     k = facets.shape[1]
     facet, column = np.nonzero(distinct_columns(facets))
@@ -164,7 +164,7 @@ def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
     t1, t2 = tangents[:, :, 0], tangents[:, :, 1]
     normal = np.cross(t1, t2)
     length = np.linalg.norm(normal, axis=1)
-    # the angle between the sides at a corner; at a mid-side node it is straight
+    # the angle between the sides at a corner; pi at a mid-side node
     angle = np.arctan2(length, np.einsum("ni,ni->n", *_sides_at(t1, t2, column, triangle)))
     weight = np.where(column < 4, angle, np.pi)
     normal /= length[:, None]
@@ -194,19 +194,20 @@ def read_surface(path: str | Path, scale: float = 1.0) -> SurfaceMesh:
     ----------
     path : str or Path
     scale : float
-        By which all coordinates are multiplied.
+        Factor for all coordinates.
 
     Returns
     -------
     SurfaceMesh
-        Points in the same place are joined (.stl lists each corner once per triangle); triangles that shrink to a line
-        by that are left out, and so are copies. Polygons are cut into triangles. Facets that face against their
-        neighbours, and closed surfaces that face inwards, are turned (`mesh.orient.oriented`); `notes` says so.
+        Points in the same place are joined (.stl lists each corner once per triangle); triangles that collapse to a
+        line by it are left out, and so are repeated facets. Polygons are divided into triangles. Facets oriented
+        against their neighbours, and closed surfaces that face inwards, are reversed (`mesh.orient.oriented`); `notes`
+        reports it.
 
     Raises
     ------
     InputError, MeshError
-        Unknown file type, damaged file, branching or one-sided surface, no surface cells.
+        For an unknown file type, a damaged file, a branching or one-sided surface, or no surface cells.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -249,12 +250,12 @@ READERS: dict[str, Callable[[Path], tuple[Array, list[IntArray]]]] = {
 
 
 def joined(points: Array, facets: IntArray) -> SurfaceMesh:
-    """Surface of facets (n, 4) whose points in the same place have become one, each facet once, all facing one way.
+    """Surface of facets (n, 4) with coincident points merged, repeated facets dropped and consistent orientation.
 
     Raises
     ------
     MeshError
-        A facet refers to a point that does not exist; the outside cannot be told (`mesh.orient.oriented`).
+        If a facet refers to a point that does not exist, or the outside cannot be decided (`mesh.orient.oriented`).
     """
     if facets.min() < 0 or facets.max() >= len(points):
         raise MeshError(f"A facet refers to point {facets.max()}, but there are only {len(points)} points.")
@@ -273,7 +274,7 @@ def joined(points: Array, facets: IntArray) -> SurfaceMesh:
 
 
 def _as_triangles(facets: IntArray) -> IntArray:
-    """Facets (n, 4) of which those with two corners in one turn so that these come last."""
+    """Facets (n, 4), rotated so that two coincident corners come last."""
     out = facets.copy()
     for k in range(3):
         rows = facets[:, k] == facets[:, (k + 1) % 4]

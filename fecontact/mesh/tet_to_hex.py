@@ -1,7 +1,8 @@
-"""Division of tetrahedra into hexahedra: any solid that can be cut into tetrahedra gets an all-hexahedral mesh.
+"""Division of tetrahedra into hexahedra: an all-hexahedral mesh of any solid that has a tetrahedral one.
 
-Each tetrahedron falls into four hexahedra, one at each corner, by its mid-edge points, face centres and centre. Nodes
-are placed by the tetrahedron's own (quadratic) mapping, so curved surfaces stay curved and neighbours fit.
+Each tetrahedron is divided into four hexahedra, one at each corner, by its mid-edge points, face centres and centre.
+Nodes are placed by the tetrahedron's own (quadratic) mapping, so that curved surfaces stay curved and neighbours
+conform.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from fecontact.mesh.element.hexahedron import EDGES
 from fecontact.mesh.element.quadrature import TETRAHEDRON
 from fecontact.mesh.mesh import Mesh
 
-#: Corners of the tetrahedron at each hexahedron's first corner and along its three axes; all even permutations.
+#: Tetrahedron corners at each hexahedron's first corner and along its three axes; all even permutations.
 _AXES = ((0, 1, 2, 3), (1, 2, 0, 3), (2, 0, 1, 3), (3, 1, 0, 2))
 #: Corners of the tetrahedron on the local faces -x, +x, -y, -z of its collapsed hexahedron.
 _TRIANGLES = {0: (0, 2, 3), 1: (1, 2, 3), 2: (0, 1, 3), 4: (0, 1, 2)}
@@ -24,7 +25,7 @@ _FACE_OF_AXES = {(1, 2): 4, (1, 3): 2, (2, 3): 0}
 
 
 def _corner_sets() -> list[tuple[int, ...]]:
-    """Tetrahedron corners whose middle each of the 4 x 8 corners of the hexahedra is."""
+    """Tetrahedron corners whose mean is each of the 4 x 8 corners of the hexahedra."""
     sets = []
     for v, p, q, r in _AXES:
         sets += [(v,), (v, p), (v, p, q), (v, q), (v, r), (v, p, r), (v, p, q, r), (v, q, r)]
@@ -48,7 +49,7 @@ def divided(mesh: Mesh) -> Mesh:
     Raises
     ------
     InputError
-        If a cell is no tetrahedron.
+        If a cell is not a tetrahedron.
 
     Examples
     --------

@@ -1,16 +1,15 @@
-"""Shape functions of one element: plain, with mid-face nodes on chosen faces, or with coalesced edges.
+"""Shape functions of one element: regular, with mid-face nodes on chosen faces, or with coalesced edges.
 
-A **degenerate** hexahedron repeats node numbers: an edge whose three nodes are one node has coalesced. For the 20-node
-element, adding up the coalesced functions does not give the functions of the wedge; every face that has become a
-triangle needs the correction of
-Newton and Irons (Elangovan 1978, appendix B, eq. B-17/18)
+A **degenerate** hexahedron repeats node numbers: a coalesced edge has one node in place of three. For the 20-node
+element the sums of the coalesced functions are not the functions of the wedge; every triangular face needs the
+correction of Newton and Irons (Elangovan 1978, appendix B, eq. B-17/18)
 
     P_c += Delta (both corners opposite the coalesced edge),  P_m -= 2 Delta (the mid-side node between them),
     Delta = (1 - xi^2)(1 - eta^2)/8 on the face, here fading linearly to zero on the opposite face.
 
-With it the wedge (two coalesced edges of one face) and the pyramid hold every quadratic polynomial. The tetrahedron
-does not, so it takes the ten-node functions L_i (2 L_i - 1) and 4 L_i L_j directly, with the barycentric coordinates
-L_i that the coalesced trilinear functions are.
+With it the wedge (two coalesced edges of one face) and the pyramid reproduce every quadratic polynomial. The
+tetrahedron does not; it takes the ten-node functions L_i (2 L_i - 1) and 4 L_i L_j directly, where the barycentric
+coordinates L_i are the coalesced trilinear functions.
 
 A **mid-face node** turns the eight nodes of a contact face into nine: with N21 of `hexahedron.midface_shape`,
 N_corner += N21/4 and N_mid -= N21/2. A triangular face gets a **centroid node**: with N = 27 L1 L2 L3 on the face,
@@ -28,13 +27,13 @@ from numpy.typing import NDArray
 from fecontact.common.arrays import Array
 from fecontact.mesh.element.hexahedron import CORNERS, EDGES, FACES, hex_nodes, hex_shapes, midface_shape
 
-#: Which local node each of the 20 nodes coincides with (the first of its kind); the identity if none has coalesced.
+#: First local node with which each of the 20 nodes coincides; the identity if none has coalesced.
 Pattern = tuple[int, ...]
 
 
 @cache
 def coalesced_edges(pattern: Pattern) -> NDArray[np.bool_]:
-    """Of the twelve edges, those whose two corners are one node."""
+    """Edges (of twelve) whose two corners are one node."""
     p = np.asarray(pattern)
     return p[EDGES[:, 0]] == p[EDGES[:, 1]]
 
@@ -72,7 +71,7 @@ def element_basis(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...], X: 
     Returns
     -------
     N : (n_q, n_distinct + n_midfaces) array
-        Functions of the distinct nodes in order of first appearance, then of the mid-face nodes.
+        Functions of the distinct nodes in order of first appearance, then those of the mid-face nodes.
     dN : (n_q, n_distinct + n_midfaces, 3) array
 
     Examples
@@ -134,7 +133,7 @@ def linear_shapes(pattern: Pattern, X: Array) -> tuple[Array, Array]:
 
 
 def node_positions(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...]) -> Array:
-    """Reference positions (n_functions, 3) of an element's nodes; of a coalesced one, the first of its places."""
+    """Reference positions (n_functions, 3) of an element's nodes; a coalesced node has the first of its positions."""
     positions = [hex_nodes(n_nodes)[np.unique(pattern)]]
     triangles = dict(triangular_faces(pattern))
     for face in midfaces:
@@ -148,7 +147,7 @@ def node_positions(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...]) ->
 
 
 def _sharing_nodes(pattern: Pattern, face: int) -> tuple[NDArray[np.int64], Array]:
-    """Nodes of a face whose functions change when it gets a node in its middle, and by what share of the new one."""
+    """Nodes of a face whose functions change when it gets a middle node, and the share of the new function in each."""
     gone = dict(triangular_faces(pattern)).get(face)
     if gone is None:
         return FACES[face, :8], np.array([1 / 4] * 4 + [-1 / 2] * 4)
@@ -158,11 +157,11 @@ def _sharing_nodes(pattern: Pattern, face: int) -> tuple[NDArray[np.int64], Arra
 
 
 def _face_bubble(pattern: Pattern, face: int, X: Array) -> tuple[Array, Array]:
-    """Function of a face's middle node, one there and zero on all other faces, with its gradient.
+    """Function of a face's middle node, one there and zero on all other faces, and its gradient.
 
-    Triangle: 27 L1 L2 L3, in a tetrahedron with its barycentric coordinates, elsewhere fading towards the opposite
-    face. Quadrilateral opposite a face that has become a line, as in a wedge: once more the fading factor, which makes
-    it a polynomial of the wedge's own coordinates.
+    Triangle: 27 L1 L2 L3, in a tetrahedron with its barycentric coordinates, elsewhere times a factor that decreases
+    linearly to zero on the opposite face. Quadrilateral opposite a collapsed face, as in a wedge: that factor squared,
+    which makes it a polynomial in the wedge's own coordinates.
     """
     gone = dict(triangular_faces(pattern)).get(face)
     if gone is not None and is_tetrahedron(pattern):

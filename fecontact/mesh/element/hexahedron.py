@@ -2,8 +2,8 @@
 
 Nodes follow the order of VTK and Abaqus (C3D8, C3D20, C3D27 of VTK): corners of the lower face counter-clockwise,
 corners of the upper face, mid-edge nodes of the lower face, of the upper face, of the vertical edges, then (27 nodes)
-the face centres -x, +x, -y, +y, -z, +z and the centre. scikit-fem's own order differs; the permutation is found here
-once from the node positions. Reference coordinates run over [0, 1]^3.
+the face centres -x, +x, -y, +y, -z, +z and the centre. scikit-fem's order differs; the permutation is found here once
+from the node positions. Reference coordinates run over [0, 1]^3.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ TRIANGLE_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5
 
 _HEX = {8: ElementHex1, 20: ElementHexS2, 27: ElementHex2}
 _QUAD = {4: ElementQuad1, 8: ElementQuadS2, 9: ElementQuad2}
-#: Order of exactness for which the affine element's stiffness is integrated as usual: 2, 3 and 3 points per direction.
+#: Quadrature order for the stiffness of the affine element: 2, 3 and 3 points per direction.
 _ORDER = {8: 3, 20: 5, 27: 5}
 
 
 def _positions(corners: Array, edges: IntArray, n_nodes: int) -> Array:
-    """Reference positions of corners, mid-edge nodes, face centres and centre, cut at `n_nodes`."""
+    """Reference positions of the first `n_nodes` of corners, mid-edge nodes, face centres and centre."""
     nodes = [corners, corners[edges].mean(axis=1)]
     if corners.shape[1] == 3:
         nodes.append(corners[FACES[:, :4]].mean(axis=1))
@@ -70,7 +70,7 @@ def quad_nodes(n_nodes: int) -> Array:
 
 
 def _scikit_fem_shapes(element: object, nodes: Array, X: Array) -> tuple[Array, Array]:
-    """Values (n_q, n_nodes) and gradients (n_q, n_nodes, dim) of a scikit-fem element in our node order."""
+    """Values (n_q, n_nodes) and gradients (n_q, n_nodes, dim) of a scikit-fem element, in this node order."""
     theirs = np.asarray(element.doflocs)  # type: ignore[attr-defined]
     order = np.argmin(np.linalg.norm(nodes[:, None, :] - theirs[None, :, :], axis=2), axis=1)
     local = np.ascontiguousarray(X.T)

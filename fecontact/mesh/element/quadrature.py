@@ -1,10 +1,10 @@
-"""Quadrature of every kind of element, in the hexahedron's reference coordinates.
+"""Quadrature of all kinds of elements, in the hexahedron's reference coordinates.
 
-The 27 Gauss points of the hexahedron integrate its degenerate forms too, but crowd at the coalesced edges. So wedges
-and tetrahedra in the form in which meshes are read (`WEDGE`, `TETRAHEDRON`) are integrated by rules of their own,
-carried over to the hexahedron's coordinates: 18 points for a wedge of 15 nodes (21 with centroid nodes) and 14 for a
-tetrahedron of ten. All weights are positive, and curved elements pass the patch test; the tetrahedron's usual four
-points are exact for straight edges only. Other degenerate forms keep the hexahedron's points.
+The 27 Gauss points of the hexahedron integrate its degenerate forms too, but cluster at the coalesced edges. Wedges and
+tetrahedra in the form in which meshes are read (`WEDGE`, `TETRAHEDRON`) therefore have their own rules, mapped to the
+hexahedron's coordinates: 18 points for a wedge of 15 nodes (21 with centroid nodes) and 14 for a tetrahedron of ten.
+All weights are positive, and curved elements pass the patch test; the tetrahedron's usual four points are exact for
+straight edges only. Other degenerate forms keep the hexahedron's points.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from fecontact.common.arrays import Array
 from fecontact.mesh.element.degenerate import Pattern
 from fecontact.mesh.element.hexahedron import hex_quadrature
 
-#: Local nodes of the hexahedron on which each falls: wedge a b c c, d e f f; tetrahedron a b c c, d d d d; pyramid.
+#: Node pattern of each: wedge a b c c, d e f f; tetrahedron a b c c, d d d d; pyramid.
 WEDGE: Pattern = (0, 1, 2, 2, 4, 5, 6, 6, 8, 9, 2, 11, 12, 13, 6, 15, 16, 17, 18, 18)
 TETRAHEDRON: Pattern = (0, 1, 2, 2, 4, 4, 4, 4, 8, 9, 2, 11, 4, 4, 4, 4, 16, 17, 18, 18)
 PYRAMID: Pattern = (0, 1, 2, 3, 4, 4, 4, 4, 8, 9, 10, 11, 4, 4, 4, 4, 16, 17, 18, 19)
 
 #: Degrees of a wedge's rule over the triangle and along the axis with 6, with 15 and with centroid nodes.
 _WEDGE_DEGREE = {8: (2, 3), 20: (4, 5), "centroid": (5, 5)}
-#: Rule of degree 5 with 14 points (Walkington, 2000): barycentric coordinate of the odd one(s) out, and the weight.
+#: Rule of degree 5 with 14 points (Walkington, 2000): barycentric coordinate of the distinct one(s), and the weight.
 _VERTEX_ORBITS = ((0.0673422422100982, 0.1126879257180158), (0.7217942490673264, 0.0734930431163619))
 _EDGE_ORBIT = (0.0455037041256497, 0.0425460207770812)
 

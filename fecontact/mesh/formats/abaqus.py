@@ -1,7 +1,7 @@
 """Abaqus and CalculiX .inp files: nodes, elements, and sets and surfaces with their names.
 
-A file is flat, or an assembly of parts: each *INSTANCE is a copy of a *PART that is translated, then turned. Sets and
-surfaces may belong to a part or to the assembly, which names those of its instances as ``instance.set`` or by the
+A file is flat, or an assembly of parts: each *INSTANCE is a copy of a *PART that is translated, then rotated. Sets and
+surfaces may belong to a part or to the assembly, which refers to those of its instances as ``instance.set`` or by the
 parameter INSTANCE (Abaqus Keywords Reference: *INSTANCE, *NSET, *ELSET, *SURFACE).
 """
 
@@ -25,7 +25,7 @@ from fecontact.mesh.formats.raw import RawMesh
 
 @dataclass(frozen=True, eq=False)
 class InstanceParts:
-    """Keywords of an assembly by where they stand."""
+    """Keywords of parts, of instances and of the assembly."""
 
     parts: dict[str, list[KeywordSection]] = field(default_factory=dict)
     instances: list[tuple[KeywordSection, list[KeywordSection]]] = field(default_factory=list)
@@ -34,7 +34,7 @@ class InstanceParts:
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """A part in its place, and where its points and cells begin in the whole; nowhere if it is left out."""
+    """A placed part, and the offsets of its points and cells in the whole mesh; none if it is left out."""
 
     name: str
     part: str
@@ -44,7 +44,7 @@ class Instance:
     first_cell: int = -1
 
     def numbers(self, local: IntArray, what: str) -> IntArray:
-        """Numbers in the whole of points ('node') or cells ('element') of the part; none if it is left out."""
+        """Numbers in the whole mesh of points ('node') or cells ('element') of the part; none if it is left out."""
         first = self.first_point if what == "node" else self.first_cell
         return local + first if first >= 0 else local[:0]
 
@@ -61,20 +61,20 @@ class Instance:
 
 
 def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
-    """Read an input file: flat, or an assembly, whose instances are put side by side in their places.
+    """Read an input file, flat or an assembly; all placed instances go into one mesh.
 
     Parameters
     ----------
     path : Path
     part : str, optional
-        Name of the instance that is wanted, or of a part that has one instance only; all unless given.
+        Name of an instance, or of a part with a single instance; all instances unless given.
 
     Returns
     -------
     RawMesh
-        Nothing is welded. Of several instances each is an element set of its own name, and a set or surface whose name
-        occurs more than once is called ``instance.set``. Instances without solid cells are left out, and so are nodes
-        of the assembly itself (reference points).
+        Coincident nodes are not merged. Each of several instances is an element set of its name; a set or surface whose
+        name occurs more than once is called ``instance.set``. Instances without solid cells are left out, and so are
+        nodes of the assembly itself (reference points).
 
     Raises
     ------
@@ -99,7 +99,7 @@ def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
 
 
 def _by_place(sections: list[KeywordSection], source: str) -> InstanceParts:
-    """Sort keywords into those of parts, of instances and the others."""
+    """Keywords sorted into those of parts, of instances and the others."""
     out = InstanceParts()
     inside: list[KeywordSection] | None = None
     for s in sections:
@@ -122,7 +122,7 @@ def _has_solids(sections: list[KeywordSection]) -> bool:
 
 
 def _assembled(sections: InstanceParts, source: str, part: str | None) -> RawMesh:
-    """Instances side by side with their sets and those of the assembly."""
+    """One mesh of all instances, with their sets and those of the assembly."""
     instances = _chosen(_instances(sections, source), source, part)
     kept = [i for i in instances if i.first_point >= 0]
     if not kept:
@@ -152,7 +152,7 @@ def _names(raw: RawMesh) -> tuple[str, ...]:
 
 
 def _instances(sections: InstanceParts, source: str) -> list[Instance]:
-    """Copies of the parts in their places; without an assembly each part stands where it was drawn."""
+    """Placed copies of the parts; without an assembly each part has its own coordinates."""
     by_name = {name.upper(): (name, content) for name, content in sections.parts.items()}
     decks: dict[str, Deck] = {}
     empty = KeywordSection("INSTANCE", {}, [])
@@ -181,9 +181,9 @@ def _nothing(source: str) -> Deck:
 
 
 def _placed(points: Array, head: KeywordSection, source: str) -> Array:
-    """Points translated by the first data line of *INSTANCE, then turned as the second says.
+    """Points translated by the first data line of *INSTANCE, then rotated by the second.
 
-    That is two points a and b of the axis and an angle in degrees, right-handed about a - b.
+    The second is two points a and b of the axis and an angle in degrees, right-handed about a - b.
     """
     lines = [[float(v) for v in line.split(",") if v.strip()] for line in head.lines]
     if [len(line) for line in lines] not in ([], [3], [3, 7]):
@@ -205,7 +205,7 @@ def _placed(points: Array, head: KeywordSection, source: str) -> Array:
 
 
 def _chosen(instances: list[Instance], source: str, part: str | None) -> list[Instance]:
-    """The instances with their places in the whole; those that are not wanted or have no solid cells get none."""
+    """The instances with their offsets in the whole mesh; those not selected or without solid cells get none."""
     wanted = [i for i in instances if part is None or i.name.upper() == part.upper()]
     if not wanted and part is not None:
         wanted = [i for i in instances if i.part.upper() == part.upper()]
@@ -274,7 +274,7 @@ def _assembly_sets(
             ids = i.deck.node_ids if what == "node" else i.deck.element_ids
             parts = [i.numbers(listed(s, sets, ids, what, source), what)] if i.first_point >= 0 else []
         else:
-            # plain numbers are those of the assembly's own nodes, which belong to no solid
+            # plain numbers refer to the assembly's own nodes, which belong to no solid
             items = [v.strip() for line in s.lines for v in line.split(",") if v.strip()]
             named = [] if "GENERATE" in s.parameters else [v for v in items if not v.isdigit()]
             parts = [_resolved(v, out, instances, what, source) for v in named]

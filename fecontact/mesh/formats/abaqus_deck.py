@@ -1,4 +1,4 @@
-"""One mesh of an Abaqus or CalculiX input file: a flat file, or what stands between *PART and *END PART."""
+"""One mesh of an Abaqus or CalculiX input file: a flat file, or the lines between *PART and *END PART."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from fecontact.mesh.formats.abaqus_keywords import KeywordSection, table
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.kinds import KINDS
 
-#: Solid elements: our kind by the digits after C3D; letters after them (R, H, I, M, ...) change no geometry.
+#: Solid elements: kind of cell by the digits after C3D; letters after them (R, H, I, M, ...) do not change the
+#: geometry.
 SOLIDS = {
     "4": "tet4",
     "10": "tet10",
@@ -29,7 +30,7 @@ SOLIDS = {
 #: Surface elements: number of nodes by type; the letters R, T, H after it are dropped.
 SURFACE_ELEMENTS = {"3": 3, "4": 4, "6": 6, "8": 8, "65": 6}
 _SURFACE_PREFIXES = ("STRI", "SFM3D", "M3D", "R3D", "CPS", "CPE", "S")
-#: Local face of the hexahedron for S1, S2, ... of each shape (our faces: -x, +x, -y, +y, -z, +z).
+#: Local face of the hexahedron for S1, S2, ... of each shape (its faces: -x, +x, -y, +y, -z, +z).
 FACES = {
     "hex": (4, 5, 2, 1, 3, 0),
     "wedge": (4, 5, 2, 1, 0),
@@ -40,7 +41,7 @@ FACES = {
 
 @dataclass(frozen=True, eq=False)
 class Deck:
-    """A mesh with the numbers that the file gives to its nodes and elements.
+    """A mesh with the file's numbers of nodes and elements.
 
     Attributes
     ----------
@@ -60,7 +61,7 @@ class Deck:
 
 
 def read_deck(sections: list[KeywordSection], source: str) -> Deck:
-    """Make a mesh of keywords.
+    """Mesh from keywords.
 
     Raises
     ------
@@ -109,7 +110,7 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
 
 
 def _defined_once(rows: NDArray, what: str, places: Sequence[str]) -> NDArray:
-    """Rows with the same number and values taken once; refused where the values differ."""
+    """Rows without repeats; refused where two of the same number have different values."""
     _, first, inverse = np.unique(rows[:, 0], return_index=True, return_inverse=True)
     first_of = first[inverse.ravel()]
     other = (rows != rows[first_of]).any(axis=1)
@@ -123,7 +124,7 @@ def _defined_once(rows: NDArray, what: str, places: Sequence[str]) -> NDArray:
 
 
 def _refuse_other_elements(ids: IntArray, blocks: Sequence[tuple[str, IntArray]], source: str) -> None:
-    """Refuse elements of one number with different nodes; those with the same nodes are taken once when it is built."""
+    """Refuse elements of one number with different nodes; identical repeats are dropped later."""
     if len(np.unique(ids)) == len(ids):
         return
     width = max(cells.shape[1] for _, cells in blocks)
@@ -132,7 +133,7 @@ def _refuse_other_elements(ids: IntArray, blocks: Sequence[tuple[str, IntArray]]
 
 
 def _kind(name: str, source: str) -> tuple[str, int]:
-    """Our kind and number of nodes of an element type; ('facet', n) for surfaces, ('', 0) for lines and points."""
+    """Kind of cell and number of nodes of an element type; ('facet', n) for surfaces, ('', 0) for lines and points."""
     upper = name.upper()
     if upper.startswith("C3D"):
         digits = "".join(c for c in upper[3:] if c.isdigit())
@@ -167,7 +168,7 @@ def listed(section: KeywordSection, sets: Mapping[str, IntArray], ids: IntArray,
 
 
 def _element_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray]:
-    """Sets of solid elements; sets of surface elements have been taken as surfaces already."""
+    """Sets of solid elements; sets of surface elements have become surfaces."""
     out = dict(deck.raw.groups)
     for s in sections:
         name = s.parameters.get("ELSET", "")
@@ -195,7 +196,7 @@ def _node_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray
 
 
 def nodes_of(elements: IntArray, blocks: Sequence[tuple[str, IntArray]]) -> IntArray:
-    """Nodes of solid cells, which are counted through the blocks."""
+    """Nodes of solid cells, numbered through the blocks."""
     nodes, start = [np.zeros(0, np.int64)], 0
     for _, cells in blocks:
         inside = elements[(elements >= start) & (elements < start + len(cells))] - start
@@ -207,7 +208,7 @@ def nodes_of(elements: IntArray, blocks: Sequence[tuple[str, IntArray]]) -> IntA
 def _surfaces(
     sections: list[KeywordSection], deck: Deck, node_sets: dict[str, IntArray]
 ) -> tuple[dict[str, IntArray], dict[str, IntArray]]:
-    """Surfaces as (cell, local face) and those that are given by nodes."""
+    """Surfaces given as (cell, local face), and those given by nodes."""
     faces: dict[str, IntArray] = {}
     by_nodes: dict[str, IntArray] = {}
     known = {k.upper(): v for k, v in deck.raw.groups.items()}

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from fecontact.common.errors import MeshError
 
-#: Keywords of Abaqus and CalculiX that make or move nodes and elements. (*TRANSFORM turns loads and supports only.)
+#: Keywords of Abaqus and CalculiX that generate or move nodes and elements. (*TRANSFORM rotates loads and supports
+#: only.)
 GENERATORS = {
     "SYSTEM",
     "NGEN",
@@ -24,13 +25,13 @@ GENERATORS = {
     "IMPORT",
     "REFINE MESH",
 }
-#: Keywords with lists that may stand in another file.
+#: Keywords whose data may be in another file.
 LISTS = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"}
 
 
 @dataclass(frozen=True)
 class KeywordSection:
-    """A keyword with its parameters (names in capitals), data lines, and where it stands: ``file, line 12``."""
+    """A keyword with its parameters (names in capitals), data lines, and its place: ``file, line 12``."""
 
     keyword: str
     parameters: dict[str, str]
@@ -39,7 +40,7 @@ class KeywordSection:
 
 
 def read_sections(path: Path) -> Iterator[KeywordSection]:
-    """Keywords of a file in their order, included files in place."""
+    """Keywords of a file in order, with included files expanded."""
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
@@ -68,7 +69,7 @@ def read_sections(path: Path) -> Iterator[KeywordSection]:
 
 
 def one_spelling(sections: list[KeywordSection]) -> list[KeywordSection]:
-    """Names of sets and surfaces as they are spelled first: capitals make no difference in these files."""
+    """Names of sets and surfaces in their first spelling: these files ignore case."""
     first: dict[tuple[str, str], str] = {}
     out = []
     for s in sections:
@@ -81,7 +82,7 @@ def one_spelling(sections: list[KeywordSection]) -> list[KeywordSection]:
 
 
 def refuse_generated(sections: list[KeywordSection]) -> None:
-    """Refuse keywords that make or move nodes and elements, which would be missing or in another place.
+    """Refuse keywords that generate or move nodes and elements, which would be missing or misplaced.
 
     Raises
     ------

@@ -36,7 +36,7 @@ def read_febio(path: Path) -> RawMesh:
     Raises
     ------
     MeshError
-        If the file is no XML, has no mesh, or refers to what it does not define.
+        If the file is not XML, has no mesh, or refers to undefined items.
     """
     try:
         root = ElementTree.parse(path).getroot()
@@ -120,7 +120,7 @@ def _ids(section: Element, tag: str) -> IntArray:
 
 
 def _members(section: Element) -> IntArray:
-    """Numbers in a set: as entries with an id, or as a list with commas."""
+    """Numbers in a set: entries with an id, or a comma-separated list."""
     entries = [entry.get("id") for entry in section]
     listed = (section.text or "").replace(",", " ").split()
     return np.array(entries if entries else listed, dtype=np.int64)

@@ -20,16 +20,16 @@ from fecontact.mesh.kinds import BY_MESHIO
 
 #: Corners of the surface cells of meshio.
 FACET_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
-#: Cells of lower dimension, which say nothing about a solid.
+#: Cells of lower dimension, which are ignored.
 _LINES_AND_POINTS = ("vertex", "line", "line3", "line4")
-#: Whole-number cell data with more values than this are numbers of cells, not of regions.
+#: Integer cell data with more distinct values than this are cell numbers, not regions.
 MOST_REGIONS = 64
-#: A wedge with its two triangles exchanged, of 6 and 15 nodes.
+#: Permutation of a wedge's nodes (6 and 15) that exchanges its two triangles.
 _TURNED_WEDGE = (3, 4, 5, 0, 1, 2, 9, 10, 11, 6, 7, 8, 12, 13, 14)
 
 
 def teach_meshio() -> None:
-    """Tell meshio that quadratic wedges and pyramids are solids; it can read them but has no dimension for them."""
+    """Register quadratic wedges and pyramids as solids with meshio, which reads them but has no dimension for them."""
     from meshio._mesh import topological_dimension
 
     for kind in BY_MESHIO:
@@ -37,7 +37,7 @@ def teach_meshio() -> None:
 
 
 def load(path: Path, reader: Callable[[str], Any]) -> tuple[Any, tuple[str, ...]]:
-    """Read a file with meshio, its many ways of failing turned into one error, and what it warns of into notes.
+    """Read a file with meshio; its failures become one error, its warnings become notes.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def load(path: Path, reader: Callable[[str], Any]) -> tuple[Any, tuple[str, ...]
 
 
 def points_in_space(points: NDArray[np.float64], source: str) -> NDArray[np.float64]:
-    """Refuse points of a plane mesh."""
+    """Points (n, 3); refuse those of a plane mesh."""
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(f"{source} has points of shape {points.shape}; a solid needs three coordinates.")
     return np.asarray(points, dtype=float)
@@ -88,7 +88,7 @@ def read_gmsh(path: Path) -> RawMesh:
 
 
 def read_vtk(path: Path) -> RawMesh:
-    """VTK, VTU, XDMF: whole-number cell data with few values become element sets and boundaries, as 'region_3'."""
+    """VTK, VTU, XDMF: integer cell data with few values become element sets and boundaries, as 'region_3'."""
     import meshio
 
     reader = {".vtk": meshio.vtk.read, ".vtu": meshio.vtu.read}.get(path.suffix.lower(), meshio.xdmf.read)
@@ -112,7 +112,7 @@ def read_vtk(path: Path) -> RawMesh:
 
 
 def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[str, IntArray]]]) -> RawMesh:
-    """Sort meshio's blocks into solids and surfaces."""
+    """Solids and surfaces of meshio's blocks."""
     blocks, start = [], 0
     groups: dict[str, list[IntArray]] = {}
     facets: dict[str, list[IntArray]] = {}
@@ -127,7 +127,7 @@ def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[st
             for name, members in regions(k, 2):
                 facets.setdefault(name, []).append(cells[members, : FACET_CORNERS[block.type]])
         elif block.type == "wedge18":
-            # the three nodes in the middles of the quadrilaterals are left out
+            # the three mid-nodes of the quadrilaterals are left out
             blocks.append(("wedge15", cells[:, :15]))
             for name, members in regions(k, 3):
                 groups.setdefault(name, []).append(start + members)
@@ -142,7 +142,7 @@ def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[st
 
 
 def _right_handed(points: NDArray[np.float64], kind: str, cells: IntArray) -> tuple[str, IntArray]:
-    """Turn wedges listed as in VTK's book, first triangle outwards, against the practice of most programs."""
+    """Reorder wedges written as in VTK's book, first triangle outwards; most programs write them the other way."""
     if kind not in ("wedge6", "wedge15") or cells.min() < 0 or cells.max() >= len(points):
         return kind, cells
     x = points[cells[:, :6]]

@@ -1,4 +1,4 @@
-"""What a file holds, before it is checked and made a `Mesh`."""
+"""Contents of a mesh file, before they are checked and become a `Mesh`."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ class RawMesh:
     blocks : sequence of (str, (n, k) int array)
         Solid cells: name of a kind in `mesh.kinds.KINDS` and connectivity.
     groups : mapping of str to int array
-        Sets of solid cells, counted through the blocks.
+        Sets of solid cells, numbered through the blocks.
     facets : mapping of str to list of (n, 3 | 4) int arrays
         Surfaces given by the corner nodes of their facets.
     faces : mapping of str to (n, 2) int array
         Surfaces given by cell and local face of the hexahedron.
     node_sets : mapping of str to int array
     notes : tuple of str
-        What the reader had to say.
+        Notes of the reader.
     """
 
     points: Array

@@ -9,14 +9,14 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
 
-#: A triangle of a binary .stl file: normal, corners, and two bytes of nothing.
+#: A triangle of a binary .stl file: normal, corners, and two unused bytes.
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def read_stl(path: Path) -> tuple[Array, list[IntArray]]:
     """Points, three for each triangle, and the triangles of an .stl file, binary or text.
 
-    A binary file is known by its length, 84 bytes and 50 for each triangle, whatever it begins with.
+    A binary file is recognised by its length, 84 bytes and 50 for each triangle.
     """
     data = path.read_bytes()
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
@@ -36,7 +36,7 @@ def read_stl(path: Path) -> tuple[Array, list[IntArray]]:
 
 
 def read_obj(path: Path) -> tuple[Array, list[IntArray]]:
-    """Points of an .obj file and its polygons, those with as many corners together.
+    """Points of an .obj file and its polygons, grouped by number of corners.
 
     Negative numbers count back from the vertex read last (Wavefront, Advanced Visualizer manual, appendix B).
     """

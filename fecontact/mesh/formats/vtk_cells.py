@@ -1,4 +1,4 @@
-"""Cells of a mesh as other programs know them: wedges, pyramids and tetrahedra instead of degenerate hexahedra."""
+"""Cells of a mesh for other programs: wedges, pyramids and tetrahedra instead of degenerate hexahedra."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from fecontact.mesh.mesh import Mesh
 def native_cells(mesh: Mesh) -> list[tuple[str, IntArray, IntArray]]:
     """Cells by kind: name in meshio, connectivity in VTK's node order, and their (increasing) numbers in the mesh.
 
-    Mid-face nodes have no place in these cells and are left out. Degenerate hexahedra that are neither wedge, pyramid
-    nor tetrahedron stay hexahedra. The first triangle of a wedge has its normal towards the second one, as in gmsh;
-    meshio turns wedges of six nodes on the way into a VTK file, where VTK has it the other way round.
+    Mid-face nodes are left out. Degenerate hexahedra that are neither wedge, pyramid nor tetrahedron stay hexahedra.
+    The first triangle of a wedge has its normal towards the second one, as in gmsh; meshio reorders wedges of six nodes
+    in VTK files, where VTK has the opposite convention.
 
     Examples
     --------
