@@ -1,4 +1,4 @@
-"""The finite element model of a stiffness that was assembled elsewhere, by scikit-fem or another program."""
+"""Finite element model of a stiffness assembled elsewhere, by scikit-fem or another program."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from fecontact.fem.model import Model
 from fecontact.fem.support import Support
 from fecontact.mesh.mesh import Mesh
 
-#: Largest share of a stiffness that may be asymmetric or resist a rigid motion: a sum over elements leaves 1e-12 of it
-#: by rounding, and what is held or grounded in the matrix leaves parts in a thousand and more.
+#: Largest relative asymmetry of a stiffness or resistance to a rigid motion. Assembly leaves 1e-12 by rounding;
+#: supports or springs in the matrix give 1e-3 and more.
 ROUNDING = 1e-8
 
 
 class AssembledModel(Model):
-    """Mesh, supports and a given stiffness; the materials serve stresses and the modulus of a contact.
+    """Mesh, supports and a given stiffness; materials are used for stresses and the contact modulus.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class AssembledModel(Model):
     materials, supports, backend, condensation
         As for `Model`.
     stiffness : (3 n_points, 3 n_points) sparse matrix
-        Whole and without supports, degrees of freedom 3 * node + component.
+        The full matrix without supports, degrees of freedom 3 * node + component.
 
     Raises
     ------
@@ -48,7 +48,7 @@ class AssembledModel(Model):
         self.given = self._checked(stiffness)
 
     def _checked(self, stiffness: sp.sparray | sp.spmatrix) -> sp.csr_matrix:
-        """Upper triangle of a stiffness that is one of a free body."""
+        """Upper triangle of the given stiffness, checked to be that of a free body."""
         if not sp.issparse(stiffness) or stiffness.shape != (self.n_dofs, self.n_dofs):
             raise InputError(
                 f"Expected the stiffness as a sparse matrix of shape ({self.n_dofs}, {self.n_dofs}), three rows for "

@@ -1,14 +1,14 @@
-"""Three ways from a stiffness K to the compliance S = C K^-1 C^T of a contact's rows C.
+"""Three routes from a stiffness K to the compliance S = C K^-1 C^T of a contact's rows C.
 
 ==========  =========================================================================================================
-schur       K condensed onto the m nodes that rows touch, K_hat = L L^T, S = Y^T Y with Y = L^-1 C_c^T: factorising
+schur       K condensed onto the m nodes in the rows, K_hat = L L^T, S = Y^T Y with Y = L^-1 C_c^T: factorising
             gives K_hat, later rows on the same nodes are small products; dense matrices of (3 m)^2
 columns     plain factor and blocks of right-hand sides; the dense S of n^2 only
 operator    plain factor; S x = C K^-1 (C^T x) by one forward and one backward step; nothing dense
 ==========  =========================================================================================================
 
-A plain factor serves any candidates, so that `columns` and `operator` factorise once however often these change.
-Which is the quickest is measured in `docs/scale.md`; `choose_route` goes by it and by the memory that is free.
+A plain factor does not depend on the candidates: `columns` and `operator` factorise once. Times are measured in
+`docs/scale.md`; `choose_route` decides by them and by the free memory.
 """
 
 from __future__ import annotations
@@ -32,26 +32,27 @@ from fecontact.fem.pardiso import SINGULAR
 
 ROUTES = ("auto", "schur", "columns", "operator")
 
-#: Share of the memory that is free which dense matrices of a body may take.
+#: Largest share of the free memory for dense matrices of a body.
 MEMORY_SHARE = 0.5
-#: Candidate nodes from which products with the factor are clearly quicker than its Schur complement, over the root of
-#: the degrees of freedom: 1700 nodes at 3e4, 3600 at 1.3e5. They are even at 6.5 (docs/scale.md), but the Schur
-#: complement serves the exact solvers, and products only conjugate gradients, which singular compliances slow down.
+#: Candidate nodes, over the root of the degrees of freedom, above which products with the factor are clearly faster
+#: than its Schur complement: 1700 nodes at 3e4, 3600 at 1.3e5. The times are equal at 6.5 (docs/scale.md), but the
+#: direct solvers need the Schur complement; products allow conjugate gradients only, which are slow for singular
+#: compliances.
 MANY_NODES = 10.0
 #: Right-hand sides solved at once.
 BLOCK = 64
 
 
 class Condensation(Protocol):
-    """A stiffness K (n, n) over the solved degrees of freedom, ready to be asked for its compliance."""
+    """A stiffness K (n, n) over the solved degrees of freedom, prepared to give compliances."""
 
     @property
     def route(self) -> str:
-        """Which of the three ways."""
+        """Which of the three routes."""
 
     @property
     def why(self) -> str:
-        """Why this one, in words."""
+        """Reason for this route, in words."""
 
     @property
     def memory(self) -> int:
@@ -59,7 +60,7 @@ class Condensation(Protocol):
 
     @property
     def n_retained(self) -> int:
-        """Degrees of freedom that stand in a dense matrix."""
+        """Degrees of freedom of the dense condensed matrix."""
 
     def covers(self, dofs: IntArray) -> bool:
         """Whether rows on these degrees of freedom can be condensed without another factorisation."""
@@ -101,7 +102,7 @@ class Compliance(LinearOperator):
         for start in range(0, n, BLOCK):
             part = slice(start, start + BLOCK)
             S[:, part] = self.C @ self.factor.solve(self.C[part].toarray()).T
-        # rounding makes it unsymmetric by the condition of K; in strips, so that it needs no second copy
+        # rounding makes it unsymmetric, in proportion to the condition of K; in strips: no second copy
         for start in range(0, n, 512):
             strip = slice(start, start + 512)
             mean = (S[strip, : start + 512] + S[: start + 512, strip].T) / 2
@@ -117,10 +118,10 @@ class Schur:
     Attributes
     ----------
     position : (n,) array
-        Where a degree of freedom stands among the retained; -1 for inner ones.
+        Position of each degree of freedom among the retained ones; -1 for inner ones.
     factor : Condensed
     cholesky : (n_c, n_c) array
-        Lower Cholesky factor of the condensed stiffness; what is above the diagonal means nothing.
+        Lower Cholesky factor of the condensed stiffness; entries above the diagonal are arbitrary.
     why : str
     """
 
@@ -132,7 +133,7 @@ class Schur:
     _inverse: list[Array] = field(default_factory=list, init=False, repr=False)
 
     def invert(self) -> None:
-        """Take the inverse of the condensed stiffness, which is worth its price where many poses use it."""
+        """Invert the condensed stiffness; it pays off for many poses."""
         if self._inverse:
             return
         inverse, info = scipy.linalg.lapack.dpotri(self.cholesky, lower=1)
@@ -142,15 +143,15 @@ class Schur:
 
     @property
     def inverted(self) -> bool:
-        """Whether the inverse has been taken."""
+        """Whether the inverse is available."""
         return bool(self._inverse)
 
     @classmethod
     def of(cls, factor: Condensed, n: int, dofs: IntArray, why: str) -> Schur:
-        """Of a condensed stiffness on `dofs`, whose array is used up."""
+        """From a condensed stiffness on `dofs`; its array is overwritten."""
         position = np.full(n, -1, dtype=np.int64)
         position[dofs] = np.arange(len(dofs))
-        # the transpose is the same matrix in the order LAPACK wants: factorised in place, no copy
+        # the transpose is the same matrix in Fortran order: LAPACK factorises it in place, without a copy
         cholesky, info = scipy.linalg.lapack.dpotrf(factor.stiffness.T, lower=1, clean=0, overwrite_a=1)
         if info != 0:
             raise FecontactError(SINGULAR)
@@ -162,11 +163,11 @@ class Schur:
         return self.factor.memory
 
     def covers(self, dofs: IntArray) -> bool:
-        """Whether all of them are retained."""
+        """Whether all given degrees of freedom are retained."""
         return bool((self.position[dofs] >= 0).all())
 
     def carried(self, factorised: Callable[[], Factor]) -> Carried | None:
-        """What of it goes to another process; nothing without the inverse."""
+        """Picklable form for another process; None without the inverse."""
         return Carried(self.position, self._inverse[0], factorised, self.why) if self._inverse else None
 
     def _local(self, C: sp.csr_matrix) -> sp.csr_matrix:
@@ -178,7 +179,7 @@ class Schur:
         return len(self.cholesky)
 
     def compliance(self, C: sp.csr_matrix) -> Array:
-        """S = Y^T Y with Y = L^-1 C^T, or C K_hat^-1 C^T where the inverse has been taken."""
+        """S = Y^T Y with Y = L^-1 C^T, or C K_hat^-1 C^T where the inverse is available."""
         if self._inverse:
             return _by_inverse(self._local(C), self._inverse[0])
         right = self._local(C).T.toarray(order="F")
@@ -199,14 +200,14 @@ class Schur:
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """Condensed by another process: the inverse of the condensed stiffness by value, without the factor.
+    """Condensation received from another process: the inverse of the condensed stiffness, without the factor.
 
-    What lies beyond the retained degrees of freedom is found by a plain factor, made on first use.
+    Solutions at other degrees of freedom use a plain factor, made on first use.
 
     Attributes
     ----------
     position : (n,) array
-        As of `Schur`.
+        As in `Schur`.
     inverse : (n_c, n_c) array
         K_hat^-1.
     factorised : callable
@@ -226,12 +227,12 @@ class Carried:
         return self.factorised()
 
     def carried(self, factorised: Callable[[], Factor]) -> Carried:
-        """The same for yet another process."""
+        """The same, for another process."""
         return replace(self, factorised=factorised)
 
     @property
     def memory(self) -> int:
-        """Bytes of the factorisation, where one was needed."""
+        """Bytes of the plain factor, if one was made."""
         return self._factor.memory if "_factor" in vars(self) else 0
 
     @property
@@ -240,7 +241,7 @@ class Carried:
         return len(self.inverse)
 
     def covers(self, dofs: IntArray) -> bool:
-        """Whether all of them are retained."""
+        """Whether all given degrees of freedom are retained."""
         return bool((self.position[dofs] >= 0).all())
 
     def compliance(self, C: sp.csr_matrix) -> Array:
@@ -271,7 +272,7 @@ def _by_inverse(own: sp.csr_matrix, inverse: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """A factor of the whole stiffness, which serves any rows; the compliance is dense by `columns` or an operator."""
+    """Factor of the whole stiffness, for any rows; the compliance is dense (`columns`) or an operator."""
 
     factor: Factor
     route: str
@@ -306,12 +307,12 @@ class Plain:
 
 
 def checked_route(route: str) -> str:
-    """The way as it is.
+    """Return the name of a route, checked.
 
     Raises
     ------
     InputError
-        If there is no such way.
+        If there is no such route.
     """
     if route not in ROUTES:
         raise InputError(f"Unknown condensation {route!r}; expected one of {', '.join(map(repr, ROUTES))}.")
@@ -319,18 +320,18 @@ def checked_route(route: str) -> str:
 
 
 def choose_route(n_dofs: int, n_retained: int, budget: float, often: bool = False) -> tuple[str, str]:
-    """Way of condensation, and why.
+    """Choose a route of condensation; return it with the reason.
 
     Parameters
     ----------
     n_dofs : int
-        Degrees of freedom that are solved for.
+        Unknowns of the solve.
     n_retained : int
         Degrees of freedom of the candidate nodes, about three times the number of candidates.
     budget : float
-        Bytes that dense matrices may take.
+        Bytes available for dense matrices.
     often : bool
-        Whether many poses share the condensation, so that its price counts for little.
+        Whether many poses share the condensation, so that its cost is spread.
 
     Examples
     --------
@@ -338,7 +339,7 @@ def choose_route(n_dofs: int, n_retained: int, budget: float, often: bool = Fals
     ('schur', 'operator', 'operator')
     """
     nodes, many = n_retained // 3, int(MANY_NODES * n_dofs**0.5)
-    # K_hat twice (PARDISO has one of its own), Y, S and what a solver makes of it
+    # K_hat twice (one inside PARDISO), Y, S and a solver's copies
     needed = 8.0 * (2 * n_retained**2 + n_retained * nodes + 4 * nodes**2)
     if needed > budget:
         return "operator", f"a dense matrix for {nodes} nodes takes {needed / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
@@ -350,7 +351,7 @@ def choose_route(n_dofs: int, n_retained: int, budget: float, often: bool = Fals
 
 
 def memory_budget() -> float:
-    """Bytes that dense matrices may take: `MEMORY_SHARE` of what is free on this machine and in its container."""
+    """Bytes for dense matrices: `MEMORY_SHARE` of the memory free on this machine and in its container."""
     free = _physical_memory()
     try:
         text = Path("/proc/meminfo").read_text()
@@ -359,12 +360,12 @@ def memory_budget() -> float:
         if limit != "max":
             free = min(free, float(limit) - float(Path("/sys/fs/cgroup/memory.current").read_text()))
     except (OSError, IndexError, ValueError):
-        pass  # not Linux, or no container: what was found so far
+        pass  # not Linux, or no container: keep the value found so far
     return MEMORY_SHARE * max(free, 0.0)
 
 
 def _physical_memory() -> float:
-    """Bytes of memory of this machine; 8 GB where it does not say."""
+    """Bytes of memory of this machine; 8 GB where unknown."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, OSError, ValueError):

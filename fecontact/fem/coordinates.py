@@ -1,10 +1,11 @@
-"""The coordinates v that a stiffness is solved in: u = T v, T^T K T.
+"""Coordinates v in which a stiffness is solved: u = T v, T^T K T.
 
 They differ from the displacements u of all nodes in two ways. Where a support is oblique to the mesh's axes, the axes
-of its nodes are turned: u = A v, A orthogonal, so that supports hold single components (R. D. Cook et al., Concepts and
-Applications of Finite Element Analysis, 4th ed. 2002, section 8.3, skew supports). Hanging nodes follow from the others
-(`mesh.hanging_nodes`) and have none: u = H v. With both, T = H A. Forces are carried by the adjoint T^T, so that their
-work is kept; rows C become C T. The stiffness stays symmetric and positive definite, and nothing is approximated.
+of its nodes are rotated: u = A v, A orthogonal, so that supports hold single components (R. D. Cook et al., Concepts
+and Applications of Finite Element Analysis, 4th ed. 2002, section 8.3, skew supports). Hanging nodes have no
+coordinates and follow from the others (`mesh.hanging_nodes`): u = H v. With both, T = H A. Forces are mapped by the
+adjoint T^T, which preserves their work; rows C become C T. The stiffness stays symmetric and positive definite, and the
+mapping is exact.
 """
 
 from __future__ import annotations
@@ -45,11 +46,11 @@ class Coordinates:
     ties: HangingNodes | None = None
 
     def count(self, n_dofs: int) -> int:
-        """How many coordinates n_dofs displacements have."""
+        """Number of coordinates of n_dofs displacements."""
         return n_dofs if self.ties is None else 3 * len(self.ties.free)
 
     def of_functions(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Those of values (n_functions, ...) of scalar functions, one for each node, that the coordinates belong to."""
+        """Rows of nodal values (n_functions, ...) that belong to the coordinates."""
         return values if self.ties is None else values[self.ties.free]
 
     @cached_property

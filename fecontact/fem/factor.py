@@ -1,13 +1,13 @@
-"""Factorisation and static condensation behind one door: a sparse stiffness, whole or reduced to chosen dofs.
+"""Factorisation and static condensation of a sparse stiffness, by any available back-end.
 
 Partition the stiffness into retained (c) and other (i) degrees of freedom. The condensed stiffness is the Schur
 complement (Elangovan 1978, eq. 3-4)
 
     K_hat = K_cc - K_ci K_ii^-1 K_ic,     f_hat = f_c - K_ci K_ii^-1 f_i,     u_i = K_ii^-1 (f_i - K_ic u_c).
 
-PARDISO computes K_hat while it factorises, at no further cost, and keeps the factor of K_ii: the forward step alone
-gives f_hat and the backward step alone, with u_c put in, gives u_i. SuperLU does the same with blocks of right-hand
-sides. K must be positive definite: ground a floating body first (`fecontact.fem.support`).
+PARDISO computes K_hat during the factorisation, at no further cost, and keeps the factor of K_ii: the forward step
+gives f_hat, the backward step with given u_c gives u_i. SuperLU does the same with blocks of right-hand sides. K must
+be positive definite: fix the null space of a floating body first (`fecontact.fem.support`).
 """
 
 from __future__ import annotations
@@ -44,22 +44,22 @@ class Condensed(Protocol):
 
 
 class Factor(Protocol):
-    """A stiffness that can be solved with."""
+    """Factor of a stiffness."""
 
     @property
     def memory(self) -> int:
-        """Bytes of what is kept for it."""
+        """Bytes of the factor."""
 
     def solve(self, b: Array) -> Array:
         """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
 
 
-#: Below this size, and without any coupling, PARDISO's nested dissection may crash; such matrices go to SuperLU.
+#: Below this size, or for diagonal matrices, PARDISO's nested dissection may crash; SuperLU is used instead.
 SMALLEST = 64
 
 
 def available_backends() -> tuple[str, ...]:
-    """Direct back-ends that can be used here, the fastest first."""
+    """Available direct back-ends, the fastest first."""
     return DIRECT if importlib.util.find_spec("pypardiso") is not None else ("superlu",)
 
 

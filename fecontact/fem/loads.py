@@ -1,4 +1,4 @@
-"""Loads on a mesh as consistent nodal forces: body forces, tractions and pressures."""
+"""Consistent nodal forces of loads on a mesh: body forces, tractions and pressures."""
 
 from __future__ import annotations
 

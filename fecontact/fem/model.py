@@ -1,7 +1,7 @@
-"""The finite element model behind an elastic body: assembled once, condensed as often as candidates change.
+"""Finite element model of an elastic body: assembled once, condensed whenever the candidates change.
 
-A model lives in the body's own axes. Bodies that are the same model in another pose share it, so two equal spheres
-cost one factorisation.
+A model is in the body's own axes. Bodies that differ by their pose only share it, so two equal spheres need one
+factorisation.
 """
 
 from __future__ import annotations
@@ -38,28 +38,28 @@ NEARLY_INCOMPRESSIBLE = 0.48
 
 
 class Model:
-    """Mesh, materials and supports, with what is computed from them on first use.
+    """Mesh, materials and supports; derived quantities are computed on first use.
 
     Parameters
     ----------
     mesh : Mesh
-        Nodes may hang: vectors and rows count all nodes (n_dofs), the stiffness is solved in fewer coordinates, see
-        `fem.coordinates`.
+        With hanging nodes, vectors and rows are over all nodes (n_dofs) and the stiffness is solved in fewer
+        coordinates, see `fem.coordinates`.
     materials : Material or mapping of element set to Material
     supports : mapping of boundary name to components or directions, see `fem.support.nodal_coordinates`
     backend : str
         Factorisation back-end, see `fem.factor.condense`; or 'amg', see `fem.multigrid`.
     integration : {'auto', 'full', 'selective'}
-        'selective' takes the volumetric part at reduced points; 'auto' does so if a Poisson's ratio exceeds
+        'selective' integrates the volumetric part at reduced points; 'auto' does so if a Poisson's ratio exceeds
         `NEARLY_INCOMPRESSIBLE`.
     condensation : {'auto', 'schur', 'columns', 'operator'}
-        Way to the compliance, see `fem.condensation`.
+        Route to the compliance, see `fem.condensation`.
     """
 
     dofs_per_node = 3
     way = "auto"
     condensation: Condensation | None = None
-    #: What the stiffness is solved in, and those of them (n_held,) that supports hold.
+    #: Coordinates of the solve, and those (n_held,) that supports hold.
     coordinates: Coordinates
     held: IntArray
 
@@ -83,31 +83,31 @@ class Model:
 
     @property
     def n_dofs(self) -> int:
-        """Displacements of all nodes, held ones and those of hanging nodes included."""
+        """Number of displacements of all nodes, including held and hanging ones."""
         return 3 * len(self.mesh.points)
 
     @property
     def n_coordinates(self) -> int:
-        """Coordinates, held ones included."""
+        """Number of coordinates, including held ones."""
         return self.coordinates.count(self.n_dofs)
 
     @property
     def n_unknowns(self) -> int:
-        """Displacements that its elements have, held ones included; hanging nodes have none of their own."""
+        """Number of displacement unknowns of the elements, including held ones, without hanging nodes."""
         return self.dofs_per_node * self.n_coordinates // 3
 
     @property
     def functions(self) -> IntArray:
-        """Scalar functions (n_cells, n) that live on each cell: here its nodes."""
+        """Scalar functions (n_cells, n) on each cell: here its nodes."""
         return self.mesh.cells
 
     @property
     def n_retained(self) -> int:
-        """Degrees of freedom that the present condensation keeps; 0 before there is one."""
+        """Degrees of freedom retained by the present condensation; 0 before the first."""
         return 0 if self.condensation is None else self.condensation.n_retained
 
     def __getstate__(self) -> dict[str, Any]:
-        """What goes to another process, or into a copy: no factor, which is a library's memory, but its inverse."""
+        """State for pickling and copies: without the factor, which is a library's memory, but with its inverse."""
         state = {k: v for k, v in vars(self).items() if k != "stiffness"}
         last = self.condensation
         state["condensation"] = last.carried(self.factorised) if isinstance(last, (Schur, Carried)) else None
@@ -153,7 +153,7 @@ class Model:
 
     @cached_property
     def density(self) -> Array:
-        """Density of each cell; one everywhere if no material has any, so that mass means volume."""
+        """Density of each cell; one everywhere if no material has any, so that mass is volume."""
         given = [m.density for m in self.materials]
         if all(d is None for d in given):
             return np.ones(len(self.mesh.cells))
@@ -202,18 +202,18 @@ class Model:
 
     @cached_property
     def grounded(self) -> IntArray:
-        """Artificially held coordinates, one for each free motion; results do not depend on which."""
+        """Artificially held coordinates, one for each free motion; results do not depend on the choice."""
         return fix_null_space(self.nodal_modes @ self.free_motions, self.held, self.size)
 
     @cached_property
     def solved_dofs(self) -> IntArray:
-        """Coordinates that are neither held nor grounded."""
+        """Coordinates that are held neither by supports nor artificially."""
         every = np.arange(self.n_coordinates)
         return np.setdiff1d(every, np.concatenate([self.held, self.grounded]), assume_unique=True)
 
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
-        """Upper triangle of the stiffness (n_dofs, n_dofs) of the elements, their hanging nodes not yet tied."""
+        """Upper triangle of the stiffness (n_dofs, n_dofs) of the elements, before hanging nodes are eliminated."""
         return assemble_stiffness(self.mesh, self.lame, self.shear, self.selective)
 
     def body_force(self, field: Callable[[Array], Array]) -> Array:
@@ -233,7 +233,7 @@ class Model:
         return to_nodes(self.mesh, self.gauss_strain(u))
 
     def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
-        """Stresses (n_points, 6) at the nodes, averaged over all cells or some (NaN where there is none of these)."""
+        """Stresses (n_points, 6) at the nodes, averaged over all cells, or some (NaN at nodes without such a cell)."""
         return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
     def touched(self, rows: sp.csr_matrix) -> IntArray:
@@ -245,17 +245,17 @@ class Model:
         return u.reshape(-1, 3)
 
     def point_row(self, point: int) -> sp.csr_matrix:
-        """Weights (1, n_functions) that take the displacement of a point of the mesh."""
+        """Weights (1, n_functions) of the displacement of a point of the mesh."""
         return sp.csr_matrix(([1.0], ([0], [point])), shape=(1, self.n_dofs // 3))
 
     def support_forces(self, name: str, rest: Array) -> Array:
-        """What one support gives (n_dofs,) of the forces by which all hold the body, see `fem.support`."""
+        """Contribution (n_dofs,) of one support to the support forces, see `fem.support`."""
         return share_of_support(self.mesh, self.supports, name, self.coordinates.gathered(rest))
 
     def condensed(self, nodes: IntArray, timer: Stopwatch, often: bool = False) -> Condensation:
-        """Condensation onto at least the given triples; the last one is kept and reused if it holds them all.
+        """Condensation onto at least the given triples; the last one is cached and reused if it covers them.
 
-        One that is asked `often`, in many poses, is dense as far as the memory goes, however many the nodes.
+        With `often` (many poses) it is dense if the memory allows, for any number of nodes.
         """
         mask = np.zeros(self.n_coordinates, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
@@ -274,14 +274,14 @@ class Model:
             return self.condensation or last
         with timer("assemble"):
             K = self.solved_stiffness()
-            # the factor works on the copy; whoever wants the whole again has it assembled again
+            # the factor works on the copy: discard K; reassembled on demand
             vars(self).pop("stiffness", None)
         if route != "schur":
             with timer("factorise"):
                 self.condensation = Plain(factorise(K, self.backend), route, why)
             return self.condensation
         if isinstance(last, (Schur, Carried)):
-            # candidates that were worth keeping before are likely to come back in a sweep
+            # earlier candidates are likely to return in a sweep
             dofs = np.union1d(dofs, np.flatnonzero(last.position >= 0))
         with timer("factorise"):
             factor = condense(K, dofs, self.backend)
@@ -292,7 +292,7 @@ class Model:
         return self.condensation
 
     def has_condensed(self, rows: sp.csr_matrix) -> NDArray[np.bool_]:
-        """Which rows (n, n_dofs) the present condensation has in a dense matrix; none before there is one."""
+        """Mask of rows (n, n_dofs) that the present dense condensation covers; all False before the first."""
         own = self.solved_rows(rows)
         if not isinstance(self.condensation, (Schur, Carried)):
             return np.zeros(own.shape[0], bool)
@@ -300,7 +300,7 @@ class Model:
         return np.asarray(missing.sum(axis=1)).ravel() == 0
 
     def _multigrid(self, timer: Stopwatch) -> Condensation:
-        """Algebraic multigrid instead of a factor; made once."""
+        """Algebraic multigrid in place of a factor; cached."""
         if self.condensation is None:
             if self.n_dofs != 3 * len(self.mesh.points):
                 raise InputError("The back-end 'amg' is for nodal displacements; use 'auto' here.")
@@ -330,7 +330,7 @@ class Model:
         return self.coordinates.displacements(whole)
 
     def solved_rows(self, rows: sp.csr_matrix) -> sp.csr_matrix:
-        """Rows (n, n_dofs) over the solved coordinates; held ones drop out."""
+        """Rows (n, n_dofs) over the solved coordinates, without held ones."""
         coo = self.coordinates.rows(rows).tocoo()
         number = np.full(self.n_coordinates, -1, dtype=np.int64)
         number[self.solved_dofs] = np.arange(len(self.solved_dofs))

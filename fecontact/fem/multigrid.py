@@ -1,16 +1,16 @@
-"""Algebraic multigrid in place of a factorisation: memory and work in proportion to the degrees of freedom.
+"""Algebraic multigrid in place of a factorisation: memory and work proportional to the degrees of freedom.
 
 Smoothed aggregation with the six rigid modes as near-nullspace (Vanek, Mandel & Brezina, Computing 56 (1996) 179)
-preconditions conjugate gradients. Contact is not solved by products with the compliance, each of which would be a
-solution of its own, but on displacements and forces together: an outer active set, and for each set A
+preconditions conjugate gradients. Contact is not solved by products with the compliance, each of which needs a solve,
+but for displacements and forces together: an outer active set, and for each set A
 
     [ K    C_A^T  0     ] [ u ]   [  0    ]
     [ C_A  0      B_A^T ] [-l ] = [ -g_A  ]       K u = C_A^T l,   C_A u + g_A + B_A^T q = 0,   B_A l = F
     [ 0    B_A    0     ] [ q ]   [ -F    ]
 
 by MINRES with a block-diagonal preconditioner (Benzi, Golub & Liesen, Acta Numerica 14 (2005) 1, section 10): one
-V-cycle for K, and for the forces the compliance of a half-space between the same points (Boussinesq's 1 / r), which
-differs from the body's own by a bounded factor. Every set starts from the last one's solution.
+V-cycle for K, and for the forces the compliance of a half-space between the same points (Boussinesq's 1 / r), which is
+spectrally equivalent to the body's own. Every set starts from the last solution.
 """
 
 from __future__ import annotations
@@ -34,22 +34,22 @@ from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import ComplementarityProblem, Status
 from fecontact.solvers.registry import attempt
 
-#: Relative residual of a solution with K: a hundredth of what a certificate asks for.
+#: Relative residual of a solve with K: a hundredth of the certificate's tolerance.
 TIGHT = 1e-13
 #: Relative residual of the equations of one active set, while the set changes and for the last one.
 LOOSE, LAST = 1e-3, 1e-12
-#: Relative residual of the product that gives the half-space its unit.
+#: Relative residual of the product that scales the half-space.
 PROBE = 1e-2
-#: Passes of MINRES on the residual proper, and what one of them is asked for at most.
+#: Passes of MINRES on the true residual, and the smallest tolerance of one pass.
 PASSES, FLOOR = 8, 1e-8
-#: Outer steps at most, and MINRES or CG steps at most for one solution.
+#: Largest number of outer steps, and of MINRES or CG steps of one solve.
 MOST_SETS, MOST_STEPS = 60, 2000
 #: Boussinesq's displacement under the middle of a uniformly loaded square: 4 ln(1 + sqrt(2)) over its side.
 SELF = 4 * np.log(1 + np.sqrt(2))
 
 
 class AmgFactor:
-    """Conjugate gradients with smoothed aggregation, in the place of a factor.
+    """Conjugate gradients with smoothed aggregation, in place of a factor.
 
     Parameters
     ----------
@@ -91,9 +91,9 @@ class AmgFactor:
         return np.stack([self.solve_one(row) for row in b])
 
     def solve_one(self, b: Array, rtol: float = TIGHT) -> Array:
-        """Solution (n,) of one right-hand side, starting from the last one if that is nearer than nothing."""
+        """Solution (n,) of one right-hand side, started from the last one if that has a smaller residual than zero."""
         size, x = np.linalg.norm(b), self._last
-        # a second pass on the true residual takes back what the recurrence has lost
+        # a second pass on the true residual removes the error of the recurrence
         for _ in range(2):
             rest = b - self.K @ x
             if np.linalg.norm(rest) > size:
@@ -107,7 +107,7 @@ class AmgFactor:
             if info > 0:
                 raise FecontactError(
                     f"Conjugate gradients with multigrid did not converge in {MOST_STEPS} steps; "
-                    "badly shaped elements are hard on it: use a direct back-end."
+                    "badly shaped elements slow it down: use a direct back-end."
                 )
             x = x + step
         self._last = x
@@ -128,14 +128,14 @@ def _bytes(A: Any) -> int:
 
 
 class MultigridCompliance(Compliance):
-    """The compliance of rows by multigrid, which has a contact solver of its own.
+    """Compliance of rows by multigrid, with its own contact solver.
 
     Parameters
     ----------
     factor : AmgFactor
     C : (n_rows, n) csr_matrix
     positions : (n, 3) array
-        Where the degrees of freedom are.
+        Positions of the degrees of freedom.
     """
 
     solver = "multigrid"
@@ -176,7 +176,7 @@ class Equations:
         C, B = self.C[A], self.problem.B[:, A]
         K = self.factor.K
         inner = scipy.linalg.cho_factor(self.stand_in[np.ix_(A, A)], lower=True)
-        # rows of B in units in which they are of order one on the forces' block
+        # rows of B scaled to be of order one on the forces' block
         gram = np.atleast_2d(B @ scipy.linalg.cho_solve(inner, B.T)) if m else np.zeros((0, 0))
         gram_inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True) if m else gram
 
@@ -185,7 +185,8 @@ class Equations:
             return np.concatenate([K @ v + C.T @ lam, C @ v + B.T @ p, B @ lam])
 
         def precondition(z: Array) -> Array:
-            # the forces' block of the preconditioner is the stand-in's inverse, the motions' its Schur complement's
+            # preconditioner: for the forces the inverse of the half-space compliance, for the motions that of its Schur
+            # complement
             out = [self.factor.cycle @ z[:n], scipy.linalg.cho_solve(inner, z[n : n + a]), gram_inverse @ z[n + a :]]
             return np.concatenate(out)
 
@@ -195,7 +196,7 @@ class Equations:
         A_op = spla.LinearOperator((size, size), matvec=product, dtype=float)
         M_op = spla.LinearOperator((size, size), matvec=precondition, dtype=float)
         for _ in range(PASSES):
-            # MINRES judges itself against its growing solution; the residual proper decides
+            # MINRES stops relative to its growing solution; the true residual decides
             rest = target - product(start)
             v, lam = start[:n], start[n : n + a]
             error = max(
@@ -213,13 +214,13 @@ class Equations:
 
 
 def _relative(rest: Array, whole: Array) -> float:
-    """Largest entry of what is left over that of the whole; infinite where there is no whole yet."""
+    """Largest entry of the residual over that of the right-hand side; infinite if the latter is zero."""
     left, size = np.abs(rest).max(initial=0.0), np.abs(whole).max(initial=0.0)
     return 0.0 if left == 0 else float(left / size) if size > 0 else np.inf
 
 
 def half_space_compliance(points: Array) -> Array:
-    """1 / r (n, n) between points (n, 3), with the mean over a square as wide as the nearest point is far.
+    """1 / r (n, n) between points (n, 3); on the diagonal the mean over a square as wide as the nearest distance.
 
     K. L. Johnson, Contact Mechanics, 1985, eq. 3.25, without its factor (1 - nu^2) / (pi E).
     """
@@ -236,14 +237,14 @@ def solve_contact(factor: AmgFactor, C: sp.csr_matrix, points: Array, problem: C
     ----------
     factor : AmgFactor
     C : (n_rows, n) csr_matrix
-        Openings by displacements.
+        Rows: gaps from displacements.
     points : (n_rows, 3) array
-        Where the rows act.
+        Points of the rows.
     problem : ComplementarityProblem
-        Whose compliance is C K^-1 C^T.
+        With compliance C K^-1 C^T.
     """
     stand_in = half_space_compliance(points)
-    # its unit follows from one product with the body's own compliance
+    # its scale follows from one product with the body's own compliance
     probe = np.ones(problem.n)
     u = factor.solve_one(C.T @ probe, PROBE)
     stand_in *= float(probe @ (C @ u)) / float(probe @ stand_in @ probe)
@@ -269,7 +270,7 @@ def solve_contact(factor: AmgFactor, C: sp.csr_matrix, points: Array, problem: C
 
 
 def _first_set(stand_in: Array, problem: ComplementarityProblem) -> NDArray[np.bool_]:
-    """Points in touch if the body were a half-space."""
+    """Active set of a half-space in place of the body."""
     guess = attempt(
         ComplementarityProblem((stand_in + stand_in.T) / 2, problem.g, problem.B, problem.F), tolerance=1e-6
     )
@@ -301,7 +302,7 @@ class Multigrid:
         return True
 
     def compliance(self, C: sp.csr_matrix) -> MultigridCompliance:
-        """S as an operator with a solver of its own."""
+        """S as an operator with its own solver."""
         return MultigridCompliance(self.factor, C, self.positions)
 
     def response(self, C: sp.csr_matrix, f: Array) -> Array:

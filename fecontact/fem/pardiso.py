@@ -1,7 +1,7 @@
 """MKL PARDISO for symmetric positive definite matrices: plain factor, and factor with a Schur complement.
 
-pypardiso's own solver knows unsymmetric matrices only, so the library that it finds is called here with the symmetric
-type, a triangle of the matrix, and the phases that condensation needs.
+pypardiso's solver is for unsymmetric matrices only. Here the library that it finds is called with the symmetric type, a
+triangle of the matrix, and the phases of a condensation.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError
 
 SINGULAR = (
-    "The stiffness is singular: some part of the body hangs on nothing. Check that the mesh is connected and that no "
+    "The stiffness is singular: some part of the body is loose. Check that the mesh is connected and that no "
     "node is left unused."
 )
 
-#: Symmetric positive definite, half of the matrix given.
+#: Matrix type: symmetric positive definite, one triangle given.
 _MTYPE = 2
 
 
@@ -33,13 +33,13 @@ _MTYPE = 2
 def _mkl() -> Any:
     """MKL's runtime library."""
     if "PYPARDISO_MKL_RT" not in os.environ:
-        # where pip and conda put it; pypardiso walks through the whole environment, which takes most of a second
+        # where pip and conda install it; pypardiso searches the whole environment, which takes most of a second
         for folder in (Path(sys.prefix) / "lib", Path(sys.prefix) / "Library" / "bin"):
             for path in [*folder.glob("libmkl_rt.so*"), *folder.glob("libmkl_rt*.dylib"), *folder.glob("mkl_rt*.dll")]:
                 return ctypes.CDLL(str(path))
     from pypardiso import PyPardisoSolver
 
-    # a handle of our own: pypardiso ties the argument types of its handle to its own calls
+    # a separate handle: pypardiso sets the argument types of its own one
     return ctypes.CDLL(PyPardisoSolver().libmkl._name)
 
 
@@ -60,12 +60,12 @@ class _Handle:
 
     @property
     def memory(self) -> int:
-        """Bytes that PARDISO took at most: the larger of the analysis' peak and the factor with its permanent data."""
+        """Peak bytes of PARDISO: the larger of the analysis' peak and the factor with its permanent data."""
         peak, permanent, factor = (int(k) for k in self._iparm[14:17])
         return 1024 * max(peak, permanent + factor)
 
     def call(self, phase: int, b: Array, x: Array, n_rhs: int = 1) -> None:
-        """One call, right-hand sides in the rows of b (n_rhs, n)."""
+        """Call PARDISO with right-hand sides in the rows of b (n_rhs, n)."""
 
         def pointer(array: NDArray[Any]) -> Any:
             return array.ctypes.data_as(ctypes.c_void_p)
@@ -128,7 +128,7 @@ class PardisoSchur:
         if (np.diff(retained) > 0).all():
             self.stiffness = schur
         else:
-            # PARDISO returns K_hat with rows in increasing order of their degree of freedom
+            # PARDISO returns the rows of K_hat in increasing order of the degree of freedom
             rank = np.empty(len(retained), dtype=np.int64)
             rank[np.argsort(retained)] = np.arange(len(retained))
             self.stiffness = np.ascontiguousarray(schur[np.ix_(rank, rank)])
@@ -151,7 +151,7 @@ class PardisoSchur:
 
     def _forward(self, f: Array) -> Array:
         if not np.delete(f, self._c, axis=0).any():
-            return f  # elimination of the inner unknowns has nothing to carry over
+            return f  # no inner unknowns to eliminate
         b = np.ascontiguousarray(f.T, dtype=float)
         self._handle.call(331, b, x := np.zeros_like(b), b.shape[0])
         return x.T

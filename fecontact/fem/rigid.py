@@ -1,4 +1,4 @@
-"""Rigid modes: which motions cost nothing, their separation by Gram-Schmidt, and their names in words."""
+"""Rigid modes: null space under constraints, orthonormalisation by Gram-Schmidt, description in words."""
 
 from __future__ import annotations
 
@@ -70,19 +70,19 @@ def gram_schmidt(R: Array, tolerance: float = 1e-10) -> Array:
 
 
 def null_space(constraints: Array, length: float) -> Array:
-    """Rigid motions that a set of constraints does not see.
+    """Rigid motions that a set of constraints does not resist.
 
     Parameters
     ----------
     constraints : (n, 6) array
         Displacement of each held component under the six unit motions.
     length : float
-        Size of the body; rotations are compared with translations over this arm.
+        Size of the body: the arm by which rotations are compared with translations.
 
     Returns
     -------
     (6, n_free) array
-        Motions (columns) in the order of `COMPONENTS`; pure components where the free space is spanned by such.
+        Motions (columns) in the order of `COMPONENTS`; pure components where these span the null space.
     """
     scale = np.array([1.0] * 3 + [1.0 / length] * 3)
     if len(constraints) == 0:
@@ -95,14 +95,14 @@ def null_space(constraints: Array, length: float) -> Array:
     rank = int((singular > 1e-9 * singular[0]).sum()) if singular[0] > 0 else 0
     free = Vt[rank:].T
     projector = free @ free.T
-    # a component that lies in the free space is taken by itself, so that a floating z is called z
+    # a component in the null space is a column of its own, so that a free z is reported as z
     pure = [c for c in range(6) if abs(projector[c, c] - 1) < 1e-12]
     rest = gram_schmidt(np.concatenate([np.eye(6)[:, pure], free], axis=1), tolerance=1e-8)
     return rest * scale[:, None]
 
 
 def describe_motion(motion: ArrayLike, origin: ArrayLike, length: float) -> str:
-    """Say a rigid motion in words.
+    """Description of a rigid motion in words.
 
     Parameters
     ----------

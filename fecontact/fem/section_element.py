@@ -1,11 +1,10 @@
 """Finite elements of sections: plane strain, plane stress and axisymmetric quadrilaterals of 8 or 9 nodes.
 
-Displacements have three components per node, of which y is always held; so a section is a body of space that happens
-to have no y in it, and surfaces, poses and condensation are those of space. The strains are xx, zz, the one across the
-section yy (round the axis u_x / x; zero in plane strain; from the stress being zero in plane stress) and xz. The
-stiffness is the sum of a volumetric and a shearing part, K = int lambda d d^T + mu B^T diag(2, 2, 2, 1) B with d the
-rows of the volume change, so that the former can be integrated at reduced points (Hughes, The Finite Element Method,
-1987, sections 2.7, 2.12 and 4.4).
+Displacements have three components per node, of which y is always held, so that surfaces, poses and condensation are
+those of bodies in space. The strains are xx, zz, the out-of-plane strain yy (u_x / x in a body of revolution, zero in
+plane strain, from zero stress in plane stress) and xz. The stiffness is the sum of a volumetric and a shearing part,
+K = int lambda d d^T + mu B^T diag(2, 2, 2, 1) B with d the rows of the volume change, so that the former can be
+integrated at reduced points (Hughes, The Finite Element Method, 1987, sections 2.7, 2.12 and 4.4).
 
 Shape functions and quadrature are scikit-fem's, its `BilinearForm` is not used: for 1600 quadrilaterals of 8 nodes it
 takes 0.068 s of processor time against 0.014 s here.
@@ -39,7 +38,7 @@ class Points:
     N : (n_q, n_nodes) array
     x : (n_cells, n_q, 3) array
     dV : (n_cells, n_q) array
-        Volume, through the thickness or round the axis.
+        Volume, over the thickness or the circumference.
     B : (n_cells, n_q, 4, 2 n_nodes) array
         Strain rows xx, zz, yy, 2 xz over the displacements x, z of each node in turn.
     """
@@ -57,7 +56,7 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class SectionElement:
-    """A section and how far it goes on: what its elements are integrated over.
+    """Elements of a section with its out-of-plane extent.
 
     Parameters
     ----------
@@ -122,9 +121,9 @@ class SectionElement:
         ----------
         u : (3 n_points,) array
         selective : bool
-            Whether the volume change is that of the reduced points, carried over by bilinear functions.
+            Whether the volume change is extrapolated from the reduced points by bilinear functions.
         across : (n_cells,) array or None
-            In plane stress: -lambda / (lambda + 2 mu), by which xx + zz make the strain yy.
+            In plane stress: -lambda / (lambda + 2 mu), the ratio of the strain yy to xx + zz.
 
         Returns
         -------
@@ -147,7 +146,7 @@ class SectionElement:
     def to_nodes(self, values: Array, among: IntArray | None = None) -> Array:
         """Gauss-point values (n_cells, n_q, k), fitted bilinearly, averaged at the nodes: (n_points, k).
 
-        Over all cells or some; nodes that have none of these get NaN.
+        Over all cells or some; nodes without such a cell get NaN.
         """
         cells, values = (self.mesh.cells, values) if among is None else (self.mesh.cells[among], values[among])
         fit = quad_shapes(4, quad_nodes(cells.shape[1]))[0] @ np.linalg.pinv(quad_shapes(4, gauss()[0])[0])
@@ -157,7 +156,7 @@ class SectionElement:
         return np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
 
     def body_force(self, field: Callable[[Array], Array], density: Array) -> Array:
-        """Nodal forces (3 n_points,) of a force per mass ``field(points (n, 3)) -> (n, 3)``; those along y are lost."""
+        """Nodal forces (3 n_points,) of a force per mass ``field(points (n, 3)) -> (n, 3)``; without those along y."""
         p = self.points()
         b = field(p.x.reshape(-1, 3)).reshape(p.x.shape)
         f = np.zeros((len(self.mesh.points), 3))

@@ -1,4 +1,4 @@
-"""The finite element model behind a plane or axisymmetric body: that of space, with y held and other elements."""
+"""Finite element model of a plane or axisymmetric body: `Model` with y held and section elements."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ ON_AXIS = 1e-12
 
 
 def on_axis(points: Array, size: float) -> IntArray:
-    """Which points (n, 3) of a body of revolution of this size lie on the axis."""
+    """Mask of points (n, 3) of a body of revolution of this size on its axis."""
     return np.flatnonzero(points[:, 0] <= ON_AXIS * size)
 
 
 class SectionModel(Model):
-    """Section, materials and supports, with what is computed from them on first use.
+    """Section, materials and supports; derived quantities are computed on first use.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class SectionModel(Model):
         return modes * (np.arange(6) == 2) if self.section.out_of_plane.revolved else modes
 
     def _held(self) -> Mask:
-        """Components (n_points, 3) held by the supports, all along y, and on the axis the radial ones."""
+        """Components (n_points, 3) held by the supports, all along y, and the radial ones on the axis."""
         held = np.zeros((len(self.mesh.points), 3), bool)
         held[:, 1] = True
         for name, components in self.supports.items():
@@ -104,7 +104,7 @@ class SectionModel(Model):
 
     @cached_property
     def effective_lame(self) -> Array:
-        """First Lame constant (n_cells,) that the stiffness takes: of plane stress, or the material's."""
+        """First Lame constant (n_cells,) of the stiffness: that of plane stress, or the material's."""
         return 2 * self.lame * self.shear / (self.lame + 2 * self.shear) if self.plane_stress else self.lame
 
     @cached_property
@@ -130,7 +130,7 @@ class SectionModel(Model):
         return self.section.to_nodes(self.gauss_strain(u))
 
     def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
-        """Stresses (n_points, 6) at the nodes, averaged over all cells or some (NaN where there is none of these)."""
+        """Stresses (n_points, 6) at the nodes, averaged over all cells, or some (NaN at nodes without such a cell)."""
         return self.section.to_nodes(hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
 

@@ -1,4 +1,4 @@
-"""Stiffness of isotropic elements in batches, and its sum into one sparse matrix.
+"""Stiffness of isotropic elements in batches, and its assembly into a sparse matrix.
 
 scikit-fem provides shape functions and quadrature; the sums over elements are batched matrix products instead of its
 vector-valued `BilinearForm`. That gives the same matrix to rounding and takes 25 to 40 times the processor time for
@@ -20,7 +20,7 @@ from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.element.quadrature import element_quadrature, reduced_quadrature
 from fecontact.mesh.mesh import Mesh
 
-#: Cells handled at once; keeps the working set of a batch within a few tens of megabytes.
+#: Cells per batch; keeps its working set within a few tens of megabytes.
 BATCH = 256
 
 
@@ -47,7 +47,7 @@ class Batch:
 
 
 def jacobians(x: Array, dN: Array) -> Array:
-    """Jacobians dx_i/dX_j (n_cells, n_q, 3, 3) of cells with nodes x (n_cells, n_functions, 3) where `dN` was taken."""
+    """Jacobians dx_i/dX_j (n_cells, n_q, 3, 3) of cells with nodes x (n_cells, n_functions, 3) where `dN` is given."""
     n_q, n_functions, _ = dN.shape
     product = np.swapaxes(x, 1, 2) @ dN.transpose(1, 0, 2).reshape(n_functions, n_q * 3)
     return product.reshape(len(x), 3, n_q, 3).swapaxes(1, 2)
@@ -67,7 +67,7 @@ def inverse_3x3(J: Array) -> tuple[Array, Array]:
 
 
 def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Batch]:
-    """Walk over the cells of a checked mesh in batches of one kind of element each.
+    """Iterate over the cells of a checked mesh in batches of one kind of element.
 
     With `reduced` the points are those of the reduced rule, see `mesh.element.quadrature.reduced_quadrature`.
     """
@@ -94,7 +94,7 @@ def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:
 
 
 class Gradients(Protocol):
-    """What a stiffness takes of the functions of some cells; a `Batch`, or one of other elements."""
+    """Members of a batch that a stiffness needs: those of a `Batch`, or of other elements."""
 
     @property
     def gradients(self) -> Array:
@@ -125,8 +125,8 @@ def element_stiffness(batch: Gradients, lame: Array, shear: Array, volumetric: G
     lame, shear : (n_cells,) arrays
         Lame constants lambda and mu of the cells.
     volumetric : Batch, optional
-        The same cells at reduced points, where the part with lambda is then integrated (selective reduced integration,
-        Hughes 1987, section 4.4): the remedy for locking where the material is nearly incompressible.
+        The same cells at reduced points, for the part with lambda (selective reduced integration, Hughes 1987, section
+        4.4), against locking of nearly incompressible materials.
 
     Returns
     -------
@@ -145,7 +145,7 @@ def element_stiffness(batch: Gradients, lame: Array, shear: Array, volumetric: G
 def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = False) -> sp.csr_matrix:
     """Global stiffness, upper triangle only (its diagonal included), degrees of freedom 3 * node + component.
 
-    The pattern is found once for pairs of nodes; nine values go to each.
+    The sparsity pattern is found for pairs of nodes, with nine values each.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def _scatter(keys: IntArray, blocks: Array, n: int) -> sp.csr_matrix:
     rows, columns = np.divmod(sorted_keys[first], n)
     pointer = np.searchsorted(rows, np.arange(n + 1))
     K = sp.bsr_matrix((summed, columns, pointer), shape=(3 * n, 3 * n)).tocsr()
-    # only the diagonal blocks have something below the diagonal; scipy's triu would sort everything anew
+    # only the diagonal blocks have entries below the diagonal; scipy's triu would sort all again
     upper = K.indices >= np.repeat(np.arange(3 * n, dtype=K.indices.dtype), np.diff(K.indptr))
     pointer = np.concatenate([[0], np.cumsum(upper)])[K.indptr].astype(K.indptr.dtype)
     return sp.csr_matrix((K.data[upper], K.indices[upper], pointer), shape=K.shape)

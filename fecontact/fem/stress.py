@@ -1,8 +1,8 @@
 """Strain and stress recovery: at Gauss points, extrapolated to the nodes and averaged there.
 
-A corner whose Jacobian vanishes (a coalesced edge, two sides with one tangent) gives right displacements and wrong
-stresses if these are taken there (Elangovan 1978, appendix B, fig. B-8). So stresses are taken at the Gauss points,
-where every valid element is regular, and carried to the nodes by a fit.
+At a corner whose Jacobian vanishes (a coalesced edge, two sides with one tangent) displacements are right but stresses
+evaluated there are wrong (Elangovan 1978, appendix B, fig. B-8). Stresses are therefore evaluated at the Gauss points,
+where every valid element is regular, and extrapolated to the nodes by a fit.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ def gauss_strain(mesh: Mesh, u: Array, selective: bool = False) -> tuple[Array, 
     mesh : Mesh
     u : (n_points, 3) array
     selective : bool
-        Whether the volume change is that of the reduced points, carried over to the others by trilinear functions; so
-        it must be taken where the stiffness was integrated selectively, elsewhere it oscillates.
+        Whether the volume change is extrapolated from the reduced points by trilinear functions. This is needed where
+        the stiffness was integrated selectively; elsewhere it oscillates.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def gauss_strain(mesh: Mesh, u: Array, selective: bool = False) -> tuple[Array, 
 
 
 def _replace_volume_change(mesh: Mesh, u: Array, strain: Array) -> None:
-    """Put the volume change of the reduced points in place of that of all points, in the array itself."""
+    """Replace the volume change by that extrapolated from the reduced points, in place."""
     X, _ = reduced_quadrature(mesh.cells.shape[1])
     change = np.empty((len(mesh.cells), len(X)))
     for batch in batches(mesh, reduced=True):
@@ -81,9 +81,9 @@ def _gauss_points(mesh: Mesh, group: CellGroup) -> Array:
 
 
 def to_nodes(mesh: Mesh, values: Array, cells: NDArray[np.int64] | None = None) -> Array:
-    """Gauss-point values (n_cells, n_q, k) fitted in each cell, taken at its nodes and averaged: (n_points, k).
+    """Gauss-point values (n_cells, n_q, k) fitted in each cell, evaluated at its nodes and averaged: (n_points, k).
 
-    With `cells`, only those count, and nodes of no such cell get NaN.
+    With `cells`, only those count; nodes without such a cell get NaN.
 
     The fit is by least squares: with the functions of the element's corners (trilinear in a hexahedron, linear in a
     tetrahedron) for quadratic elements, constant for linear ones, where superconvergence is found (Hinton & Campbell

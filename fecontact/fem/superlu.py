@@ -1,4 +1,4 @@
-"""SciPy's SuperLU, with METIS's nested dissection when pymetis is installed: where PARDISO is not to be had."""
+"""SciPy's SuperLU, with METIS's nested dissection when pymetis is installed; used when PARDISO is unavailable."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class SuperLUSchur:
 
 
 def symmetric(K: sp.csr_matrix) -> sp.csc_matrix:
-    """The whole of a symmetric matrix given by its upper triangle."""
+    """Full symmetric matrix from its upper triangle."""
     return (K + sp.triu(K, 1).T).tocsc()
 
 

@@ -1,6 +1,6 @@
-"""Supports: which coordinates are held, and where to ground what is left free.
+"""Supports: held coordinates, and artificial supports against the remaining null space.
 
-The coordinates are those of `fem.coordinates`: of nodes that do not hang, in axes turned where a support is oblique.
+The coordinates are those of `fem.coordinates`: of nodes that do not hang, in rotated axes where a support is oblique.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ Support = str | Sequence[float] | Sequence[Sequence[float]]
 
 #: Two directions count as one if they differ by less than 2 milliradians: ratio of the eigenvalues of the sum of d d^T.
 SAME_DIRECTION = 1e-6
-#: Spread of a boundary across itself, relative to the mesh's size, up to which it is a plane.
+#: Thickness of a boundary, relative to the mesh's size, up to which it counts as plane.
 PLANE = 1e-6
-#: Largest angle (degrees) between the normals of the faces round a node that have one normal there.
+#: Largest angle (degrees) between the normals of the faces round a node up to which they share one normal.
 SHARPEST = 45.0
 
 
 def checked_support(name: str, support: Support) -> str | Array:
-    """Components as they are, directions as unit vectors (k, 3).
+    """Component strings unchanged, directions as unit vectors (k, 3).
 
     Raises
     ------
@@ -56,17 +56,17 @@ def checked_support(name: str, support: Support) -> str | Array:
 
 
 def is_plane(support: Support) -> bool:
-    """Whether a support holds one component only, as a plane of symmetry does."""
+    """Whether a support holds one component only, as on a plane of symmetry."""
     return len(support) == 1 or (not isinstance(support, str) and np.ndim(support) == 1)
 
 
 def support_directions(mesh: Mesh | SectionMesh, name: str, support: Support) -> tuple[IntArray, Array]:
-    """Nodes (n,) of a support and the unit directions (n, k, 3) it holds there.
+    """Nodes (n,) of a support and the unit directions (n, k, 3) held there.
 
     Raises
     ------
     InputError
-        If the boundary or a component is unknown, or a normal is asked for where there is none.
+        If the boundary or a component is unknown, or there is no normal where one is asked for.
     """
     given, nodes = checked_support(name, support), mesh.boundary_nodes(name)
     if not isinstance(given, str):
@@ -95,9 +95,9 @@ def _normals(mesh: Mesh, name: str) -> Array:
 
 
 def symmetry_planes(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) -> tuple[IntArray, Array]:
-    """Nodes (n,) on planes of symmetry and the planes' unit normals (n, 3): plane boundaries held across themselves.
+    """Nodes (n,) on planes of symmetry and the planes' unit normals (n, 3): boundaries held along it.
 
-    A node on two such planes is there twice.
+    Only plane boundaries count. A node on two such planes is listed twice.
     """
     nodes, across = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
     for name, support in supports.items():
@@ -111,7 +111,7 @@ def symmetry_planes(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) -
 
 
 def held_directions(mesh: Mesh, supports: Mapping[str, Support]) -> Array:
-    """Sums (n_points, 3, 3) of d d^T over the unit directions d that supports hold; their range is what is held."""
+    """Sums (n_points, 3, 3) of d d^T over the unit directions d that supports hold; their range is the held space."""
     total = np.zeros((len(mesh.points), 3, 3))
     for name, support in supports.items():
         nodes, d = support_directions(mesh, name, support)
@@ -120,7 +120,7 @@ def held_directions(mesh: Mesh, supports: Mapping[str, Support]) -> Array:
 
 
 def nodal_coordinates(mesh: Mesh, supports: Mapping[str, Support]) -> tuple[Coordinates, IntArray]:
-    """Coordinates of a mesh, and those of them that its supports hold: ``{"base": "xyz", "flank": "n", ...}``.
+    """Coordinates of a mesh, and those that its supports hold: ``{"base": "xyz", "flank": "n", ...}``.
 
     Nodes that are held along the mesh's axes only keep those. At the others the axes are the eigenvectors of the sum of
     d d^T, the held ones first.
@@ -128,7 +128,7 @@ def nodal_coordinates(mesh: Mesh, supports: Mapping[str, Support]) -> tuple[Coor
     Raises
     ------
     InputError
-        As of `support_directions`; if a support holds a hanging node but not all those that it follows.
+        As in `support_directions`; if a support holds a hanging node but not all those that it follows.
 
     Examples
     --------
@@ -182,10 +182,10 @@ def check_followed(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) ->
 
 
 def share_of_support(mesh: Mesh, supports: Mapping[str, Support], name: str, rest: Array) -> Array:
-    """What one support gives (n_dofs,) of the nodal forces `rest` (n_dofs,) by which all of them hold the mesh.
+    """Contribution (n_dofs,) of one support to the total nodal support forces `rest` (n_dofs,).
 
     Where several hold one direction, each takes an equal share; generally c_d = d^T (sum of d d^T)^+ rest is the
-    smallest set of forces along the directions d that gives the whole.
+    least-norm set of forces along the directions d with that sum.
     """
     nodes, d = support_directions(mesh, name, supports[name])
     inverse = np.linalg.pinv(held_directions(mesh, supports)[nodes], rcond=SAME_DIRECTION, hermitian=True)
@@ -196,10 +196,10 @@ def share_of_support(mesh: Mesh, supports: Mapping[str, Support], name: str, res
 
 
 def fix_null_space(modes: Array, held: IntArray, length: float) -> IntArray:
-    """As many degrees of freedom as there are free motions, well placed to ground a body artificially.
+    """Degrees of freedom, one for each free motion, to hold a body artificially.
 
-    Loads that are in equilibrium put no reaction on them, whichever they are (Elangovan 1978, section IV.3), so they
-    only have to be far apart: pivoted QR picks the rows of the modes that span the largest volume.
+    Loads in equilibrium cause no reactions there (Elangovan 1978, section IV.3), so the choice affects conditioning
+    only: pivoted QR picks the rows of the modes that span the largest volume.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def fix_null_space(modes: Array, held: IntArray, length: float) -> IntArray:
     held : int array
         Degrees of freedom that supports hold already.
     length : float
-        Size of the body, by which rotations are scaled.
+        Size of the body, to scale rotations.
     """
     if modes.shape[1] == 0:
         return np.zeros(0, dtype=np.int64)

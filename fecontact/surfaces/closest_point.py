@@ -1,7 +1,7 @@
 """Facets as polynomials, and Newton's search for the nearest points of facets, for many points at once.
 
-A facet is x(s, t) = origin + sum c_ij s^i t^j. Arrays run over the points in their last axis, in blocks that stay in
-the cache: with a few dozen operations on a few numbers each, the way to memory is what takes time.
+A facet is x(s, t) = origin + sum c_ij s^i t^j. The last axis of arrays runs over the points, in blocks that fit in the
+cache: the operations are few, so memory traffic takes most of the time.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.facets import facet_centres, facet_shapes
 
-#: Points worked on at once: some dozens of numbers each should stay in a core's cache.
+#: Points per block: some dozens of numbers each should fit in a core's cache.
 BLOCK = 4096
 #: Step in a facet's coordinates at which a nearest point is found.
 SETTLED = 1e-13
@@ -26,7 +26,7 @@ ON_SIDE = 1e-13
 def _coefficients(n_columns: int, triangle: bool, degree: int) -> Array:
     """Coefficients ((degree + 1)^2, n_columns) of a facet's shape functions over the monomials s^i t^j.
 
-    scikit-fem gives values and first derivatives only; as polynomials they can be derived as often as Newton needs.
+    scikit-fem gives values and first derivatives only; Newton's method also needs second ones.
     """
     t = np.linspace(0.0, 1.0, degree + 1)
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -42,7 +42,7 @@ class FacetPolynomials:
     Attributes
     ----------
     origin : (3, n_facets) array
-        Each facet's first node, so that the polynomials know nothing of how far away the body stands.
+        Each facet's first node, so that the polynomials do not depend on the body's position.
     coefficients : (degree + 1, degree + 1, 3, n_facets) array
         c_ij.
     triangle : (n_facets,) bool array
@@ -54,7 +54,7 @@ class FacetPolynomials:
 
     @property
     def degree(self) -> int:
-        """Largest power of one coordinate."""
+        """Largest power of a coordinate."""
         return len(self.coefficients) - 1
 
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array]:
@@ -71,7 +71,7 @@ class FacetPolynomials:
         return x, tangents
 
     def relative_to(self, facet: IntArray, points: Array) -> Array:
-        """Coefficients (degree + 1, degree + 1, 3, n) of facets (n,) seen from points (n, 3)."""
+        """Coefficients (degree + 1, degree + 1, 3, n) of facets (n,) relative to points (n, 3)."""
         c = self.coefficients[..., facet]
         c[0, 0] += self.origin[:, facet] - points.T
         return c

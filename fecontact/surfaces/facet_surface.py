@@ -1,7 +1,6 @@
-"""Surfaces that points can be projected on: linear or quadratic facets of a mesh, quadrilaterals and triangles.
+"""Surfaces of linear or quadratic facets, quadrilaterals and triangles, and projection of points on them.
 
-A foot is the point of a surface nearest to a given one. For facets it is found by Newton's method on the curved
-facet, for all points and their nearby facets at once.
+The closest point on a curved facet is found by Newton's method, for all points and their nearby facets at once.
 """
 
 from __future__ import annotations
@@ -26,32 +25,33 @@ from fecontact.surfaces.closest_point import ON_SIDE, FacetPolynomials, facet_po
 T = TypeVar("T")
 
 
-#: Sideways offset, relative to the surface's size, below which it is rounding: coordinates are good to 1e-16 of it.
+#: Tangential offset, relative to the surface's size, below which it is rounding: coordinates are accurate to 1e-16 of
+#: it.
 SHORTEST_OFFSET = 1e-12
-#: Sine of the angle between offset and normal from which a point with its foot on the rim counts as beyond it.
+#: Sine of the angle between offset and normal above which a point whose closest point is on the rim lies outside.
 RIM_LEAN = 0.2
 
 
 @dataclass(frozen=True, eq=False)
 class Projection:
-    """Feet of n points on a surface, in the surface's own axes.
+    """Closest points of n points on a surface, in the surface's own axes.
 
     Attributes
     ----------
     points : (n, 3) array
-        The feet.
+        The closest points.
     normals : (n, 3) array
-        Outward unit vectors along the line from foot to point: the surface's normals there.
+        Outward unit vectors along the line from closest point to point: the surface's normals there.
     gap : (n,) array
         Signed distance along the normal; negative inside the body.
     outside : (n,) bool array
-        Whether the nearest point lies on the rim of the surface with the given point outside of it.
+        Whether the closest point is on the rim of the surface and the given point outside the rim.
     weights : (n, n_nodes) csr_matrix, optional
-        Interpolation from the nodes of the surface's mesh; None for a surface without nodes.
+        Interpolation from the mesh nodes; None for a surface without nodes.
     facet, local : (n,) and (n, 2) arrays, optional
-        Facet and its coordinates.
+        Facet, and coordinates on it.
     surface : str
-        Name of the surface whose facets these are.
+        Name of the surface of these facets.
     """
 
     points: Array
@@ -64,7 +64,7 @@ class Projection:
     surface: str = ""
 
     def chosen(self, kept: IntArray) -> Projection:
-        """Some of the feet."""
+        """A subset of the closest points."""
         return Projection(
             self.points[kept],
             self.normals[kept],
@@ -78,10 +78,10 @@ class Projection:
 
 
 class Surface(Protocol):
-    """Something a point can be projected on."""
+    """A surface on which points can be projected."""
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3) given in the surface's axes."""
+        """Projection of points (n, 3) given in the surface's axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,10 +96,10 @@ class FacetSurface:
         Node numbers, corners counter-clockwise seen from outside; triangles as in `mesh.facets`.
     name : str
     mortar_on_quad8 : bool
-        Whether eight-node facets can carry pressure shapes, because displacements on them have functions of their own;
-        see `contact.coupling.mortar_basis`.
+        Whether eight-node facets can carry a multiplier basis, because their displacements have bubble functions; see
+        `contact.coupling.mortar_basis`.
     planes : ((k,) int array, (k, 3) array), optional
-        Nodes on planes of symmetry and the normals of these planes; a node on two of them is there twice.
+        Nodes on planes of symmetry and the normals of these planes; a node on two of them is listed twice.
     """
 
     points: Array
@@ -115,43 +115,43 @@ class FacetSurface:
 
     @property
     def out_of_plane(self) -> Extent | None:
-        """How far the section goes on whose curve this is; None for facets in space."""
+        """Out-of-plane extent of the section for a curve; None for facets in space."""
         return None
 
     @property
     def revolved(self) -> bool:
-        """Whether it is the curve of a body of revolution."""
+        """Whether it is a curve of a body of revolution."""
         return self.out_of_plane is not None and self.out_of_plane.revolved
 
     @property
     def cell_area(self) -> float | None:
-        """Area of a node's cell where all nodes have the same and give along their own normal only; None elsewhere."""
+        """Area of a node's cell, if equal for all nodes and each responds along its own normal only; else None."""
         return None
 
     @property
     def is_divisible(self) -> bool:
-        """Whether near parts of it can be paired by themselves."""
+        """Whether the parts near contact can be paired alone."""
         return not self.mortar_on_quad8
 
     def cut(
         self, master: Surface | None, rotation: Array, translation: Array, share: float
     ) -> tuple[IntArray, Array, Array] | None:
-        """Samples on pieces of a section's sides, see `section_curve.curve_samples`; None: facets are cut in pairs."""
+        """Samples on segments of a section's sides, see `section_curve.curve_samples`; None for facets in space."""
         return None
 
     @property
     def spatial(self) -> FacetSurface:
-        """Facets in space on which points are projected: these themselves, but for a section's curve."""
+        """Facets in space on which points are projected: the surface itself, or the ribbon of a section's curve."""
         return self
 
     def moved(self, rotation: Array, translation: Array) -> Self:
-        """The surface in other axes, in which its own stand turned and shifted."""
+        """The surface in other axes, rotated and translated."""
         planes = None if self.planes is None else (self.planes[0], self.planes[1] @ rotation.T)
         return replace(self, points=self.points @ rotation.T + translation, planes=planes)
 
     @cached_property
     def triangle(self) -> NDArray[np.bool_]:
-        """Which facets (n_facets,) are triangles."""
+        """Mask (n_facets,) of triangles."""
         return triangular(self.facets)
 
     @cached_property
@@ -159,7 +159,7 @@ class FacetSurface:
         return {}
 
     def once(self, work_out: Callable[[FacetSurface], T]) -> T:
-        """What a function works out about this surface alone; kept for the next pairings."""
+        """Cached result of a function of this surface alone."""
         if work_out not in self._known:
             self._known[work_out] = work_out(self)
         return cast(T, self._known[work_out])
@@ -178,12 +178,12 @@ class FacetSurface:
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Of its nodes."""
+        """Search tree of its nodes."""
         return cKDTree(self.points[self.nodes])
 
     @cached_property
     def facets_of_node(self) -> IntArray:
-        """Facets around each surface node (n_surface_nodes, most), filled up by repeating the first."""
+        """Facets around each surface node (n_surface_nodes, most), padded by repeating the first."""
         local = np.searchsorted(self.nodes, self.facets.ravel())
         owner = np.repeat(np.arange(len(self.facets)), self.facets.shape[1])
         order = np.argsort(local, kind="stable")
@@ -194,7 +194,7 @@ class FacetSurface:
 
     @cached_property
     def on_rim(self) -> NDArray[np.bool_]:
-        """Of each facet's four sides (n_facets, 4), those that belong to no other facet."""
+        """Mask (n_facets, 4) of the facets' sides that belong to no other facet."""
         corners = self.facets[:, :4]
         sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
         _, inverse, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
@@ -202,7 +202,7 @@ class FacetSurface:
 
     @cached_property
     def rim_nodes(self) -> NDArray[np.bool_]:
-        """Which nodes of the mesh (n_nodes,) lie on the surface's rim."""
+        """Mask of mesh nodes (n_nodes,) on the surface's rim."""
         facet, side = np.nonzero(self.on_rim)
         ends = [self.facets[facet, side], self.facets[facet, (side + 1) % 4]]
         if self.facets.shape[1] > 4:
@@ -213,13 +213,13 @@ class FacetSurface:
 
     @cached_property
     def rim_sides(self) -> tuple[IntArray, IntArray]:
-        """Facets (n,) and which of their sides (n,) are on the rim; the third side of a triangle is none."""
+        """Facets (n,) and sides (n,) on the rim; without the missing side of a triangle."""
         real = ~(self.triangle[:, None] & (np.arange(4) == 2))
         facet, side = np.nonzero(self.on_rim & real)
         return facet, side
 
     def extent(self, points: Array) -> Array:
-        """What a piece of area at points (n, 3) stands for, over that area (n,): one; more for sections."""
+        """Weight (n,) of a piece of area at points (n, 3): one, or the out-of-plane extent of a section."""
         return np.ones(len(points))
 
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
@@ -245,10 +245,10 @@ class FacetSurface:
         return n / length[:, None]
 
     def project(self, points: Array, n_near: int = 3) -> Projection:
-        """Feet of points (n, 3): the nearest over the facets round each point's `n_near` nearest nodes."""
+        """Projection of points (n, 3): the closest point over the facets round each point's `n_near` nearest nodes."""
         _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
         around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
-        # one number for each pair of point and facet: its distinct values are found faster than those of pairs
+        # pairs of point and facet as one number: unique is faster on numbers than on rows
         key = np.unique((np.arange(len(points))[:, None] * len(self.facets) + around).ravel())
         point, facet = np.divmod(key, len(self.facets))
         local, distance2 = self.polynomials.closest(points[point], facet)
@@ -271,11 +271,11 @@ class FacetSurface:
         return averaged_normals(self.points, self.facets)[0]
 
     def _lines_of_action(self, facet: IntArray, local: Array, N: Array, offset: Array) -> Array:
-        """Unit vectors from foot to point, outwards: a force along them has no moment about the foot.
+        """Outward unit vectors from closest point to point: a force along them has no moment about the closest point.
 
-        Inside a facet that is its normal. On an edge or corner between facets any direction of the normal cone can be
-        nearest, so the offset itself gives the line; where it does not depart from the mean normal by more than
-        rounding, the mean normal does (on a flat surface all lines are parallel, however short the offsets).
+        Inside a facet this is the normal. On an edge or corner between facets it can be any direction of the normal
+        cone and is taken from the offset; where the offset differs from the mean normal by rounding only, the mean
+        normal is taken (on a flat surface all lines are then parallel, for any length of the offsets).
         """
         normals = self.normals(facet, local)
         on_edge = self._at_sides(facet, local).any(axis=1)
@@ -291,7 +291,7 @@ class FacetSurface:
         return normals
 
     def _at_sides(self, facet: IntArray, local: Array) -> NDArray[np.bool_]:
-        """On which sides of their facet points lie (n, 4)."""
+        """Mask (n, 4) of the sides of their facet on which points lie."""
         s, t = local.T
         triangle = self.triangle[facet]
         right = np.where(triangle, s + t >= 1 - ON_SIDE, s >= 1)
@@ -302,9 +302,9 @@ class FacetSurface:
         return np.sqrt(self.polynomials.closest(points, facet)[1])
 
     def _outside(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
-        """Whether a foot lies on a rim side while the point's offset leans outwards across it.
+        """Whether a closest point lies on a rim side and the point's offset is directed outwards across it.
 
-        On a plane of symmetry a coarse facet's normal leans a little out of the plane, so a small angle is let pass.
+        On a plane of symmetry a coarse facet's normal is slightly inclined to the plane, so a small angle is tolerated.
         """
         normals = self.normals(facet, local)
         sideways = offset - np.einsum("ni,ni->n", offset, normals)[:, None] * normals
@@ -316,25 +316,25 @@ class FacetSurface:
 
 
 def facets_of(surface: Surface) -> FacetSurface | None:
-    """The surface if it has nodes and facets; None for a shape."""
+    """The surface if it has nodes and facets, else None."""
     return surface if isinstance(surface, FacetSurface) else None
 
 
 def with_nodes(surface: Surface) -> FacetSurface:
-    """A surface that is known to have nodes, as that of every slave."""
+    """The surface, typed as one with nodes, as every slave's is."""
     assert isinstance(surface, FacetSurface)
     return surface
 
 
 def has_cells(surface: Surface) -> bool:
-    """Whether a surface is a half-space's, cut into cells."""
+    """Whether a surface is the grid of a half-space."""
     facets = facets_of(surface)
     return facets is not None and facets.cell_area is not None
 
 
 def _rounded(distance2: Array, size: Array) -> Array:
-    """Logarithms of squared distances with their last digits cut off, so that equal ones compare equal.
+    """Rounded logarithms of squared distances, so that equal distances compare equal.
 
-    Cut at 1e-12, for a foot moves sideways by the root of that, and at 1e-12 of the facet's size.
+    Rounded to 1e-12, as the closest point moves tangentially by the root of that, and to 1e-12 of the facet's size.
     """
     return np.asarray(np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12), dtype=np.float64)

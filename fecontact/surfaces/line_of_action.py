@@ -5,13 +5,13 @@ A pair of points x on the slave and y on the master has one line of action, on w
     x = y + d m,    m = share n1 + (1 - share) n2(y),    share = c2 / (c1 + c2),
 
 with n2 the master's outward normal at y, n1 the slave's at x reversed, and c = 1 / E* the compliance of either body:
-between equal bodies the mean of both, against a rigid body its own normal. Forces along it are collinear, so moments
-balance as forces do, and neither side is favoured: mirror images press on each other along the normal of the plane
-between them. The three equations are solved for y's coordinates and d by Newton's method from the nearest point, with
-normals that are continuous over facets' sides (`surfaces.normals`).
+between equal bodies the mean of both normals, against a rigid body the rigid body's normal. Forces along it are
+collinear, so moments balance too, and the result does not depend on the choice of slave: mirror images are in contact
+along the normal of the plane between them. The three equations are solved for y's coordinates and d by Newton's method
+from the nearest point, with normals that are continuous over facets' sides (`surfaces.normals`).
 
-Where there is no such point (the line misses the master at its rim or an edge, or the surfaces do not face each other)
-the nearest point and the line to it remain.
+Where no such point exists (the line misses the master at its rim or an edge, or the surfaces do not face each other)
+the closest point and the line to it are used.
 """
 
 from __future__ import annotations
@@ -26,31 +26,31 @@ from fecontact.surfaces.closest_point import BLOCK, first_derivatives
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
 from fecontact.surfaces.normals import normals_of
 
-#: Cosine between both normals (one reversed) below which surfaces do not face each other and the master's normal rules.
+#: Cosine between both normals (one reversed) below which surfaces do not face each other: the master's normal is used.
 FACING = 0.2
-#: How far beyond its sides a facet is continued.
+#: Extension of a facet beyond its sides.
 SLACK = 0.5
-#: How far beyond its sides, in its coordinates, a point still counts as on the facet.
+#: Distance beyond its sides, in its coordinates, at which a point still counts as on a facet.
 BESIDE = 1e-9
-#: Newton steps; three or four do on what is nearly in touch.
+#: Largest number of Newton steps; three or four suffice for small gaps.
 MOST_STEPS = 15
-#: Step in a facet's coordinates after which a point is found: what is left is of the order of its square.
+#: Step in a facet's coordinates at convergence: the remaining error is of the order of its square.
 SETTLED = 1e-8
-#: Facets that are tried one after another.
+#: Largest number of facets tried in turn.
 MOST_FACETS = 4
 
 
 def project_along(master: Surface, points: Array, normals: Array, share: float) -> Projection:
-    """Feet of points (n, 3) of the slave along lines between both normals.
+    """Projection of points (n, 3) of the slave along lines between both normals.
 
     Parameters
     ----------
     master : Surface
-        One that has no facets is rigid, and its own normal rules.
+        One without facets is rigid; its own normal is used.
     points : (n, 3) array
         In the master's axes.
     normals : (n, 3) array
-        The slave's unit normals there, reversed so that they point out of the master; zero where it has none.
+        The slave's unit normals there, reversed so that they point out of the master; zero where there is none.
     share : float
         Weight of the slave's normal, between 0 and 1.
     """
@@ -71,7 +71,7 @@ def project_along(master: Surface, points: Array, normals: Array, share: float) 
         rows, place = rows[~on], place[~on]
         if len(rows) == 0:
             break
-        # the line met the facet's continuation: the facet below that point is tried next
+        # the line met the facet's extension: the facet below that point is tried next
         landing = surface.evaluate(facet[rows], place)[0]
         below = surface.project(landing, n_near=1)
         assert below.facet is not None
@@ -92,7 +92,7 @@ def project_along(master: Surface, points: Array, normals: Array, share: float) 
 def projection_at(
     master: FacetSurface, facet: IntArray, local: Array, points: Array, normals: Array, share: float
 ) -> Projection:
-    """Feet at known coordinates (n, 2) of facets (n,), which lie on the lines of points (n, 3)."""
+    """Projection with known facets (n,) and coordinates (n, 2), on the lines of points (n, 3)."""
     x, _, N = master.evaluate(facet, local)
     lines = share * normals + (1 - share) * normals_of(master).at(facet, local)
     length = np.linalg.norm(lines, axis=1, keepdims=True)
@@ -119,20 +119,20 @@ def meet(
     share: float,
     slack: float = SLACK,
 ) -> tuple[Array, Mask]:
-    """Where lines through points (n, 3) meet given facets, continued beyond their sides.
+    """Intersection of lines through points (n, 3) with given facets, extended beyond their sides.
 
     Parameters
     ----------
     surface : FacetSurface
     facet, local : (n,) and (n, 2) arrays
-        Facets, and coordinates to begin at.
+        Facets, and initial coordinates.
     points : (n, 3) array
     normals : (n, 3) array
-        At the points, pointing the way of the surface's; zero where there is none.
+        At the points, oriented as the surface's normals; zero where there is none.
     share : float
-        Weight of `normals`; the surface's own have the rest.
+        Weight of `normals`; the surface's own have weight 1 - share.
     slack : float
-        How far beyond their sides the facets are continued.
+        Extension of the facets beyond their sides.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def _met(
 
 
 def _facing(surface: FacetSurface, facet: IntArray, local: Array, normals: Array) -> Mask:
-    """Whether normals (n, 3) point the way of the surface's; those that are zero do."""
+    """Mask of normals (n, 3) oriented as the surface's; True for zero ones."""
     own = normals_of(surface).at(facet, local)
     cosine = np.einsum("ni,ni->n", own, normals)
     return np.asarray((cosine >= FACING * np.linalg.norm(own, axis=1)) | ~normals.any(axis=1))

@@ -13,7 +13,7 @@ from fecontact.surfaces.section_curve import CurveSurface
 
 
 def components_along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
-    """Rows that take the component along `directions` (n, 3) of points interpolated by `weights` (n, n_nodes)."""
+    """Rows for the component along `directions` (n, 3) of points interpolated by `weights` (n, n_nodes)."""
     count = np.diff(weights.indptr)
     d = np.repeat(directions, count, axis=0)
     data = (weights.data[:, None] * d).ravel()
@@ -22,11 +22,11 @@ def components_along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix
 
 
 def contact_weights(surface: FacetSurface) -> Array:
-    """Area (n_nodes,) by which a nodal contact force is divided to show a pressure.
+    """Area (n_nodes,) by which a nodal contact force is divided to give a pressure.
 
     Faces of four nodes or with a centre node: the consistent weights, which are positive. Eight-node faces and six-node
-    triangles: their consistent corner weights are negative or zero, so tributary areas are shown instead; the forces
-    themselves stay wrong at the corners.
+    triangles: their consistent corner weights are negative or zero, so tributary areas are used instead; the forces
+    themselves remain wrong at the corners.
     """
     return surface.once(_contact_weights)
 

@@ -1,9 +1,9 @@
 """Normals of a surface of facets that are continuous over its facets' sides.
 
-A facet's own normal jumps from one facet to the next. A line of action needs a normal that does not, so the normals at
-the nodes, averaged over the facets round them, are interpolated like positions. On an edge (`SHARPEST`) there is no one
-normal: facets keep their own there. At the rim half of a node's neighbourhood is missing and the average leans, which
-matters on planes of symmetry only: there the normal lies in the plane.
+The normal of a facet is discontinuous at its sides. A line of action needs a continuous one, so nodal normals, averaged
+over the facets round each node, are interpolated like positions. On an edge (`SHARPEST`) the normal is not unique:
+facets keep their own there. At the rim half of a node's neighbourhood is missing and the average is inclined, which
+matters on planes of symmetry only: there the normal is projected onto the plane.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from fecontact.surfaces.closest_point import FacetPolynomials, facet_polynomials
 from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Largest angle (degrees) between the average at a node and the normal of a facet there, so that a polygon of eight
-#: sides is still round and an edge of 50 degrees is one.
+#: sides counts as round and an edge of 50 degrees as an edge.
 SHARPEST = 25.0
-#: Largest lean of an average at a plane of symmetry, in turns of the normal over the facets there: flat ones lean by
-#: half of what it turns, more where they grow narrower; curved ones by the cube of their size only.
+#: Largest inclination of an average to a plane of symmetry, relative to the change of the normal over the facets there:
+#: half of it for flat facets, more where they become narrower; curved ones are inclined by the cube of their size only.
 BIAS_FLAT, BIAS_CURVED = 2.0, 0.2
-#: Smallest eigenvalue of the sum of n n^T over planes of symmetry through a node that is not rounding.
+#: Smallest nonzero eigenvalue of the sum of n n^T over planes of symmetry through a node; less is rounding.
 ROUNDING = 1e-9
 
 
@@ -35,13 +35,13 @@ class Normals:
     Attributes
     ----------
     nodal : (n_points, 3) array
-        Outward unit vectors at the nodes, zero at points that are none.
+        Outward unit vectors at the nodes, zero at other points.
     sharp : (n_points,) bool array
         Nodes on edges.
     field : FacetPolynomials
         Normals over all facets, not quite of unit length.
     even : (n_facets,) bool array
-        Facets over which they are all the same.
+        Facets over which they are constant.
     """
 
     nodal: Array
@@ -50,17 +50,17 @@ class Normals:
     even: Mask
 
     def at(self, facet: IntArray, local: Array) -> Array:
-        """Normals (n, 3) at coordinates (n, 2) of facets (n,), as they are interpolated."""
+        """Normals (n, 3) at coordinates (n, 2) of facets (n,), by interpolation."""
         return self.field.evaluate(facet, local)[0]
 
 
 def normals_of(surface: FacetSurface) -> Normals:
-    """Continuous normals of a surface, worked out once; those of a curve run along its ribbon."""
+    """Continuous normals of a surface, cached; those of a curve are on its ribbon."""
     return surface.spatial.once(_normals)
 
 
 def opposing(surface: FacetSurface, nodes: IntArray) -> Array:
-    """Inward unit normals (n, 3) at nodes (n,); zero on edges, which have none."""
+    """Inward unit normals (n, 3) at nodes (n,); zero on edges."""
     normals = normals_of(surface)
     return np.where(normals.sharp[nodes, None], 0.0, -normals.nodal[nodes])
 
@@ -84,10 +84,10 @@ def _normals(surface: FacetSurface) -> Normals:
 
 
 def _within(surface: FacetSurface, nodal: Array, nodes: IntArray, across: Array) -> Array:
-    """Nodal normals without the components across planes of symmetry, where only averaging gave them.
+    """Nodal normals without components across planes of symmetry that are due to averaging.
 
-    At such a plane the average over half a neighbourhood leans by half of what the normal turns over a facet, on curved
-    facets by far less. A surface that meets the plane at another angle than a right one leans by more than that.
+    At such a plane the average over half a neighbourhood is inclined by half the change of the normal over a facet,
+    much less on curved facets. A larger inclination means that the surface does not meet the plane at a right angle.
     """
     on = np.isin(nodes, surface.nodes)
     nodes, across = nodes[on], across[on]

@@ -1,13 +1,13 @@
-"""Surfaces of sections: curves that stand for a strip of given width or for a surface of revolution.
+"""Surfaces of sections: curves that represent a strip of given width or a surface of revolution.
 
-A curve is projected on as a ribbon: three rows of the same nodes make nine-node facets that run along y, so feet, lines
-of action and rims are found by what finds them in space (`surfaces.facet_surface`); the weights of the three rows
-are added up afterwards.
+Projection on a curve uses a ribbon: three rows of the same nodes make nine-node facets along y, so closest points,
+lines of action and rims are found as in space (`surfaces.facet_surface`); the weights of the three rows are summed
+afterwards.
 
-Pressures of a side of three nodes: its functions have the weights 1/6, 4/6 and 1/6 of a strip. Of a ring's side that
-ends on the axis the node there has the weight 2 pi int N r ds = 0 (r linear): a force on it says nothing about a
-pressure. The hats of the mortar coupling, linear on either half of a side, keep a positive weight (1/24 of 2 pi L^2),
-so rings are always coupled by mortar.
+Nodal pressures: the functions of a three-node side have the weights 1/6, 4/6 and 1/6 of a strip. On a side of a ring
+that ends on the axis, the node there has the weight 2 pi int N r ds = 0 (r linear): its force does not determine a
+pressure. The multiplier basis of the mortar coupling, linear on either half of a side, has a positive weight there
+(1/24 of 2 pi L^2), so rings are always coupled by mortar.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
 from fecontact.surfaces.line_of_action import project_along
 from fecontact.surfaces.normals import opposing
 
-#: Of unit thickness.
+#: Extent of unit thickness.
 UNIT = Extent(1.0)
-#: Gauss points of a piece of a side: hats times quadratics times a radius, degree five on a straight side.
+#: Gauss points per segment: multiplier times quadratic times radius, degree five on a straight side.
 POINTS = 4
-#: Pieces of a side shorter than this share of it are rounding.
+#: Segments shorter than this share of a side are rounding.
 SHORTEST = 1e-12
 
 
@@ -57,7 +57,7 @@ class CurveSurface(FacetSurface):
 
     @cached_property
     def rim_nodes(self) -> NDArray[np.bool_]:
-        """Which nodes of the section (n_nodes,) are ends of the surface."""
+        """Mask of section nodes (n_nodes,) at the ends of the surface."""
         return np.bincount(self.facets[:, :2].ravel(), minlength=len(self.points)) == 1
 
     @cached_property
@@ -68,7 +68,7 @@ class CurveSurface(FacetSurface):
 
     @property
     def spatial(self) -> FacetSurface:
-        """The ribbon."""
+        """The ribbon of the curve."""
         return self._ribbon
 
     @cached_property
@@ -94,7 +94,7 @@ class CurveSurface(FacetSurface):
         return np.einsum("na,nai->ni", N, x), np.stack([tangent, across], axis=2), N
 
     def project(self, points: Array, n_near: int = 3) -> Projection:
-        """Feet of points (n, 3) of the plane y = 0."""
+        """Projection of points (n, 3) of the plane y = 0."""
         projection = self._ribbon.project(points, n_near)
         assert projection.weights is not None
         n = len(self.points)
@@ -112,13 +112,13 @@ class CurveSurface(FacetSurface):
 
     @property
     def is_divisible(self) -> bool:
-        """A curve has few sides: it is paired as a whole."""
+        """False: a curve has few sides and is paired as a whole."""
         return False
 
     def cut(
         self, master: Surface | None, rotation: Array, translation: Array, share: float
     ) -> tuple[IntArray, Array, Array]:
-        """Samples on pieces of its sides."""
+        """Samples on segments of its sides."""
         return curve_samples(self, master, rotation, translation, share)
 
     def extent(self, points: Array) -> Array:
@@ -151,14 +151,14 @@ class CurveSurface(FacetSurface):
 def curve_samples(
     slave: CurveSurface, master: Surface | None, rotation: Array, translation: Array, share: float
 ) -> tuple[IntArray, Array, Array]:
-    """Gauss points on pieces of the slave's sides within which neither hats nor the master's functions have a kink.
+    """Gauss points on segments of the slave's sides, on which multipliers and the master's functions are smooth.
 
     Parameters
     ----------
     slave : CurveSurface
     master : Surface, optional
     rotation, translation
-        Pose of the slave's axes seen from the master's.
+        Pose of the slave's axes in the master's.
     share : float
         Weight of the slave's normal in the lines of action.
 
@@ -173,7 +173,7 @@ def curve_samples(
     facet, s = np.repeat(np.arange(n), 3), np.tile([0.0, 0.5, 1.0], n)
     if isinstance(master, CurveSurface):
         ends = np.unique(master.facets[:, :2])
-        # along the lines of action too, the other way round
+        # along the lines of action too, with the roles exchanged
         projection = project_along(
             slave, (master.points[ends] - translation) @ rotation, opposing(master, ends) @ rotation, 1 - share
         )

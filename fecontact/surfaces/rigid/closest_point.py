@@ -1,4 +1,4 @@
-"""Feet of points on a surface z = f(x, y) by Newton's method."""
+"""Closest points on a surface z = f(x, y) by Newton's method."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Derivatives = Callable[[Array, Array], tuple[Array, Array, Array, Array, Array]]
 
 MOST_STEPS = 60
 SETTLED = 1e-14
-"""Step, relative to the size of the surface, at which a foot is found."""
+"""Step, relative to the size of the surface, at convergence."""
 
 
 def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: float) -> Projection:
-    """Feet of points (n, 3) on a rigid surface that lies above its body's outside: the body fills z >= f(x, y).
+    """Projection of points (n, 3) on the surface of a rigid body that fills z >= f(x, y).
 
-    Newton's method on half the squared distance from straight above or below, with Gauss-Newton's matrix where the
-    Hessian is not positive definite; so the foot is the right one for points near the surface, which are those that
+    Newton's method on half the squared distance, started vertically above or below, with Gauss-Newton's matrix where
+    the Hessian is not positive definite. It finds the closest point for points near the surface, which are those that
     matter.
 
     Parameters
@@ -37,7 +37,7 @@ def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: flo
     Returns
     -------
     Feet
-        Those of points that lie beyond the surface are marked so.
+        Points outside the surface are marked.
     """
     X, Y, Z = points.T
     x, y = X.copy(), Y.copy()

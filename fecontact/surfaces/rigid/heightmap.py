@@ -17,12 +17,12 @@ from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.closest_point import differences, nearest
 
 OVERHANG = 1e-9
-"""Share of a cell by which a point may lie outside the map and still count as on its rim."""
+"""Share of a cell outside the map within which a point counts as on its rim."""
 
 
 @dataclass(frozen=True, eq=False)
 class HeightMap:
-    """A surface z(x, y) given at the middles of equal cells, centred on the origin and lowered onto z = 0.
+    """A surface z(x, y) given at the centres of equal cells, centred on the origin, its lowest point at z = 0.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class HeightMap:
 
     Notes
     -----
-    On a grid with the same cells the heights are returned as they are; elsewhere a cubic spline runs through them.
+    On a grid with the same cells the heights are returned unchanged; elsewhere they are interpolated by a cubic spline.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class HeightMap:
         return bool(np.abs(x[:, 0] - own[0]).max() < 1e-9 * cell and np.abs(y[0] - own[1]).max() < 1e-9 * cell)
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3)."""
+        """Projection of points (n, 3)."""
 
         def derivatives(x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
             s = self._spline
@@ -132,5 +132,5 @@ class FunctionSurface:
         return np.asarray(self.function(np.asarray(x, dtype=float), np.asarray(y, dtype=float)), dtype=float)
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3)."""
+        """Projection of points (n, 3)."""
         return nearest(points, self.heights, differences(self.heights, 1e-4 * self.size), self.size)

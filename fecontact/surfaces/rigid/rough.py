@@ -1,4 +1,4 @@
-"""Self-affine rough surfaces by their power spectrum, repeatable by seed, and detrending of measured ones."""
+"""Self-affine rough surfaces from a power spectrum and a seed, and detrending of measured ones."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TRENDS = ("mean", "plane", "quadratic")
 
 @dataclass(frozen=True, eq=False)
 class RoughSurface:
-    """Heights with what was asked of them achieved; made by `self_affine`.
+    """A rough surface and its rms values; made by `self_affine`.
 
     Attributes
     ----------
@@ -63,9 +63,9 @@ def self_affine(
     rms_height, rms_slope : float, optional
         Exactly one; achieved to rounding.
     roll_off : float, optional
-        Wavelength above which the spectrum is flat; none, if left out.
+        Wavelength above which the spectrum is flat; none by default.
     longest, shortest : float, optional
-        Wavelengths beyond which it is zero; the size and four cells, if left out.
+        Wavelengths beyond which it is zero; the size and four cells by default.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def self_affine(
     Raises
     ------
     InputError
-        Values out of range, or no wave between the cut-offs.
+        If values are out of range, or no wave lies between the cut-offs.
 
     References
     ----------
@@ -117,7 +117,7 @@ def self_affine(
 
 
 def _root_mean_square(spectrum: NDArray) -> float:
-    """Of the field that belongs to a spectrum, by Parseval's theorem."""
+    """Root mean square of the field of a spectrum, by Parseval's theorem."""
     return float(np.linalg.norm(spectrum)) / spectrum.size
 
 
@@ -136,7 +136,7 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     Raises
     ------
     InputError
-        Unknown trend, or heights that are not finite.
+        If the trend is unknown, or heights are not finite.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""Rigid shapes that rest on the origin from above: z = 0 touches their lowest point, their bodies lie above.
+"""Rigid shapes above the plane z = 0, which touches their lowest point.
 
-Each gives `heights` over the plane (infinite where a vertical line misses it), exact near the lowest point where
-a difference of large numbers would lose the digits, and `project`, the feet of points on it.
+Each gives `heights` over the plane (infinite where a vertical line misses it), without cancellation near the lowest
+point, and `project`, the closest points on it.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Paraboloid(Indenter):
     ----------
     radius_x : float
     radius_y : float, optional
-        As the first, if left out.
+        Equal to the first by default.
 
     Examples
     --------
@@ -88,7 +88,7 @@ class Paraboloid(Indenter):
         return x**2 / (2 * rx) + y**2 / (2 * ry)
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3)."""
+        """Projection of points (n, 3)."""
         rx, ry = self.curvature_radii
 
         def derivatives(x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -106,7 +106,7 @@ class Cylinder(Indenter):
     ----------
     radius : float
     length : float, optional
-        It ends at y = -length/2 and length/2; infinite, if left out.
+        It ends at y = -length/2 and length/2; infinite by default.
 
     Examples
     --------
@@ -144,7 +144,7 @@ class Cylinder(Indenter):
         return np.where(np.abs(y) <= self.length / 2, _round(np.asarray(x) ** 2, self.radius), np.inf)
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3) on the curved face."""
+        """Projection of points (n, 3) on the curved face."""
         gap, along, up = _circle(points[:, 0], points[:, 2], self.radius)
         normals = np.stack([along, np.zeros_like(along), up], axis=1)
         return _projection(points, normals, gap, np.abs(points[:, 1]) > self.length / 2)
@@ -188,7 +188,7 @@ class Cone(Indenter):
         return np.hypot(x, y) * math.tan(self.angle)
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3) on the flank, or on the tip."""
+        """Projection of points (n, 3) on the flank or the tip."""
         r, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
         c, s = math.cos(self.angle), math.sin(self.angle)
         outwards = np.divide(points[:, :2], r[:, None], out=np.zeros((len(r), 2)), where=r[:, None] > 0)
@@ -251,7 +251,7 @@ class FlatPunch(Indenter):
         return np.where(self._inside(x, y), 0.0, np.inf)
 
     def project(self, points: Array) -> Projection:
-        """Feet straight above or below; points beside the punch lie beyond it."""
+        """Projection along z; points beside the punch are outside it."""
         normals = np.tile([0.0, 0.0, -1.0], (len(points), 1))
         return _projection(points, normals, -points[:, 2], ~self._inside(points[:, 0], points[:, 1]))
 
@@ -294,11 +294,11 @@ class Ellipsoid(Indenter):
         return c * _round((x / a) ** 2 + (y / b) ** 2, 1.0)
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3) on the lower half."""
+        """Projection of points (n, 3) on the lower half."""
         return nearest(points, self.heights, differences(self.heights, 1e-4 * min(self.semi_axes)), self.size)
 
     def may_hold(self, points: Array, radius: float) -> Mask:
-        """Whether balls round points (n, 3) may reach into it: feet are on the lower half and do not tell."""
+        """Whether balls round points (n, 3) may reach into it; `project` covers the lower half only."""
         reach = np.array(self.semi_axes) + radius
         return np.asarray((((points - [0.0, 0.0, self.semi_axes[2]]) / reach) ** 2).sum(axis=1) <= 1)
 
@@ -339,7 +339,7 @@ class Torus(Indenter):
         return _round((np.hypot(x, y) - self.ring) ** 2, self.tube)
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3)."""
+        """Projection of points (n, 3)."""
         r = np.hypot(points[:, 0], points[:, 1])
         gap, along, up = _circle(r - self.ring, points[:, 2], self.tube)
         outwards = np.divide(points[:, :2], r[:, None], out=np.zeros((len(r), 2)), where=r[:, None] > 0)

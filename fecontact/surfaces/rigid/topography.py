@@ -23,7 +23,7 @@ class Topography:
     z : (nx, ny) array
         Along x first; holes are NaN.
     size : (float, float) or None
-        Sides of the grid, if the file tells.
+        Sides of the grid, if the file gives them.
     """
 
     z: Array
@@ -51,7 +51,7 @@ def read_topography(path: str | Path) -> Topography:
     Raises
     ------
     InputError
-        Unknown suffix, missing file, or a file that is not what its suffix says.
+        For an unknown suffix, a missing file, or contents that do not fit the suffix.
 
     Examples
     --------

@@ -15,17 +15,17 @@ from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
 PAIRS = 4_000_000
-"""Pairs of triangle and point that are looked at together."""
+"""Pairs of triangle and point per batch."""
 
 ON_SIDE = 1e-9
-"""Barycentric coordinate by which a point may lie outside a triangle and still count as on its side."""
+"""Barycentric distance outside a triangle within which a point counts as on its side."""
 
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """A surface of triangles and quadrilaterals, its outside where the counter-clockwise corners say.
+    """A surface of triangles and quadrilaterals, corners counter-clockwise seen from outside.
 
-    Feet are the nearest points. Seen from below (`heights`), the lowest facet above a point counts.
+    `heights` are those of the lowest facet on a vertical line.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Facets:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What was mended when the surface was read, and whether it is a cavity."""
+        """Corrections made when the surface was read, and whether it is a cavity."""
         cavity = self.mesh.is_closed and signed_volume(self.mesh.points, self.mesh.facets) < 0
         return (
             (*self.mesh.notes, "the rigid surface is closed and faces inwards: a cavity.")
@@ -67,17 +67,17 @@ class Facets:
 
     @property
     def is_open(self) -> bool:
-        """Whether some sides belong to one facet only, so that the facets enclose nothing."""
+        """Whether some sides belong to one facet only, so that the facets enclose no volume."""
         return len(self._facets.rim_sides[0]) > 0
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3): the nearest points of the facets."""
+        """Projection of points (n, 3) on the facets."""
         found = self._facets.project(points, n_near=6)
         return Projection(found.points, found.normals, found.gap, found.outside)
 
     @cached_property
     def _triangles(self) -> Array:
-        """Corners (n, 3, 3) of triangles; curved facets are cut at their corners."""
+        """Corners (n, 3, 3) of triangles; curved facets are triangulated by their corners."""
         corners = self.mesh.facets[:, :4]
         quad = ~triangular(self.mesh.facets)
         return self.mesh.points[np.concatenate([corners[:, [0, 1, 2]], corners[quad][:, [0, 2, 3]]])]

@@ -90,7 +90,7 @@ def test_singular_stiffness_is_an_error():
     # a loose node: nothing at all on its diagonal
     K = sp.csr_matrix(np.triu([[2.0, -1, 0], [-1, 2, 0], [0, 0, 0]]))
     for backend in available_backends():
-        with pytest.raises(FecontactError, match=r"hangs on nothing"):
+        with pytest.raises(FecontactError, match=r"body is loose"):
             condense(K, np.array([0]), backend)
 
 
