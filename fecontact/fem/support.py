@@ -135,7 +135,7 @@ def nodal_coordinates(mesh: Mesh, supports: Mapping[str, Support]) -> tuple[Coor
     >>> import fecontact as fc
     >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
     >>> nodal_coordinates(mesh, {"bottom": "z"})[1].tolist()
-    [2, 5, 8, 11]
+    [2, 8, 14, 20]
     >>> coordinates, held = nodal_coordinates(mesh, {"bottom": (1, 0, 1)})
     >>> len(held), coordinates.axes.shape
     (4, (24, 24))

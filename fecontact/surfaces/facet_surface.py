@@ -252,7 +252,7 @@ class FacetSurface:
         key = np.unique((np.arange(len(points))[:, None] * len(self.facets) + around).ravel())
         point, facet = np.divmod(key, len(self.facets))
         local, distance2 = self.polynomials.closest(points[point], facet)
-        # the nearest facet of each point; among equals the first, so that shared edges are decided once
+        # the nearest facet of each point; of equal ones the first, so that shared edges are decided once
         order = np.lexsort((facet, _rounded(distance2, self.mean_facet_size[facet]), point))
         best = order[np.searchsorted(point[order], np.arange(len(points)))]
         facet, local = facet[best], local[best]

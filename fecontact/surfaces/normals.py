@@ -39,7 +39,7 @@ class Normals:
     sharp : (n_points,) bool array
         Nodes on edges.
     field : FacetPolynomials
-        Normals over all facets, not quite of unit length.
+        Interpolated normals over all facets, only approximately of unit length.
     even : (n_facets,) bool array
         Facets over which they are constant.
     """

@@ -100,7 +100,7 @@ class Paraboloid(Indenter):
 
 @dataclass(frozen=True)
 class Cylinder(Indenter):
-    """A cylinder that lies on the line x = 0, along y.
+    """A cylinder along y that touches z = 0 on the line x = 0.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class Cylinder(Indenter):
 
 @dataclass(frozen=True)
 class Cone(Indenter):
-    """A cone that stands on its tip, axis z.
+    """A cone with its tip at the origin, axis z.
 
     Parameters
     ----------
@@ -305,7 +305,7 @@ class Ellipsoid(Indenter):
 
 @dataclass(frozen=True)
 class Torus(Indenter):
-    """A ring that lies on the circle x^2 + y^2 = ring^2.
+    """A torus that touches z = 0 on the circle x^2 + y^2 = ring^2.
 
     Parameters
     ----------
