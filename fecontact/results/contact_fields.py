@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
-from fecontact.contact.coupling.mortar_basis import multiplier_shapes, multipliers_on_square
+from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.contact.interface import Interface
-from fecontact.mesh.facets import shapes_on_square
 from fecontact.mesh.section_mesh import line_shapes
+from fecontact.results.error_estimate import PressureReadings, error_estimate, readings_of
+from fecontact.results.facet_samples import facet_samples, pressure_shapes
 from fecontact.results.resultants import Region, part_of, region_numbers, sides_of_plane
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
@@ -47,10 +48,14 @@ class ContactFields:
         Points that took part in the solution.
     nodes : (m, 3) array
         All nodes of the facets that face the master, be it with a part.
+    node_numbers : (m,) int array
+        Their numbers in the slave's mesh.
     at_nodes : (m, n) csr_matrix
         Values at the nodes by those of the points; the rows of nodes that face nothing are empty.
     facets : (n_facets, 3 | 4 | 8 | 9) int array
         Facets that face the master, if only with a part, in terms of the nodes (3: sides of a section).
+    facet_numbers : (n_facets,) int array
+        Their numbers among the facets of the whole surface.
     sharing : (n, n_surface_facets) csr_matrix
         Which point is on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
@@ -73,8 +78,10 @@ class ContactFields:
     gap: Array
     candidates: IntArray
     nodes: Array
+    node_numbers: IntArray
     at_nodes: sp.csr_matrix
     facets: IntArray
+    facet_numbers: IntArray
     sharing: sp.csr_matrix
     reference_point: Array
     coupling: str
@@ -136,6 +143,47 @@ class ContactFields:
         """Connected parts of the contact area, the most loaded first; points are connected by facets they share."""
         return tuple(part_of(self, self.region == k) for k in range(1, self.region.max(initial=0) + 1))
 
+    @cached_property
+    def _readings(self) -> PressureReadings | None:
+        return readings_of(self)
+
+    @cached_property
+    def error_estimate(self) -> ErrorEstimate:
+        """How far this contact may be from that on an infinitely fine mesh; see `results.error_estimate`.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (8, 8, 4)).translated((-0.5, -0.5, 0.0))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"bottom": "xyz"})
+        >>> ball = fc.RigidBody(fc.Sphere(1.0)).placed((0, 0, 1.0))
+        >>> result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.05}})
+        >>> print(result.contacts[0].error_estimate)
+        pressure: about 18 % (peak 5 %, area 4 %), resolved by 3.5 faces across
+        """
+        return error_estimate(self, self._readings)
+
+    @cached_property
+    def error_indicators(self) -> Array:
+        """Mean error (n_surface_facets,) of the pressure on every facet of the slave's whole surface, a pressure.
+
+        Their squares, summed up with the facets' areas, are the square of `error_estimate.pressure` times that of the
+        pressure: where they are large, finer faces pay.
+        """
+        out = np.zeros(self.sharing.shape[1])
+        if self._readings is not None:
+            found = self._readings
+            out[self.facet_numbers[found.facets]] = np.sqrt(found.misfit / found.areas.sum(axis=1))
+        return out
+
+    @property
+    def edge_area(self) -> float:
+        """Area with the edge placed within the faces, where the recovered pressure is zero; see `results.recovery`.
+
+        Nearer than `area`, the sum of whole points, on contacts of some faces across.
+        """
+        return 0.0 if self._readings is None else float(self._readings.in_contact.sum())
+
     def split_by_plane(self, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
         """Resultants on both sides of a plane, for instance medial and lateral.
 
@@ -187,16 +235,10 @@ class ContactFields:
         areas : (n_samples,) array
             Area that each sample stands for.
         """
-        t = (np.arange(n) + 0.5) / n
-        if self.is_curve:
-            return self._sampled_sides(values, t)
-        local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
-        N, dN = shapes_on_square(self.facets, local)
-        nodes = self.nodes[self.facets]
-        tangents = np.einsum("fqaj,fai->fqij", dN, nodes, optimize=True)
-        areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
-        x = (N @ nodes).reshape(-1, 3)
-        return x, self._facing(x, self.interpolated(values, local).ravel()), areas.ravel()
+        every = facet_samples(self.nodes, self.facets, self.coupling == "mortar", self.extent, n)
+        points = every.points.reshape(-1, 3)
+        found = np.einsum("fqa,fa->fq", every.shapes, (self.at_nodes @ values)[self.facets])
+        return points, self._facing(points, found.ravel()), every.areas.ravel()
 
     def _facing(self, points: Array, values: Array) -> Array:
         """Values (n,) at points (n, 3) of the slave that face the master, zero at those beyond its rim."""
@@ -212,12 +254,9 @@ class ContactFields:
         """Whether the contact is that of sections: its facets are sides of three nodes."""
         return self.facets.shape[1] == 3
 
-    def _sampled_sides(self, values: Array, t: Array) -> tuple[Array, Array, Array]:
-        """`sampled` of sides; an area is that of a strip or a ring."""
-        x = self.line_points(t).reshape(-1, 3)
-        length = np.linalg.norm(line_shapes(t)[1] @ self.nodes[self.facets], axis=2).ravel() / len(t)
-        shown = self._facing(x, self.interpolated(values, t[:, None]).ravel())
-        return x, shown, length * self._surface.extent(self.slave.pose.to_body(x))
+    def extent(self, points: Array) -> Array:
+        """Thickness or circumference (n,) that a section's side stands for at points (n, 3); one in space."""
+        return self._surface.extent(self.slave.pose.to_body(points))
 
     @property
     def _surface(self) -> FacetSurface:
@@ -242,13 +281,8 @@ class ContactFields:
         """
         nodal = self.at_nodes @ values
         nodal[np.diff(self.at_nodes.indptr) == 0] = beyond
-        if self.coupling == "mortar":
-            if self.is_curve:
-                return nodal[self.facets] @ multiplier_shapes(3, np.zeros(len(local), bool), local).T
-            return np.einsum("fqa,fa->fq", multipliers_on_square(self.facets, local), nodal[self.facets])
-        if self.is_curve:
-            return nodal[self.facets] @ line_shapes(local[:, 0])[0].T
-        return np.einsum("fqa,fa->fq", shapes_on_square(self.facets, local)[0], nodal[self.facets])
+        shapes = pressure_shapes(self.facets, local, self.coupling == "mortar")
+        return np.einsum("fqa,fa->fq", shapes, nodal[self.facets])
 
 
 def _sharing(facets: IntArray, n_points: int) -> sp.csr_matrix:
@@ -279,8 +313,10 @@ def contact_fields(interface: Interface, candidates: IntArray, forces: Array, ga
         gap=gap,
         candidates=candidates,
         nodes=slave.pose.to_world(surface.points[shown]),
+        node_numbers=shown,
         at_nodes=pairing.at_nodes[shown],
         facets=local.reshape(-1, facets.shape[1]),
+        facet_numbers=pairing.covered,
         sharing=_sharing(facets, len(pairing.nodes)),
         reference_point=slave.pose.to_world(slave.reference_point),
         coupling=pairing.coupling,

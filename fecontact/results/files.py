@@ -125,14 +125,32 @@ def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequenc
 
 
 def body_fields(result: SolvedScene, body: ElasticBody) -> dict[str, Array]:
-    """Nodal fields of a body by name: displacement (n, 3), stress (n, 6), von_mises (n,), contact_pressure (n,)."""
+    """Nodal fields of a body by name.
+
+    displacement (n, 3), stress (n, 6), von_mises (n,), contact_pressure (n,), contact_pressure_error (n,).
+    """
     stress = result.stress(body)
     return {
         "displacement": result.displacement(body),
         "stress": stress,
         "von_mises": von_mises(stress),
         "contact_pressure": nodal_pressure(result, body),
+        "contact_pressure_error": nodal_error(result, body),
     }
+
+
+def nodal_error(result: SolvedScene, body: ElasticBody) -> Array:
+    """Estimated error (n_points,) of the contact pressure where the body is the slave: the mean over faces there."""
+    error = np.zeros(len(body.mesh.points))
+    for interface, contact in zip(result.interfaces, result.contacts, strict=True):
+        if interface.slave is body:
+            facets = interface.slave_surface.facets
+            total, count = (
+                np.bincount(facets.ravel(), np.repeat(values, facets.shape[1]), len(error))
+                for values in (contact.error_indicators, np.ones(len(facets)))
+            )
+            error += total / np.maximum(count, 1)
+    return error
 
 
 def nodal_pressure(result: SolvedScene, body: ElasticBody) -> Array:

@@ -29,6 +29,7 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
             f"  pressure max, mean    {c.max_pressure:>13.6g} {c.mean_pressure:>13.6g}",
         ]
         if c.active.any():
+            lines.append(f"  error of {c.error_estimate}")
             lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}")
         if len(c.regions) > 1:
             lines += [

@@ -74,6 +74,7 @@ class ContactResult(SolvedScene):
                     "area": c.area,
                     "max_pressure": c.max_pressure,
                     "mean_pressure": c.mean_pressure,
+                    "error_estimate": c.error_estimate.summary(),
                     "centre_of_pressure": c.centre_of_pressure.tolist() if c.active.any() else None,
                     "regions": len(c.regions),
                     "region_resultants": [_plain_region(r) for r in c.regions],

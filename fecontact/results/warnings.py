@@ -13,7 +13,7 @@ import numpy as np
 from fecontact.results.checks.held_across import held_across
 from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 from fecontact.results.checks.overlaps import undeclared_overlaps
-from fecontact.results.checks.resolution import chords, few_points, overlap_left
+from fecontact.results.checks.resolution import chords, coarse_pressures, overlap_left
 from fecontact.results.checks.rims import contact_at_rims
 from fecontact.results.solved_scene import SolvedScene
 
@@ -65,8 +65,9 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     contact_at_rims,
     undeclared_overlaps,
     overlap_left,
+    coarse_pressures,
 )
-NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, few_points, chords)
+NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, chords)
 
 
 def warnings_of(result: SolvedScene) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What a result says of contacts that its faces do not resolve: overlap left, few points, chords of round faces."""
+"""What a result says of contacts that its faces do not resolve: overlap left, coarse faces, chords of round ones."""
 
 import re
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.results.checks.resolution import chords, few_points, overlap_left
+from fecontact.analytic import hertz
+from fecontact.results.checks.resolution import chords, coarse_pressures, overlap_left
 from fecontact.surfaces import Cylinder
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
@@ -46,7 +47,7 @@ def test_a_resolved_contact_leaves_none():
     )
     result = fc.Scene([upper, lower], [fc.Contact(upper, lower)]).solve(forces={upper: (0, 0, -15.0)})
     assert result.contacts[0].coupling == "mortar"
-    for check in (overlap_left, few_points, chords):
+    for check in (overlap_left, coarse_pressures, chords):
         assert list(check(result)) == []
 
 
@@ -58,34 +59,33 @@ def ball(force):
     return fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(forces={body: (0, 0, force)})
 
 
-@pytest.mark.parametrize(("force", "words"), [(-1e-6, r"carried by \d points? only"), (-1.0, "resolved by about")])
-def test_few_points_across_are_noted(force, words):
+@pytest.mark.parametrize(("force", "words"), [(-1e-6, r"carried by \d points? only"), (-1.0, "may be off by about")])
+def test_coarse_pressures_are_warned_of(force, words):
     """Loads so small that the contact is narrower than the rings that were made for a larger one."""
     result = ball(force)
-    (text,) = few_points(result)
-    assert text in result.notes
+    (text,) = coarse_pressures(result)
+    assert text in result.warnings
     assert re.search(words, text)
 
 
-def test_the_points_across_are_those_of_the_diameter():
-    """Source: counting. A rigid ball on an even grid of nodes: the diameter of the contact over their distance."""
+def test_the_faces_across_are_those_of_the_diameter():
+    """Source: counting. A rigid ball on an even grid: the diameter of the contact over the faces' size."""
     n = 24
     mesh = fc.shapes.block((4.0, 4.0, 2.0), (n, n, 3), element="hex8").translated((-2, -2, -2))
     block = fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"}, name="block")
     sphere = fc.RigidBody(fc.Sphere(4.0), name="ball")
     result = fc.Scene([block, sphere], [fc.Contact(block, sphere)]).solve(motions={sphere: {"z": -0.12}})
-    (text,) = few_points(result)
-    said = float(text.split("about ")[1].split()[0])
     contact = result.contacts[0]
-    across = np.ptp(contact.points[contact.active][:, 0]) / (4.0 / n) + 1
-    assert abs(said - across) <= 1.0  # a round patch of so few points has no diameter to be had more exactly
+    exact = hertz.spheres((4.0, np.inf), (None, SOLID), force=contact.total_force)
+    # a block half as deep as wide is stiffer than a half-space and its contact a few percent narrower
+    assert abs(contact.error_estimate.faces_across / (2 * exact.a * n / 4.0) - 1) < 0.1
 
 
 def test_whole_faces_in_contact_are_not_noted():
     body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), SOLID, "bottom", {"top": "xyz"})
     floor = fc.RigidBody(fc.Plane())
     result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
-    assert list(few_points(result)) == []
+    assert list(coarse_pressures(result)) == []
 
 
 def rings(inner, outer, element="hex8", interference=0.01):
@@ -130,13 +130,14 @@ def test_flat_faces_have_no_chords():
 
 @pytest.mark.parametrize("ring", [False, True])
 def test_sections_are_counted_along_their_line(ring):
-    """Source: counting. Points in contact with a roll or ball; a ring's count on both sides of the axis."""
+    """Source: counting. Sides in contact with a roll or ball; a ring's count on both sides of the axis."""
     mesh = fc.sections.rectangle((2.0, 2.0), (12, 4))
     mesh = mesh.translated((0.0 if ring else -1.0, 0.0, -2.0))
     body = (fc.AxisymmetricBody if ring else fc.PlaneBody)(mesh, SOLID, "top", {"bottom": "xz"})
     round_shape = fc.RigidBody(fc.Sphere(4.0) if ring else Cylinder(4.0))
     result = fc.Scene([body, round_shape], [fc.Contact(body, round_shape)]).solve(motions={round_shape: {"z": -0.02}})
-    (text,) = few_points(result)
-    n = result.n_active * (2 if ring else 1)
-    assert n < 10
-    assert f"about {n} points across" in text
+    contact = result.contacts[0]
+    x = contact.points[contact.active][:, 0]
+    # the contact ends half a point beyond the last ones, a quarter of a side
+    n = ((2 * x.max() if ring else np.ptp(x)) / (2.0 / 12)) + 0.5
+    assert abs(contact.error_estimate.faces_across - n) < 1.0

@@ -1,4 +1,4 @@
-"""How well a contact is resolved: overlap left between surfaces, points across, and chords of round faces."""
+"""How well a contact is resolved: overlap left between surfaces, errors of pressures, and chords of round faces."""
 
 from __future__ import annotations
 
@@ -11,23 +11,20 @@ import numpy as np
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.error_estimate import percent
 from fecontact.contact.coupling.facing import STEEPEST, opposition
-from fecontact.contact.interface import Interface
 from fecontact.contact.search.region import with_rings
 from fecontact.mesh.facets import facet_centres
 from fecontact.mesh.pick import shared_sides
 from fecontact.results.checks.rims import node_sizes
-from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Overlap of nodes, relative to the elastic displacement and to it together, from which a result warns, and relative
 #: to a face, below which it is rounding.
 LEAST_OVERLAP, ROUNDING = 0.2, 1e-4
-#: Points across a contact below which its pressures are not resolved.
-FEWEST_ACROSS = 10
-#: Share of a contact's force from which a region of it is spoken of.
-LEAST_REGION = 0.05
+#: Estimated error of the pressure from which a result warns.
+LARGEST_ERROR = 0.1
 #: Distance of faces from the round shape that they stand for, relative to the elastic displacement, that is noted.
 LEAST_CHORD = 0.15
 #: Cosine of the angle between neighbouring faces below which they form an edge and no round shape.
@@ -104,50 +101,26 @@ def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, floa
     return float(depth), float(elastic), float(node_sizes(surface)[nodes].mean()), touched
 
 
-def few_points(result: SolvedScene) -> Iterator[str]:
-    """Contacts of which a region is a handful of points wide."""
-    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+def coarse_pressures(result: SolvedScene) -> Iterator[str]:
+    """Contacts whose pressures may be off by more than `LARGEST_ERROR`."""
+    for contact in result.contacts:
         # a contact that fills its faces is as wide as they are, and not sought
         if not contact.active.any() or contact.active.all():
             continue
-        between = f"The contact of {contact.slave.name!r} and {contact.master.name!r}"
+        between = f"{contact.slave.name!r} and {contact.master.name!r}"
         number = int(contact.active.sum())
+        estimate = contact.error_estimate
         if number <= 3:
             yield (
-                f"{between} is carried by {number} {'point' if number == 1 else 'points'} only: forces and approach "
-                "may be off by tens of percent, pressures more. Refine the faces there."
+                f"The contact of {between} is carried by {number} {'point' if number == 1 else 'points'} only: forces "
+                "and approach may be off by tens of percent, pressures more. Refine the faces there."
             )
-            continue
-        load = np.bincount(contact.region, contact.forces)
-        load[0] = 0.0
-        across = min(_across(contact, interface, int(k)) for k in np.flatnonzero(load > LEAST_REGION * load.sum()))
-        if across < FEWEST_ACROSS:
+        elif estimate.pressure > LARGEST_ERROR:
             yield (
-                f"{between} is resolved by about {across:.0f} points across: its pressures may be off by tens of "
-                f"percent. Refine the faces there to {FEWEST_ACROSS} points across or more."
+                f"The pressure between {between} may be off by about {percent(estimate.pressure)} in the mean and "
+                f"{percent(estimate.peak)} at its peak: {estimate.faces_across:.2g} faces across resolve it. Refine "
+                "the faces there."
             )
-
-
-def _across(contact: ContactFields, interface: Interface, region: int) -> float:
-    """Points across a region: those of the diameter of an ellipse, its shorter one, with as many points in it."""
-    chosen = contact.region == region
-    n = chosen.sum() * _images(interface, interface.pairing.nodes[chosen])
-    if contact.is_curve:
-        return float(n * (2 if contact.is_ring and _on_axis(contact, chosen) else 1))
-    spread = np.linalg.svd(contact.points[chosen] - contact.points[chosen].mean(axis=0), compute_uv=False)
-    slender = spread[1] / spread[0] if len(spread) > 1 and spread[0] > 0 else 0.0
-    return float(max(1.0, np.sqrt(4 * n * slender / np.pi)))
-
-
-def _on_axis(contact: ContactFields, chosen: Mask) -> bool:
-    """Whether a region of a ring's contact reaches the axis."""
-    r = contact.slave.pose.to_body(contact.points)[:, 0]
-    return bool(r[chosen].min() <= r.min() + 1e-9 * contact.slave.size)
-
-
-def _images(interface: Interface, nodes: IntArray) -> int:
-    """How often a region stands for itself by planes of symmetry through it: supports along one normal on its nodes."""
-    return 2 ** interface.slave.planes_through(nodes)
 
 
 def chords(result: SolvedScene) -> Iterator[str]:

@@ -1,0 +1,57 @@
+"""How far a contact may be from the answer on an infinitely fine mesh."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Estimated errors of one contact, all relative.
+
+    Attributes
+    ----------
+    pressure : float
+        Of the pressure in the mean over the contact (L2 norm); NaN without contact.
+    peak : float
+        Of the largest pressure.
+    area : float
+        Of the contact area.
+    faces_across : float
+        Faces across the contact where it is narrowest.
+
+    Examples
+    --------
+    >>> print(ErrorEstimate(0.0712, 0.018, 0.031, 5.2))
+    pressure: about 7 % (peak 2 %, area 3 %), resolved by 5.2 faces across
+    """
+
+    pressure: float
+    peak: float
+    area: float
+    faces_across: float
+
+    def summary(self) -> dict[str, float | None]:
+        """Its numbers, ready for JSON; None without contact."""
+        return {name: value if math.isfinite(value) else None for name, value in vars(self).items()}
+
+    def __str__(self) -> str:
+        if math.isnan(self.pressure):
+            return "pressure: no contact, nothing to estimate"
+        return (
+            f"pressure: about {percent(self.pressure)} (peak {percent(self.peak)}, area {percent(self.area)}), "
+            f"resolved by {self.faces_across:.2g} faces across"
+        )
+
+
+def percent(share: float) -> str:
+    """A share in percent for people: one digit below ten, whole numbers above.
+
+    Examples
+    --------
+    >>> percent(0.0712), percent(0.004), percent(0.234)
+    ('7 %', '0.4 %', '23 %')
+    """
+    value = 100 * share
+    return f"{value:.0f} %" if value >= 10 else f"{value:.1g} %"

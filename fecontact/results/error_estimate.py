@@ -1,0 +1,203 @@
+"""How wrong a contact's pressure may be, from one solution: two other readings of the pressures that were found.
+
+The error of a finite element contact is largest at the edge, where the pressure falls to zero as a square root within a
+face. Two readings bracket it, and per face the larger counts:
+
+- the root of the interpolated squares of the nodal pressures, exact for a square root that begins at a node and off by
+  as much as the pressure itself where it begins elsewhere;
+- the recovered pressure (`results.recovery`), which also tells how rough pressures are inside the contact
+  (Zienkiewicz & Zhu 1992).
+
+Nothing is fitted to problems with a known answer; how the estimate compares with true errors is measured in
+docs/error_estimates.md. It knows of the mesh only: not of the model, its loads or its shapes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.results.facet_samples import facet_samples, hats
+from fecontact.results.recovery import RecoveredPressure, recovered
+from fecontact.results.resultants import LoadedPoints
+
+#: Samples along each side of a face, at least and at most, and how many there are in all before there are fewer.
+SAMPLES, MOST_SAMPLES = (3, 6), 40_000
+#: Facets that are read together, which bounds the memory.
+BLOCK = 4096
+#: Share of the error in the mean that the largest pressure and the area have at least: what the edge of a contact bears
+#: too much or too little, its inside has to make good.
+LEAST_SHARE = 0.25
+#: Share of a contact's force from which a region of it is spoken of.
+LEAST_REGION = 0.05
+
+
+class PressureOnFacets(LoadedPoints, Protocol):
+    """Pressure of a contact on its facets, as in `contact_fields.ContactFields`."""
+
+    @property
+    def nodes(self) -> Array:
+        """Nodes (m, 3) of the facets."""
+
+    @property
+    def node_numbers(self) -> IntArray:
+        """Their numbers (m,) in the slave's mesh."""
+
+    @property
+    def facets(self) -> IntArray:
+        """Facets (n_facets, 3 | 4 | 8 | 9) in terms of the nodes."""
+
+    @property
+    def at_nodes(self) -> sp.csr_matrix:
+        """Values at the nodes by those of the contact points (m, n)."""
+
+    @property
+    def region(self) -> IntArray:
+        """Connected region (n,) of each contact point, zero where no force is carried."""
+
+    @property
+    def coupling(self) -> str:
+        """'nodal' or 'mortar'."""
+
+    @property
+    def is_ring(self) -> bool:
+        """Whether the contact is that of bodies of revolution."""
+
+    def extent(self, points: Array) -> Array:
+        """What a section's side stands for (n,) at points (n, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PressureReadings:
+    """Three readings of a contact's pressure on the facets that carry any.
+
+    Attributes
+    ----------
+    facets : (n,) int array
+        Which facets these are.
+    points, areas : (n, n_q, 3) and (n, n_q) arrays
+        Samples on them, see `results.facet_samples`.
+    interpolated, root, smooth : (n, n_q) arrays
+        The pressure as the coupling has it, the root of its interpolated squares, and the recovered one.
+    peak : float
+        Largest pressure at a node.
+    peak_offset : float
+        How far it lies from the recovered pressure there.
+    """
+
+    facets: IntArray
+    points: Array
+    areas: Array
+    interpolated: Array
+    root: Array
+    smooth: Array
+    peak: float
+    peak_offset: float
+
+    @cached_property
+    def misfit(self) -> Array:
+        """Integral (n,) over each facet of the squared difference, the larger of both."""
+        others = (self.root, self.smooth)
+        return np.max([(self.areas * (p - self.interpolated) ** 2).sum(axis=1) for p in others], axis=0)
+
+    @cached_property
+    def error(self) -> float:
+        """Relative L2 norm of the misfit."""
+        return float(np.sqrt(self.misfit.sum() / (self.areas * self.interpolated**2).sum()))
+
+    @cached_property
+    def in_contact(self) -> Array:
+        """Area (n,) of each facet on which the recovered pressure is positive."""
+        return np.asarray(np.where(self.smooth > 0, self.areas, 0.0).sum(axis=1))
+
+
+def readings_of(contact: PressureOnFacets) -> PressureReadings | None:
+    """Read the pressure of a contact in three ways; None where there is none."""
+    nodal = contact.at_nodes @ contact.pressure
+    # nodes between contact points, as those of a triangle's sides in a mortar coupling, say nothing of their own
+    known = np.where(np.diff(contact.at_nodes.indptr) == 1, nodal, np.nan)
+    if not (known > 0).any():
+        return None
+    chosen = np.flatnonzero((nodal[contact.facets] > 0).any(axis=1))
+    n = int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
+    blocks = [_read(contact, nodal, known, chosen[k : k + BLOCK], n) for k in range(0, len(chosen), BLOCK)]
+    points, areas, interpolated, root, smooth = (np.concatenate(part) for part in zip(*blocks, strict=True))
+    highest = int(np.nanargmax(known))
+    there = chosen[(contact.facets[chosen] == highest).any(axis=1)]
+    at_peak = _recovered(contact, known, there).at(np.broadcast_to(contact.nodes[highest], (len(there), 1, 3)))
+    offset = float(abs(nodal[highest] - at_peak.mean()))
+    return PressureReadings(chosen, points, areas, interpolated, root, smooth, float(nodal[highest]), offset)
+
+
+def _read(contact: PressureOnFacets, nodal: Array, known: Array, chosen: IntArray, n: int) -> tuple[Array, ...]:
+    """Points, areas and the three pressures on some of the facets, at n samples along each side."""
+    facets, mortar = contact.facets[chosen], contact.coupling == "mortar"
+    samples = facet_samples(contact.nodes, facets, mortar, contact.extent, n)
+    squares = np.einsum("fqa,fa->fq", hats(facets, samples.local, mortar), nodal[facets] ** 2)
+    return (
+        samples.points,
+        samples.areas,
+        np.einsum("fqa,fa->fq", samples.shapes, nodal[facets]),
+        np.sqrt(np.maximum(squares, 0.0)),
+        _recovered(contact, known, chosen).at(samples.points),
+    )
+
+
+def _recovered(contact: PressureOnFacets, known: Array, chosen: IntArray) -> RecoveredPressure:
+    # springs of their own let the pressure fall to zero linearly
+    power = 1 if contact.slave.is_foundation else 2
+    return recovered(contact.nodes, contact.facets, chosen, known, contact.at_nodes @ contact.weights, power)
+
+
+def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None) -> ErrorEstimate:
+    """Estimate the errors of a contact from its readings."""
+    if readings is None:
+        return ErrorEstimate(np.nan, np.nan, np.nan, 0.0)
+    area = float(readings.in_contact.sum())
+    counted = float(contact.weights[contact.active].sum())
+    return ErrorEstimate(
+        pressure=readings.error,
+        peak=max(readings.peak_offset / readings.peak, LEAST_SHARE * readings.error),
+        area=max(abs(counted / area - 1), LEAST_SHARE * readings.error) if area > 0 else 1.0,
+        faces_across=faces_across(contact, readings),
+    )
+
+
+def faces_across(contact: PressureOnFacets, readings: PressureReadings) -> float:
+    """Faces across the narrowest region of a contact that bears a twentieth of its force.
+
+    As many as lie on the shorter diameter of an ellipse with as many faces in it; those of the mirror images count too.
+    """
+    share = readings.in_contact / readings.areas.sum(axis=1)
+    at_nodes = contact.at_nodes.copy()
+    at_nodes.data = contact.region[at_nodes.indices].astype(float)
+    region = at_nodes.max(axis=1).toarray().ravel().astype(np.int64)
+    of_facet = region[contact.facets[readings.facets]].max(axis=1)
+    load = np.bincount(contact.region, contact.forces)
+    chosen = [k for k in np.flatnonzero(load > LEAST_REGION * load.sum()) if k > 0]
+    return min(_across(contact, readings, of_facet == k, share, contact.node_numbers[region == k]) for k in chosen)
+
+
+def _across(
+    contact: PressureOnFacets, readings: PressureReadings, chosen: Mask, share: Array, numbers: IntArray
+) -> float:
+    """Of one region: chosen facets (n,), their shares (n,) in contact, and the numbers of its nodes."""
+    n = share[chosen].sum() * 2 ** contact.slave.planes_through(numbers)
+    points, weights = readings.points[chosen].reshape(-1, 3), readings.areas[chosen]
+    if contact.facets.shape[1] == 3:
+        radius = contact.slave.pose.to_body(points)[:, 0]
+        # a ring that reaches the axis goes on beyond it
+        return float(2 * n if contact.is_ring and radius.min() < np.ptp(radius) / 6 else n)
+    weights = np.where(readings.smooth[chosen] > 0, weights, 0.0).ravel()
+    if not weights.any():
+        return float(n)
+    offset = points - weights @ points / weights.sum()
+    spread = np.sqrt(np.maximum(np.linalg.eigvalsh((offset * weights[:, None]).T @ offset), 0.0))
+    slender = spread[1] / spread[2]
+    return float(np.sqrt(4 * n * slender / np.pi))

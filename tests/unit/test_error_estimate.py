@@ -1,0 +1,185 @@
+"""The estimate of a contact's errors: its parts against fields that are known, and what it must not depend on."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.mesh.facets import TRIANGLE_COLUMNS, facet_nodes, shapes_on_square
+from fecontact.results.facet_samples import facet_samples, hats
+from fecontact.results.recovery import recovered
+
+SOLID = fc.Material(E=1000.0, nu=0.3)
+SQUARE = np.stack(np.meshgrid(*[(np.arange(7) + 0.5) / 7] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+UPRIGHT = np.eye(3)
+TRIANGLE = np.array([[0, 1, 2, 2, 3, 4, 2, 5, 6]])
+
+
+def sheet(element, n=6):
+    """Nodes and facets of the top of a flat block of side 2, and their nodes' areas."""
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (n, n, 1), element=element)
+    body = fc.ElasticBody(mesh, SOLID, "top")
+    surface = body.surface("top")
+    return surface.points, surface.facets, np.bincount(surface.facets.ravel(), minlength=len(surface.points)) / n**2
+
+
+def everywhere(points):
+    return np.ones(len(points))
+
+
+@pytest.mark.parametrize("columns", [4, 8, 9])
+def test_hats_are_one_at_their_node_and_sum_to_one(columns):
+    """Source: the definition of piecewise linear functions; one of eight nodes has none in its middle."""
+    facets = np.arange(columns)[None]
+    at_nodes = hats(facets, facet_nodes(columns, False)[: min(columns, 8)], False)[0]
+    assert np.abs(at_nodes - np.eye(len(at_nodes), columns)).max() < 1e-15
+    assert np.abs(hats(facets, SQUARE, False).sum(axis=2) - 1).max() < 1e-15
+
+
+@pytest.mark.parametrize("columns", [8, 9])
+def test_hats_of_a_triangle_are_linear_round_its_centroid(columns):
+    """Source: linear fields, which hats through all nodes hold, and the roof over the centroid, 3 min(L1, L2, L3)."""
+    facets = TRIANGLE[:, :columns]
+    found = hats(facets, SQUARE, False)[0]
+    s, t = SQUARE.T
+    L = np.stack([(1 - s) * (1 - t), s * (1 - t), t], axis=1)
+    places = facet_nodes(columns, True)
+    linear = found @ places
+    assert np.abs(linear - np.stack([L[:, 1], L[:, 2]], axis=1)).max() < 1e-15
+    unused = np.setdiff1d(np.arange(columns), TRIANGLE_COLUMNS[columns])
+    assert not found[:, unused].any()
+    if columns == 9:
+        assert np.abs(found[:, 8] - 3 * L.min(axis=1)).max() < 1e-15
+    assert np.abs(hats(facets, SQUARE, True)[0, :, :3] - L).max() < 1e-15  # those of a mortar coupling: corners only
+
+
+def test_samples_measure_a_facet_and_carry_its_own_functions():
+    nodes, facets, _ = sheet("hex20", 2)
+    samples = facet_samples(nodes, facets, False, everywhere, 5)
+    assert abs(samples.areas.sum() - 4.0) < 1e-12
+    assert np.array_equal(samples.shapes, shapes_on_square(facets, samples.local)[0])
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex20"])
+def test_a_half_ellipsoid_is_recovered_wherever_its_edge_lies(element):
+    """Source: its square is a quadratic polynomial, which least squares return."""
+    nodes, facets, areas = sheet(element, 12 if element == "hex8" else 6)
+    turn = fc.rotation_about((1, 2, 3), 0.7)
+
+    def pressure(x):
+        y = (x @ turn)[..., :2] - [0.83, 1.1]
+        return np.sqrt(np.maximum(1 - (y[..., 0] / 0.74) ** 2 - (y[..., 1] / 0.9) ** 2 + y[..., 0] * y[..., 1] / 3, 0))
+
+    turned = nodes @ turn.T
+    exact = pressure(turned)
+    chosen = np.flatnonzero((exact[facets] > 0).all(axis=1))
+    samples = facet_samples(turned, facets[chosen], False, everywhere, 4).points
+    found = recovered(turned, facets, chosen, exact, areas)
+    assert np.abs(found.at(samples) - pressure(samples)).max() < 1e-10
+    # over the edge too: only nodes within count, and the polynomial does not press at any other
+    across = np.flatnonzero((exact[facets] > 0).any(axis=1))
+    samples = facet_samples(turned, facets[across], False, everywhere, 4).points
+    close = np.abs(recovered(turned, facets, across, exact, areas).at(samples) - pressure(samples))
+    assert np.mean(close) < 0.02 * exact.max()
+
+
+def test_a_linear_edge_is_recovered_from_the_pressure_itself():
+    nodes, facets, areas = sheet("hex20")
+    exact = np.maximum(1.13 - nodes[:, 0], 0.0)
+    chosen = np.flatnonzero((exact[facets] > 0).any(axis=1))
+    samples = facet_samples(nodes, facets[chosen], False, everywhere, 4).points
+    found = recovered(nodes, facets, chosen, exact, areas, power=1).at(samples)
+    assert np.abs(found - np.maximum(1.13 - samples[..., 0], 0.0)).max() < 1e-12
+
+
+def test_unknown_nodes_do_not_count():
+    nodes, facets, areas = sheet("hex20")
+    rng = np.random.default_rng(3)
+    exact = np.sqrt(4 - nodes[:, 0] ** 2 / 4)
+    known = np.where(rng.random(len(nodes)) < 0.2, np.nan, exact)
+    chosen = np.arange(len(facets))
+    samples = facet_samples(nodes, facets, False, everywhere, 3).points
+    found = recovered(nodes, facets, chosen, known, areas).at(samples)
+    assert np.abs(found - np.sqrt(4 - samples[..., 0] ** 2 / 4)).max() < 1e-10
+
+
+def indented(scale=1.0, unit=1.0, turn=UPRIGHT, seed=None, n=8, coupling="auto", load=0.02):
+    """A rigid ball on a block with an even grid of faces, in some units, pose and numbering."""
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (n, n, 2)).translated((-1.0, -1.0, -1.0)).scaled(scale)
+    if seed is not None:
+        order = np.random.default_rng(seed).permutation(len(mesh.cells))
+        place = np.argsort(order)
+        faces = {k: np.stack([place[f[:, 0]], f[:, 1]], axis=1) for k, f in mesh.boundaries.items()}
+        mesh = fc.Mesh(mesh.points, mesh.cells[order], faces)
+    material = fc.Material(E=unit, nu=0.3)
+    block = fc.ElasticBody(mesh, material, "top", {"bottom": "xyz"}, name="block").placed(rotation=turn)
+    ball = fc.RigidBody(fc.Sphere(2.0 * scale), name="ball").placed(rotation=turn)
+    force = tuple(turn @ (0, 0, -load * unit * scale**2))
+    return fc.Scene([block, ball], [fc.Contact(block, ball, coupling=coupling)]).solve(forces={ball: force})
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"scale": 1e-3}, {"unit": 1e9}, {"turn": fc.rotation_about((1, 2, 3), 0.7)}, {"seed": 5}],
+    ids=["lengths", "moduli", "turned", "renumbered"],
+)
+@pytest.mark.parametrize("coupling", ["nodal", "mortar"])
+def test_the_estimate_depends_on_no_unit_pose_or_numbering(other, coupling):
+    """Source: each other. Tolerance: that of the solution, 1e-9, relative to the estimate."""
+    one, two = (indented(**kind, coupling=coupling).contacts[0].error_estimate for kind in ({}, other))
+    assert np.allclose(list(vars(one).values()), list(vars(two).values()), rtol=1e-6)
+
+
+def test_uniform_pressure_has_no_error():
+    """Source: a patch test, whose answer lies in every reading."""
+    body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (3, 2, 2)), fc.Material(1.0, 0.0), "bottom", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    contact = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}}).contacts[0]
+    assert contact.error_estimate.pressure < 1e-9
+    assert contact.error_estimate.peak < 1e-9
+    assert abs(contact.edge_area - 1.0) < 1e-9
+    assert np.abs(contact.error_indicators).max() < 1e-9 * contact.max_pressure
+
+
+def test_indicators_add_up_to_the_estimate_and_are_largest_at_the_edge():
+    result = indented(n=12)
+    contact = result.contacts[0]
+    surface = result.scene.bodies[0].surface("top")
+    assert contact.error_indicators.shape == (len(surface.facets),)
+    _, pressure, areas = contact.sampled(contact.pressure, 24)
+    total = np.sqrt((contact.error_indicators**2 * surface.mean_facet_size**2).sum())
+    norm = np.sqrt((areas * pressure**2).sum())
+    assert abs(total / norm / contact.error_estimate.pressure - 1) < 0.01  # 24 and 6 samples a side
+    worst = surface.facets[np.argmax(contact.error_indicators)]
+    active = contact.at_nodes @ contact.pressure > 0
+    pressed = np.isin(worst, contact.node_numbers[active])
+    assert pressed.any()
+    assert not pressed.all()
+
+
+def test_without_contact_there_is_nothing_to_estimate():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    body = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane()).placed((0, 0, -0.1))
+    result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    contact = result.contacts[0]
+    assert np.isnan(contact.error_estimate.pressure)
+    assert "nothing to estimate" in str(contact.error_estimate)
+    assert contact.edge_area == 0.0
+    assert not contact.error_indicators.any()
+    assert json.loads(json.dumps(result.summary()))["contacts"][0]["error_estimate"]["pressure"] is None
+
+
+def test_the_estimate_is_printed_summed_up_and_written(tmp_path):
+    import meshio
+
+    result = indented()
+    contact = result.contacts[0]
+    (line,) = (line for line in str(result).splitlines() if "error of pressure" in line)
+    assert re.search(r"about \d+ % \(peak .* %, area .* %\), resolved by [\d.]+ faces across", line)
+    summary = json.loads(json.dumps(result.summary()))["contacts"][0]["error_estimate"]
+    assert summary == vars(contact.error_estimate)
+    written = meshio.read(result.save(tmp_path / "block.vtu")).point_data["contact_pressure_error"]
+    assert 0.5 * contact.error_indicators.max() < written.max() <= contact.error_indicators.max()
