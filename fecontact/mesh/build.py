@@ -13,9 +13,10 @@ from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import first_alike
 from fecontact.mesh.check import check_cells
 from fecontact.mesh.element.hexahedron import FACES
+from fecontact.mesh.entities import corner_keys
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS, Kind
-from fecontact.mesh.mesh import Mesh, corner_keys
+from fecontact.mesh.mesh import Mesh
 
 #: Columns of the cells of each requested element.
 ELEMENTS = {"hex20": 20, "wedge15": 20, "tet10": 20, "hex27": 27}

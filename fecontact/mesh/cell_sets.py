@@ -137,10 +137,16 @@ class CellSets:
 
     # verbs: each returns a copy
 
+    def with_points(self, points: ArrayLike) -> Self:
+        """Move the points to `points` (n_points, 3); hanging nodes follow by their weights, their rows are ignored."""
+        given = np.asarray(points, dtype=float)
+        if given.shape != self.points.shape:
+            raise InputError(f"The new points must have the shape {self.points.shape}; found {given.shape}.")
+        return replace(self, points=given if self.hanging is None else self.hanging.followed(given))
+
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> Self:
         """Move every point by ``mapping(points) -> points``; hanging nodes follow by their weights."""
-        points = np.asarray(mapping(self.points), dtype=float)
-        return replace(self, points=points if self.hanging is None else self.hanging.followed(points))
+        return self.with_points(mapping(self.points))
 
     def translated(self, offset: ArrayLike) -> Self:
         """Translate the mesh; use `placed` of a body to move it without changing its coordinates."""

@@ -7,17 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array
 from fecontact.common.checks import reckonable
 from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import first_alike
 from fecontact.mesh.element.degenerate import element_basis
-from fecontact.mesh.element.hexahedron import EDGES, FACES
+from fecontact.mesh.element.hexahedron import EDGES
 from fecontact.mesh.element.quadrature import element_quadrature
-from fecontact.mesh.mesh import CellGroup, Mesh, corner_keys
-
-#: Odd constants (fractional parts of square roots) to hash the corners of a face into one number.
-MIX = np.array([0x6A09E667F3BCC909, 0xBB67AE8584CAA73B, 0x3C6EF372FE94F82B, 0xA54FF53A5F1D36F1], dtype=np.uint64)
+from fecontact.mesh.entities import cells_at_faces
+from fecontact.mesh.mesh import CellGroup, Mesh
 
 
 def check_mesh(mesh: Mesh) -> None:
@@ -90,7 +88,7 @@ def _check_repeated(mesh: Mesh) -> None:
             f"Cells {first[again[0]]} and {again[0]} have the same corners; {len(again)} cells repeat another one, "
             "which would count their stiffness twice. Leave the copies out."
         )
-    sharing = cells_at_faces(mesh)
+    sharing = cells_at_faces(mesh.cells)
     if (sharing > 2).any():
         cell, face = np.unravel_index(np.argmax(sharing > 2), sharing.shape)
         raise MeshError(
@@ -108,7 +106,7 @@ def check_skin(mesh: Mesh, names: Sequence[str]) -> None:
     """
     if not names:
         return
-    sharing = cells_at_faces(mesh)
+    sharing = cells_at_faces(mesh.cells)
     for name in names:
         faces = mesh.faces(name)
         inside = sharing[faces[:, 0], faces[:, 1]] > 1
@@ -119,15 +117,6 @@ def check_skin(mesh: Mesh, names: Sequence[str]) -> None:
                 f"is face {face} of cell {cell}; only outer faces can be in contact. Part the bodies there (Mesh.part) "
                 "or leave these faces out."
             )
-
-
-def cells_at_faces(mesh: Mesh) -> IntArray:
-    """Number of cells at each face (n_cells, 6); 0 where the face has collapsed to a line or a point."""
-    keys = corner_keys(mesh.cells[:, FACES[:, :4]].reshape(-1, 4))
-    # hashes (sums of numbers times odd constants modulo 2^64) sort ten times faster than rows
-    mixed = (keys.astype(np.uint64) * MIX).sum(axis=1, dtype=np.uint64)
-    _, inverse, count = np.unique(mixed, return_inverse=True, return_counts=True)
-    return np.where(keys[:, 0] < 0, 0, count[inverse.ravel()]).reshape(-1, 6)
 
 
 def _check_jacobians(mesh: Mesh, group: CellGroup) -> None:

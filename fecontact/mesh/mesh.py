@@ -16,6 +16,7 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.cell_sets import CellSets, joined
 from fecontact.mesh.element.degenerate import Pattern
 from fecontact.mesh.element.hexahedron import EDGES, FACES
+from fecontact.mesh.entities import cells_at_faces, face_keys
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.kinds import kind_of
@@ -168,11 +169,14 @@ class Mesh(CellSets):
 
     @cached_property
     def outer_faces(self) -> IntArray:
-        """Faces (n, 2) that belong to one cell only, as (cell, local face); collapsed faces are left out."""
-        keys = corner_keys(self.cells[:, FACES[:, :4]].reshape(-1, 4))
-        _, inverse, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-        outer = np.flatnonzero((count[inverse.ravel()] == 1) & (keys[:, 0] >= 0))
-        return np.stack(np.divmod(outer, 6), axis=1)
+        """Faces (n, 2) that belong to one cell only, as (cell, local face); collapsed faces are left out.
+
+        Those at which divided cells meet undivided ones are not outer.
+        """
+        single = cells_at_faces(self.cells) == 1
+        if self.hanging is not None:
+            single &= ~np.isin(face_keys(self.cells[:, FACES[:, :4]]), face_keys(self.hanging.faces))
+        return np.argwhere(single)
 
     @property
     def outer(self) -> IntArray:
@@ -299,22 +303,6 @@ class Mesh(CellSets):
             {k: _kept(point[n]) for k, n in self.node_sets.items() if len(_kept(point[n]))},
             notes=self.notes,
         )
-
-
-def corner_keys(corners: IntArray) -> IntArray:
-    """Sorted corners (n, 4) of faces, equal for equal faces.
-
-    A triangle may list a different one of its corners twice in each of its two cells, so the largest is repeated. Faces
-    collapsed to a line or a point get -1.
-    """
-    ordered = np.sort(corners, axis=1)
-    first = np.concatenate([np.ones((len(ordered), 1), bool), ordered[:, 1:] != ordered[:, :-1]], axis=1)
-    count = first.sum(axis=1)
-    triangle = count == 3
-    three = ordered[triangle][first[triangle]].reshape(-1, 3)
-    ordered[triangle] = np.concatenate([three, three[:, -1:]], axis=1)
-    ordered[count < 3] = -1
-    return ordered
 
 
 def _kept(numbers: IntArray) -> IntArray:

@@ -187,9 +187,14 @@ class SectionMesh(CellSets):
 
     @cached_property
     def outer_sides(self) -> IntArray:
-        """Sides (n, 2) that belong to one cell only, as (cell, local side)."""
+        """Sides (n, 2) that belong to one cell only, as (cell, local side).
+
+        Those at which divided cells meet undivided ones are not outer.
+        """
         middles = self.cells[:, 4:8].ravel()
         count = np.bincount(middles, minlength=len(self.points))
+        if self.hanging is not None:
+            count[self.hanging.edges[:, [1, 3, 4]]] = 2
         return np.stack(np.divmod(np.flatnonzero(count[middles] == 1), 4), axis=1)
 
     @property

@@ -1,0 +1,281 @@
+"""Local refinement of meshes: division of marked cells, with hanging nodes towards undivided neighbours.
+
+Neighbours over faces and edges differ by at most one level (2 : 1): cells that would be two levels coarser are divided
+too. New points lie on the isoparametric map of their parent; existing points stay. The mesh keeps no levels and no
+parents, only the edges and faces divided on one side (`HangingNodes`), which is all that a later division needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from fecontact.common.arrays import IntArray, Mask
+from fecontact.common.errors import InputError
+from fecontact.mesh.cell_division import DIAGONALS, cell_division, divisible, section_division, star
+from fecontact.mesh.cut import Part, cut
+from fecontact.mesh.element.degenerate import Pattern
+from fecontact.mesh.element.hexahedron import EDGES, FACES, QUAD_EDGES
+from fecontact.mesh.entities import Keys, edge_keys, face_keys, found
+from fecontact.mesh.hanging_nodes import HangingNodes, tied
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import SIDES, SectionMesh
+
+#: Columns of the tables of `HangingNodes` with the corners of the undivided edge or face, and the function of its key.
+_WHOLE: dict[str, tuple[list[int], Callable[[IntArray], Keys]]] = {
+    "edges": ([0, 2], edge_keys),
+    "quads": ([0, 1, 2, 3], face_keys),
+    "triangles": ([0, 1, 2, 2], face_keys),
+}
+M = TypeVar("M", Mesh, SectionMesh)
+#: Relative difference of diagonals of a tetrahedron below which they count as equal, so that rounding does not decide.
+EQUAL = 1e-9
+#: Temporary boundary of the faces with mid-face nodes; no name that a user gives.
+_MIDFACE = "\0mid-face nodes"
+
+
+def refined(mesh: M, cells: ArrayLike) -> M:
+    """Divide cells of a mesh, and neighbours that would become two levels coarser.
+
+    Hexahedra, wedges and tetrahedra are divided into eight, quadrilaterals of sections into four, pyramids into six
+    pyramids and four tetrahedra. Hexahedra collapsed in other ways are first converted to pyramids and tetrahedra
+    around their centre, with a note. Nodes between divided and undivided cells are hanging (`mesh.hanging`).
+    Boundaries, element sets, node sets, mid-face nodes and notes are carried over. Without cells to divide the mesh
+    itself is returned.
+
+    Parameters
+    ----------
+    mesh : Mesh or SectionMesh
+    cells : (n,) int array, or (n_cells,) bool array
+        Which cells to divide.
+
+    Returns
+    -------
+    Mesh or SectionMesh
+        Existing points come first, in their order, except mid-face nodes, which are made anew. Undivided cells come
+        first, in their order.
+
+    Raises
+    ------
+    InputError
+        If there is no such cell, or a collapsed cell of 27 nodes would be divided.
+
+    Examples
+    --------
+    >>> from fecontact import shapes
+    >>> mesh = refined(shapes.block((2.0, 1.0, 1.0), (2, 1, 1)), [0])
+    >>> len(mesh.cells), len(mesh.hanging.nodes)
+    (9, 13)
+    """
+    chosen = _chosen(mesh, cells)
+    if not chosen.any():
+        return mesh
+    if isinstance(mesh, SectionMesh):
+        chosen = _balanced(mesh, chosen)
+        return _divided(mesh, [(np.flatnonzero(chosen), section_division(mesh.cells.shape[1]))])
+    bare = _without_midface_nodes(mesh)
+    whole, chosen = _without_odd_cells(bare, _balanced(bare, chosen))
+    out = _divided(whole, _parts(whole, chosen))
+    if _MIDFACE in out.boundaries:
+        out = out.with_midface_nodes((_MIDFACE,))
+    return replace(out, boundaries={k: v for k, v in out.boundaries.items() if k != _MIDFACE})
+
+
+def touching(mesh: Mesh | SectionMesh, faces: ArrayLike) -> IntArray:
+    """Cells (n,) that share a face, an edge or a corner with faces of a mesh, including the cells of the faces.
+
+    If all of them are divided, no node of these faces is hanging.
+
+    Parameters
+    ----------
+    mesh : Mesh or SectionMesh
+    faces : (n_faces, 2) int array
+        Faces (sides of a section) as (cell, local face), such as some of ``mesh.faces(name)``.
+
+    Raises
+    ------
+    InputError
+        If there is no such face.
+
+    Examples
+    --------
+    >>> from fecontact import shapes
+    >>> block = shapes.block((3.0, 3.0, 2.0), (3, 3, 2))
+    >>> len(touching(block, block.faces("top")[:1]))
+    4
+    """
+    given = np.asarray(faces, dtype=np.int64).reshape(-1, 2)
+    if ((given < 0) | (given >= [len(mesh.cells), mesh.n_faces])).any():
+        raise InputError(f"Faces are pairs (cell, local face) of a mesh of {len(mesh.cells)} cells.")
+    nodes = _with_middles(mesh)
+    met = np.zeros(len(mesh.points) + 1, bool)
+    met[nodes[given[:, :1], (FACES[:, :8] if isinstance(mesh, Mesh) else SIDES)[given[:, 1]]]] = True
+    # the last entry stands for no node
+    met[-1] = False
+    return np.flatnonzero(met[nodes].any(axis=1))
+
+
+def _with_middles(mesh: Mesh | SectionMesh) -> IntArray:
+    """Nodes of the cells; for linear cells with the middles of edges divided by neighbours, -1 for none."""
+    if mesh.cells.shape[1] != 8 or isinstance(mesh, SectionMesh):
+        return mesh.cells
+    middle = np.full((len(mesh.cells), len(EDGES)), -1)
+    if mesh.hanging is not None:
+        row = found(edge_keys(mesh.cells[:, EDGES]), edge_keys(mesh.hanging.edges[:, [0, 2]]))
+        middle = np.where(row < 0, -1, mesh.hanging.edges[row, 1])
+    return np.concatenate([mesh.cells, middle], axis=1)
+
+
+def _chosen(mesh: Mesh | SectionMesh, cells: ArrayLike) -> Mask:
+    """Mask (n_cells,) of the cells to divide."""
+    given, n = np.asarray(cells), len(mesh.cells)
+    if given.dtype == bool:
+        if given.shape != (n,):
+            raise InputError(f"A mask of the cells to divide must be of shape ({n},); found {given.shape}.")
+        return given
+    out = np.zeros(n, bool)
+    if given.size:
+        if given.ndim != 1 or given.dtype.kind not in "iu" or given.min() < 0 or given.max() >= n:
+            raise InputError(f"Cells to divide are a list of cell numbers 0 ... {n - 1}; found {cells!r:.200}.")
+        out[given] = True
+    return out
+
+
+def _balanced(mesh: Mesh | SectionMesh, chosen: Mask) -> Mask:
+    """Add neighbours that would be two levels coarser: an edge of a chosen cell is a part of their edge or face."""
+    if mesh.hanging is None:
+        return chosen
+    ties = mesh.hanging
+    keys = _keys(mesh, mesh.cells)
+    fine = _incidence(found(keys["edges"], edge_keys(ties.halves[:, :2])), len(ties.halves))
+    fine = fine @ sp.csr_matrix((np.ones(len(ties.halves)), (np.arange(len(ties.halves)), ties.halves[:, 3])))
+    wholes = {name: keys_of(getattr(ties, name)[:, columns]) for name, (columns, keys_of) in _WHOLE.items()}
+    whole = sp.hstack([_incidence(found(keys[name], those), len(those)) for name, those in wholes.items()]).tocsr()
+    out, last = chosen.copy(), chosen
+    while last.any():
+        last = (whole @ (fine.T @ last.astype(float)) > 0) & ~out
+        out |= last
+    return out
+
+
+def _keys(mesh: Mesh | SectionMesh, cells: IntArray) -> dict[str, Keys]:
+    """Edges (n_cells, n_edges) and faces (n_cells, 6 | 0) of cells of a mesh."""
+    if isinstance(mesh, SectionMesh):
+        edges, faces = edge_keys(cells[:, QUAD_EDGES]), np.empty((len(cells), 0), np.uint64)
+    else:
+        edges, faces = edge_keys(cells[:, EDGES]), face_keys(cells[:, FACES[:, :4]])
+    return {"edges": edges, "quads": faces, "triangles": faces}
+
+
+def _incidence(row: IntArray, n: int) -> sp.csr_matrix:
+    """Incidence (n_cells, n) of cells and n entities from their numbers (n_cells, k), -1 for none."""
+    cell, place = np.nonzero(row >= 0)
+    return sp.csr_matrix((np.ones(len(cell)), (cell, row[cell, place])), shape=(len(row), n))
+
+
+def _without_midface_nodes(mesh: Mesh) -> Mesh:
+    """Mesh without mid-face nodes; their faces become a temporary boundary."""
+    if mesh.midface is None:
+        return mesh
+    kept = np.ones(len(mesh.points), bool)
+    kept[mesh.midface[mesh.midface >= 0]] = False
+    number = np.where(kept, np.cumsum(kept) - 1, -1)
+    sets = {name: number[nodes] for name, nodes in mesh.node_sets.items()}
+    return replace(
+        mesh,
+        points=mesh.points[kept],
+        cells=number[mesh.cells],
+        boundaries={**mesh.boundaries, _MIDFACE: np.argwhere(mesh.midface >= 0)},
+        node_sets={name: nodes[nodes >= 0] for name, nodes in sets.items()},
+        midface=None,
+        hanging=None if mesh.hanging is None else mesh.hanging.renumbered(number, int(kept.sum())),
+    )
+
+
+def _by_pattern(mesh: Mesh, chosen: Mask) -> list[tuple[IntArray, Pattern]]:
+    """Chosen cells by their pattern of coalesced nodes."""
+    own = np.flatnonzero(chosen)
+    groups = Mesh(mesh.points, mesh.cells[own]).cell_groups if len(own) else ()
+    return [(own[g.cells], g.pattern) for g in groups]
+
+
+def _without_odd_cells(mesh: Mesh, chosen: Mask) -> tuple[Mesh, Mask]:
+    """Convert chosen cells that have no division of their own to stars, and choose the cells of these."""
+    odd = [(cells, pattern) for cells, pattern in _by_pattern(mesh, chosen) if not divisible(pattern)]
+    if not odd:
+        return mesh, chosen
+    if mesh.cells.shape[1] == 27:
+        raise InputError(f"Cell {odd[0][0][0]} is a collapsed cell of 27 nodes; such cells cannot be divided.")
+    out, _ = cut(mesh, [(cells, star(pattern)) for cells, pattern in odd])
+    turned = np.concatenate([cells for cells, _ in odd])
+    rest = np.delete(chosen, turned)
+    note = f"{len(turned)} collapsed hexahedra were converted to pyramids and tetrahedra for their division."
+    ties = None if mesh.hanging is None else mesh.hanging.renumbered(np.arange(len(mesh.points)), len(out.points))
+    chosen = np.concatenate([rest, np.ones(len(out.cells) - len(rest), bool)])
+    return replace(out, hanging=ties, notes=(*out.notes, note)), chosen
+
+
+def _parts(mesh: Mesh, chosen: Mask) -> list[Part]:
+    """Chosen cells with their divisions; tetrahedra by the shortest of their three inner diagonals."""
+    out: list[Part] = []
+    for cells, pattern in _by_pattern(mesh, chosen):
+        division = cell_division(pattern)
+        if len(set(pattern[:8])) > 4:
+            out.append((cells, division))
+            continue
+        x = mesh.points[mesh.cells[cells[:, None], division.columns[:4]]]
+        length = [np.linalg.norm(x[:, a].sum(axis=1) - x[:, b].sum(axis=1), axis=1) for a, b in np.array(DIAGONALS)]
+        shortest = np.argmax(np.stack(length) <= (1 + EQUAL) * np.min(length, axis=0), axis=0)
+        out += [(cells[shortest == k], cell_division(pattern, k)) for k in np.unique(shortest).tolist()]
+    return out
+
+
+def _divided(mesh: M, parts: list[Part]) -> M:
+    """Replace cells by their children and tie the hanging nodes."""
+    out, lattices = cut(mesh, parts)
+    there = _keys(mesh, out.cells[: len(mesh.cells) - sum(len(cells) for cells, _ in parts)])
+    tables = {}
+    for name in _WHOLE:
+        rows = [_rows(lattice, getattr(division, name)) for lattice, (_, division) in zip(lattices, parts, strict=True)]
+        tables[name] = _one_sided(name, np.concatenate(rows), there[name], mesh.hanging)
+    width = mesh.cells.shape[1]
+    face_nodes = {8: 4, 20: 8, 27: 9}[width] if isinstance(mesh, Mesh) else 8
+    return replace(out, hanging=tied(**tables, face_nodes=face_nodes, n_points=len(out.points)))
+
+
+def _rows(lattice: IntArray, table: IntArray) -> IntArray:
+    """Point numbers (n_cells * k, width) for a table (k, width) of a division, -1 for none."""
+    return np.where(table < 0, -1, lattice[:, table]).reshape(-1, table.shape[1])
+
+
+def _one_sided(name: str, new: IntArray, there: Keys, ties: HangingNodes | None) -> IntArray:
+    """Rows of a table of `HangingNodes`: edges, quads or triangles divided on one side only.
+
+    Parameters
+    ----------
+    name : str
+        Of the table.
+    new : (n, width) int array
+        Edges or faces of the divided cells.
+    there : (...) keys
+        Edges or faces of the undivided cells.
+    ties : HangingNodes or None
+        Hanging nodes before the division.
+    """
+    columns, keys_of = _WHOLE[name]
+    keys = keys_of(new[:, columns])
+    stays = found(keys, there.ravel()) >= 0
+    if ties is None:
+        rows = new[stays]
+    else:
+        # parts of an edge or face that was undivided on the other side: by the balance it has been divided too, and
+        # its children are undivided
+        stays |= found(keys, keys_of(ties.halves[:, :2] if name == "edges" else ties.fine_faces)) >= 0
+        old = getattr(ties, name)
+        rows = np.concatenate([old[found(keys_of(old[:, columns]), there.ravel()) >= 0], new[stays]])
+    return rows[np.unique(keys_of(rows[:, columns]), return_index=True)[1]]
