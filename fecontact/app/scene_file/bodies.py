@@ -11,14 +11,39 @@ from typing import Any
 import numpy as np
 
 from fecontact import surfaces
-from fecontact.app.scene_file.meshes import Arguments, check_name, existing, made, mesh_of, number, numbers, shape_of
-from fecontact.app.scene_file.sections import section_body
+from fecontact.app.scene_file.meshes import (
+    Arguments,
+    arguments_of,
+    check_name,
+    choice,
+    existing,
+    mesh_of,
+    number,
+    numbers,
+    shape_of,
+)
+from fecontact.app.scene_file.sections import SHAPES
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
-from fecontact.bodies import ElasticBody, ElasticLayer, HalfSpace, Layer, Plane, Pose, RigidBody, Sphere, rotation_about
+from fecontact.bodies import (
+    AxisymmetricBody,
+    ElasticBody,
+    ElasticLayer,
+    HalfSpace,
+    Layer,
+    Plane,
+    PlaneBody,
+    Pose,
+    RigidBody,
+    Sphere,
+    rotation_about,
+)
+from fecontact.bodies.elastic import INTEGRATIONS
 from fecontact.bodies.layer import LAWS
+from fecontact.bodies.section import STATES
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.condensation import ROUTES
+from fecontact.fem.factor import DIRECT
 from fecontact.fem.support import Support, checked_support
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
@@ -42,7 +67,27 @@ RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
     "torus": (surfaces.Torus, {"ring!": number, "tube!": number}),
 }
 
+_INTEGRATED: Arguments = {"integration": choice(INTEGRATIONS)}
+_SECTION: Arguments = {"backend": choice(("auto", *DIRECT)), **_INTEGRATED}
+
+#: Bodies with a mesh, and the keys that are theirs alone.
+MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
+    "elastic": (
+        ElasticBody,
+        {
+            "pressure": choice(("midface", "nodal")),
+            "backend": choice(("auto", *DIRECT, "amg")),
+            **_INTEGRATED,
+            "condensation": choice(ROUTES),
+        },
+    ),
+    "plane": (PlaneBody, {**_SECTION, "thickness": number, "plane": choice(STATES)}),
+    "axisymmetric": (AxisymmetricBody, _SECTION),
+}
+
 TYPES = ("elastic", "rigid", "half-space", "layer", "plane", "axisymmetric")
+
+Materials = Mapping[str, Material | None]
 
 
 def read_materials(table: Table) -> dict[str, Material | None]:
@@ -54,20 +99,18 @@ def read_materials(table: Table) -> dict[str, Material | None]:
         entry.finish()
         out[name] = None
         if E is not None and nu is not None:
-            out[name] = made(entry, None, partial(Material, E, nu, density))
+            out[name] = entry.attempt(partial(Material, E, nu, density))
     return out
 
 
-def read_bodies(table: Table, materials: Mapping[str, Material | None], folder: Path) -> dict[str, AnyBody | None]:
+def read_bodies(table: Table, materials: Materials, folder: Path) -> dict[str, AnyBody | None]:
     """Bodies by name; None for those that could not be made."""
     out: dict[str, AnyBody | None] = {}
     for name, entry in table.subtables():
         kind = entry.text("type", TYPES) or "elastic"
         body: AnyBody | None
-        if kind == "elastic":
-            body = _elastic(name, entry, materials, folder, out)
-        elif kind in ("plane", "axisymmetric"):
-            body = section_body(name, kind, entry, partial(_material_of, entry, materials))
+        if kind in MESHED:
+            body = _meshed(name, kind, entry, materials, folder, out)
         elif kind == "rigid":
             body = _rigid(name, entry, folder)
         elif kind == "half-space":
@@ -80,43 +123,41 @@ def read_bodies(table: Table, materials: Mapping[str, Material | None], folder: 
     return out
 
 
-def _elastic(
-    name: str, table: Table, materials: Mapping[str, Material | None], folder: Path, bodies: Mapping[str, Any]
+def _meshed(
+    name: str, kind: str, table: Table, materials: Materials, folder: Path, bodies: Mapping[str, Any]
 ) -> ElasticBody | None:
-    mesh = mesh_of(table, folder, bodies)
+    """A body of finite elements: a solid, or a section of one."""
+    make, arguments = MESHED[kind]
+    mesh: Mesh | SectionMesh | None
+    held = table.table("supports")
+    if kind == "elastic":
+        mesh, supports = mesh_of(table, folder, bodies), _supports(held)
+    else:
+        mesh = shape_of(table.table("shape", required=True), SHAPES)
+        supports = {boundary: held.text(boundary) or "" for boundary in held.values}
     material = _material_of(table, materials, mesh)
     contact = table.texts("contact") or ()
-    supports = _supports(table.table("supports"))
-    options: dict[str, Any] = {
-        "pressure": table.text("pressure", ("midface", "nodal")),
-        "backend": table.text("backend", ("auto", "pardiso", "superlu", "amg")),
-        "integration": table.text("integration", ("auto", "full", "selective")),
-        "condensation": table.text("condensation", ROUTES),
-    }
-    if mesh is not None:
-        for boundary in contact:
-            check_name(table, "contact", boundary, mesh.boundaries, "boundary")
-        for boundary in supports:
-            known = {**mesh.boundaries, **mesh.node_sets}
-            check_name(table.table("supports"), boundary, boundary, known, "boundary")
-    if mesh is None or material is None or table.faults.touched(table.place):
+    options = arguments_of(table, arguments)
+    if mesh is None:
         return None
-    given = {k: v for k, v in options.items() if v is not None}
-    body: ElasticBody | None = made(
-        table, None, lambda: ElasticBody(mesh, material, contact, supports, name=name, **given)
-    )
-    return body
+    for boundary in contact:
+        check_name(table, "contact", boundary, mesh.boundaries, "boundary")
+    for boundary in supports:
+        check_name(held, boundary, boundary, {**mesh.boundaries, **mesh.node_sets}, "boundary")
+    if material is None or table.faulty:
+        return None
+    return table.attempt(lambda: make(mesh, material, contact, supports, name=name, **options))
 
 
 def _material_of(
-    table: Table, materials: Mapping[str, Material | None], mesh: Mesh | SectionMesh | None
+    table: Table, materials: Materials, mesh: Mesh | SectionMesh | None
 ) -> Material | dict[str, Material] | None:
     """One material by its name, or a table of them by element set; None if any could not be made."""
     given = table.raw("material", required=True)
     if given is None:
         return None
     if isinstance(given, str):
-        return _material_named(table, "material", given, materials)
+        return _named(table, "material", materials)
     if not isinstance(given, dict):
         table.fault("material", f"must be the name of a material or a table of names by element set; found {given!r}.")
         return None
@@ -125,14 +166,16 @@ def _material_of(
     for group in entry.values:
         if mesh is not None:
             check_name(entry, group, group, mesh.groups, "element set")
-        name = entry.text(group)
-        if name is not None:
-            out[group] = _material_named(entry, group, name, materials)
-    made = {k: v for k, v in out.items() if v is not None}
-    return made if len(made) == len(entry.values) else None
+        out[group] = _named(entry, group, materials)
+    found = {k: v for k, v in out.items() if v is not None}
+    return found if len(found) == len(entry.values) else None
 
 
-def _material_named(table: Table, key: str, name: str, materials: Mapping[str, Material | None]) -> Material | None:
+def _named(table: Table, key: str, materials: Materials, required: bool = False) -> Material | None:
+    """The material that a key names; None if there is none or it could not be made."""
+    name = table.text(key, required=required)
+    if name is None:
+        return None
     if name not in materials:
         hint = did_you_mean(name, materials)
         table.fault(key, f"unknown material {name!r}{hint}; the materials are: {listed(materials)}.")
@@ -170,12 +213,9 @@ def _rigid(name: str, table: Table, folder: Path) -> RigidBody | None:
     entry = table.table("surface")
     path, scale = existing(entry, "file", folder), entry.number("scale")
     entry.finish()
-    if path is None or entry.faults.touched(entry.place):
+    if path is None or entry.faulty:
         return None
-    body: RigidBody | None = made(
-        entry, "file", lambda: RigidBody.from_surface(path, 1.0 if scale is None else scale, name)
-    )
-    return body
+    return entry.attempt(lambda: RigidBody.from_surface(path, 1.0 if scale is None else scale, name), "file")
 
 
 def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:
@@ -183,9 +223,9 @@ def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:
     path, size = existing(table, "file", folder), table.numbers("size", 2)
     trend, peaks_up = table.text("trend", TRENDS), table.flag("peaks_up")
     table.finish()
-    if path is None or table.faults.touched(table.place):
+    if path is None or table.faulty:
         return None
-    found = made(table, "file", lambda: surfaces.read_topography(path))
+    found = table.attempt(lambda: surfaces.read_topography(path), "file")
     if found is None:
         return None
     sides = found.size if size is None else (size[0], size[1])
@@ -197,63 +237,52 @@ def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:
         z = found.z if trend is None else surfaces.detrend(found.z, trend)
         return RigidBody.from_heights(-z if peaks_up else z, sides, name)
 
-    body: RigidBody | None = made(table, None, make)
-    return body
+    return table.attempt(make)
 
 
-def _half_space(name: str, table: Table, materials: Mapping[str, Material | None]) -> HalfSpace | None:
+def _half_space(name: str, table: Table, materials: Materials) -> HalfSpace | None:
     size, cells = table.numbers("size", 2, required=True), table.numbers("cells", 2, required=True)
     periodic = table.flag("periodic")
-    named = {key: table.text(key) for key in ("material", "against")}
-    found = {k: _material_named(table, k, v, materials) for k, v in named.items() if v is not None}
+    material, against = (_named(table, key, materials) for key in ("material", "against"))
     layers = [_stacked(entry, materials) for entry in table.tables("layers")]
     if cells is not None and any(n != int(n) for n in cells):
         table.fault("cells", f"must be two whole numbers; found {list(cells)!r}.")
-    if size is None or cells is None or None in layers or None in found.values() or table.faults.touched(table.place):
+    if size is None or cells is None or None in layers or table.faulty:
         return None
-    body: HalfSpace | None = made(
-        table,
-        None,
+    return table.attempt(
         lambda: HalfSpace(
-            found.get("material"),
+            material,
             (size[0], size[1]),
             (int(cells[0]), int(cells[1])),
             bool(periodic),
             layers=[layer for layer in layers if layer is not None],
-            against=found.get("against"),
+            against=against,
             name=name,
-        ),
+        )
     )
-    return body
 
 
-def _stacked(table: Table, materials: Mapping[str, Material | None]) -> Layer | None:
+def _stacked(table: Table, materials: Materials) -> Layer | None:
     """One of a half-space's layers."""
-    material, thickness = table.text("material", required=True), table.number("thickness", required=True)
+    material, thickness = _named(table, "material", materials, True), table.number("thickness", required=True)
     interface = table.text("interface", ("bonded", "frictionless")) or "bonded"
     table.finish()
-    found = None if material is None else _material_named(table, "material", material, materials)
-    if found is None or thickness is None:
+    if material is None or thickness is None:
         return None
-    layer: Layer | None = made(table, None, lambda: Layer(found, thickness, interface))
-    return layer
+    return table.attempt(lambda: Layer(material, thickness, interface))
 
 
 def _layer(
-    name: str, table: Table, materials: Mapping[str, Material | None], folder: Path, bodies: Mapping[str, Any]
+    name: str, table: Table, materials: Materials, folder: Path, bodies: Mapping[str, Any]
 ) -> ElasticLayer | None:
     mesh = mesh_of(table, folder, bodies)
-    material, thickness = table.text("material", required=True), table.number("thickness", required=True)
+    material, thickness = _named(table, "material", materials, True), table.number("thickness", required=True)
     covers, law = table.text("covers", required=True), table.text("law", LAWS) or "bonded"
-    found = None if material is None else _material_named(table, "material", material, materials)
     if mesh is not None and covers is not None:
         check_name(table, "covers", covers, mesh.boundaries, "boundary")
-    if mesh is None or found is None or table.faults.touched(table.place):
+    if mesh is None or material is None or thickness is None or covers is None or table.faulty:
         return None
-    assert covers is not None
-    assert thickness is not None
-    body: ElasticLayer | None = made(table, None, lambda: ElasticLayer(found, thickness, (mesh, covers), law, name))
-    return body
+    return table.attempt(lambda: ElasticLayer(material, thickness, (mesh, covers), law, name))
 
 
 def pose_of(table: Table) -> Pose | None:
@@ -271,6 +300,7 @@ def _pose(table: Table) -> tuple[Any, Any] | None:
         axis, angle = turn.numbers("axis", required=True), turn.number("angle_deg", required=True)
         turn.finish()
         if axis is not None and angle is not None:
-            rotation = made(turn, "axis", lambda: rotation_about(axis, math.radians(angle)))
+            turned = turn.attempt(lambda: rotation_about(axis, math.radians(angle)), "axis")
+            rotation = rotation if turned is None else turned
     table.finish()
-    return None if table.faults.touched(table.place) else (translation, rotation)
+    return None if table.faulty else (translation, rotation)

@@ -9,7 +9,6 @@ from typing import Any
 
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
 from fecontact.bodies.elastic import elastic_among
-from fecontact.common.errors import FecontactError
 from fecontact.mesh import pick, shapes
 from fecontact.mesh.extrude import extrude
 from fecontact.mesh.mesh import Mesh
@@ -44,18 +43,23 @@ def choice(choices: Sequence[str]) -> Callable[[Table, str, bool], Any]:
     return lambda table, key, required: table.text(key, choices, required)
 
 
-def divisions(table: Table, key: str, required: bool) -> Any:
-    """Three counts, or lists of positions in their place."""
-    value = table.raw(key, required)
-    if value is None:
-        return None
-    if not isinstance(value, list) or len(value) != 3 or not all(map(is_division, value)):
-        table.fault(key, f"must be three counts or lists of increasing positions; found {value!r}.")
-        return None
-    return tuple(value)
+def divisions(count: int) -> Callable[[Table, str, bool], Any]:
+    """Two or three counts, or lists of positions in their place."""
+
+    def read(table: Table, key: str, required: bool) -> Any:
+        value = table.raw(key, required)
+        if value is None:
+            return None
+        if not isinstance(value, list) or len(value) != count or not all(map(_is_division, value)):
+            words = {2: "two", 3: "three"}[count]
+            table.fault(key, f"must be {words} counts or lists of increasing positions; found {value!r}.")
+            return None
+        return tuple(value)
+
+    return read
 
 
-def is_division(value: Any) -> bool:
+def _is_division(value: Any) -> bool:
     """Whether a value is a count or a list of numbers."""
     if isinstance(value, list):
         return all(isinstance(v, int | float) and not isinstance(v, bool) for v in value)
@@ -71,14 +75,14 @@ _RINGS: Arguments = {
 _QUARTER = {k: v for k, v in _RINGS.items() if k != "sector"}
 
 ELASTIC_SHAPES: dict[str, tuple[Callable[..., Mesh], Arguments]] = {
-    "block": (shapes.block, {"size!": numbers(3), "divisions!": divisions, "element": choice(ELEMENTS)}),
+    "block": (shapes.block, {"size!": numbers(3), "divisions!": divisions(3), "element": choice(ELEMENTS)}),
     "thick_ring": (
         shapes.thick_ring,
         {
             "inner!": number,
             "outer!": number,
             "height!": number,
-            "divisions": divisions,
+            "divisions": divisions(3),
             "sector": choice(SECTORS),
             "element": choice(ELEMENTS),
         },
@@ -91,13 +95,11 @@ ELASTIC_SHAPES: dict[str, tuple[Callable[..., Mesh], Arguments]] = {
 }
 
 
-def made(table: Table, key: str | None, make: Callable[[], Any]) -> Any:
-    """What `make` makes; its refusal is a fault at the key."""
-    try:
-        return make()
-    except FecontactError as error:
-        table.fault(key, str(error))
-        return None
+def arguments_of(table: Table, arguments: Arguments) -> dict[str, Any]:
+    """What a table gives of the arguments."""
+    names = {name.rstrip("!"): name.endswith("!") for name in arguments}
+    given = {name: read(table, name, names[name]) for name, read in zip(names, arguments.values(), strict=True)}
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def shape_of(table: Table, known: Mapping[str, tuple[Callable[..., Any], Arguments]]) -> Any:
@@ -106,11 +108,9 @@ def shape_of(table: Table, known: Mapping[str, tuple[Callable[..., Any], Argumen
     if kind is None:
         return None
     make, arguments = known[kind]
-    given = {name.rstrip("!"): read(table, name.rstrip("!"), name.endswith("!")) for name, read in arguments.items()}
+    given = arguments_of(table, arguments)
     table.finish()
-    if table.faults.touched(table.place):
-        return None
-    return made(table, None, lambda: make(**{k: v for k, v in given.items() if v is not None}))
+    return None if table.faulty else table.attempt(lambda: make(**given))
 
 
 def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | None:
@@ -132,7 +132,7 @@ def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | Non
     elif file is not None and (path := existing(table, "mesh", folder)) is not None:
         from fecontact.mesh.read import read_mesh
 
-        mesh = made(table, "mesh", lambda: read_mesh(path, 1.0 if scale is None else scale, element, part))
+        mesh = table.attempt(lambda: read_mesh(path, 1.0 if scale is None else scale, element, part), "mesh")
     return _with_boundaries(table.table("boundaries"), mesh)
 
 
@@ -155,36 +155,35 @@ def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | N
         table.fault(None, "needs either surface (a file) or body with boundary.")
     scale, boundary = table.number("scale"), table.text("boundary", required="body" in table)
     if "surface" in table and (path := existing(table, "surface", folder)) is not None:
-        surface = made(table, "surface", lambda: read_surface(path, 1.0 if scale is None else scale))
+        surface = table.attempt(lambda: read_surface(path, 1.0 if scale is None else scale), "surface")
     name = table.text("body")
     elastic = elastic_among([bodies.get(name or "")])
     if name is not None and name not in bodies:
         table.fault("body", f"no body {name!r} stands before this one{did_you_mean(name, bodies)}.")
     elif boundary is not None and elastic:
-        surface = made(table, "boundary", lambda: SurfaceMesh.of(elastic[0].mesh, boundary))
+        surface = table.attempt(lambda: SurfaceMesh.of(elastic[0].mesh, boundary), "boundary")
     elif name is not None and bodies[name] is not None and not elastic:
         table.fault("body", f"{name!r} has no mesh; a layer grows on an elastic body.")
     thickness = table.number("thickness", required=True)
     layers = table.raw("layers")
     flip = table.flag("flip")
     table.finish()
-    if surface is None or thickness is None or table.faults.touched(table.place):
+    if surface is None or thickness is None or table.faulty:
         return None
     side = surface.flipped() if flip else surface
-    mesh: Mesh | None = made(table, None, lambda: extrude(side, thickness, 1 if layers is None else layers))
-    return mesh
+    return table.attempt(lambda: extrude(side, thickness, 1 if layers is None else layers))
 
 
 def _with_boundaries(table: Table, mesh: Mesh | None) -> Mesh | None:
     """The mesh with further boundaries: outer faces that all conditions of a table hold for."""
     for name, entry in table.subtables():
         picks = _picks(entry)
-        if not picks and not entry.faults.touched(entry.place):
+        if not picks and not entry.faulty:
             entry.fault(None, "needs at least one of plane, box, facing and flood.")
-        if mesh is None or not picks or entry.faults.touched(entry.place):
+        if mesh is None or not picks or entry.faulty:
             continue
         chosen = reduce(lambda a, b: a & b, picks)
-        found = made(entry, None, partial(mesh.with_boundary, name, chosen))
+        found = entry.attempt(partial(mesh.with_boundary, name, chosen))
         mesh = mesh if found is None else found
     return mesh
 
@@ -198,12 +197,12 @@ def _picks(table: Table) -> list[Pick]:
         tolerance = plane.number("tolerance")
         plane.finish()
         if point and normal:
-            out.append(made(plane, None, lambda: pick.plane(point, normal, tolerance)))
+            out.append(plane.attempt(partial(pick.plane, point, normal, tolerance)))
     corners = table.raw("box")
     if corners is not None:
         try:
             low, high = corners
-            out.append(made(table, "box", lambda: pick.box(low, high)))
+            out.append(table.attempt(partial(pick.box, low, high), "box"))
         except (TypeError, ValueError):
             table.fault("box", f"must be two opposite corners [[x, y, z], [x, y, z]]; found {corners!r}.")
     for key, what, make in (("facing", "direction", pick.facing), ("flood", "seed", pick.flood)):
@@ -212,7 +211,7 @@ def _picks(table: Table) -> list[Pick]:
             vector, angle = entry.numbers(what, required=True), entry.number("angle_deg")
             entry.finish()
             if vector:
-                out.append(made(entry, None, partial(make, vector, 30.0 if angle is None else angle)))
+                out.append(entry.attempt(partial(make, vector, 30.0 if angle is None else angle)))
     table.finish()
     return [p for p in out if p is not None]
 

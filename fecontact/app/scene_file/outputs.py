@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fecontact.app.scene_file.cases import CASE_FILES
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
-from fecontact.common.errors import InputError
 from fecontact.common.text_files import check_writable, save_json, write_atomically
 from fecontact.common.units import Units
 from fecontact.results.result import ContactResult
@@ -60,20 +60,13 @@ def read_outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: b
         elif path in taken:
             entry.fault(key, f"names the same file as {taken[path]}.")
         else:
-            _attempt_at(entry, key, path)
+            entry.attempt(partial(check_writable, path), key)
             taken[path] = kind
             out.append(Output(kind, path, options))
     for kind in table.values if sweep or "cases" in table else ():
         table.raw(kind)
     table.finish()
     return tuple(out)
-
-
-def _attempt_at(table: Table, key: str, path: Path) -> None:
-    try:
-        check_writable(path)
-    except InputError as error:
-        table.fault(key, str(error))
 
 
 def _picture_options(table: Table, kind: str, bodies: Mapping[str, Any]) -> dict[str, Any]:

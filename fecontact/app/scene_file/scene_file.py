@@ -17,7 +17,6 @@ from fecontact.app.scene_file.cases import save_cases
 from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body, write_output
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed, read_toml
 from fecontact.bodies.elastic import elastic_among
-from fecontact.common.errors import FecontactError
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.contact.loads import make_loading
@@ -184,15 +183,6 @@ def _body(table: Table, key: str, bodies: Mapping[str, AnyBody | None], required
     return None
 
 
-def _attempt(table: Table, make: Callable[[], Any]) -> Any:
-    """What `make` makes; None, and a fault at the table, if it refuses."""
-    try:
-        return make()
-    except FecontactError as error:
-        table.fault(None, str(error))
-        return None
-
-
 def _contact(table: Table, bodies: Mapping[str, AnyBody | None]) -> Contact | None:
     slave, master = _body(table, "slave", bodies), _body(table, "master", bodies)
     names = table.raw("surfaces")
@@ -203,14 +193,13 @@ def _contact(table: Table, bodies: Mapping[str, AnyBody | None]) -> Contact | No
     swap = table.text("swap", ("auto", "never")) or "auto"
     coupling = table.text("coupling", ("auto", "nodal", "mortar")) or "auto"
     table.finish()
-    if table.faults.touched(table.place):
+    if table.faulty:
         return None
     one, other = bodies[slave or ""], bodies[master or ""]
     if one is None or other is None:
         return None
     surfaces = None if names is None else (names[0], names[1])
-    contact: Contact | None = _attempt(table, lambda: Contact(one, other, surfaces, swap, coupling))
-    return contact
+    return table.attempt(lambda: Contact(one, other, surfaces, swap, coupling))
 
 
 def _spring(table: Table, bodies: Mapping[str, AnyBody | None]) -> Spring | None:
@@ -219,11 +208,10 @@ def _spring(table: Table, bodies: Mapping[str, AnyBody | None]) -> Spring | None
     name = table.text("name") or "spring"
     ends = [_end(table.table(key, required=True), bodies) for key in ("start", "end")]
     table.finish()
-    if stiffness is None or table.faults.touched(table.place) or any(missing for _, _, missing in ends):
+    if stiffness is None or table.faulty or any(missing for _, _, missing in ends):
         return None
     start, end = ((body, point) for body, point, _ in ends)
-    spring: Spring | None = _attempt(table, lambda: Spring(stiffness, start, end, slack, kind, name))
-    return spring
+    return table.attempt(lambda: Spring(stiffness, start, end, slack, kind, name))
 
 
 def _end(table: Table, bodies: Mapping[str, AnyBody | None]) -> tuple[AnyBody | None, Any, bool]:
@@ -332,10 +320,8 @@ def _has_boundary(table: Table, key: str, body: AnyBody | None, boundary: str | 
 def _check_loads(root: Table, bodies: Mapping[str, AnyBody], loads: Mapping[str, Any]) -> None:
     """What only the loads together show: components both loaded and moved, gravity without density."""
     names = ("forces", "moments", "motions", "free", "pressures", "gravity")
-    try:
-        make_loading(list(bodies.values()), *(loads.get(name) for name in names))
-    except FecontactError as error:
-        root.fault("loads" if "loads" in root else None, str(error))
+    given = (loads.get(name) for name in names)
+    root.attempt(lambda: make_loading(list(bodies.values()), *given), "loads" if "loads" in root else None)
 
 
 def _solve_options(table: Table) -> dict[str, Any]:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from fecontact.common.errors import InputError
+from fecontact.common.errors import FecontactError, InputError
 
 Place = tuple[str | int, ...]
+Made = TypeVar("Made")
 
 _KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"]*\"|'[^']*')"
 _KEYS = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
@@ -150,6 +151,19 @@ class Table:
     def fault(self, key: str | None, text: str) -> None:
         """Note a fault at a key, or at the table itself."""
         self.faults.add(self.place if key is None else (*self.place, key), text)
+
+    @property
+    def faulty(self) -> bool:
+        """Whether there is a fault in this table or below it."""
+        return self.faults.touched(self.place)
+
+    def attempt(self, make: Callable[[], Made], key: str | None = None) -> Made | None:
+        """What `make` makes; its refusal is a fault at the key, or at the table itself."""
+        try:
+            return make()
+        except FecontactError as error:
+            self.fault(key, str(error))
+            return None
 
     def finish(self) -> None:
         """Note the keys that nobody asked for."""
