@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from fecontact.app.indentation.options import SHAPES
+from fecontact.app.spheres.options import CASES, ELEMENTS, MODELS, PRESSURES
 from fecontact.common.errors import FecontactError
 from fecontact.common.version import VERSION
 
@@ -30,60 +31,59 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="fecontact", description="Frictionless elastic contact of solids, certified.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {VERSION}")
     commands = parser.add_subparsers(required=True, metavar="command")
-    _add_hertz(commands)
-    _add_halfspace(commands)
-    _add_solve(commands)
-    _add_explain(commands)
-    _add_view(commands)
-    _add_compare(commands)
+    for name, (summary, description, add_options) in COMMANDS.items():
+        command = commands.add_parser(name, help=summary, description=description, formatter_class=_Formatter)
+        command.set_defaults(run=name)
+        add_options(command)
     return parser
 
 
-def _add_hertz(commands: argparse._SubParsersAction) -> None:
-    hertz = commands.add_parser(
-        "hertz",
-        help="two spheres pressed together, beside Hertz's solution",
-        description="Press two spheres of hexahedra or of gradient bricks (ancf) together and compare with Hertz.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-    )
-    hertz.add_argument("--case", default="equal", choices=("equal", "unequal", "light", "report"), help="test problem")
-    hertz.add_argument("--element", default="hex20", choices=("hex8", "hex20", "hex27", "ancf"))
-    hertz.add_argument("--pressure", default="midface", choices=("midface", "nodal"), help="contact faces of hex20")
-    hertz.add_argument("--model", default="two-bodies", choices=("two-bodies", "symmetric", "axisymmetric"))
-    hertz.add_argument("--solver", default="auto", help="auto or a name out of fecontact.available_solvers()")
-    hertz.add_argument("--backend", default="auto", choices=("auto", "pardiso", "superlu"), help="factorisation")
-    hertz.add_argument("--level", default=2, type=int, help="fineness, 1 to 5")
-    hertz.add_argument("--no-edge-fit", action="store_true", help="do not fit the mesh to the contact edge")
-    hertz.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the table")
-    hertz.add_argument("--plot", metavar="FILE", help="write a picture")
-    hertz.add_argument("--vtu", metavar="FILE", help="write the bodies for ParaView")
-    hertz.set_defaults(run="hertz")
+class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
+    """Tells defaults that are a name or a number."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        told = isinstance(action.default, str | int | float) and action.default not in ("", False)
+        return super()._get_help_string(action) if told else action.help
 
 
-def _add_halfspace(commands: argparse._SubParsersAction) -> None:
-    job = commands.add_parser(
-        "halfspace",
-        help="a rigid shape, a rough surface or measured heights on an elastic half-space",
-        description="Press a rigid shape on a half-space (homogeneous or layered, free or periodic) and compare with "
-        "the closed form where there is one. Any consistent units.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-    )
-    job.add_argument("shape", choices=SHAPES)
-    body = job.add_argument_group("half-space")
+def _json(parser: argparse._ActionsContainer, instead_of: str = "table") -> None:
+    told = f"write the figures; - for standard output instead of the {instead_of}"
+    parser.add_argument("--json", metavar="FILE", help=told)
+
+
+def _hertz(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--case", default="equal", choices=(*CASES, "report"), help="test problem")
+    parser.add_argument("--element", default="hex20", choices=ELEMENTS)
+    parser.add_argument("--pressure", default="midface", choices=PRESSURES, help="contact faces of hex20")
+    parser.add_argument("--model", default="two-bodies", choices=MODELS)
+    parser.add_argument("--solver", default="auto", help="auto or a name out of fecontact.available_solvers()")
+    parser.add_argument("--backend", default="auto", choices=("auto", "pardiso", "superlu"), help="factorisation")
+    parser.add_argument("--level", default=2, type=int, help="fineness, 1 to 5")
+    parser.add_argument("--no-edge-fit", action="store_true", help="do not fit the mesh to the contact edge")
+    _json(parser)
+    parser.add_argument("--plot", metavar="FILE", help="write a picture")
+    parser.add_argument("--vtu", metavar="FILE", help="write the bodies for ParaView")
+
+
+def _halfspace(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("shape", choices=SHAPES)
+    body = parser.add_argument_group("half-space")
     body.add_argument("--E", type=float, default=None, help="Young's modulus; leave out for a rigid base under layers")
     body.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio")
     body.add_argument("--against", nargs=2, type=float, metavar=("E", "NU"), help="the shape is elastic too")
     body.add_argument("--layer", action="append", metavar="E,NU,THICKNESS[,frictionless]", help="from the top down")
     body.add_argument("--periodic", action="store_true", help="the surface repeats beyond the grid")
-    body.add_argument("--cells", nargs="+", type=int, default=[256], metavar="N", help="cells along x (and y)")
+    body.add_argument(
+        "--cells", nargs="+", type=int, default=[256], metavar="N", help="cells along x (and y); 256 unless given"
+    )
     body.add_argument("--size", nargs="+", type=float, metavar="L", help="sides of the grid, or of the period")
-    load = job.add_argument_group("load")
+    load = parser.add_argument_group("load")
     load.add_argument("--force", type=float, help="total, on the grid or on one period")
     load.add_argument("--approach", type=float, help="of the shape; periodic: from the mean plane")
     load.add_argument("--loads", metavar="F1,F2,...", help="several forces: curves of area, stiffness, gap")
     load.add_argument("--load-point", nargs=2, type=float, metavar=("X", "Y"), help="the shape is free to tilt")
     load.add_argument("--moment", nargs=2, type=float, metavar=("MX", "MY"), help="the same, by moments")
-    form = job.add_argument_group("shape")
+    form = parser.add_argument_group("shape")
     form.add_argument("--radius", type=float, help="sphere, cylinder, flat, paraboloid")
     form.add_argument("--radius-y", type=float, help="paraboloid, if another one")
     form.add_argument("--length", type=float, help="cylinder, along y; endless unless given")
@@ -103,79 +103,86 @@ def _add_halfspace(commands: argparse._SubParsersAction) -> None:
     form.add_argument("--longest", type=float, help="rough, wavelength; a quarter of the size unless given")
     form.add_argument("--shortest", type=float, help="rough, wavelength; eight cells unless given")
     form.add_argument("--seed", type=int, default=1, help="rough")
-    out = job.add_argument_group("output")
+    out = parser.add_argument_group("output")
     out.add_argument("--tolerance", type=float, default=1e-8, help="of the certificate")
-    out.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the table")
+    _json(out)
     out.add_argument("--plot", metavar="FILE", help="pressure, gap, displacement, stress inside; curves for --loads")
     out.add_argument("--csv", metavar="FILE", help="one row per load")
     out.add_argument("--units", nargs=3, default=("", "", ""), metavar=("LENGTH", "FORCE", "STRESS"), help="for labels")
-    job.set_defaults(run="halfspace")
 
 
-def _add_solve(commands: argparse._SubParsersAction) -> None:
-    solve = commands.add_parser(
-        "solve",
-        help="a scene described in a TOML file",
-        description="Solve the scene in a TOML file. All of the file is checked before anything is solved; whatever "
+def _solve(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE.toml")
+    parser.add_argument("--dry-run", action="store_true", help="check the file, say what it asks for, and stop")
+    _json(parser)
+    parser.add_argument("--out", metavar="FOLDER", help="folder for outputs instead of the scene's; made if missing")
+
+
+def _explain(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE.toml")
+    _json(parser, "text")
+
+
+def _view(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("result", metavar="RESULT.vtu")
+    parser.add_argument("--field", default="von_mises", help="von_mises, contact_pressure, displacement_z, stress_xx")
+    parser.add_argument("--out", metavar="PICTURE", help="file to write; the result's name with .png unless given")
+    parser.add_argument("--scale", default=1.0, type=float, help="by which displacements are exaggerated; 0 undeformed")
+    parser.add_argument("--view", default="iso", help="iso, below, x, -x, y, -y, z, -z or AZIMUTH,ELEVATION in degrees")
+    parser.add_argument("--cut", metavar="'x<0'", help="what is to be kept")
+    parser.add_argument("--bodies", metavar="0,1", help="numbers of the bodies to show, separated by commas")
+    parser.add_argument("--limits", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the colours")
+    parser.add_argument("--units", default="", help="unit of the field, for the colour bar")
+    parser.add_argument("--length", default="", help="unit of length, for the ruler")
+    parser.add_argument("--no-edges", action="store_true", help="do not draw the mesh")
+    parser.add_argument("--show", action="store_true", help="open a window instead (needs pyvista)")
+
+
+def _compare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", nargs="?", metavar="SCENE.toml")
+    parser.add_argument("--refinements", type=int, default=3, metavar="N", help="at least 2")
+    parser.add_argument("--out", metavar="FOLDER", help="write compare_SCENE.jsonl, .json, .csv, .png and .md there")
+    parser.add_argument("--page", metavar="FILE.md", help="write the page there instead")
+    parser.add_argument("--plot", metavar="FILE", help="write the picture there instead")
+
+
+#: What each command is for, in a line and in a few, and what adds its options.
+COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] = {
+    "hertz": (
+        "two spheres pressed together, beside Hertz's solution",
+        "Press two spheres of hexahedra or of gradient bricks (ancf) together and compare with Hertz.",
+        _hertz,
+    ),
+    "halfspace": (
+        "a rigid shape, a rough surface or measured heights on an elastic half-space",
+        "Press a rigid shape on a half-space (homogeneous or layered, free or periodic) and compare with "
+        "the closed form where there is one. Any consistent units.",
+        _halfspace,
+    ),
+    "solve": (
+        "a scene described in a TOML file",
+        "Solve the scene in a TOML file. All of the file is checked before anything is solved; whatever "
         "is wrong is told at once. The outputs that the file names are written.",
-    )
-    solve.add_argument("scene", metavar="SCENE.toml")
-    solve.add_argument("--dry-run", action="store_true", help="check the file, say what it asks for, and stop")
-    solve.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the table")
-    solve.add_argument("--out", metavar="FOLDER", help="folder for outputs instead of the scene's own; made if missing")
-    solve.set_defaults(run="solve")
-
-
-def _add_explain(commands: argparse._SubParsersAction) -> None:
-    explain = commands.add_parser(
-        "explain",
-        help="what a scene in a TOML file would take, before it is solved",
-        description="Say which bodies, unknowns and candidates a scene has, which methods are chosen and why, and "
+        _solve,
+    ),
+    "explain": (
+        "what a scene in a TOML file would take, before it is solved",
+        "Say which bodies, unknowns and candidates a scene has, which methods are chosen and why, and "
         "estimate memory and time. Nothing of the scene is assembled or solved.",
-    )
-    explain.add_argument("scene", metavar="SCENE.toml")
-    explain.add_argument("--json", metavar="FILE", help="write the figures; - for standard output instead of the text")
-    explain.set_defaults(run="explain")
-
-
-def _add_view(commands: argparse._SubParsersAction) -> None:
-    view = commands.add_parser(
-        "view",
-        help="picture of the bodies in a VTU file",
-        description="Draw the bodies of a result, deformed, with a field on their faces. Needs no screen.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-    )
-    view.add_argument("result", metavar="RESULT.vtu")
-    view.add_argument(
-        "--field", default="von_mises", help="von_mises, contact_pressure, displacement_z, stress_xx, ..."
-    )
-    view.add_argument("--out", metavar="PICTURE", help="file to write; the result's name with .png unless given")
-    view.add_argument("--scale", default=1.0, type=float, help="by which displacements are exaggerated; 0: undeformed")
-    view.add_argument("--view", default="iso", help="iso, below, x, -x, y, -y, z, -z, or AZIMUTH,ELEVATION in degrees")
-    view.add_argument("--cut", metavar="'x<0'", help="what is to be kept")
-    view.add_argument("--bodies", metavar="0,1", help="numbers of the bodies to show, separated by commas")
-    view.add_argument("--limits", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the colours")
-    view.add_argument("--units", default="", help="unit of the field, for the colour bar")
-    view.add_argument("--length", default="", help="unit of length, for the ruler")
-    view.add_argument("--no-edges", action="store_true", help="do not draw the mesh")
-    view.add_argument("--show", action="store_true", help="open a window instead (needs pyvista)")
-    view.set_defaults(run="view")
-
-
-def _add_compare(commands: argparse._SubParsersAction) -> None:
-    compare = commands.add_parser(
-        "compare",
-        help="error against time of a scene in a TOML file at several refinements",
-        description="Solve a scene at several refinements and show the errors against the finest over time and size. "
+        _explain,
+    ),
+    "view": (
+        "picture of the bodies in a VTU file",
+        "Draw the bodies of a result, deformed, with a field on their faces. Needs no screen.",
+        _view,
+    ),
+    "compare": (
+        "error against time of a scene in a TOML file at several refinements",
+        "Solve a scene at several refinements and show the errors against the finest over time and size. "
         "Finished runs are kept in --out: an interrupted command goes on where it stopped.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-    )
-    compare.add_argument("scene", nargs="?", metavar="SCENE.toml")
-    compare.add_argument("--refinements", type=int, default=3, metavar="N", help="at least 2")
-    compare.add_argument("--out", metavar="FOLDER", help="write compare_SCENE.jsonl, .json, .csv, .png and .md there")
-    compare.add_argument("--page", metavar="FILE.md", help="write the page there instead")
-    compare.add_argument("--plot", metavar="FILE", help="write the picture there instead")
-    compare.set_defaults(run="compare")
+        _compare,
+    ),
+}
 
 
 if __name__ == "__main__":

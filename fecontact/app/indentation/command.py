@@ -132,29 +132,17 @@ def _numbers(text: str) -> list[float]:
     return found
 
 
-def _need(given: Options, shape: str, *names: str) -> list[Any]:
+def _need(given: Options, *names: str) -> list[Any]:
     missing = [name for name in names if name not in given]
     if missing:
         listed = ", ".join("--" + name.replace("_", "-") for name in missing)
-        raise InputError(f"The shape {shape!r} needs {listed}.")
+        raise InputError(f"The shape {given['shape']!r} needs {listed}.")
     return [given[name] for name in names]
 
 
-def _sphere(given: Options) -> Made:
-    return Sphere(*_need(given, "sphere", "radius")), None
-
-
-def _paraboloid(given: Options) -> Made:
-    return Paraboloid(_need(given, "paraboloid", "radius")[0], given.get("radius_y")), None
-
-
 def _cylinder(given: Options) -> Made:
-    shape = Cylinder(_need(given, "cylinder", "radius")[0], given.get("length", math.inf))
+    shape = Cylinder(_need(given, "radius")[0], given.get("length", math.inf))
     return shape, None if shape.is_endless else (2.0 * shape.radius, 1.2 * shape.length)
-
-
-def _cone(given: Options) -> Made:
-    return Cone(math.radians(*_need(given, "cone", "angle"))), None
 
 
 def _flat(given: Options) -> Made:
@@ -165,23 +153,19 @@ def _flat(given: Options) -> Made:
     return shape, None if sides is None else (1.5 * sides[0], 1.5 * sides[1])
 
 
-def _ellipsoid(given: Options) -> Made:
-    return Ellipsoid(tuple(*_need(given, "ellipsoid", "semi_axes"))), None
-
-
 def _torus(given: Options) -> Made:
-    shape = Torus(*_need(given, "torus", "ring", "tube"))
+    shape = Torus(*_need(given, "ring", "tube"))
     return shape, (1.1 * shape.size, 1.1 * shape.size)
 
 
 #: How simple shapes are made.
 MADE: dict[str, Callable[[Options], Made]] = {
-    "sphere": _sphere,
-    "paraboloid": _paraboloid,
+    "sphere": lambda given: (Sphere(*_need(given, "radius")), None),
+    "paraboloid": lambda given: (Paraboloid(_need(given, "radius")[0], given.get("radius_y")), None),
     "cylinder": _cylinder,
-    "cone": _cone,
+    "cone": lambda given: (Cone(math.radians(*_need(given, "angle"))), None),
     "flat": _flat,
-    "ellipsoid": _ellipsoid,
+    "ellipsoid": lambda given: (Ellipsoid(tuple(*_need(given, "semi_axes"))), None),
     "torus": _torus,
 }
 
@@ -213,7 +197,7 @@ def _shape(
             "the grid."
         )
     if name == "wave":
-        (amplitude,) = _need(given, name, "amplitude")
+        (amplitude,) = _need(given, "amplitude")
         wavelength = given.get("wavelength", size[0])
         if abs(size[0] / wavelength - round(size[0] / wavelength)) > 1e-9:
             raise InputError(f"The size {size[0]:g} is no whole number of waves of {wavelength:g}.")
@@ -234,7 +218,7 @@ def _shape(
 
 
 def _heights(given: Options, cells: Cells, size: Size | None) -> tuple[Any, Cells, Size | None]:
-    (file,) = _need(given, "heights", "file")
+    (file,) = _need(given, "file")
     path = Path(file)
     if path.suffix.lower() in (".stl", ".ply", ".obj"):
         return Facets(read_surface(path)), cells, size

@@ -103,7 +103,7 @@ def indent(
     --------
     >>> import fecontact as fc
     >>> steel = fc.Material(E=210e3, nu=0.3)
-    >>> found = indent(fc.Sphere(10.0), Ground(steel), Load(force=100.0), cells=(64, 64))
+    >>> found = indent(fc.Sphere(10.0), Ground(steel), IndentationLoad(force=100.0), cells=(64, 64))
     >>> abs(found.errors["approach"]) < 1e-3
     True
     """
@@ -207,7 +207,7 @@ def curve(shape: Any, ground: Ground, loads: Sequence[IndentationLoad], **option
     --------
     >>> import fecontact as fc
     >>> ball, ground = fc.Sphere(10.0), Ground(fc.Material(E=1.0, nu=0.0))
-    >>> found = curve(ball, ground, [Load(force=f) for f in (0.01, 0.08)], cells=(64, 64))
+    >>> found = curve(ball, ground, [IndentationLoad(force=f) for f in (0.01, 0.08)], cells=(64, 64))
     >>> bool(abs(found.column("approach")[1] / found.column("approach")[0] / 4 - 1) < 0.01)
     True
     """

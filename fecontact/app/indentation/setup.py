@@ -75,7 +75,7 @@ class IndentationLoad:
 
         Examples
         --------
-        >>> Load.of_moment(10.0, (0.0, 5.0)).point
+        >>> IndentationLoad.of_moment(10.0, (0.0, 5.0)).point
         (0.5, 0.0)
         """
         return cls(force, None, (moment[1] / force if moment[1] else 0.0, -moment[0] / force if moment[0] else 0.0))

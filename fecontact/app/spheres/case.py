@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from fecontact.analytic import hertz
+from fecontact.app.spheres import options
 from fecontact.common.material import Material
 
 
@@ -46,11 +47,5 @@ class Spheres:
 
 #: In kgf and cm.
 STEEL = Material(E=2.0e6, nu=0.3)
-
-
-#: The report's test problems (Elangovan 1978, section IV) in its units; 'light' is the load that it could not solve.
-CASES = {
-    "equal": Spheres("equal", (25.0, 25.0), 726.4, STEEL),
-    "unequal": Spheres("unequal", (25.0, 2.5), 454.0, STEEL),
-    "light": Spheres("light", (25.0, 25.0), 45.4, STEEL),
-}
+#: The report's test problems.
+CASES = {name: Spheres(name, radii, force, STEEL) for name, (radii, force) in options.CASES.items()}

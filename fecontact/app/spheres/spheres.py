@@ -19,6 +19,7 @@ import numpy as np
 from fecontact.ancf.body import AncfBody
 from fecontact.app.spheres.case import CASES, Spheres
 from fecontact.app.spheres.figures import SpheresFigures, moment_radius
+from fecontact.app.spheres.options import ELEMENTS, MODELS, PRESSURES
 from fecontact.bodies import AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
@@ -28,9 +29,6 @@ from fecontact.mesh.shapes import Level
 from fecontact.results.result import ContactResult
 from fecontact.scene.scene import Scene
 
-ELEMENTS = ("hex8", "hex20", "hex27", "ancf")
-PRESSURES = ("midface", "nodal")
-MODELS = ("two-bodies", "symmetric", "axisymmetric")
 #: What the section of a hexahedron is cut into.
 SECTIONS = {"hex20": "quad8", "hex27": "quad9"}
 
