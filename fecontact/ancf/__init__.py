@@ -1,7 +1,7 @@
 """Absolute nodal coordinates: elements whose coordinates are positions and position gradients.
 
-The brick of eight nodes (`hexahedron`) on any mesh of hexahedra. Coordinates are a plain vector q (n_dofs,), twelve per
-node: ``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows dr/dX, dr/dY, dr/dZ.
+The eight-node brick (`hexahedron`) on any mesh of hexahedra. Coordinates are a vector q (n_dofs,), twelve per node:
+``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows dr/dX, dr/dY, dr/dZ.
 
 =============================  =======================================================================================
 `AncfSpace(mesh)`              numbering and functions: `q0`, `affine(A, b)`, `rigid_modes`, `points_at`, `gradient_at`,
@@ -13,8 +13,8 @@ node: ``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows d
 `point_force, nodal_force`     constant forces Q (n_dofs,) of single forces
 `traction, dead_pressure`      constant forces Q (n_dofs,) on boundaries
 `pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
-`StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0
-`sides_by_label, released_at`  where neighbours do not share all gradients; `reentrant_points` finds such edges
+`StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0 `sides_by_label,
+released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
 
 Equilibrium is forces(q) = Q; motion is mass q'' + forces(q) = Q. With contact and large deformation:

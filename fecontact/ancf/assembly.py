@@ -1,4 +1,4 @@
-"""Bodies of bricks with supports, contacts and dead loads, as one set of coordinates and one set of conditions."""
+"""Assembly of ANCF solids with supports, contacts and dead loads: one vector of coordinates, one set of conditions."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ class Conditions:
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Solids side by side; their coordinates q follow each other.
+    """Several solids; q holds their coordinates one after the other.
 
     Parameters
     ----------
     solids : sequence of AncfSolid
     free : (n_dofs, n_free) csr_matrix
-        Orthonormal directions in which the supports let the coordinates change.
+        Orthonormal directions of the coordinates that the supports leave free.
     touches : sequence of ContactConstraints
     """
 
@@ -61,20 +61,20 @@ class Assembly:
         supports: Sequence[Mapping[str, Support]] | None = None,
         contacts: Sequence[tuple[int, str, RigidBody | tuple[int, str]]] = (),
     ) -> Assembly:
-        """Solids, their supports by boundary, and what may touch what.
+        """Assembly of solids, their supports by boundary, and the contacts between them.
 
         Parameters
         ----------
         solids : sequence of AncfSolid
         supports : sequence of mappings, optional
-            For each solid, what each boundary holds, see `hold`; none unless given.
+            For each solid, its supports by boundary, see `hold`; none unless given.
         contacts : sequence of (int, str, RigidBody or (int, str))
             Number and boundary of the slave solid, then a rigid body or number and boundary of the master solid.
 
         Raises
         ------
         InputError
-            Unknown solids or boundaries, or a solid against itself.
+            For unknown solids or boundaries, or contact of a solid with itself.
 
         Examples
         --------
@@ -107,12 +107,12 @@ class Assembly:
         return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:
-        """The same assembly with rigid counter-bodies standing elsewhere, one for each touch that has one.
+        """The same assembly with other poses of the rigid bodies, one for each contact with a rigid body.
 
         Raises
         ------
         InputError
-            If their number is not that of the touches with a rigid body.
+            If their number is not that of the contacts with a rigid body.
         """
         rigid = [k for k, t in enumerate(self.touches) if isinstance(t.master, RigidBody)]
         if len(rigid) != len(bodies):
@@ -144,10 +144,10 @@ class Assembly:
 
     @cached_property
     def lengths(self) -> Array:
-        """Factors (n_dofs,) by which changes of coordinates become lengths, and by which forces are to be divided.
+        """Factors (n_dofs,) that turn changes of coordinates into lengths; generalised forces over them are forces.
 
-        One for positions, for gradients the side of a cube of the mean volume of the solid's cells: what is small does
-        not depend on units.
+        One for positions; for gradients the side of a cube of the mean volume of the solid's cells, so that tolerances
+        do not depend on units.
         """
         factors = []
         for space in (s.space for s in self.solids):
@@ -196,7 +196,7 @@ class Assembly:
         return spla.splu(sp.csc_matrix(self.free.T @ self.mass @ self.free))
 
     def accelerated(self, forces: Array) -> Array:
-        """Accelerations (n_dofs,) by forces; the mass is constant and factorised once."""
+        """Accelerations (n_dofs,) due to forces; the mass is constant and factorised once."""
         return np.asarray(self.free @ self._mass_factor.solve(self.free.T @ forces))
 
     def translation(self, direction: Array) -> Array:
@@ -215,7 +215,7 @@ class Assembly:
         return Conditions(parts, gap, G)
 
     def split(self, forces: Array) -> list[Array]:
-        """Forces of each touch out of those of all."""
+        """Forces of each contact, split from those of all."""
         return list(np.split(forces, np.cumsum([t.n_multipliers for t in self.touches])[:-1])) if self.touches else []
 
     def curvature(self, conditions: Conditions, forces: Array) -> sp.csr_matrix | None:

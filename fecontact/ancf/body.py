@@ -24,27 +24,27 @@ from fecontact.surfaces.nodal_weights import components_along
 class AncfBody(ElasticBody):
     """A linear elastic body of bricks whose nodes carry position and position gradients.
 
-    It stands in a `Scene` wherever an `ElasticBody` does. Contact acts on the whole trace of a face, twelve functions
-    of its corners' positions and gradients: gaps and pressures are integrated over it, with one non-negative pressure
-    shape for each corner and each edge, as many as the trace has coordinates along the normal.
+    It can replace an `ElasticBody` in a `Scene`. Contact acts on the trace of a face, twelve functions of its corners'
+    positions and gradients: gaps and pressures are integrated over it, with one non-negative multiplier function for
+    each corner and each edge, as many as the trace has coordinates along the normal.
 
     Parameters
     ----------
     mesh : Mesh
-        Hexahedra of 8, 20 or 27 nodes, none degenerate. The corners are the element's nodes; the others say how the
-        edges run, from which the initial gradients follow.
+        Hexahedra of 8, 20 or 27 nodes, none degenerate. The corners are the element's nodes; the others define the
+        edges, from which the initial gradients follow.
     material : Material, or mapping of element set to Material
         Between materials the gradient across the interface is released.
     contact : str or sequence of str
     supports : mapping of boundary name to components or directions, optional
         As for `ElasticBody`; positions and in-face gradients are held, the gradient across the face is not.
     pressure : {'eight'}
-        Pressure shapes of a face: hats at corners and edges.
+        Multiplier basis of a face: functions at corners and edges.
     name : str, optional
     backend : {'auto', 'pardiso', 'superlu'}
     integration : {'auto', 'full', 'selective'}
         Four Gauss points per direction; with 'selective' the divergence in the part with lambda is projected on linear
-        functions in each cell. 'auto' takes the latter for Poisson's ratios above 0.49 (docs/ancf.md).
+        functions in each cell. 'auto' is 'selective' for Poisson's ratios above 0.49 (docs/ancf.md).
     condensation : {'auto', 'schur', 'columns', 'operator'}
         As for `ElasticBody`.
 
@@ -89,12 +89,12 @@ class AncfBody(ElasticBody):
         return 32
 
     def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
-        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3), gradients included."""
+        """Rows (n, n_dofs) for the displacement at closest points along directions (n, 3), including gradients."""
         assert projection.facet is not None
         assert projection.local is not None
         faces = self.mesh.faces(projection.surface)[projection.facet]
         return components_along(self.model.space.face_rows(faces, projection.local), directions)
 
     def describe(self) -> str:
-        """One line: what was modelled."""
+        """One-line description of the model."""
         return self._described(f"{len(self.mesh.cells)} bricks with gradient coordinates, {self.n_dofs} dofs")

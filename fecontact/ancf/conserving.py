@@ -1,11 +1,11 @@
-"""Elastic forces between two states that do exactly the work of the strain energy (discrete gradient).
+"""Elastic forces between two states whose work is exactly the change of strain energy (discrete gradient).
 
     Q = int F_mid S* grad S_a dV,    S* = S(E_mid) + (W_1 - W_0 - S(E_mid) : dE) / (dE : dE) dE
 
 with F_mid and E_mid the means of both states and dE = E_1 - E_0, so that Q . (q_1 - q_0) = U_1 - U_0; linear and
-angular momentum are kept too, since S* is symmetric (O. Gonzalez, Exact energy and momentum conserving algorithms for
-general models in nonlinear elasticity, Comput. Methods Appl. Mech. Engrg. 190, 2000; J. C. Simo & N. Tarnow, ZAMP 43,
-1992, for St. Venant-Kirchhoff, where S* is the mean of both stresses).
+angular momentum are conserved too, since S* is symmetric (O. Gonzalez, Exact energy and momentum conserving algorithms
+for general models in nonlinear elasticity, Comput. Methods Appl. Mech. Engrg. 190, 2000; J. C. Simo & N. Tarnow, ZAMP
+43, 1992, for St. Venant-Kirchhoff, where S* is the mean of both stresses).
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.solid import AncfSolid, deformation_gradients
 from fecontact.common.arrays import Array
 
-#: Change of strain, relative to the largest strain, below which the second term of S* would be rounding.
+#: Change of strain, relative to the largest strain, below which the second term of S* is rounding.
 SMALLEST_CHANGE = 1e-6
-#: The same whatever the strain: energies are rounded to 1e-16 of the modulus, which over the change is an error of the
-#: stress, while leaving the term out errs by the square of the change. Both are equal at the third root of 1e-16.
+#: The same for any strain: energies are rounded to 1e-16 of the modulus, which divided by the change is an error of the
+#: stress; without the term the error is the square of the change. Both are equal at the third root of 1e-16.
 ROUNDED_CHANGE = 5e-6
 
 

@@ -1,4 +1,4 @@
-"""Motion in time: steps of a scheme, the balance of energy and momentum, and a record that can be taken up again."""
+"""Motion in time: steps of a scheme, balance of energy and momentum, and a resumable record."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.text_files import check_writable
 
-#: Halvings of the step, less the steps made since, after which a motion is given up.
+#: Halvings of the step, less the steps made since, after which the motion stops.
 MOST_HALVINGS = 12
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What was found at the end of every step.
+    """Results at the end of every step.
 
     Attributes
     ----------
     success : bool
-        Whether the end was reached.
+        Whether the end time was reached.
     message : str
     time : (n,) array
     kinetic, strain, potential : (n,) arrays
-        Energies; the potential of dead loads counts from the initial coordinates.
+        Energies; the potential of dead loads is zero at the initial coordinates.
     momentum : (n, 3) array
     contact_force : (n, n_touches, 3) array
         Resultant on each slave.
     penetration : (n,) array
-        Deepest mean gap below zero.
+        Largest penetration of a mean gap.
     nit : (n,) array
     frames : (n_frames, n_dofs) array
-        Coordinates that were kept, and `frame_times`.
+        Saved coordinates, at `frame_times`.
     now : Instant
         The last state.
     """
@@ -99,32 +99,32 @@ def move(
     tolerance: float = 1e-9,
     path: str | Path | None = None,
 ) -> Motion:
-    """Follow bodies of bricks in time.
+    """Integrate the motion of ANCF solids in time.
 
     Parameters
     ----------
     assembly : Assembly
     until, step : float
-        End, and length of the steps (the largest, if they adapt).
+        End time, and step length (the largest, if steps adapt).
     scheme : GeneralisedAlpha or EnergyMomentum, optional
         `GeneralisedAlpha()` unless given.
     velocity : (n_dofs,) array or (3,), optional
-        At the beginning; three numbers: of all bodies.
+        Initial velocity; three numbers: of all bodies.
     gravity : (3,), optional
         Acceleration.
     forces : (n_dofs,) array, optional
         Further dead loads.
     accuracy : float, optional
-        Largest local error of a coordinate, by which the step adapts; constant steps without it. In either case a
-        step that does not settle is halved, and made longer again afterwards.
+        Largest local error of a coordinate, which controls the step; constant steps without it. In either case a step
+        that does not converge is halved, and lengthened again afterwards.
     every : int
-        Steps between kept frames.
+        Steps between saved frames.
     tolerance : float
-        Of the iterations, relative to the motion of a step.
+        Tolerance of the iterations, relative to the motion of a step.
     path : str or Path, optional
-        File (``.npz``) to which the record is written at every frame. If it exists, the motion goes on where it
-        ended: an interrupted run loses nothing. It holds fingerprints of bodies, supports, contacts, loads, initial
-        velocity and scheme, which have to be the same; `until` and `every` may be others.
+        File (``.npz``) to which the record is written at every frame. If it exists, the motion is resumed from its end.
+        It holds fingerprints of bodies, supports, contacts, loads, initial velocity and scheme, which must be the same;
+        `until` and `every` may differ.
 
     Returns
     -------
@@ -155,7 +155,7 @@ def move(
     v = _velocity(assembly, velocity)
     prints = {}
     if file is not None:
-        # what was given, not what was worked out from it: that may be rounded otherwise on another machine
+        # fingerprints of the input, not of derived quantities, which may be rounded differently on another machine
         prints = {
             "the bodies (meshes, materials, laws)": fingerprint(assembly.solids),
             "the supports": fingerprint(assembly.free),
@@ -182,7 +182,7 @@ def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
 
 
 def _first(a: Assembly, v: Array, load: Array) -> Instant:
-    """The state at the beginning, with the acceleration that balances it (contact left aside)."""
+    """The initial state, with its acceleration (without contact)."""
     acceleration = a.accelerated(load - a.forces(a.q0))
     return Instant(0.0, a.q0, v, acceleration, acceleration, np.zeros(sum(t.n_multipliers for t in a.touches)))
 
@@ -233,7 +233,7 @@ def _march(
 
 
 class _Record:
-    """Rows of figures, kept frames and the last state; goes to and comes from a file."""
+    """Rows of figures, saved frames and the last state; written to and read from a file."""
 
     def __init__(
         self,
@@ -247,13 +247,13 @@ class _Record:
 
     @classmethod
     def begun(cls, a: Assembly, now: Instant, load: Array, prints: Mapping[str, str]) -> _Record:
-        """A record with the state at the beginning."""
+        """A record of the initial state."""
         record = cls([], [], [], now, prints)
         record.add(a, now, load, True)
         return record
 
     def add(self, a: Assembly, now: Instant, load: Array, frame: bool) -> None:
-        """One more state."""
+        """Append a state."""
         kinetic = float(now.v @ (a.mass @ now.v)) / 2
         conditions = a.conditions(now.q)
         finite = conditions.gap[np.isfinite(conditions.gap)]
@@ -281,7 +281,7 @@ class _Record:
         )  # fmt: skip
 
     def write(self, file: Path) -> None:
-        """Replace the file by the record as it is now."""
+        """Replace the file by the present record."""
         state = {f"now_{f.name}": np.asarray(getattr(self.now, f.name)) for f in fields(Instant)}
         part = file.with_name(file.name + ".part")
         with part.open("wb") as stream:

@@ -1,9 +1,9 @@
-"""Faces of bricks in contact: hats of pressure on them, and feet of points on them as they move.
+"""Faces of bricks in contact: multiplier basis, and projection of points on the moving faces.
 
-Pressure is a combination of non-negative hats, one for each corner and one for the middle of each side of a face, as
-in `AncfBody`: linear over the eight triangles round the face's middle, where the pressure is the mean of the sides'.
-Faces share the hats of common corners and sides. That makes as many unknowns as the face's normal motion has (three for
-each node); the hats add up to one and hold every linear pressure.
+Pressure is a combination of non-negative multiplier functions, one for each corner and one for the middle of each side
+of a face, as in `AncfBody`: linear over the eight triangles round the face's middle, where the pressure is the mean of
+the sides'. Faces share the functions of common corners and sides. There are as many multipliers as unknowns of the
+face's normal motion (three for each node); the functions sum to one and reproduce every linear pressure.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from fecontact.mesh.element.hexahedron import FACES
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import Projection
 
-#: Degree of the rule on each of a face's eight triangles: gaps are cubic along a side and hats linear.
+#: Degree of the rule on each of a face's eight triangles: gaps are cubic along a side, multipliers linear.
 DEGREE = 6
 #: Feet start from a grid of so many points along each side of a face.
 SAMPLES = 5
@@ -33,25 +33,25 @@ SAMPLES = 5
 TRIED = 3
 #: Relative difference of distances that is rounding.
 SAME = 1e-9
-#: Sideways offset beyond the rim, relative to the size of a face, from which a point faces nothing.
+#: Tangential offset outside the rim, relative to the size of a face, above which a point faces nothing.
 OVERHANG = 1e-6
-#: Places of four points along each side that tell a cubic, and the matrix from values there to powers.
+#: Four points along each side that determine a cubic, and the matrix from values there to powers.
 GRID = np.array([0.0, 0.25, 0.75, 1.0])
 TO_POWERS = np.linalg.inv(GRID[:, None] ** np.arange(4))
 #: Corners of a face, counter-clockwise.
 CORNERS_2D = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
-#: Places of the hats, corners and then the middles of sides, and in the end the face's middle.
+#: Nodes of the multiplier functions: corners, middles of sides; last the face's middle.
 PLACES = np.vstack([CORNERS_2D, (CORNERS_2D + np.roll(CORNERS_2D, -1, axis=0)) / 2, [0.5, 0.5]])
 #: Triangles between them, counter-clockwise.
 TRIANGLES = np.array([t for k in range(4) for t in ((k, 4 + k, 8), (4 + k, (k + 1) % 4, 8))])
-#: Pressures at these places by those of the eight hats.
+#: Pressures at these nodes from the eight multipliers.
 AT_PLACES = np.vstack([np.eye(8), [[0.0] * 4 + [0.25] * 4]])
 
 
 def multiplier_rule() -> tuple[Array, Array, Array]:
-    """Points (n, 2) on the unit square, weights (n,), and the eight hats there (n, 8): corners, then sides from them.
+    """Points (n, 2) on the unit square, weights (n,), and the eight multipliers there (n, 8): corners, then sides.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def multiplier_rule() -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Faces:
-    """Some faces of a space of bricks.
+    """Faces of an `AncfSpace`.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class Faces:
 
     @cached_property
     def multipliers(self) -> IntArray:
-        """Numbers (n, 8) of the hats of each face: those of its corners, then those of its sides."""
+        """Numbers (n, 8) of the multipliers of each face: its corners, then its sides."""
         nodes, shared = np.unique(self.corners, return_inverse=True)
         return np.concatenate([shared.reshape(-1, 4), len(nodes) + self.sides], axis=1)
 
@@ -105,7 +105,7 @@ class Faces:
 
     @cached_property
     def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
-        """Rows N (n_points, n_functions) of the hats' rule, means A (n_multipliers, n_points), areas (n_multipliers,).
+        """Rows N (n_points, n_functions) at quadrature points, A (n_multipliers, n_points), areas (n_multipliers,).
 
         Areas are those of the initial geometry.
         """
@@ -157,7 +157,7 @@ class Faces:
         return self.rows(each, where), each, where
 
     def project(self, q: Array, points: Array) -> Projection:
-        """Feet of points (n, 3) on the faces at coordinates q; `facet` and `local` tell where they are."""
+        """Projection of points (n, 3) on the faces at coordinates q; `facet` and `local` give the closest points."""
         rows, each, where = self._samples
         polynomials = self.polynomials(q)
         tree = cKDTree(rows @ q.reshape(-1, 3))
@@ -167,7 +167,7 @@ class Faces:
         facet, n = each[start], start.shape[1]
         local, distance2 = polynomials.closest(np.repeat(points, n, axis=0), facet.ravel(), start=where[start.ravel()])
         distance = np.sqrt(distance2).reshape(-1, n)
-        # a face has to be nearer by more than rounding: a foot on a shared side belongs to the first
+        # a face must be nearer by more than rounding: a closest point on a shared side belongs to the first face
         least = distance.min(axis=1, keepdims=True)
         best = np.argmax(distance <= least * (1 + SAME), axis=1)
         rows_of = np.arange(len(points))
@@ -187,7 +187,7 @@ class Faces:
 
 
 def _first_of_each(faces: IntArray) -> IntArray:
-    """Columns (n, TRIED) at which a row names a face for the first time; the first column again where there is none."""
+    """Columns (n, TRIED) of the first occurrence of each face in a row, padded by the first column."""
     n, m = faces.shape
     new = np.ones((n, m), bool)
     for k in range(1, m):

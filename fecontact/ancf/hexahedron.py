@@ -1,4 +1,4 @@
-"""The eight-node brick with positions and gradients at its nodes: shape functions and Gauss points.
+"""Eight-node brick with positions and gradients at its nodes: shape functions and Gauss points.
 
 Olshevskiy, Dmitrochenko & Kim (2013), also Shabana, Computational Continuum Mechanics, section 5.13. Per component
 there are 32 functions, four at each corner: one for the value and three for the derivatives. They span all 20 cubic
@@ -8,8 +8,8 @@ l = 1 + xi_k xi, which is 2 l below in coordinates on [0, 1], the source's funct
     value    p q r (2 + xi xi_k + eta eta_k + zeta zeta_k - xi^2 - eta^2 - zeta^2) / 16
     d/dx     (a / 32) xi_k p^2 (xi xi_k - 1) q r        (a: edge length), and cyclic.
 
-On a face only the functions of its four corners without the derivative across it are not zero: twelve, Adini's plate
-element. So neighbours conform if they share values and in-face derivatives.
+On a face only the value and in-face derivative functions of its four corners are nonzero: the twelve functions of
+Adini's plate element. So neighbours conform if they share values and in-face derivatives.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from fecontact.mesh.element.hexahedron import CORNERS, FACES
 
 #: Functions of one element per component.
 N_FUNCTIONS = 32
-#: Numbers of Gauss points per direction that can be chosen, and the zero-energy modes of one element with each.
+#: Possible numbers of Gauss points per direction, and the zero-energy modes of one element with each.
 ZERO_MODES = {2: 48, 3: 6, 4: 6, 5: 6}
 
 
 class ElementHexAncf(ElementH1):
     """scikit-fem element with value and three reference derivatives at each corner of the unit cube.
 
-    Its functions are those of one component. On affine meshes with all cells alike it can be used with scikit-fem's own
-    `Basis`; elsewhere derivatives must be shared in global axes, which is what `AncfSpace` does.
+    Its functions are those of one component. On affine meshes of equal cells it can be used with scikit-fem's `Basis`;
+    elsewhere derivatives must be shared in global axes, as `AncfSpace` does.
 
     Examples
     --------
@@ -70,7 +70,7 @@ class ElementHexAncf(ElementH1):
         return cubic * l[e] * l[f], gradient
 
 
-#: scikit-fem's number of each of our corners.
+#: scikit-fem's number of each corner here.
 _THEIRS = np.argmin(np.linalg.norm(CORNERS[:, None, :] - RefHex.p.T[None, :, :], axis=2), axis=1)
 
 
@@ -111,7 +111,7 @@ def gauss(n_points: int) -> tuple[Array, Array]:
     Raises
     ------
     InputError
-        If the number is not one of 2 ... 5 (or 1, which serves volume changes only).
+        If the number is not one of 2 ... 5 (or 1, for volume changes only).
     """
     if n_points not in (1, *ZERO_MODES):
         raise InputError(f"The Gauss rule has 2, 3, 4 or 5 points per direction; found {n_points!r}.")

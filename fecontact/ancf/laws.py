@@ -1,7 +1,7 @@
-"""Elastic laws of finite strain: energy, second Piola-Kirchhoff stress and its tangent, by points.
+"""Elastic laws of finite strain: energy, second Piola-Kirchhoff stress and its tangent at points.
 
-Every law takes Lame's constants and has a part with lambda, which resists changes of volume, and a part with mu, so
-that the two can be integrated at different points (see `solid`). Both laws become Hooke's for small strains.
+Every law takes Lame's constants and is the sum of a volumetric part with lambda and a part with mu, so that the two can
+be integrated at different points (see `solid`). Both laws tend to Hooke's for small strains.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from fecontact.fem.stiffness import determinant_3x3, inverse_3x3
 
 
 class InvertedError(FecontactError):
-    """A deformation that turns material inside out; take a smaller step."""
+    """The deformation inverts material (det F <= 0); take a smaller step."""
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What a law says at points.
+    """Energy, stress and tangent at points.
 
     Attributes
     ----------
@@ -50,8 +50,8 @@ class Law(Protocol):
 class StVenantKirchhoff:
     """W = lambda/2 (tr E)^2 + mu E : E of the Green-Lagrange strain E = (F^T F - 1)/2.
 
-    Good for large turns with small strains; it softens under strong compression.
-    Source: Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2008), section 6.4.1.
+    Suitable for large rotations with small strains; it softens under strong compression. Source: Bonet & Wood,
+    Nonlinear Continuum Mechanics for Finite Element Analysis (2008), section 6.4.1.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Loads on bricks as generalised forces: weight, forces at points, dead tractions, pressure that follows the surface.
+"""Generalised forces of loads on ANCF solids: weight, forces at points, dead tractions, follower pressure.
 
-A force acts on all coordinates through the shape functions, on gradients too: Q_a = int S_a b dV or int S_a t dA.
+A force acts through the shape functions on all coordinates, including gradients: Q_a = int S_a b dV or int S_a t dA.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.mesh.element.hexahedron import quad_quadrature
 
-#: Degree to which products on faces are integrated: four points per direction.
+#: Quadrature degree on faces: four points per direction.
 ORDER = 7
 
 
@@ -59,12 +59,12 @@ def point_force(space: AncfSpace, cell: int, X: ArrayLike, force: ArrayLike) -> 
 
 
 def nodal_force(space: AncfSpace, point: int, force: ArrayLike) -> Array:
-    """Forces (n_dofs,) of a force (3,) at a point of the mesh that is a node.
+    """Forces (n_dofs,) of a force (3,) at a mesh point that is a node.
 
     Raises
     ------
     InputError
-        If the point is no corner of a cell.
+        If the point is not a corner of a cell.
     """
     node = np.searchsorted(space.nodes, point)
     if node == len(space.nodes) or space.nodes[node] != point:

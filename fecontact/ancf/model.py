@@ -1,7 +1,7 @@
-"""The linear model behind an elastic body of bricks: small strains about the initial shape.
+"""Linear model of an elastic ANCF body: small strains about the initial shape.
 
-Everything that `fem.model.Model` does with nodes it does here with scalar functions: positions and gradients alike have
-three components each, so condensation, fix_null_space and rigid modes go through the same code.
+Scalar functions take the place of the nodes of `fem.model.Model`: positions and gradients have three components each,
+so condensation, fix_null_space and rigid modes use the same code.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from fecontact.mesh.element.hexahedron import hex_nodes, hex_quadrature
 from fecontact.mesh.mesh import Mesh
 
 #: Poisson's ratio above which the divergence is projected on linear functions in each cell; below it contact pressures
-#: are better without (docs/ancf.md).
+#: are more accurate without projection (docs/ancf.md).
 NEARLY_INCOMPRESSIBLE = 0.49
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
@@ -41,7 +41,7 @@ class AncfModel(Model):
     Parameters
     ----------
     mesh : Mesh
-        hex20; the corners are the element's nodes, the others say where the edges run.
+        hex20; the corners are the element's nodes, the others define the edges.
     materials, supports, backend, integration
         As in `fem.model.Model`.
     """
@@ -70,22 +70,22 @@ class AncfModel(Model):
 
     @property
     def n_dofs(self) -> int:
-        """Coordinates, held ones included."""
+        """Number of coordinates, including held ones."""
         return self.space.n_dofs
 
     @property
     def n_unknowns(self) -> int:
-        """Coordinates that its elements have."""
+        """Number of coordinates of the elements."""
         return self.n_dofs
 
     @property
     def functions(self) -> IntArray:
-        """Scalar functions (n_cells, 8) that tie cells to each other: the positions of their nodes."""
+        """Scalar functions (n_cells, 8) that connect cells: the positions of their nodes."""
         return self.space.start[self.space.corners]
 
     @cached_property
     def rigid_modes(self) -> Array:
-        """Changes (n_dofs, 6) of positions and gradients by the rigid motions about the centre of mass."""
+        """Changes (n_dofs, 6) of positions and gradients under the rigid motions about the centre of mass."""
         return self.space.rigid_modes(self.mass_and_centre[1])
 
     @cached_property
@@ -107,7 +107,7 @@ class AncfModel(Model):
         return np.asarray(self._interpolation @ u.reshape(-1, 3))
 
     def point_row(self, point: int) -> sp.csr_matrix:
-        """Weights (1, n_functions) that take the displacement of a point of the mesh."""
+        """Weights (1, n_functions) of the displacement of a point of the mesh."""
         return self._interpolation[[point]]
 
     def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
@@ -119,9 +119,10 @@ class AncfModel(Model):
         return body_force(self.space, field, self.density)
 
     def support_forces(self, name: str, rest: Array) -> Array:
-        """What one support gives (n_dofs,) of the forces by which all hold the body.
+        """Contribution (n_dofs,) of one support to the support forces.
 
-        With P_s the projector on what support s holds: P_s (sum of P)^+ rest, as in `fem.support.share_of_support`.
+        With P_s the projector on the space held by support s: P_s (sum of P)^+ rest, as in
+        `fem.support.share_of_support`.
         """
         own = hold(self.space, {name: self.supports[name]})
         total = sp.csr_matrix((self.n_dofs, self.n_dofs))
@@ -143,11 +144,11 @@ class AncfModel(Model):
         return self._strain_at(u, hex_quadrature(20)[0])
 
     def nodal_strain(self, u: Array) -> Array:
-        """Strains (n_points, 6) at the mesh's points: taken there, and averaged over the cells round a point."""
+        """Strains (n_points, 6) at the mesh's points, evaluated there and averaged over the cells round a point."""
         return self._averaged(self._strain_at(u, hex_nodes(20)))
 
     def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
-        """Stresses (n_points, 6) taken as strains are; averaged over some cells alone, other points get NaN."""
+        """Stresses (n_points, 6) as `nodal_strain`; averaged over given cells only, other points get NaN."""
         stress = hooke(self._strain_at(u, hex_nodes(20)), self.lame[:, None], self.shear[:, None])
         return self._averaged(stress, cells)
 
@@ -161,7 +162,7 @@ class AncfModel(Model):
     def _strain_at(self, u: Array, X: Array) -> Array:
         """Strains (n_cells, n_q, 6) at reference points.
 
-        With selective integration the volume change is the linear function of each cell that the stiffness knows.
+        With selective integration the volume change is the cell's linear projection, as in the stiffness.
         """
         strain = self._plain_strain(u, X)
         if self.selective:
@@ -184,7 +185,7 @@ class AncfModel(Model):
 
 
 def twenty_nodes(mesh: Mesh) -> Mesh:
-    """The mesh with 20-node cells and no others: straight edges added, or mid-face and centre nodes taken away."""
+    """The mesh with 20-node cells: straight edges added, or mid-face and centre nodes removed."""
     if mesh.cells.shape[1] == 8:
         return mesh.upgraded(20)
     if mesh.cells.shape[1] == 20 and mesh.midface is None:

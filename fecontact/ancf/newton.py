@@ -1,12 +1,11 @@
-"""One Newton step of bodies in contact: linearised, it is a contact problem like any other.
+"""One Newton step of bodies in contact, a linearised contact problem.
 
     K d = r + G^T l,    g + G d >= 0,    l >= 0,    l . (g + G d) = 0
 
-K is condensed onto the coordinates that the conditions touch, and l follows from a complementarity problem with
-S = G K^-1 G^T (sequential quadratic programming; Nocedal & Wright, Numerical Optimization, 2006, chapter 18). K has to
-be positive definite. Where a body is stable only because contact holds it, K is not, and for the conditions that press
-a multiple of G^T G is added to it. With G d = -g that only shifts l, so that the answer is the same (augmented
-Lagrangian, section 17.3 there).
+K is condensed onto the coordinates in the conditions, and l follows from a complementarity problem with S = G K^-1 G^T
+(sequential quadratic programming; Nocedal & Wright, Numerical Optimization, 2006, chapter 18). K has to be positive
+definite. Where a body is stable through contact only, it is not, and a multiple of G^T G of the active conditions is
+added to it. With G d = -g this only shifts l and the solution is the same (augmented Lagrangian, section 17.3 there).
 """
 
 from __future__ import annotations
@@ -36,11 +35,11 @@ def contact_step(
     K : (n, n) csr_matrix
         Symmetric positive definite.
     r : (n,) array
-        Forces that are out of balance, without those of contact.
+        Residual forces, without those of contact.
     G : (m, n) csr_matrix
     gap : (m,) array
     pressing : (m,) bool array, optional
-        Conditions that are known to press.
+        Conditions known to be active.
 
     Returns
     -------
@@ -50,9 +49,9 @@ def contact_step(
     Raises
     ------
     UnstableError
-        If K is not positive definite, not even with the pressing conditions held.
+        If K is not positive definite, even with the active conditions added.
     SolverError
-        If the contact problem has no certified answer.
+        If the contact problem has no certified solution.
 
     Examples
     --------
@@ -76,8 +75,8 @@ def contact_step(
         if not opening.any():
             forces[held] -= weight * (rows @ change)
             return change, np.maximum(forces, 0.0)
-        held &= ~opening  # a condition that opens must not be held back
-    raise UnstableError("The tangent stiffness is not positive definite, and nothing that presses makes it so.")
+        held &= ~opening  # an opening condition must not be added to K
+    raise UnstableError("The tangent stiffness is not positive definite, even with the active contacts.")
 
 
 def _solved(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tuple[Array, Array]:

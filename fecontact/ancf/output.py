@@ -1,4 +1,4 @@
-"""Bricks in motion for ParaView: one VTU file per frame and a PVD file that lists them."""
+"""ANCF motions for ParaView: one VTU file per frame and a PVD file that lists them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])
 def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, times: Sequence[float]) -> Path:
     """Write coordinates at several times as a series.
 
-    Every cell is written by itself with twenty nodes, so that its curved edges show.
+    Every cell is written separately with twenty nodes, to show its curved edges.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, t
     Raises
     ------
     InputError
-        For another suffix, no frame, or not one time for each.
+        For another suffix, no frame, or a number of times other than that of the frames.
     """
     path = check_writable(path)
     if path.suffix.lower() != ".pvd":

@@ -1,7 +1,7 @@
-"""Deformed bricks as lines, shaded sides and fields of pressure, for pictures in the plane.
+"""Deformed ANCF solids as lines, shaded sides and pressure fields, for plane pictures.
 
-Edges are cubic and sides bend: both are sampled by the element's own functions, so that a picture shows the shape that
-was computed and not the polygon of its nodes.
+Edges are cubic and sides bend: both are sampled by the element's functions, so that a picture shows the computed shape
+instead of the polygon of its nodes.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PATCHES = 16
 
 
 def edges(space: AncfSpace, q: Array, boundary: str | None = None, samples: int = SAMPLES) -> Array:
-    """Deformed edges (n, samples, 3) of the cells, each once.
+    """Distinct deformed edges (n, samples, 3) of the cells.
 
     Parameters
     ----------
@@ -70,9 +70,9 @@ def edges(space: AncfSpace, q: Array, boundary: str | None = None, samples: int 
 def multiplier_pressure(
     faces: Faces, q: Array, forces: Array, *, averaged: bool = False
 ) -> tuple[Array, IntArray, Array]:
-    """Deformed points (n, 3) of hats and faces' middles, triangles (8 n_faces, 3) between them, and pressures (n,).
+    """Deformed nodes (n, 3) of multipliers and face middles, triangles (8 n_faces, 3), and pressures (n,).
 
-    Pressure is force per initial area; between the points it is linear.
+    Pressure is force per initial area, linear between the points.
 
     Parameters
     ----------
@@ -82,9 +82,9 @@ def multiplier_pressure(
         Coordinates of the slave.
     forces : (n_multipliers,) array
     averaged : bool
-        Share the force of each side's hat out to its two corners, and draw the pressure that the corners then have;
-        the other points get the mean of the corners next to them. Corner and side hats of a coarse mesh alternate about
-        the pressure, and this takes the alternation away. The force stays the same.
+        Distribute the force of each side's multiplier to its two corners and show the resulting corner pressures; the
+        other points get the mean of the adjacent corners. On a coarse mesh corner and side multipliers oscillate about
+        the pressure; this removes the oscillation and keeps the force.
 
     Examples
     --------
@@ -103,7 +103,7 @@ def multiplier_pressure(
     areas = faces.quadrature[2]
     pressure = forces / areas
     if averaged:
-        corners = np.unique(faces.multipliers[:, :4])  # numbered before the sides
+        corners = np.unique(faces.multipliers[:, :4])  # corners are numbered before sides
         sides, first = np.unique(faces.multipliers[:, 4:], return_index=True)
         ends = np.stack([faces.multipliers[:, :4], np.roll(faces.multipliers[:, :4], -1, axis=1)], axis=-1).reshape(
             -1, 2
@@ -136,14 +136,14 @@ def draw_side(
     axes : matplotlib Axes
     solid : AncfSolid
     q : (n_dofs,) array
-        Its coordinates.
+        Coordinates of the solid.
     boundary : str
     plane : (int, int)
-        World axes that are drawn to the right and upwards.
+        World axes drawn to the right and upwards.
     shaded : bool
-        Whether the stress is drawn, or only edges.
+        Whether to draw the stress, or edges only.
     limits : (float, float), optional
-        Of the stress in the colours; those found on the side unless given.
+        Range of the colours; that of the side unless given.
     cmap : str
     **line
         Of the edges, as in `matplotlib.collections.LineCollection`.

@@ -1,12 +1,12 @@
-"""Which gradients neighbouring elements share, and where they are released.
+"""Gradients shared between neighbouring elements, and where they are released.
 
 Shared gradients make the strain continuous at nodes. That is wrong where the material changes: there the stress vector
-is continuous and the normal strain jumps. At such a node each *side* (all cells of one label) gets gradients F_a of its
-own, tied by no more than continuity asks: where cells of the sides a and b share a face with tangents t_1, t_2 at the
-node, F_a t_j = F_b t_j. These conditions are the same for each component; their null space is the set of functions that
-remain, one more than usual (the normal gradient of the second side) at a smooth interface of two materials.
+is continuous and the normal strain jumps. At such a node each *side* (all cells of one label) gets its own gradients
+F_a, tied only by continuity: where cells of the sides a and b share a face with tangents t_1, t_2 at the node, F_a
+t_j = F_b t_j. These conditions are the same for each component; their null space is the set of remaining functions, one
+more than usual (the normal gradient of the second side) at a smooth interface of two materials.
 
-The same serves at sharp edges where the strain is singular or many-valued, with every cell a side of its own.
+The same applies at sharp edges where the strain is singular or multi-valued, with every cell a side of its own.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Numbering:
 
 
 def sides_by_label(mesh: Mesh, labels: IntArray) -> IntArray:
-    """Sides (n_cells, 8) by a label of each cell, such as its material: gradients are released where labels meet.
+    """Sides (n_cells, 8) from a label of each cell, such as its material: gradients are released where labels meet.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def released_at(mesh: Mesh, points: IntArray, sides: IntArray | None = None) -> 
 
 
 def reentrant_points(mesh: Mesh, degrees: float = 30.0) -> IntArray:
-    """Points on edges of the surface where the outside forms a corner sharper than `degrees`: stress is singular there.
+    """Points on re-entrant edges of the surface sharper than `degrees`, where the stress is singular.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def _free_gradients(
         nodes = np.flatnonzero(count == m)
         chosen = np.flatnonzero(count[node] == m)
         local = np.searchsorted(nodes, node[chosen])
-        # the normal matrix of the ties has their null space and one size, however many ties a node has
+        # the normal matrix of the ties has the same null space and a fixed size for any number of ties
         row = np.zeros((len(chosen), m, 3))
         t = tangent[chosen] / np.linalg.norm(tangent[chosen], axis=1, keepdims=True)
         row[np.arange(len(chosen)), a[chosen] - first_side[node[chosen]]] = t

@@ -4,16 +4,16 @@ Both solve one contact problem per iteration, like statics, with the mass added 
 
 **Generalised-alpha** (Chung & Hulbert 1993, in the form of M. Arnold & O. Bruls, Convergence of the generalized-alpha
 scheme for constrained mechanical systems, Multibody Syst. Dyn. 18, 2007): second order, unconditionally stable for
-linear systems, high frequencies damped by `rho` per step. Contact holds at the end of each step, g(q1) >= 0, and its
-part of the acceleration is integrated apart and fully implicitly, so that it takes energy and never gives any (C. Kane,
-E. A. Repetto, M. Ortiz & J. E. Marsden, Comput. Methods Appl. Mech. Engrg. 180, 1999); inside the weighted
-accelerations it would go on pushing after the impact, and the energy would grow.
+linear systems, high frequencies damped by `rho` per step. Contact is imposed at the end of each step, g(q1) >= 0, and
+its part of the acceleration is integrated separately and fully implicitly, so that it never adds energy (C. Kane, E. A.
+Repetto, M. Ortiz & J. E. Marsden, Comput. Methods Appl. Mech. Engrg. 180, 1999); within the weighted accelerations
+contact forces would persist after the impact, and the energy would grow.
 
 **Energy-momentum**: mid-point rule with conserving elastic forces (`conserving.forces_between`) and contact as a
-persistency condition (T. A. Laursen & V. Chawla, Int. J. Numer. Methods Eng. 40, 1997): a hat that has penetrated at
-the beginning of a step may press, l >= 0, while its gap does not close further, g1 - g0 >= 0, l (g1 - g0) = 0. No work
-is done, and energy and momentum are kept to the tolerance of the iterations; the price is a penetration of what a body
-moves in one step.
+persistency condition (T. A. Laursen & V. Chawla, Int. J. Numer. Methods Eng. 40, 1997): a condition violated at the
+beginning of a step may carry a force, l >= 0, while its gap does not close further, g1 - g0 >= 0, l (g1 - g0) = 0. No
+work is done, and energy and momentum are conserved to the tolerance of the iterations; penetrations reach the motion of
+one step.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 MOST_ITERATIONS = 25
-#: Change of a coordinate, relative to the size of the bodies, that is rounding.
+#: Change of a coordinate, relative to the size of the bodies, that counts as rounding.
 ROUNDING = 1e-14
 #: Change of a coordinate in one iteration, relative to the size of the bodies, from which iterations have run away.
 RUNAWAY = 1e6
-#: Hats that are farther away than this many of their own widths are left out of a step.
+#: Conditions with a gap above this multiple of their width are left out of a step.
 REACH = 1.0
 
 
@@ -54,7 +54,7 @@ class Instant:
     forces : (n_multipliers,) array
         Contact forces at the end of the step (generalised-alpha) or over it (energy-momentum).
     nit : int
-        Iterations of the step.
+        Number of iterations of the step.
     """
 
     time: float
@@ -67,7 +67,7 @@ class Instant:
 
 
 class Scheme(Protocol):
-    """A way to make one step."""
+    """A time integration scheme."""
 
     def step(self, a: Assembly, now: Instant, h: float, load: Array, tolerance: float) -> Instant:
         """State after a step of length h under dead loads (n_dofs,)."""
@@ -83,7 +83,7 @@ class GeneralisedAlpha:
     Parameters
     ----------
     rho : float
-        Factor by which the highest frequencies shrink in a step, from 0 to 1; 1 does not damp.
+        Amplitude factor of the highest frequencies per step, from 0 to 1; 1 does not damp.
     """
 
     rho: float = 0.8
@@ -102,7 +102,7 @@ class GeneralisedAlpha:
         """One step."""
         am, af, beta, gamma = self.constants
         inertia = (1 - am) / ((1 - af) * beta * h**2)
-        # contact moves q by h^2/2 c and v by h c, with M c = G^T l: seen from the tangent it is so much stronger
+        # contact changes q by h^2/2 c and v by h c, with M c = G^T l: the tangent scales it accordingly
         share = inertia * h**2 / 2
         q, forces = now.q + h * now.v + h**2 / 2 * now.b, now.forces
         c = np.zeros_like(q)
@@ -133,7 +133,7 @@ class GeneralisedAlpha:
 
 @dataclass(frozen=True)
 class EnergyMomentum:
-    """Mid-point rule that keeps energy and momentum."""
+    """Mid-point rule that conserves energy and momentum."""
 
     def step(self, a: Assembly, now: Instant, h: float, load: Array, tolerance: float) -> Instant:
         """One step."""
@@ -170,7 +170,7 @@ def _widths(a: Assembly) -> Array:
 def _solved(
     a: Assembly, K: sp.csr_matrix, rest: Array, G: sp.csr_matrix, gap: Array, near: NDArray[np.int64]
 ) -> tuple[Array, Array]:
-    """Change of all coordinates and the forces of all hats."""
+    """Change of all coordinates and the forces of all conditions."""
     Z = a.free
     change, pressing = contact_step(sp.csr_matrix(Z.T @ K @ Z), Z.T @ rest, sp.csr_matrix(G[near] @ Z), gap[near])
     forces = np.zeros(len(gap))
@@ -179,9 +179,9 @@ def _solved(
 
 
 def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool:
-    """Whether the last change is small beside the motion of the step, or rounding.
+    """Whether the last change is small compared with the motion of the step, or rounding.
 
-    Forces out of balance are the tangent times that change, so they are settled with it.
+    The residual is the tangent times that change, so it has converged too.
 
     Raises
     ------
@@ -195,12 +195,12 @@ def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool
 
 
 def _working(a: Assembly, G: sp.csr_matrix, pressing: NDArray[np.int64], closing: Array, moved: Array) -> sp.csr_matrix:
-    """Gradients of the pressing hats whose work is exactly force times change of gap (discrete gradient).
+    """Gradients of the active conditions whose work is exactly force times change of gap (discrete gradient).
 
     With d the motion of the step and W the squares of `lengths`, W d (change of gap - G . d) / (d . W d) is added to
-    each row. A face that comes to rest as a whole does not move at all in the step: there the correction, of the order
-    of d, would be rounding over rounding, and what is added to the denominator lets it vanish. The work is wrong by
-    less than force times rounding of the gap.
+    each row. Where a face does not move in the step, the correction (of the order of d) would be rounding over
+    rounding; a term added to the denominator makes it vanish. The error of the work is less than force times rounding
+    of the gap.
     """
     if not len(pressing):
         return G

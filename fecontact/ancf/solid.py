@@ -6,8 +6,8 @@ With F = sum_a e_a (x) grad S_a, the first Piola-Kirchhoff stress P = F S and it
 
     A_iJjL = delta_ij S_JL + F_iM D_MJNL F_jN,     D = dS/dE
 
-(Bonet & Wood 2008, section 9.4; Shabana, sections 4.10 and 5.5). Q is the gradient of U and K that of Q, both exact
-for the chosen Gauss rule. A rigid motion r = R X + b has F = R and no forces, whatever the angle.
+(Bonet & Wood 2008, section 9.4; Shabana, sections 4.10 and 5.5). Q is the gradient of U and K that of Q, both exact for
+the chosen Gauss rule. A rigid motion r = R X + b has F = R and no forces, at any angle.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from fecontact.common.material import Material
 from fecontact.fem.model import materials_of_cells
 from fecontact.fem.stiffness import determinant_3x3, element_stiffness
 
-#: Bytes of shape functions that are kept between calls; larger models compute them anew each time.
+#: Bytes of shape functions cached between calls; larger models recompute them.
 KEPT_BYTES = 600_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class _Sum:
-    """How the blocks of a batch of cells are summed: their order, where each run begins, and its place."""
+    """Summation of the blocks of a batch of cells: their order, first index of each run, and its position."""
 
     order: IntArray
     first: IntArray
@@ -42,13 +42,13 @@ class _Sum:
 
 
 def linear_functions(X: Array) -> Array:
-    """1, x, y, z (n, 4) of reference coordinates (n, 3), from the middle of the cell."""
+    """1, x, y, z (n, 4) of reference coordinates (n, 3) relative to the middle of the cell."""
     return np.column_stack([np.ones(len(X)), X - 0.5])
 
 
 @dataclass(frozen=True, eq=False)
 class AncfSolid:
-    """A body of bricks with a law.
+    """A solid of bricks with an elastic law.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class AncfSolid:
         the linear stiffness of a parallelepiped.
     volumetric : int, optional
         Points per direction, fewer than `points`, at which the part with lambda is integrated (selective reduced
-        integration): the remedy for locking of nearly incompressible material.
+        integration), against locking of nearly incompressible material.
 
     Examples
     --------
@@ -124,7 +124,7 @@ class AncfSolid:
         return {}
 
     def _batches(self, points: int) -> Iterable[GradientBatch]:
-        """Shape functions at a Gauss rule, kept between calls where they fit."""
+        """Shape functions at a Gauss rule, cached if memory allows."""
         if points in self._kept:
             return self._kept[points]
         X, W = gauss(points)
@@ -134,7 +134,7 @@ class AncfSolid:
         return self._kept[points]
 
     def rules(self) -> list[tuple[Iterable[GradientBatch], float, float]]:
-        """Gauss rules with the factors of lambda and mu that each takes."""
+        """Gauss rules, with the factors of lambda and mu in each."""
         if self.volumetric is None:
             return [(self._batches(self.points), 1.0, 1.0)]
         return [(self._batches(self.points), 0.0, 1.0), (self._batches(self.volumetric), 1.0, 0.0)]
@@ -142,7 +142,7 @@ class AncfSolid:
     def _respond(
         self, e: Array, batch: GradientBatch, lame: float, shear: float, tangent: bool
     ) -> tuple[Array, Response]:
-        """Deformation gradients (n_cells, n_q, 3, 3) and the law's response to them."""
+        """Deformation gradients (n_cells, n_q, 3, 3) and the response of the law."""
         F = deformation_gradients(e, batch)
         constants = lame * self.lame[batch.cells, None], shear * self.shear[batch.cells, None]
         return F, self.law(F, *constants, tangent=tangent)
@@ -229,7 +229,7 @@ class AncfSolid:
 
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
-        """Linear stiffness (n_dofs, n_dofs) of the initial shape, by Hooke's law, to which every law tends."""
+        """Linear stiffness (n_dofs, n_dofs) of the initial shape by Hooke's law, the limit of every law."""
         return self._linear(self.rules())
 
     @cached_property
@@ -237,13 +237,13 @@ class AncfSolid:
         """The same, with the divergence in the part with lambda projected on linear functions in each cell.
 
         The mean dilatation of J. C. Nagtegaal, D. M. Parks & J. R. Rice (Comput. Methods Appl. Mech. Engrg. 4, 1974)
-        with three more functions: the mean alone lets bending pass without resistance.
+        with three more functions: the mean alone gives no resistance to volumetric bending.
         """
         projected = (replace(b, gradients=self._projected(b.gradients, b.dV)) for b in self._batches(self.points))
         return self._linear([(self._batches(self.points), 0.0, 1.0), (projected, 1.0, 0.0)])
 
     def linear_fit(self, dV: Array) -> Array:
-        """Coefficients (n_cells, 4, n_q) of 1, x, y, z by values at the Gauss points, of least squares over a cell."""
+        """Coefficients (n_cells, 4, n_q) of 1, x, y, z from values at the Gauss points, by least squares."""
         B = linear_functions(gauss(self.points)[0])
         moments = np.einsum("qi,eq,qj->eij", B, dV, B, optimize=True)
         return np.asarray(np.linalg.solve(moments, B.T * dV[:, None, :]))
@@ -279,12 +279,12 @@ class AncfSolid:
 
     @cached_property
     def mass(self) -> sp.csr_matrix:
-        """Consistent mass (n_dofs, n_dofs): constant, whatever the motion."""
+        """Consistent mass (n_dofs, n_dofs), constant in any motion."""
         return sp.kron(self.scalar_mass, sp.eye_array(3), format="csr")
 
     @cached_property
     def _pattern(self) -> tuple[IntArray, IntArray, list[_Sum]]:
-        """Sparse pattern of pairs of functions, found once, and how each batch is summed into it."""
+        """Cached sparsity pattern of pairs of functions, and the summation of each batch into it."""
         n = int(self.space.functions.max()) + 1
         orders, firsts, keys = [], [], []
         for start in range(0, len(self.space.functions), BATCH):

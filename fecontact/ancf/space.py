@@ -1,4 +1,4 @@
-"""The space of a mesh of bricks: numbering, initial coordinates, and shape functions in material coordinates.
+"""Coordinates of a mesh of bricks: numbering, initial values, and shape functions in material coordinates.
 
 The coordinates of a node are its position and the three gradients dr/dX_m with respect to the *global* material axes,
 which all elements round the node share. An element needs derivatives along its own reference axes t_j:
@@ -6,10 +6,10 @@ which all elements round the node share. An element needs derivatives along its 
     dr/dt_j = sum_m dr/dX_m J_mj,    J_mj = dX_m/dt_j at that node, of the initial geometry,
 
 so its functions for the gradients are S_km = sum_j J_mj N_kj with the reference functions N of `hexahedron.shapes`. Two
-elements that share a face share its edges and so the in-face columns of J, whatever their shapes: the space conforms
-on every mesh. The geometry is interpolated by the same functions, X = S e0 with e0 the nodal positions and unit
-gradients; that is exact for straight and 20-node hexahedra, and gives dr/dX = (dr/dt)(dX/dt)^-1 (Shabana, table 5.1:
-J = J_current J_0^-1), so that the initial, possibly curved, shape is free of stress. Every r = A X + b is held exactly.
+elements that share a face share its edges and so the in-face columns of J: the space conforms on every mesh. The
+geometry is interpolated by the same functions, X = S e0 with e0 the nodal positions and unit gradients; that is exact
+for straight and 20-node hexahedra, and gives dr/dX = (dr/dt)(dX/dt)^-1 (Shabana, table 5.1: J = J_current J_0^-1), so
+that the initial, possibly curved, shape is free of stress. Every r = A X + b is represented exactly.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from fecontact.mesh.check import check_cells
 from fecontact.mesh.element.hexahedron import CORNERS, hex_shapes
 from fecontact.mesh.mesh import Mesh
 
-#: Cells handled at once; at 64 points a batch holds some 12 MB of shape functions.
+#: Cells per batch; with 64 points its shape functions take some 12 MB.
 BATCH = 64
 
 
@@ -43,7 +43,7 @@ class GradientBatch:
     ----------
     cells : (n_cells,) array
     functions : (n_cells, 32) array
-        The functions' numbers in the space before releases are joined, see `AncfSpace.functions`.
+        Numbers of the functions before releases are joined, see `AncfSpace.functions`.
     S : (n_cells, n_q, 32) array
     gradients : (n_cells, n_q, 32, 3) array
         With respect to material coordinates.
@@ -63,21 +63,22 @@ class AncfSpace:
     """Coordinates of a mesh of eight-node bricks: twelve per node.
 
     A vector q (n_dofs,) of coordinates is ``q.reshape(-1, 3)[f]``: the three components that belong to scalar function
-    f. Node k (in the order of `nodes`) has f = 4 k for its position and 4 k + 1, 2, 3 for dr/dX, dr/dY, dr/dZ. Nodes at
-    which gradients are released have more functions; there `start` and `joining` tell which.
+    f. Node k (in the order of `nodes`) has f = 4 k for its position and 4 k + 1, 2, 3 for dr/dX, dr/dY, dr/dZ. Nodes
+    with released gradients have more functions, see `start` and `joining`.
 
     Parameters
     ----------
     mesh : Mesh
-        Hexahedra of 8, 20 or 27 nodes, none degenerate; of curved ones the corners and the slopes there are used.
+        Hexahedra of 8, 20 or 27 nodes, none degenerate; curved ones are represented by the corners and the slopes
+        there.
     sides : (n_cells, 8) int array, optional
-        Label of the side on which each corner of each cell lies; at a node, cells of different labels share only those
-        gradients that continuity along their common faces demands. See `release`.
+        Label of the side on which each corner of each cell lies; at a node, cells of different labels share only the
+        gradients required by continuity along their common faces. See `release`.
 
     Raises
     ------
     MeshError
-        Degenerate, inverted or folded cells.
+        For degenerate, inverted or folded cells.
 
     Examples
     --------
@@ -125,7 +126,7 @@ class AncfSpace:
 
     @property
     def joining(self) -> sp.csr_matrix | None:
-        """Matrix (n_cell_functions, n_functions) that joins released gradients; None where nothing is released."""
+        """Matrix (n_cell_functions, n_functions) that joins released gradients; None without releases."""
         return self._numbering.joining
 
     @property
@@ -144,7 +145,7 @@ class AncfSpace:
         return 3 * self.n_functions
 
     def spread(self, q: Array) -> Array:
-        """Coordinates (n_cell_functions, 3) as the cells take them, from q (n_dofs,)."""
+        """Coordinates (n_cell_functions, 3) of the cells' functions, from q (n_dofs,)."""
         e = np.asarray(q, dtype=float).reshape(-1, 3)
         return e if self.joining is None else self.joining @ e
 
@@ -166,7 +167,7 @@ class AncfSpace:
         return self.affine(np.eye(3), np.zeros(3))
 
     def affine(self, A: ArrayLike, b: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Coordinates (n_dofs,) of r = A X + b, for A (3, 3); a rotation turns the gradients."""
+        """Coordinates (n_dofs,) of r = A X + b, for A (3, 3)."""
         A = np.asarray(A, dtype=float)
         e = np.zeros((self._numbering.functions.max() + 1, 3))
         cell = self._cell_q0 @ A.T
@@ -176,9 +177,9 @@ class AncfSpace:
         return self.gather(e)
 
     def rigid_modes(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Changes (n_dofs, 6) of the coordinates by the six small rigid motions about `origin`.
+        """Changes (n_dofs, 6) of the coordinates under the six small rigid motions about `origin`.
 
-        Columns as in `fem.rigid.COMPONENTS`. A turn by w moves r by w x (X - origin) and dr/dX_m by w x e_m.
+        Columns as in `fem.rigid.COMPONENTS`. A rotation by w moves r by w x (X - origin) and dr/dX_m by w x e_m.
         """
         o = np.asarray(origin, dtype=float)
         columns = [self.affine(np.zeros((3, 3)), unit) for unit in np.eye(3)]
@@ -202,7 +203,7 @@ class AncfSpace:
         return self.values(cells, flat).reshape(*shape[:2], 3, N_FUNCTIONS).swapaxes(2, 3)
 
     def batches(self, X: Array, W: Array, size: int = BATCH) -> Iterator[GradientBatch]:
-        """Walk over all cells with functions, material gradients and volumes at reference points X with weights W."""
+        """Batches of all cells: functions, material gradients and volumes at reference points X with weights W."""
         N, dN = shapes(X)
         n_q = len(X)
         # the reference functions by corner, so that the nodal Jacobians act by one matrix product per corner

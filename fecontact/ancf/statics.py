@@ -1,15 +1,15 @@
-"""Equilibrium at large deformation with contact: Newton's method, line search, load steps that shrink and grow.
+"""Equilibrium at large deformation with contact: Newton's method, line search, adaptive load steps.
 
 At every level of the load the energy U(q) - f . q is made stationary under g(q) >= 0. Each iteration solves the
 linearised contact problem of `newton.contact_step`; a line search on the exact penalty function
 
     U(q) - f . q + m sum max(0, -g_k(q)),    m > max l_k
 
-(Nocedal & Wright 2006, section 18.4; m is no stiffness: the minimum does not depend on it) guards the way there. A
-level that cannot be reached is approached by smaller steps; what was reached last is kept.
+(Nocedal & Wright 2006, section 18.4; m is not a stiffness: the minimum does not depend on it) ensures convergence.
+Where a level fails, the load step is reduced; the last equilibrium is kept.
 
-A state to go on from need not balance the loads of the level at which it is taken up: what is missing is added as a
-load, and as a motion of the supports, that fades in proportion to the level and is gone at the end.
+A start state need not be in equilibrium at its level: its residual is added as a load, and as a motion of the supports,
+which decreases linearly with the level and is zero at the end.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from fecontact.common.errors import InputError, SolverError
 
 MOST_ITERATIONS = 30
 MOST_HALVINGS = 10
-#: Smallest step of the load, as a share of the whole, before the search is given up.
+#: Smallest load step, as a share of the whole load.
 SMALLEST_STEP = 1e-4
-#: Iterations up to which a load step counts as easy, and the next one is made larger.
+#: Iterations up to which the next load step is enlarged.
 EASY = 8
-#: Hats that are farther away than this many of their own widths are left out of an iteration.
+#: Conditions with a gap above this multiple of their width are left out of an iteration.
 REACH = 2.0
 #: Relative rounding of a coordinate.
 ROUNDING = float(np.finfo(float).eps)
@@ -41,12 +41,12 @@ ROUNDING = float(np.finfo(float).eps)
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """What holds at one level of the load.
+    """Assembly, loads and prescribed motions at one load level.
 
     Parameters
     ----------
     assembly : Assembly
-        The same solids at every level; rigid counter-bodies may stand elsewhere.
+        The same solids at every level; rigid bodies may move.
     forces : (n_dofs,) array or None
         Dead loads.
     motion : (n_dofs,) array or None
@@ -67,7 +67,7 @@ class State:
     level : float
     q : (n_dofs,) array
     forces : tuple of (n_multipliers,) arrays
-        Contact forces of each touch.
+        Contact forces of each contact.
     gaps : tuple of (n_multipliers,) arrays
     reactions : (n_dofs,) array
         Generalised forces of the supports.
@@ -76,9 +76,9 @@ class State:
     nit : int
         Newton iterations of this level.
     residual : float
-        Force out of balance, relative to the largest force; above the tolerance only where it is rounding.
+        Residual force, relative to the largest force; above the tolerance only where it is rounding.
     penetration : float
-        Deepest penetration of a hat, relative to the size of the bodies.
+        Largest penetration of a mean gap, relative to the size of the bodies.
     """
 
     level: float
@@ -94,7 +94,7 @@ class State:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Equilibria on the way to the full load.
+    """Equilibria up to the full load.
 
     Attributes
     ----------
@@ -102,9 +102,9 @@ class Path:
         Whether level 1 was reached.
     message : str
     states : tuple of State
-        The last one is the last that was reached.
+        In order of the load level.
     cuts : int
-        Load steps that had to be made smaller.
+        Number of reductions of the load step.
     """
 
     success: bool
@@ -140,34 +140,34 @@ class Path:
 def equilibrium(
     stage: Callable[[float], Stage], *, steps: int = 10, tolerance: float = 1e-9, start: State | None = None
 ) -> Path:
-    """Follow the equilibrium from the initial state, or another one, to level 1.
+    """Follow the equilibrium from the initial or another state to level 1.
 
     Parameters
     ----------
     stage : callable
-        What holds at a level between 0 and 1.
+        The stage at a level between 0 and 1.
     steps : int
-        Load steps to begin with; their number adapts.
+        Initial number of load steps; it adapts.
     tolerance : float
-        Of the force out of balance (relative to the largest force) and of penetration (relative to the size). Forces
-        that rounded coordinates make, eps |K| |q|, count as balanced: those of a slender bar bent a little are more
-        than the tolerance of its small forces.
+        Tolerance of the residual force (relative to the largest force) and of penetration (relative to the size).
+        Forces due to rounded coordinates, eps |K| |q|, count as zero: for a slightly bent slender bar they exceed the
+        tolerance of its small forces.
     start : State, optional
-        Go on from here: from its level, or, if that is 1, from the level (one of the steps) at which it is nearest to
-        balance. It need not be in balance there: what is missing fades on the way, in proportion, so that the last
-        state of a path leads to whatever loads, motions and places of rigid bodies `stage` has at level 1.
+        Start from this state: at its level, or, if that is 1, at the level (one of the steps) at which it is nearest to
+        equilibrium. Its residual there decreases linearly to zero, so that the last state of a path can be continued to
+        any loads, motions and poses of rigid bodies that `stage` has at level 1.
 
     Returns
     -------
     Path
-        With ``success`` False, the reason and all states reached, if the full load could not be reached. A state that
-        turns material inside out (det F <= 0 at a Gauss point) is none that was reached.
+        With ``success`` False, the reason and all states found, if the full load was not reached. A state that turns
+        material inside out (det F <= 0 at a Gauss point) is none that was reached.
 
     Raises
     ------
     InputError
-        If steps or tolerance make no sense, the supports leave the solids free to move as a whole, or `start` belongs
-        to other solids.
+        If steps or tolerance are out of range, the supports leave a rigid motion free, or `start` belongs to other
+        solids.
     InvertedError
         If `start` turns material inside out.
     """
@@ -197,7 +197,7 @@ def equilibrium(
                 cuts, step, trouble = cuts + 1, step / 2, str(error)
                 if step < SMALLEST_STEP:
                     message = (
-                        f"Stopped at level {level:.4g}: no equilibrium was found with steps down to {step:.1e}. "
+                        f"Stopped at level {level:.4g}: no equilibrium found with steps down to {step:.1e}. "
                         f"{trouble} The last good state is kept."
                     )
                     return Path(False, message, tuple(states), cuts)
@@ -211,14 +211,14 @@ def equilibrium(
 
 
 def _joined(forces: tuple[Array, ...]) -> Array:
-    """Contact forces of all touches, of which there may be none."""
+    """Contact forces of all contacts in one array, possibly empty."""
     return np.concatenate([np.zeros(0), *forces])
 
 
 def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
-    """Loads and motions (n_dofs,) by which a state differs from balance, and the largest force that balance has.
+    """Residual loads and motions (n_dofs,) of a state, and the largest force in its balance.
 
-    Contact forces count wherever the counter-bodies stand: these are moved to, and do not fade.
+    Contact forces count for any pose of the rigid bodies, which takes effect at once.
 
     Raises
     ------
@@ -245,7 +245,7 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
 
 
 def _distance(stage: Stage, state: State) -> float:
-    """How far a state is from balance at a stage: the largest of what `equilibrium` compares with its tolerance."""
+    """Largest relative residual of a state at a stage, as `equilibrium` compares it with its tolerance."""
     rest, motion, largest = _missing(stage, state)
     a = stage.assembly
     gap, forces = a.conditions(state.q).gap, _joined(state.forces)
@@ -254,7 +254,7 @@ def _distance(stage: Stage, state: State) -> float:
 
 
 def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> Callable[[float], Stage]:
-    """The stages with what a state lacks of balance at its level, less and less of it and none at level 1."""
+    """Stages with the residual of a state at its level added, decreasing linearly to zero at level 1."""
     rest, motion, largest = _missing(stage(begun.level), begun)
     a = stage(begun.level).assembly
     rest = rest if _largest(a, rest) > tolerance * largest else np.zeros_like(rest)
@@ -273,12 +273,12 @@ def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> 
 
 
 def check_supports(assembly: Assembly) -> None:
-    """Refuse supports that leave a solid free to move as a whole.
+    """Refuse supports that leave a rigid motion of a solid free.
 
     Raises
     ------
     InputError
-        Names the solid and how many rigid motions it keeps.
+        Names the solid and its number of free rigid motions.
     """
     start = 0
     for k, solid in enumerate(assembly.solids):
@@ -297,7 +297,7 @@ def check_supports(assembly: Assembly) -> None:
 
 
 def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, tolerance: float) -> State:
-    """Newton iterations at one level, from coordinates and contact forces of the level before."""
+    """Newton iterations at one level, from coordinates and contact forces of the previous level."""
     a = stage.assembly
     Z = a.free
     load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
@@ -341,7 +341,7 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
 
 
 def _largest(a: Assembly, forces: Array) -> float:
-    """Largest of generalised forces, in units of force."""
+    """Largest generalised force, in units of force."""
     return float(np.abs(forces / a.lengths).max(initial=0.0))
 
 
@@ -355,9 +355,9 @@ def _searched(
     forces: Array,
     prescribed: bool,
 ) -> Array:
-    """The new coordinates: a share of the step that lowers the penalty function.
+    """New coordinates, after a share of the step that lowers the penalty function.
 
-    While prescribed motions are being made, energy may rise; then only inversion shortens the step.
+    Under prescribed motions the energy may rise; then only inversion shortens the step.
     """
     weight = 2 * float(forces.max(initial=0.0))
 

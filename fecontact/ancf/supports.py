@@ -1,11 +1,11 @@
 """Supports: positions and in-face gradients held on named boundaries.
 
-Holding a component of a whole face means holding it at the nodes *and* its derivatives along the face there; without
-the latter the face still bows between its nodes. The derivative across the face stays free: it is strain, not motion (a
-clamp that holds it too is stiffer than a built-in end, by 4.6 % for a beam of slenderness ten and nu = 0).
+To hold a component on a whole face, hold its nodal values *and* its in-face derivatives; otherwise the face bends
+between its nodes. The derivative across the face stays free, as it is a strain (a clamp that holds it too is stiffer
+than a built-in end, by 4.6 % for a beam of slenderness ten and nu = 0).
 
-Where a face lies along the axes the held coordinates are some of q. Elsewhere they are combinations of a node's
-gradients, so a basis is turned there: q = q0 + Z y with y free and Z of orthonormal columns.
+On a face along the axes the held coordinates are entries of q. Elsewhere they are combinations of a node's gradients,
+so the basis is rotated: q = q0 + Z y with y free and Z of orthonormal columns.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from fecontact.common.errors import InputError
 from fecontact.fem.support import SAME_DIRECTION, Support, support_directions
 from fecontact.mesh.element.hexahedron import FACES
 
-#: Share of a direction in the tangents of the faces round a node above which it counts as along the face; facets of a
-#: curved boundary may lean by about 13 degrees from their mean.
+#: Share of a direction in the tangents of the faces round a node above which it counts as in the face; facets of a
+#: curved boundary may be inclined by about 13 degrees to their mean.
 ALONG = 0.05
 
 
@@ -59,19 +59,19 @@ class Supports:
 
     @cached_property
     def rows(self) -> sp.csr_matrix:
-        """Matrix (n_held, n_dofs) that takes the held components of a change of q."""
+        """Matrix (n_held, n_dofs) of the held components of a change of q."""
         return self.basis[:, self.held].T.tocsr()
 
 
 def hold(space: AncfSpace, supports: Mapping[str, Support]) -> Supports:
     """Hold named boundaries, such as ``{"base": "xyz", "sym_x": "x", "flank": "n", "seat": (1, 1, 0)}``.
 
-    A node set holds positions only, a boundary positions and the derivatives along it.
+    A node set holds positions only, a boundary holds positions and in-face derivatives.
 
     Raises
     ------
     InputError
-        Unknown names or components, or ``"n"`` on a boundary that is not plane.
+        For unknown names or components, or ``"n"`` on a boundary that is not plane.
     """
     width = int(np.diff(np.append(space.start, space.n_functions)).max()) - 1
     position = np.zeros((len(space.nodes), 3, 3))
@@ -93,7 +93,7 @@ def hold(space: AncfSpace, supports: Mapping[str, Support]) -> Supports:
 
 
 def _refuse_curved(space: AncfSpace, name: str, support: Support) -> None:
-    """Along a curved boundary n . u = 0 ties derivatives to positions, which this element's supports do not do."""
+    """Refuse 'n' on a curved boundary: n . u = 0 couples derivatives to positions, which is not supported."""
     if not (isinstance(support, str) and "n" in support):
         return
     faces = space.mesh.boundaries[name]
@@ -132,14 +132,14 @@ def _outer_sums(space: AncfSpace, node: IntArray, rows: sp.csr_matrix, width: in
 
 
 def _projectors(normal: Array) -> Array:
-    """Projectors (n, k, k) on the directions that carry more than the share `ALONG` of the largest."""
+    """Projectors (n, k, k) on the eigenvectors above the share `ALONG` of the largest eigenvalue."""
     values, vectors = np.linalg.eigh(normal)
     kept = vectors * (values > ALONG * values[:, -1:])[:, None, :]
     return kept @ kept.swapaxes(1, 2)
 
 
 def _separated(space: AncfSpace, position: Array, ties: Array) -> Supports:
-    """Turn positions and gradients of every node so that each coordinate is held or free."""
+    """Rotated positions and gradients of every node, such that each coordinate is held or free."""
     n_free = np.diff(np.append(space.start, space.n_functions)) - 1
     turns = [_turned(position, 3 * space.start[:, None] + np.arange(3))]
     for d in np.unique(n_free):
@@ -155,9 +155,9 @@ def _separated(space: AncfSpace, position: Array, ties: Array) -> Supports:
 
 
 def _turned(sums: Array, dofs: IntArray) -> tuple[IntArray, IntArray, IntArray, Array]:
-    """Held coordinates, and rows, columns and values of the turned axes, of blocks with coordinates `dofs` (n, k).
+    """Held coordinates, and rows, columns and values of the rotated axes, of blocks with coordinates `dofs` (n, k).
 
-    The range of every sum (k, k) is to be held. Where it lies along the axes these stay.
+    The range of every sum (k, k) is to be held. Where it lies along the axes these are kept.
     """
     share = np.einsum("nii->ni", sums).copy()
     oblique = np.abs(sums - share[:, :, None] * np.eye(sums.shape[1])).max(axis=(1, 2)) > 1e-12

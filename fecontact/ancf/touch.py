@@ -1,14 +1,14 @@
-"""Contact conditions of moving faces: weighted gaps, their gradients and curvatures at the current coordinates.
+"""Contact conditions of moving faces: weighted gaps, their gradients and second derivatives.
 
-The gap that belongs to a hat is the mean of the gap over it, weighted by the hat in the initial geometry,
+The gap of a multiplier is the mean of the gap weighted by its function in the initial geometry,
 
     g_k = sum_i A_ki n_i . (x_i - y_i),    G_k = sum_i A_ki n_i . (N_i - M_i),
 
-with points i of the hats' rule, x_i = N_i q, their feet y_i on the other side and the unit normals n_i there. A force
-l_k on a hat is spread as pressure in its shape, and its generalised forces G^T l act on positions and gradients alike.
-A foot moves in the tangent plane, so that the gradient needs no derivative of n; the second derivative does (T. A.
-Laursen, Computational Contact and Impact Mechanics, 2002, chapter 5), and is kept for rigid counter-faces. Against
-moving ones it is left out, which costs iterations and not accuracy.
+with quadrature points x_i = N_i q, their closest points y_i on the other side and the unit normals n_i there. A force
+l_k is distributed as a pressure in the shape of its function; its generalised forces G^T l act on positions and
+gradients. A closest point moves in the tangent plane, so that the gradient needs no derivative of n; the second
+derivative does (T. A. Laursen, Computational Contact and Impact Mechanics, 2002, chapter 5). It is included against
+rigid bodies and neglected against deformable ones, at the cost of iterations but not of accuracy.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Projection
 
-#: Step, relative to the size of the rigid shape, of the differences that give the turn of its normals.
+#: Step, relative to the size of the rigid shape, of the differences for the derivative of its normals.
 TURN_STEP = 1e-6
 
 
@@ -36,11 +36,11 @@ class ContactGaps:
     Attributes
     ----------
     gap : (n_multipliers,) array
-        Mean gap of each hat; infinite where the hat faces nothing.
+        Mean gap of each multiplier; infinite where it faces nothing.
     G : (n_multipliers, n_dofs) csr_matrix
         Its gradient with respect to the coordinates of all bodies.
     projection : Projection
-        Of the quadrature points, in world axes.
+        Projection of the quadrature points, in world axes.
     means : (n_multipliers, n_points) csr_matrix
         A.
     """
@@ -53,12 +53,12 @@ class ContactGaps:
 
 @dataclass(frozen=True, eq=False)
 class ContactConstraints:
-    """Faces that may touch a rigid body or faces of bricks.
+    """Contact constraints of faces of an ANCF solid against a rigid body or faces of another solid.
 
     Parameters
     ----------
     slave : Faces
-        Side that carries the hats.
+        Faces with the multipliers.
     slave_start : int
         Its first coordinate among those of all bodies.
     master : RigidBody or Faces
@@ -76,7 +76,7 @@ class ContactConstraints:
 
     @property
     def pair(self) -> tuple[object, ...]:
-        """What touches what, without the bodies of bricks themselves: their faces, or the rigid body."""
+        """The two sides of the contact: faces, or the rigid body."""
         master = (self.master.faces, self.master_start) if isinstance(self.master, Faces) else self.master
         return self.slave.faces, self.slave_start, master
 
@@ -104,7 +104,7 @@ class ContactConstraints:
         return q[self.master_start : self.master_start + self.master.space.n_dofs]
 
     def projection(self, q: Array) -> Projection:
-        """Feet of the quadrature points on the master, in world axes."""
+        """Projection of the quadrature points on the master, in world axes."""
         x = self.positions(q)
         return self.master.project(self._master_q(q), x) if isinstance(self.master, Faces) else _on(self.master, x)
 
@@ -146,12 +146,12 @@ class ContactConstraints:
 
     @cached_property
     def areas(self) -> Array:
-        """Areas (n_multipliers,) in the initial geometry: force over area is the pressure of a hat."""
+        """Areas (n_multipliers,) in the initial geometry: force over area is the pressure of a multiplier."""
         return self.slave.quadrature[2]
 
 
 def _on(body: RigidBody, points: Array) -> Projection:
-    """Feet on a rigid body in world axes."""
+    """Projection on a rigid body, in world axes."""
     projection = body.surface("surface").project(body.pose.to_body(points))
     if not np.isfinite(projection.gap[~projection.outside]).all():
         raise InputError(f"The surface of {body.name!r} gives gaps that are not finite numbers; check its shape.")

@@ -1,6 +1,6 @@
-"""What a body answers to a scene's questions unless it knows better: it has no mesh, and no boundary takes a load.
+"""Defaults of the members of a body: no mesh, and no loads on boundaries.
 
-Rooms above ask these instead of looking at the class of a body, so that a new kind of body need not be known there.
+Other modules use these members instead of the class of a body, so that a new kind of body needs no change there.
 """
 
 from __future__ import annotations
@@ -14,38 +14,38 @@ from fecontact.mesh.section_mesh import Extent
 
 
 class Answers:
-    """Defaults of the questions in `protocol.Body`."""
+    """Defaults of members of `protocol.Body`."""
 
     name: str
 
     @property
     def is_rigid(self) -> bool:
-        """Whether it does not deform at all."""
+        """Whether the body is rigid."""
         return False
 
     @property
     def dimension(self) -> str | None:
-        """'space', 'plane' or 'axis'; None: it goes with any of them."""
+        """'space', 'plane' or 'axis'; None: compatible with all."""
         return "space"
 
     @property
     def out_of_plane(self) -> Extent | None:
-        """How far a section goes on; None for a body of space."""
+        """Out-of-plane extent of a section; None for a body in space."""
         return None
 
     @property
     def matrix_free(self) -> bool:
-        """Whether many rows have a compliance that is applied as an operator, and never a matrix."""
+        """Whether the compliance of many rows is an operator, never a matrix."""
         return False
 
     @property
     def is_foundation(self) -> bool:
-        """Whether a surface node gives under its own pressure only."""
+        """Whether a surface node is displaced by its own pressure only."""
         return False
 
     @property
     def farthest(self) -> float:
-        """Largest coordinate of the mesh that it is made of; zero where there is none."""
+        """Largest coordinate of its mesh; zero without one."""
         return 0.0
 
     def boundary_force(self, name: str, force: Array) -> Array:
@@ -91,11 +91,11 @@ class Answers:
         return InputError(f"{what} needs an elastic body; {self.name!r} is not. Give the force on the body as a whole.")
 
     def shared_faces(self, one: str, other: str) -> int:
-        """Number of faces that two of its contact surfaces have in common; 1 for the only surface there is."""
+        """Number of common faces of two of its contact surfaces; 1 for a body with one surface."""
         return int(one == other)
 
     def outside(self, displacement: Array) -> Outside:
-        """Nothing is known of it."""
+        """Unknown."""
         return Outside(np.zeros((0, 3)), None, np.inf)
 
     def planes_through(self, nodes: IntArray) -> int:
@@ -103,5 +103,5 @@ class Answers:
         return 0
 
     def size_lines(self, twin: str = "") -> list[str]:
-        """Lines for people: what it stands for more than it is made of; `twin` names a body of the same model."""
+        """Report lines on the size that the model represents; `twin` names a body of the same model."""
         return []

@@ -1,4 +1,4 @@
-"""Elastic body whose stiffness was assembled elsewhere: an own element, an own law, another program."""
+"""Elastic body with a stiffness assembled elsewhere: a user's element or law, another program."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from fecontact.mesh.skfem_mesh import from_skfem_basis
 
 @dataclass(frozen=True, eq=False)
 class AssembledBody(ElasticBody):
-    """A linear elastic body with a stiffness of the user's own on a mesh of ours.
+    """A linear elastic body with a given stiffness on a `Mesh`.
 
     Surface, loads and supports are those of the mesh, as in `ElasticBody`. Contact faces get no mid-face nodes, which
-    the stiffness knows nothing of: for smooth pressures at nodes take hexahedra of 8 or 27 nodes.
+    are not in the stiffness: use hexahedra of 8 or 27 nodes for smooth nodal pressures.
 
     Parameters
     ----------
     mesh : Mesh
     material : Material, or mapping of element set to Material
-        By which stresses are found from strains; its modulus measures the contact's. The stiffness is taken as it is.
+        For stresses from strains and for the contact modulus. The stiffness is not changed.
     contact, supports
         As in `ElasticBody`.
     stiffness : (3 n_points, 3 n_points) sparse matrix
-        Whole, symmetric and without supports, degrees of freedom 3 * node + component. For a matrix in scikit-fem's
+        Full symmetric matrix without supports, degrees of freedom 3 * node + component. For a matrix in scikit-fem's
         order see `from_skfem`.
     name, backend, condensation
         As in `ElasticBody`.
@@ -43,7 +43,7 @@ class AssembledBody(ElasticBody):
     Raises
     ------
     InputError, MeshError
-        What `ElasticBody` refuses; a stiffness of another shape, not symmetric, or that resists a rigid motion.
+        As in `ElasticBody`; if the stiffness has another shape, is not symmetric, or resists a rigid motion.
     """
 
     pressure: str = field(default="nodal", init=False, repr=False)
@@ -71,16 +71,16 @@ class AssembledBody(ElasticBody):
         supports: Mapping[str, Support] | None = None,
         **options: Any,
     ) -> AssembledBody:
-        """Make a body of a basis of scikit-fem's and a stiffness assembled with it.
+        """Body from a scikit-fem basis and a stiffness assembled with it.
 
-        Point k of the body's mesh is the one with the k-th of the basis's degrees of freedom along x, in their order.
-        The element may be of a higher order than the mesh. The mesh's boundaries and subdomains keep their names.
+        Points of the body's mesh are in the order of the basis's degrees of freedom along x. The element may be of a
+        higher order than the mesh. The mesh's boundaries and subdomains keep their names.
 
         Parameters
         ----------
         basis : skfem.CellBasis
-            Of an `ElementVector` of hexahedra (8, 20, 27 nodes), tetrahedra (4, 10) or wedges (6). For wedges give it
-            ``quadrature=``: the weights of scikit-fem's own rule add up to half the volume (version 12.0.2).
+            Of an `ElementVector` of hexahedra (8, 20, 27 nodes), tetrahedra (4, 10) or wedges (6). For wedges pass
+            ``quadrature=``: the weights of scikit-fem's default rule sum to half the volume (version 12.0.2).
         stiffness : (basis.N, basis.N) sparse matrix
         material, contact, supports
             As in the class.

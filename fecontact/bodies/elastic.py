@@ -29,13 +29,13 @@ from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 
 INTEGRATIONS = ("auto", "full", "selective")
-#: Distance from a plane, relative to the body's size, within which a boundary is flat.
+#: Distance from a plane, relative to the body's size, within which a boundary counts as flat.
 FLAT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class ElasticBody(Placed):
-    """A linear elastic body cut into hexahedra.
+    """A linear elastic body of hexahedra.
 
     Parameters
     ----------
@@ -44,28 +44,27 @@ class ElasticBody(Placed):
     contact : str or sequence of str
         Boundaries that may come into contact.
     supports : mapping of boundary name to components or directions, optional
-        What ties a boundary to the body's frame: components (``"xyz"``, ``"z"``, ...) along the body's axes; ``"n"``,
-        the normal of its faces at each node (a roller, a plane of symmetry, a cylinder's journal; on a curved face the
-        normal of the mesh, not of the shape it was cut from); a direction ``(1, 1, 0)`` or several. The frame is held
+        Supports, which fix boundaries to the body's frame: components (``"xyz"``, ``"z"``, ...) along the body's axes;
+        ``"n"``, the normal of its faces at each node (a roller, a plane of symmetry, a cylinder's journal; on a curved
+        face the normal of the mesh, not of the exact shape); a direction ``(1, 1, 0)`` or several. The frame is held
         unless a load or a motion is prescribed for it (see `Scene.solve`). Motions that no support resists stay free.
     pressure : {'midface', 'nodal'}
         With 20-node hexahedra: 'midface' gives every contact face a ninth node, so that nodal forces are pressures;
-        'nodal' is the plain element of the report, whose corner nodes cannot take load (kept for comparison).
+        'nodal' is the element of the report, whose corner nodes cannot carry load (kept for comparison).
     name : str, optional
     backend : {'auto', 'pardiso', 'superlu', 'amg'}
-        Factorisation back-end; 'amg' is none but algebraic multigrid (needs pyamg), for bodies whose factor does not
-        fit into memory, see docs/scale.md.
+        Factorisation back-end; or 'amg', algebraic multigrid (needs pyamg), for bodies whose factor does not fit into
+        memory, see docs/scale.md.
     integration : {'auto', 'full', 'selective'}
         Selective reduced integration against locking; 'auto' chooses it for Poisson's ratios above 0.48.
     condensation : {'auto', 'schur', 'columns', 'operator'}
-        How the compliance of the candidates is formed: from the Schur complement, by columns, or not at all but as an
-        operator, each product one solution with the factor. 'auto' goes by the number of candidates and the memory
-        that is free, see `fem.condensation`.
+        Route to the compliance of the candidates: from the Schur complement, by columns, or as an operator with one
+        solve per product. 'auto' decides by the number of candidates and the free memory, see `fem.condensation`.
 
     Raises
     ------
     InputError, MeshError
-        Unknown boundary or component, inverted or folded cells, unused or doubled points.
+        For an unknown boundary or component, inverted or folded cells, unused or repeated points.
 
     Examples
     --------
@@ -102,10 +101,10 @@ class ElasticBody(Placed):
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
         object.__setattr__(self, "mesh", self._checked_mesh(names))
-        self.model  # noqa: B018 - refuses now what it cannot be made of; copies in other poses share it
+        self.model  # noqa: B018 - refuses bad input now; copies in other poses share it
 
     def _checked_mesh(self, names: tuple[str, ...]) -> Mesh:
-        """The mesh as the elements take it, its contact boundaries of these names checked."""
+        """The mesh of the elements, with checked contact boundaries of these names."""
         check_skin(self.mesh, names)
         refined = names and self.pressure == "midface" and self.mesh.cell_type == "hex20"
         return self.mesh.with_midface_nodes(names) if refined else self.mesh
@@ -118,17 +117,17 @@ class ElasticBody(Placed):
 
     @property
     def n_dofs(self) -> int:
-        """Degrees of freedom, three per node, held ones included."""
+        """Number of degrees of freedom, three per node, including held ones."""
         return self.model.n_dofs
 
     @property
     def n_unknowns(self) -> int:
-        """Displacements that its elements have, held ones included."""
+        """Number of displacement unknowns of its elements, including held ones."""
         return self.model.n_unknowns
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was mended in its mesh when that was read."""
+        """Corrections made when its mesh was read."""
         return self.mesh.notes
 
     @property
@@ -184,10 +183,10 @@ class ElasticBody(Placed):
         return FacetSurface(self.model.mesh.points, facets, name, planes=symmetry_planes(self.mesh, self.supports))
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
-        """One row (1, n_dofs) that takes the displacement at a point along a direction.
+        """One row (1, n_dofs) for the displacement at a point along a direction.
 
-        A point on a node follows that node. Any other point follows the body's frame (the bone that the supports
-        stand for), which therefore has to hold the body.
+        A point on a node moves with that node. Any other point moves with the body's frame (the supporting bone, for
+        instance), to which supports must then fix the body.
 
         Raises
         ------
@@ -200,7 +199,7 @@ class ElasticBody(Placed):
         if distance[nearest] <= 1e-6 * model.size:
             return components_along(model.point_row(nearest), np.asarray(direction, dtype=float)[None, :])
         if model.free_motions.shape[1] == 0:
-            # six held degrees of freedom that determine the frame's motion, and their share in that of the point
+            # six held degrees of freedom that determine the frame's motion, and their weights in that of the point
             frame = model.nodal_modes[model.held]
             six = model.held[scipy.linalg.qr(frame.T, mode="r", pivoting=True)[1][:6]]
             target = direction @ rigid_modes(point[None, :], self.reference_point)
@@ -216,7 +215,7 @@ class ElasticBody(Placed):
         return sp.csr_matrix(row)
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
-        """Compliance and response along rows, the compliance in one of the ways of `fem.condensation`."""
+        """Compliance and response along rows, by a route of `fem.condensation`."""
         model = self.model
         condensation = model.condensed(model.touched(rows), timer)
         with timer("condense"):
@@ -235,7 +234,7 @@ class ElasticBody(Placed):
 
     @property
     def functions_per_cell(self) -> int:
-        """Scalar functions that a cell's displacements are made of."""
+        """Number of scalar functions per cell."""
         return int(self.mesh.cells.shape[1])
 
     @property
@@ -244,7 +243,7 @@ class ElasticBody(Placed):
         return float(np.abs(self.mesh.points).max())
 
     def boundary_force(self, name: str, force: Array) -> Array:
-        """Nodal forces (n_dofs,) of a resultant (3,) in its axes, spread evenly over a boundary."""
+        """Nodal forces (n_dofs,) of a resultant (3,) in its axes, as a uniform traction on a boundary."""
         spread = self.model.traction(name, lambda x, n: np.broadcast_to(force, x.shape))
         return spread / self.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum()
 
@@ -277,12 +276,12 @@ class ElasticBody(Placed):
         return self.model.weighted_modes
 
     def shared_faces(self, one: str, other: str) -> int:
-        """Number of faces that two boundaries have in common."""
+        """Number of common faces of two boundaries."""
         keys = [self.mesh.faces(name) @ np.array([6, 1]) for name in (one, other)]
         return int(np.isin(*keys).sum())
 
     def outside(self, displacement: Array) -> Outside:
-        """Its skin, displaced by (n_dofs,)."""
+        """Its outer surface, displaced by (n_dofs,)."""
         points = self.mesh.points + self.model.at_points(displacement)
         skin = self._skin(points)
         return Outside(points[skin.nodes], skin, self.size, is_bounded=True)
@@ -291,12 +290,12 @@ class ElasticBody(Placed):
         return FacetSurface(points, self.mesh.face_nodes(self.mesh.outer_faces), self.name)
 
     def planes_through(self, nodes: IntArray) -> int:
-        """Number of boundaries held in one component only, as planes of symmetry are, with any of these nodes."""
+        """Number of boundaries held in one component only (planes of symmetry) with any of these nodes."""
         planes = [name for name, support in self.supports.items() if is_plane(support)]
         return sum(bool(np.isin(nodes, self.mesh.boundary_nodes(name)).any()) for name in planes)
 
     def size_lines(self, twin: str = "") -> list[str]:
-        """Lines for people: the model that it shares with its twin, or the planes of symmetry it is cut at."""
+        """Report lines: the model that it shares with its twin, or its planes of symmetry."""
         if twin:
             return [f"{self.name}: the model of {twin!r} in another pose, factorised once for both"]
         planes = [name for name, support in self.supports.items() if self._mirrors(name, support)]
@@ -308,24 +307,24 @@ class ElasticBody(Placed):
         ]
 
     def _mirrors(self, name: str, support: Support) -> bool:
-        """Whether a boundary lies in one plane across an axis and is held along that axis alone."""
+        """Whether a boundary is plane, normal to an axis and held along that axis alone."""
         if not (isinstance(support, str) and is_plane(support) and support in "xyz"):
             return False
         place = self.mesh.points[self.mesh.boundary_nodes(name), "xyz".index(support)]
         return bool(np.ptp(place) <= FLAT * self.size)
 
     def describe(self) -> str:
-        """One line: what was modelled."""
+        """One-line description of the model."""
         m = self.mesh
         mid = "" if m.midface is None else f" + {(m.midface >= 0).sum()} mid-face nodes"
         return self._described(f"{len(m.cells)} {m.cell_type} cells{mid}{self._ties}, {self.n_unknowns} dofs")
 
     @property
     def _ties(self) -> str:
-        """How many nodes hang, in words."""
+        """Number of hanging nodes, in words."""
         return "" if self.mesh.hanging is None else f" with {len(self.mesh.hanging.nodes)} hanging nodes"
 
 
 def elastic_among(bodies: Iterable[object]) -> tuple[ElasticBody, ...]:
-    """Those that have a mesh and a finite element model."""
+    """Bodies with a mesh and a finite element model."""
     return tuple(b for b in bodies if isinstance(b, ElasticBody))

@@ -1,4 +1,4 @@
-"""Elastic layer on a rigid body: an elastic (Winkler) foundation, the fast model of cartilage and liners."""
+"""Elastic layer on a rigid body: an elastic (Winkler) foundation, a fast model of cartilage and liners."""
 
 from __future__ import annotations
 
@@ -22,16 +22,15 @@ LAWS = ("bonded", "frictionless", "uniaxial")
 
 
 def foundation_modulus(material: Material, law: str = "bonded") -> float:
-    """Pressure per strain of a layer much thinner than the contact is wide.
+    """Pressure per strain of a layer much thinner than the contact width.
 
     Parameters
     ----------
     material : Material
     law : {'bonded', 'frictionless', 'uniaxial'}
-        'bonded': no strain along the layer, E (1 - nu)/((1 + nu)(1 - 2 nu)). It grows beyond bounds as the material
-        becomes incompressible, where a thin bonded layer is no foundation any more (see `analytic.layer`);
-        'frictionless': plane strain, E/(1 - nu^2), finite for every nu;
-        'uniaxial': free to spread, E.
+        'bonded': no strain along the layer, E (1 - nu)/((1 + nu)(1 - 2 nu)). Infinite for an incompressible material,
+        for which a thin bonded layer is not a foundation (see `analytic.layer`); 'frictionless': plane strain,
+        E/(1 - nu^2), finite for every nu; 'uniaxial': free to spread, E.
 
     Returns
     -------
@@ -60,7 +59,7 @@ def foundation_modulus(material: Material, law: str = "bonded") -> float:
 class ElasticLayer(SurfaceBody):
     """A layer of springs on a rigid body whose surface is given by a mesh.
 
-    Every node of the surface gives along the line of action in proportion to its own pressure, and to no other.
+    Every node of the surface is displaced along the line of action in proportion to its own pressure only.
 
     Parameters
     ----------
@@ -75,7 +74,7 @@ class ElasticLayer(SurfaceBody):
     Raises
     ------
     InputError
-        A thickness that is not positive, an unknown law or boundary.
+        If the thickness is not positive, or the law or boundary is unknown.
 
     Examples
     --------
@@ -118,12 +117,12 @@ class ElasticLayer(SurfaceBody):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was mended in its mesh when that was read."""
+        """Corrections made when its mesh was read."""
         return self.surface_of[0].notes
 
     @property
     def is_foundation(self) -> bool:
-        """A node gives under its own pressure, and no other."""
+        """True: a node is displaced by its own pressure only."""
         return True
 
     @property
@@ -140,5 +139,5 @@ class ElasticLayer(SurfaceBody):
         return sp.diags(np.repeat(nodes, 3), format="csr")
 
     def describe(self) -> str:
-        """One line: what was modelled."""
+        """One-line description of the model."""
         return self._described(f"elastic layer, thickness {self.thickness:g}, {len(self.facets.nodes)} nodes")

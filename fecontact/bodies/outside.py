@@ -1,4 +1,4 @@
-"""What is known of a body's whole outside, be it in contact or not."""
+"""The whole outer surface of a body, for checks of overlap."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from fecontact.surfaces.facet_surface import Surface
 
 @dataclass(frozen=True, eq=False)
 class Outside:
-    """A body's outside in its own axes.
+    """Outer surface of a body, in its own axes.
 
     Attributes
     ----------
     points : (n, 3) array
-        Spread over it; none for surfaces that go on without end.
+        Points spread over it; none for infinite surfaces.
     surface : Surface or None
-        None where it is not known or encloses nothing.
+        None where it is unknown or encloses no volume.
     length : float
-        The body's size; infinite for a plane, which has none.
+        Size of the body; infinite for a plane.
     radius : float
-        Distance from its points within which all is the body.
+        Distance from its points within which everything belongs to the body.
     is_bounded : bool
         Whether the body lies within a box round its points.
     depth : float
-        How far behind the surface a point can be and still be known to be inside.
+        Depth behind the surface to which a point is known to be inside.
     may_hold : function (points, radius) -> mask, optional
-        Whether a ball round a point may reach into the body, where feet do not tell.
+        Whether a ball round a point may reach into the body, where projections do not decide it.
     """
 
     points: Array

@@ -1,4 +1,4 @@
-"""Bodies that can be stood somewhere else, and move by their nodes unless they know better."""
+"""Bodies with a pose; by default their displacements are nodal."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from fecontact.surfaces.nodal_weights import components_along
 
 
 class Placed(Answers):
-    """A body with a pose of its own, apart from its coordinates."""
+    """A body with a pose separate from its coordinates."""
 
     pose: Pose
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was mended in its mesh or surface when that was read."""
+        """Corrections made when its mesh or surface was read."""
         return ()
 
     def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
-        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3): that of the nodes round them."""
+        """Rows (n, n_dofs) for the displacement at closest points along directions (n, 3), interpolated from nodes."""
         assert projection.weights is not None
         return components_along(projection.weights, directions)
 
     def _described(self, what: str) -> str:
-        """One line: what it is, and what was mended in it."""
+        """One-line description with notes."""
         return "; ".join((f"{self.name}: {what}", *self.notes))
 
     def placed(
@@ -41,23 +41,23 @@ class Placed(Answers):
         rotation: ArrayLike | None = None,
         name: str | None = None,
     ) -> Self:
-        """The same body turned about the world's origin by `rotation` (3, 3) and then moved by `translation`.
+        """The same body rotated about the world's origin by `rotation` (3, 3), then translated by `translation`.
 
-        What belongs to the body itself (stiffness, factor, surfaces) is shared by both. A plane body stays in the plane
-        y = 0: it turns about y, or half round about an axis in the plane; a body of revolution stays on its axis: it
-        moves along z, and turns half round about x to stand on its head.
+        Stiffness, factor and surfaces are shared by both. A plane body stays in the plane y = 0: it rotates about y, or
+        by pi about an axis in the plane. A body of revolution stays on its axis: it is translated along z, or rotated
+        by pi about x.
 
         Parameters
         ----------
         translation : (3,), optional
         rotation : (3, 3), optional
         name : str, optional
-            The same as before unless given.
+            Name of the copy; unchanged unless given.
 
         Returns
         -------
         Body
-            Of the same class.
+            A body of the same class.
 
         Examples
         --------
@@ -68,7 +68,7 @@ class Placed(Answers):
         """
         Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
         other = copy.copy(self)
-        # bodies are frozen; the copy is not handed out before it stands
+        # bodies are frozen; set before the copy escapes
         object.__setattr__(other, "pose", self.pose.then(Q, np.asarray(translation, dtype=float)))
         object.__setattr__(other, "name", self.name if name is None else name)
         return other

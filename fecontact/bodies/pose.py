@@ -1,7 +1,7 @@
-"""Where a body stands: a rotation and a translation, kept apart from its coordinates.
+"""Pose of a body: a rotation and a translation, separate from its coordinates.
 
-Compliance is computed in the body's own axes and never changes; only the pose does. That is why a body may stand far
-from the origin without losing digits, and why a sweep of poses costs one factorisation.
+Compliance is computed in the body's own axes and does not change with the pose. So a body can be far from the origin
+without loss of accuracy, and a sweep of poses needs one factorisation.
 """
 
 from __future__ import annotations
@@ -74,11 +74,11 @@ class Pose:
         return (points - self.translation) @ self.rotation
 
     def relative_to(self, other: Pose) -> Pose:
-        """This body's pose seen from another's axes; a common offset drops out before anything is rounded."""
+        """This body's pose in another's axes; a common offset cancels without rounding."""
         return Pose(other.rotation.T @ self.rotation, (self.translation - other.translation) @ other.rotation)
 
 
 def turned(pose: Pose, motion: Array, point: Array) -> Pose:
-    """A pose after a finite motion (6,): rotation vector about a world point, then translation."""
+    """Pose after a finite motion (6,): rotation vector about a world point, then translation."""
     Q = Rotation.from_rotvec(motion[3:]).as_matrix()
     return Pose(Q @ pose.rotation, Q @ (pose.translation - point) + point + motion[:3])

@@ -1,4 +1,4 @@
-"""What a scene asks of a body: how much its surface gives, which motions cost nothing, and where its surface is."""
+"""Members of a body that a scene uses: compliance, rigid motions, contact surfaces."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fecontact.surfaces.facet_surface import Projection, Surface
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """A body as a scene's contact problem sees it.
+    """Compliance and load response of a body along the rows of a contact problem.
 
     Attributes
     ----------
@@ -36,18 +36,18 @@ class Reduced:
 
 
 class Body(Protocol):
-    """Anything that can take part in a scene. All arrays are in the body's own axes.
+    """Interface of bodies in a scene. All arrays are in the body's own axes.
 
-    The members from `is_rigid` on have defaults in `answers.Answers`, from which a body of one's own derives.
+    Members from `is_rigid` on have defaults in `answers.Answers`, the base of user-defined bodies.
     """
 
     @property
     def name(self) -> str:
-        """For messages and tables."""
+        """Name for messages and tables."""
 
     @property
     def pose(self) -> Pose:
-        """Where the body stands."""
+        """Pose of the body."""
 
     @property
     def contact(self) -> Sequence[str]:
@@ -59,11 +59,11 @@ class Body(Protocol):
 
     @property
     def size(self) -> float:
-        """A length by which rotations are compared with translations."""
+        """Length that scales rotations to translations."""
 
     @property
     def reference_point(self) -> Array:
-        """Point (3,) about which rotations and moments count."""
+        """Reference point (3,) of rotations and moments."""
 
     @property
     def contact_modulus(self) -> float:
@@ -79,16 +79,16 @@ class Body(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was mended in its mesh or surface when that was read."""
+        """Corrections made when its mesh or surface was read."""
 
     def surface(self, name: str) -> Surface:
         """A contact surface."""
 
     def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
-        """Rows (n, n_dofs) that take the displacement at feet along directions (n, 3)."""
+        """Rows (n, n_dofs) for the displacement at closest points along directions (n, 3)."""
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
-        """One row (1, n_dofs) that takes the displacement at a point (3,) along a direction (3,)."""
+        """One row (1, n_dofs) for the displacement at a point (3,) along a direction (3,)."""
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance and response along rows (n, n_dofs), under external loads (n_dofs,)."""
@@ -97,63 +97,63 @@ class Body(Protocol):
         """Elastic displacements (n_dofs,) under forces (n,) along rows and external loads."""
 
     def describe(self) -> str:
-        """One line: what was modelled."""
+        """One-line description of the model."""
 
     @property
     def is_rigid(self) -> bool:
-        """Whether it does not deform at all."""
+        """Whether the body is rigid."""
 
     @property
     def dimension(self) -> str | None:
-        """'space', 'plane' or 'axis'; None: it goes with any of them."""
+        """'space', 'plane' or 'axis'; None: compatible with all."""
 
     @property
     def out_of_plane(self) -> Extent | None:
-        """How far a section goes on; None for a body of space."""
+        """Out-of-plane extent of a section; None for a body in space."""
 
     @property
     def matrix_free(self) -> bool:
-        """Whether many rows have a compliance that is applied as an operator, and never a matrix."""
+        """Whether the compliance of many rows is an operator, never a matrix."""
 
     @property
     def is_foundation(self) -> bool:
-        """Whether a surface node gives under its own pressure only."""
+        """Whether a surface node is displaced by its own pressure only."""
 
     @property
     def farthest(self) -> float:
-        """Largest coordinate of the mesh that it is made of; zero where there is none."""
+        """Largest coordinate of its mesh; zero without one."""
 
     def boundary_force(self, name: str, force: Array) -> Array:
-        """Nodal forces (n_dofs,) of a resultant (3,) spread evenly over a boundary; InputError where it has none."""
+        """Nodal forces (n_dofs,) of a resultant (3,) uniform over a boundary; InputError without boundaries."""
 
     def boundary_pressure(self, name: str, pressure: float) -> Array:
-        """Nodal forces (n_dofs,) of a pressure on a boundary; InputError where it has none."""
+        """Nodal forces (n_dofs,) of a pressure on a boundary; InputError without boundaries."""
 
     def point_force(self, point: Array, force: Array) -> Array | None:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,); None where it acts on the body as a whole."""
 
     def body_force(self, gravity: Array) -> Array | None:
-        """Nodal forces (n_dofs,) of gravity (3,); None where that does not act."""
+        """Nodal forces (n_dofs,) of gravity (3,); None where it does not act."""
 
     @property
     def weighted_modes(self) -> Array:
-        """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions; InputError where it has no mass."""
+        """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions; InputError for a body without mass."""
 
     def shared_faces(self, one: str, other: str) -> int:
-        """Number of faces that two of its contact surfaces have in common."""
+        """Number of common faces of two of its contact surfaces."""
 
     def outside(self, displacement: Array) -> Outside:
-        """Its whole outside, displaced by (n_dofs,)."""
+        """Its whole outer surface, displaced by (n_dofs,)."""
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""
 
     def size_lines(self, twin: str = "") -> list[str]:
-        """Lines for people: what it stands for more than it is made of; `twin` names a body of the same model."""
+        """Report lines on the size that the model represents; `twin` names a body of the same model."""
 
 
 def check_body(body: Body) -> None:
-    """Refuse an object that lacks members of a body, by their names.
+    """Refuse an object that lacks members of a body; the message names them.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def check_body(body: Body) -> None:
     """
     members = (*(name for name in vars(Body) if not name.startswith("_")), *getattr(type(body), "required", ()))
     nothing = object()
-    # looked up without being called: some are costly, and none is needed yet
+    # looked up without evaluation, as some are costly
     if missing := [name for name in members if inspect.getattr_static(body, name, nothing) is nothing]:
         raise InputError(
             f"{body!r} is no body: it lacks {', '.join(missing)}. A subclass of bodies.SurfaceBody needs `facets` and "

@@ -1,4 +1,4 @@
-"""Rigid bodies: obstacles that do not give, in closed form."""
+"""Rigid bodies: planes, spheres and other surfaces."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
 
-#: Points along each side of the square over which a rigid surface given by heights is looked at.
+#: Points along each side of the square on which a rigid surface given by heights is sampled.
 ALONG = 33
 
 
@@ -38,7 +38,7 @@ class RigidShape(Protocol):
         """A length of the shape."""
 
     def project(self, points: Array) -> Projection:
-        """Feet of points (n, 3)."""
+        """Projection of points (n, 3)."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Plane:
     size: float = 1.0
 
     def project(self, points: Array) -> Projection:
-        """Feet straight below the points."""
+        """Projection along z."""
         normals = np.zeros_like(points)
         normals[:, 2] = 1.0
         projection = points * np.array([1.0, 1.0, 0.0])
@@ -64,7 +64,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Sphere(Indenter):
-    """A ball that rests on the origin from above: its centre is at (0, 0, radius).
+    """A sphere that touches z = 0 at the origin from above: its centre is at (0, 0, radius).
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Sphere(Indenter):
         positive("a sphere's radius", self.radius)
 
     def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its own among closed forms."""
+        """Its closed form."""
         return forms.sphere(self.radius)
 
     @property
@@ -93,20 +93,20 @@ class Sphere(Indenter):
         return np.where(under >= 0, r2 / (self.radius + np.sqrt(np.maximum(under, 0.0))), np.inf)
 
     def project(self, points: Array) -> Projection:
-        """Feet along the radius; gaps near the pole keep their digits far below the radius."""
+        """Projection along the radius; small gaps near the pole are accurate."""
         x, y, z = points.T
         height = z - self.radius
         distance = np.sqrt(x**2 + y**2 + height**2)
         # distance - radius = (x^2 + y^2 + z^2 - 2 z radius) / (distance + radius), without cancellation at the pole
         gap = (x**2 + y**2 + z**2 - 2 * z * self.radius) / (distance + self.radius)
-        normals = np.broadcast_to([0.0, 0.0, -1.0], points.shape).copy()  # at the centre all directions are equal
+        normals = np.broadcast_to([0.0, 0.0, -1.0], points.shape).copy()  # any direction at the centre
         away = distance > 0
         normals[away] = np.stack([x, y, height], axis=1)[away] / distance[away, None]
         return Projection(points - gap[:, None] * normals, normals, gap, np.zeros(len(points), bool))
 
 
 def _over(heights: Callable[[Array, Array], Array], size: float) -> Array:
-    """Points (n, 3) of a surface over a square, where it has any."""
+    """Points (n, 3) of a surface sampled over a square, where it exists."""
     t = np.linspace(-0.5, 0.5, ALONG) * size
     x, y = (c.ravel() for c in np.meshgrid(t, t, indexing="ij"))
     z = np.asarray(heights(x, y)) + np.zeros(len(x))
@@ -115,7 +115,7 @@ def _over(heights: Callable[[Array, Array], Array], size: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class RigidBody(Placed):
-    """A body that does not deform. It is held unless a load or a motion is prescribed for it.
+    """A rigid body. It is held unless a load or a motion is prescribed for it.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ class RigidBody(Placed):
         Parameters
         ----------
         z : (nx, ny) array_like
-            Heights at the middles of equal cells, centred on the origin.
+            Heights at the centres of equal cells, centred on the origin.
         size : (float, float)
             Sides of the grid.
 
@@ -155,9 +155,9 @@ class RigidBody(Placed):
 
     @classmethod
     def from_surface(cls, path: str | Path, scale: float = 1.0, name: str = "rigid") -> RigidBody:
-        """The rigid surface in an .stl, .ply or .obj file, as it stands there; its facets face outwards.
+        """The rigid surface of an .stl, .ply or .obj file, in the file's coordinates; its facets face outwards.
 
-        What `read_surface` had to mend is in `notes`, in `describe` and in the notes of results.
+        Corrections by `read_surface` are in `notes`, in `describe` and in the notes of results.
 
         Examples
         --------
@@ -173,7 +173,7 @@ counter-clockwise.'
 
     @classmethod
     def from_stl(cls, path: str | Path, scale: float = 1.0, name: str = "rigid") -> RigidBody:
-        """The rigid surface in an .stl file, see `from_surface`."""
+        """The rigid surface of an .stl file, see `from_surface`."""
         if Path(path).suffix.lower() != ".stl":
             raise InputError(f"Expected an .stl file; found {str(path)!r}. Others are read by RigidBody.from_surface.")
         return cls.from_surface(path, scale, name)
@@ -185,17 +185,17 @@ counter-clockwise.'
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was mended in its surface when that was read."""
+        """Corrections made when its surface was read."""
         return self.shape.notes if isinstance(self.shape, Facets) else ()
 
     @property
     def is_rigid(self) -> bool:
-        """It does not deform."""
+        """True."""
         return True
 
     @property
     def dimension(self) -> None:
-        """It goes with sections too, if its surface is as they are along y or round the axis."""
+        """None: used with sections, its surface must be constant along y or rotationally symmetric."""
         return None
 
     @property
@@ -204,7 +204,7 @@ counter-clockwise.'
         return float(np.abs(self.shape.mesh.points).max()) if isinstance(self.shape, Facets) else 0.0
 
     def outside(self, displacement: Array) -> Outside:
-        """As far as its shape is known to enclose something; see `Outside`."""
+        """Its outer surface, as far as its shape encloses a volume; see `Outside`."""
         shape, size = self.shape, self.size
         if isinstance(shape, Plane):
             return Outside(np.zeros((0, 3)), shape, math.inf)
@@ -220,12 +220,12 @@ counter-clockwise.'
         return Outside(points, shape, size, depth=size)
 
     def size_lines(self, twin: str = "") -> list[str]:
-        """Lines for people."""
+        """Report lines."""
         return [f"{self.name}: rigid, nothing to factorise"]
 
     @property
     def n_dofs(self) -> int:
-        """Its six rigid motions."""
+        """Six: its rigid motions."""
         return 6
 
     @property
@@ -250,7 +250,7 @@ counter-clockwise.'
 
     @property
     def free_motions(self) -> Array:
-        """None: a rigid body is held in every component that is not released."""
+        """None: a rigid body is held in every component that is not free."""
         return np.zeros((6, 0))
 
     def surface(self, name: str) -> RigidShape:
@@ -260,12 +260,12 @@ counter-clockwise.'
         return self.shape
 
     def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
-        """Rows (n, 6) that take the rigid displacement at feet along directions (n, 3)."""
+        """Rows (n, 6) for the rigid displacement at closest points along directions (n, 3)."""
         modes = rigid_modes(projection.points, np.zeros(3)).reshape(-1, 3, 6)
         return sp.csr_matrix(np.einsum("ni,nic->nc", directions, modes))
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
-        """One row (1, 6) that takes the rigid displacement at a point along a direction."""
+        """One row (1, 6) for the rigid displacement at a point along a direction."""
         return sp.csr_matrix(direction @ rigid_modes(point[None, :], np.zeros(3)))
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
@@ -277,5 +277,5 @@ counter-clockwise.'
         return np.zeros(6)
 
     def describe(self) -> str:
-        """One line: what was modelled."""
+        """One-line description of the model."""
         return self._described(f"rigid {type(self.shape).__name__}")

@@ -1,7 +1,7 @@
-"""Rims of contact surfaces: where a body ends, and where only the declared boundary does.
+"""Rims of contact surfaces: sharp edges of the body, or limits of the declared boundary only.
 
-A contact may end at a body's sharp edge. Where the body goes on smoothly beyond the rim of the declared boundary, a
-contact that reaches the rim is cut off by the declaration: its area is too small and its pressures are too high.
+A contact may end at a body's sharp edge. Where the body continues smoothly beyond the rim of the declared boundary, a
+contact that reaches the rim is truncated: its area is too small and its pressures are too high.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from fecontact.mesh.section_mesh import SectionMesh, line_shapes
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
 
-#: Cosine of the angle between neighbouring faces from which the body goes on smoothly: 40 degrees. Facets of round
-#: bodies, be they coarse, are less than that apart, chamfers and planes of symmetry more.
+#: Cosine of the angle between neighbouring faces up to which the body continues smoothly: 40 degrees. Even coarse
+#: facets of round bodies differ by less, chamfers and planes of symmetry by more.
 SMOOTH = np.cos(np.radians(40.0))
-#: Points along a side of a rim by which near sides are found, and how many of them are looked at.
+#: Points along a side of a rim used to find near sides, and the number of them examined.
 ALONG, NEAREST = 5, 8
-#: Of distances.
+#: Relative rounding of distances.
 ROUNDING = 1e-6
 
 
@@ -41,11 +41,11 @@ class Rim:
     Attributes
     ----------
     ends : (n, 2, 3) array
-        Of the sides; equal on a section, where a rim is points.
+        Ends of the sides; equal on a section, where a rim consists of points.
     size : (n,) array
-        Of the faces they belong to.
+        Sizes of their faces.
     found : function
-        Tells `smooth`, which is asked for rarely.
+        Function for `smooth`, which is rarely needed.
     """
 
     ends: Array
@@ -54,13 +54,13 @@ class Rim:
 
     @cached_property
     def smooth(self) -> Mask:
-        """Whether the body goes on smoothly beyond each side (n,)."""
+        """Whether the body continues smoothly beyond each side (n,)."""
         return self.found()
 
     def within(self, points: Array, reach: Array, chosen: Mask, face: float = 0.0) -> Mask:
-        """Which points (n, 3) are as near to chosen sides as `reach` (n,) or as `face` times the size of a face there.
+        """Mask of points (n, 3) within `reach` (n,) or `face` times the local face size of chosen sides.
 
-        Looked at are the sides nearest by points spread over them.
+        The sides examined are the nearest by points spread over them.
         """
         if not chosen.any():
             return np.zeros(len(points), bool)
@@ -99,7 +99,7 @@ def rim_of_surface(body: Body, name: str) -> Rim | None:
 
 
 def _goes_on(mesh: Mesh, name: str, sides: IntArray) -> Mask:
-    """Whether a mesh goes on smoothly beyond sides (n, 2) of a boundary, given by their nodes."""
+    """Whether a mesh continues smoothly beyond sides (n, 2) of a boundary, given by their nodes."""
     outer = mesh.outer_faces
     first, second, cosine = neighbouring_sides(mesh, outer)
     number = outer @ np.array([6, 1])
@@ -112,7 +112,7 @@ def _goes_on(mesh: Mesh, name: str, sides: IntArray) -> Mask:
 
 
 def _of_section(surface: CurveSurface, mesh: SectionMesh, name: str) -> Rim | None:
-    """Ends of a section's boundary; those on an axis of revolution are none."""
+    """Ends of a section's boundary, except those on an axis of revolution."""
     ends, count = np.unique(surface.facets[:, :2], return_counts=True)
     ends = ends[count == 1]
     if surface.out_of_plane.revolved:
@@ -123,7 +123,7 @@ def _of_section(surface: CurveSurface, mesh: SectionMesh, name: str) -> Rim | No
     outer = mesh.face_nodes(mesh.outer_sides)
     others = outer[~np.isin(outer[:, 2], mine[:, 2])]
     smooth, size = np.zeros(len(ends), bool), np.zeros(len(ends))
-    for k, node in enumerate(ends):  # two of them, or a few
+    for k, node in enumerate(ends):  # usually two
         own = surface.facets[(surface.facets[:, :2] == node).any(axis=1)]
         beyond = others[(others[:, :2] == node).any(axis=1)]
         size[k] = np.linalg.norm(np.diff(surface.points[own[0, :2]], axis=0))
@@ -140,7 +140,7 @@ def _tangent(mesh: SectionMesh, side: IntArray, node: int) -> Array:
 
 
 def ends_near(body: Body, name: str, points: Array, normals: Array, size: Array) -> Mask:
-    """Whether a rigid surface ends within `size` (n,) of points (n, 3), sideways to normals (n, 3); in its axes."""
+    """Whether a rigid surface ends within `size` (n,) of points (n, 3), tangentially to normals (n, 3); in its axes."""
     surface = body.surface(name)
     across = np.eye(3)[np.abs(normals).argmin(axis=1)]
     one = np.cross(normals, across)

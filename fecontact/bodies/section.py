@@ -1,8 +1,8 @@
-"""Plane and axisymmetric elastic bodies: sections in the x-z plane, at a hundredth of a spatial model's cost.
+"""Plane and axisymmetric elastic bodies: sections in the x-z plane, at about a hundredth of the cost of a solid model.
 
-Both are elastic bodies of space with y held (`fem.section_element`) and go through the same scene. A plane body has
-the rigid motions x, z and ry; forces are those on its thickness. A body of revolution (x is the radius, z the axis) has
-the axial one; forces, areas and resultants are those of the whole ring.
+Both are elastic bodies with y held (`fem.section_element`) and are used in scenes like solids. A plane body has the
+rigid motions x, z and ry; forces are those on its thickness. A body of revolution (x is the radius, z the axis) has the
+axial motion; forces, areas and resultants are those of the whole ring.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STATES = ("strain", "stress")
 
 @dataclass(frozen=True, eq=False)
 class SectionBody(ElasticBody):
-    """What plane and axisymmetric bodies have in common; make a `PlaneBody` or an `AxisymmetricBody`."""
+    """Base of plane and axisymmetric bodies; make a `PlaneBody` or an `AxisymmetricBody`."""
 
     pressures: ClassVar = ("sides",)
 
@@ -66,7 +66,7 @@ class SectionBody(ElasticBody):
 
     @property
     def out_of_plane(self) -> Extent:
-        """How far the section goes on."""
+        """Out-of-plane extent of the section."""
         raise InputError("Make a PlaneBody or an AxisymmetricBody.")
 
     @property
@@ -76,12 +76,12 @@ class SectionBody(ElasticBody):
 
     @property
     def plane_stress(self) -> bool:
-        """Whether there is no stress across the section."""
+        """Whether the state is plane stress."""
         return False
 
     @property
     def state(self) -> str:
-        """What its elements assume, in words."""
+        """State of its elements, in words."""
         return "axisymmetric"
 
     @cached_property
@@ -110,11 +110,11 @@ class SectionBody(ElasticBody):
         )
 
     def size_lines(self, twin: str = "") -> list[str]:
-        """Lines for people: what the section saves too."""
+        """Report lines, including the reduction to a section."""
         return [*super().size_lines(twin), f"{self.name}: a section instead of a solid"]
 
     def describe(self) -> str:
-        """One line: what was modelled."""
+        """One-line description of the model."""
         m = self.mesh
         return self._described(f"{len(m.cells)} {m.cell_type} cells{self._ties}, {self.state}, {self.n_unknowns} dofs")
 
@@ -137,7 +137,8 @@ class PlaneBody(SectionBody):
         Selective reduced integration against locking in plane strain; 'auto' chooses it for Poisson's ratios above
         0.48. Plane stress does not lock.
     thickness : float
-        Along y. Forces, areas and contact weights are those of the whole thickness; per unit of it unless given.
+        Thickness along y. Forces, areas and contact weights are those of the whole thickness; unit thickness unless
+        given.
     plane : {'strain', 'stress'}
 
     Raises
@@ -173,12 +174,12 @@ class PlaneBody(SectionBody):
 
     @property
     def plane_stress(self) -> bool:
-        """Whether there is no stress across the section."""
+        """Whether the state is plane stress."""
         return self.plane == "stress"
 
     @property
     def state(self) -> str:
-        """What its elements assume, in words."""
+        """State of its elements, in words."""
         return f"plane {self.plane}, thickness {self.thickness:g}"
 
     @property
@@ -201,7 +202,7 @@ class AxisymmetricBody(SectionBody):
     supports : mapping of boundary name to components, optional
         ``"x"`` (radial), ``"z"`` or ``"xz"``; see `ElasticBody`.
     name, backend, integration
-        As of `ElasticBody`.
+        As in `ElasticBody`.
 
     Raises
     ------
@@ -220,16 +221,16 @@ class AxisymmetricBody(SectionBody):
 
     @property
     def out_of_plane(self) -> Extent:
-        """Round the axis."""
+        """Circumference."""
         return Extent(None)
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
-        """One row (1, n_dofs) that takes the displacement at a node along a direction.
+        """One row (1, n_dofs) for the displacement at a node along a direction.
 
         Raises
         ------
         InputError
-            If the point is no node.
+            If the point is not a node.
         """
         distance = np.linalg.norm(self.mesh.points - point, axis=1)
         if distance.min() > 1e-6 * self.size:

@@ -1,4 +1,4 @@
-"""Bodies given by a surface and its flexibility alone: all that a scene needs of a body, from these two."""
+"""Bodies defined by a surface and its flexibility only."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import contact_weights
 
-#: Largest asymmetry of a compliance, relative to its largest entry, that is rounding; as in `solvers.problem`.
+#: Largest asymmetry of a compliance, relative to its largest entry, that counts as rounding; as in `solvers.problem`.
 SYMMETRY_TOLERANCE = 1e-8
 
 
@@ -44,9 +44,9 @@ def boundary_surface(mesh: Mesh, boundary: str) -> FacetSurface:
 
 
 class SurfaceBody(Placed):
-    """Base of bodies that are a surface and its flexibility; the body beneath is rigid and held unless released.
+    """Base of bodies defined by a surface and its flexibility; the underlying body is rigid and held unless free.
 
-    A subclass gives `facets` and `flexibility`, as attributes or as properties. All else has a default: generalised
+    A subclass defines `facets` and `flexibility`, as attributes or properties. All else has a default: generalised
     displacements are those of the nodes of `facets.points`, (x, y, z) node by node.
 
     Attributes
@@ -54,7 +54,7 @@ class SurfaceBody(Placed):
     facets : FacetSurface
         The contact surface, see `boundary_surface`.
     flexibility : (n_dofs, n_dofs) array, sparse matrix or LinearOperator
-        Displacements of the nodes by unit forces at the nodes; symmetric, positive semidefinite.
+        Nodal displacements due to unit nodal forces; symmetric, positive semidefinite.
     name : str, optional
     """
 
@@ -87,7 +87,7 @@ class SurfaceBody(Placed):
 
     @cached_property
     def contact_modulus(self) -> float:
-        """Modulus (force / length^2) by which the stiffest node gives under its own force, for estimates only."""
+        """Modulus (force / length^2) from the stiffest node under its own force, for estimates only."""
         area = contact_weights(self.facets)
         k = int(np.argmax(area))
         unit = np.zeros((self.n_dofs, 3))
@@ -102,7 +102,7 @@ class SurfaceBody(Placed):
 
     @property
     def free_motions(self) -> Array:
-        """None: the body beneath is held in every component that is not released."""
+        """None: the underlying body is held in every component that is not free."""
         return np.zeros((6, 0))
 
     def surface(self, name: str) -> FacetSurface:
@@ -112,7 +112,7 @@ class SurfaceBody(Placed):
         return self.facets
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
-        """Refused: a point load would sink into the surface without end, or has no point of it to act on.
+        """Refused: a point load would displace the surface without bound, or has no point to act on.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class SurfaceBody(Placed):
         Raises
         ------
         InputError
-            A flexibility of another shape, or one that is not symmetric.
+            If the flexibility has another shape or is not symmetric.
         """
         with timer("condense"):
             expected = (self.n_dofs, self.n_dofs)
@@ -147,7 +147,7 @@ class SurfaceBody(Placed):
         return np.asarray(self.flexibility @ (rows.T @ forces))
 
     def describe(self) -> str:
-        """One line: what was modelled."""
+        """One-line description of the model."""
         return self._described(f"{type(self).__name__}, {len(self.facets.nodes)} nodes")
 
 

@@ -1,4 +1,4 @@
-"""Which compliance a half-space has: materials, layers, kind of pressure, free or periodic."""
+"""Compliance of a half-space: materials, layers, kind of pressure, free or periodic."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ PRESSURES = ("uniform", "bilinear", "point")
 
 @dataclass(frozen=True, eq=False)
 class SurfaceCompliance:
-    """Displacement of the cells of a grid by pressure on them, as a kernel for every coarser grid too.
+    """Displacement of the cells of a grid by pressure on them, also for coarser grids.
 
     Parameters
     ----------
     grid : Grid
     material : Material or None
-        Of the half-space below the layers; None: rigid.
+        Material of the half-space below the layers; None: rigid.
     layers : sequence of Layer
     against : Material or None
-        Of a counter-body whose compliance is added; None: rigid.
+        Material of a counter-body whose compliance is added; None: rigid.
     pressure : {'uniform', 'bilinear', 'point'}
     self_ratio : float
         With 'point': see `kernels.points`.
@@ -68,11 +68,11 @@ class SurfaceCompliance:
 
     @property
     def mean_is_stiff(self) -> bool:
-        """Whether a periodic surface does not give under a mean pressure, its approach counting from its mean plane."""
+        """Whether a mean pressure causes no displacement: periodic surfaces, relative to their mean plane."""
         return self.material is not None
 
     def kernel(self, level: int = 0) -> Array:
-        """Kernel of the grid that is `level` times coarser by two, see `nested.Level.kernel`."""
+        """Kernel of the grid coarsened `level` times by two, see `nested.Level.kernel`."""
         if self.periodic:
             return self._symbol(level)
         counts = tuple(-(-n // 2**level) + (level > 0) for n in self.grid.shape)
@@ -83,7 +83,7 @@ class SurfaceCompliance:
             if self.against is not None:
                 table += kernels.love(shape, cell) / self.against.plane_strain_modulus
             return table
-        # 1/r has no length of its own: the table of a coarser grid is part of this one's, scaled
+        # 1/r has no intrinsic length: the table of a coarser grid is part of this one, scaled
         return self._table if level == 0 else self._table[: shape[0], : shape[1]] * 2.0**level
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What a half-space tells when something rigid has been pressed on it."""
+"""Result of pressing a rigid surface on a half-space."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TOUCHING = np.ones((3, 3), int)
 
 @dataclass(frozen=True)
 class SolverReport:
-    """How an answer was found.
+    """Solver statistics.
 
     Attributes
     ----------
@@ -35,17 +35,17 @@ class SolverReport:
     rounds : int
         Active sets on the finest grid.
     levels : int
-        Grids.
+        Number of grids.
     products : int
         Products with a compliance, on all grids.
     transforms : float
-        Forward and backward real transforms on all grids, the preconditioner's and the certificate's included, in
-        units of one of the padded whole grid.
+        Forward and backward real transforms on all grids, including those of preconditioner and certificate, in units
+        of one of the padded whole grid.
     symmetric : (bool, bool)
-        Axes of which a half was modelled.
+        Axes of symmetry, of which a half was modelled.
     seconds : float
     history : tuple of float
-        Relative gap or penetration left after each round.
+        Relative gap or penetration after each round.
     """
 
     nit: int
@@ -67,19 +67,19 @@ class HalfSpaceContact:
     grid : Grid
     periodic : bool
     material : Material or None
-        Of the half-space, or of the base under its layers; None for layers on a rigid base.
+        Material of the half-space, or of the base under its layers; None for layers on a rigid base.
     layers : tuple of Layer
     pressure : (nx, ny) array
         Uniform over each cell (bilinear: at the nodes), compression positive.
     displacement : (nx, ny) array
-        Of the surface, into the body; of both bodies together where there is a counter-material.
+        Displacement of the surface into the body; of both bodies together with a counter-material.
     gap : (nx, ny) array
-        After deformation; infinite where there is no counter-surface.
+        Gap after deformation; infinite where there is no counter-surface.
     approach : float
         Rigid displacement of the counter-surface into the body, at the origin of the grid: from the undisturbed
         surface, or from the mean plane of a periodic one.
     tilt : (float, float)
-        Slopes by which the counter-surface has turned, along x and y, rising positive.
+        Tilt of the counter-surface: slopes along x and y, rising positive.
     residuals : Residuals
         Recomputed from the problem, relative.
     status : str
@@ -112,12 +112,12 @@ class HalfSpaceContact:
 
     @property
     def area(self) -> float:
-        """Area of the cells that carry pressure: first order in the cells."""
+        """Area of the cells that carry pressure; error of first order in the cell size."""
         return int(self.active.sum()) * self.grid.area
 
     @cached_property
     def edge_area(self) -> float:
-        """Area with the edge placed within its cells, see `edge`: several times nearer for smooth surfaces."""
+        """Area with the edge located within its cells, see `edge`; several times more accurate for smooth surfaces."""
         return edge_area(self.pressure, np.isfinite(self.gap), self.periodic) * self.grid.area
 
     @property
@@ -169,7 +169,7 @@ class HalfSpaceContact:
         return int(self.regions.max())
 
     def moment_radius(self) -> float:
-        """Contact radius of a Hertz pressure by its second moment, a^2 = (5/2) sum(p r^2)/sum(p)."""
+        """Contact radius of a Hertz pressure from its second moment, a^2 = (5/2) sum(p r^2)/sum(p)."""
         x, y = self.centre_of_pressure
         r2 = ((self.grid.x - x) ** 2)[:, None] + ((self.grid.y - y) ** 2)[None, :]
         return float(np.sqrt(2.5 * (self.pressure * r2).sum() / self.pressure.sum()))
@@ -177,7 +177,8 @@ class HalfSpaceContact:
     def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
         """Stress inside the half-space.
 
-        Love's rectangles where it is free and homogeneous, transforms where it is layered or periodic, see `inside`.
+        By Love's rectangles for a free homogeneous half-space, by transforms for a layered or periodic one, see
+        `inside`.
 
         Parameters
         ----------
@@ -187,12 +188,13 @@ class HalfSpaceContact:
             corners, xy is infinite as a logarithm times the mixed difference of the four pressures: its mean over a
             cell is taken.
         chunk : int
-            Pairs of point and cell that are treated together.
+            Pairs of point and cell per batch.
 
         Returns
         -------
         (n, 6) array
-            Components xx, yy, zz, xy, yz, xz, tension positive. Of a periodic half-space without strain in the mean.
+            Components xx, yy, zz, xy, yz, xz, tension positive. For a periodic half-space the mean in-plane strain is
+            zero.
 
         Raises
         ------

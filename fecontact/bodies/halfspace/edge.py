@@ -1,10 +1,10 @@
-"""Contact area with its edge placed within the cells.
+"""Contact area with its edge located within the cells.
 
-Counting cells gives the area to first order: the edge lies somewhere in its cell. Where the surface is smooth the
-pressure falls to zero as the square root of the distance from the edge, so that its square falls linearly: through the
-last two cells of each row and each column a straight line tells where. Rows and columns each give an area, for the
-divergence theorem needs one direction only; each edge counts by the squared cosine between its normal and theirs.
-Where the counter-surface itself ends, as under a flat punch, the edge is known and nothing is corrected.
+Counting cells gives the area to first order only. Where the surface is smooth the pressure falls to zero as the square
+root of the distance from the edge and its square linearly: a straight line through the last two cells of each row and
+column locates the edge. Rows and columns each give an area, as the divergence theorem needs one direction only; each
+edge is weighted by the squared cosine between its normal and that direction. Where the counter-surface itself ends, as
+under a flat punch, the edge is known and not corrected.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fecontact.common.arrays import Array, Mask
 
 FARTHEST = 1.0
-"""Cells by which an edge is moved at most."""
+"""Largest correction of an edge, in cells."""
 
 
 def edge_area(pressure: Array, allowed: Mask, periodic: bool) -> float:
@@ -47,7 +47,7 @@ def edge_area(pressure: Array, allowed: Mask, periodic: bool) -> float:
 
 
 def _moved(square: Array, allowed: Mask, share: Array, axis: int, step: int, periodic: bool) -> float:
-    """Cells by which the edges that face one way lie beyond the outer side of their last cell, summed by their shares.
+    """Weighted sum of the distances, in cells, from the outer side of the last cell to edges facing one way.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def _moved(square: Array, allowed: Mask, share: Array, axis: int, step: int, per
     share : (nx, ny) array
         Squared cosine between the edge's normal and the axis, taken one cell inside.
     step : int
-        -1: edges at whose upper side the contact ends, 1: at whose lower side.
+        -1: the contact ends at the upper side, 1: at the lower side.
     """
 
     def beside(values: NDArray, by: int) -> NDArray:

@@ -1,12 +1,12 @@
-"""Convolution of cell values with an even kernel by fast transforms that skip what is known to be zero or symmetric.
+"""Convolution of cell values with an even kernel by fast transforms, with pruning and symmetry.
 
-Free surface: zero padding to twice the size makes the cyclic convolution the true one. The padding rows are never
-transformed forward and the padded results never backward (pruning), and the second direction is done in strips that
-stay in cache. Values that are symmetric about the middle of an axis are given by their half with positive coordinate,
-nearest the middle first, and cosine transforms replace complex ones: half the work per axis, half the memory.
+Free surface: zero padding to twice the size makes the cyclic convolution the linear one. The padding rows are never
+transformed forward and the padded results never backward (pruning), and the second direction is done in strips that fit
+in cache. Values symmetric about the middle of an axis are given by the half with positive coordinate, nearest the
+middle first; cosine transforms replace complex ones, with half the work and memory per axis.
 
-Products that are summed up to correct one another need not be exact to the last digit: `Convolution.rough` works in
-single precision, half the memory and half the time.
+Products for corrections need less accuracy: `Convolution.rough` works in single precision, with half the memory and
+time.
 
 With d(k) the type-1 cosine transform of the even kernel, both the complex (n padded to 2 m) and the cosine transform
 (type 2, n/2 padded to m) of a convolution are products with d(k).
@@ -26,10 +26,10 @@ from fecontact.common.arrays import Array
 Shape = tuple[int, int]
 
 STRIP = 1 << 17
-"""Numbers in a strip of columns that are transformed together: 1 to 2 MB."""
+"""Numbers per strip of columns: 1 to 2 MB."""
 
 ROUGHNESS = 2e-6
-"""Error of a product in single precision relative to its largest value: some ten roundings of 6e-8, with a reserve."""
+"""Error of a product in single precision relative to its largest value: some ten roundings of 6e-8, with a margin."""
 
 
 @dataclass(eq=False)
@@ -43,7 +43,7 @@ class Tally:
     transforms : float
         Forward and backward transforms, weighted by their size.
     products : int
-        Products with a compliance, whatever their size.
+        Products with a compliance, of any size.
     """
 
     unit: int
@@ -51,13 +51,13 @@ class Tally:
     products: int = 0
 
     def add(self, cells: int, product: bool) -> None:
-        """Count one forward and one backward transform of real arrays with so many cells."""
+        """Count one forward and one backward transform of real arrays with that many cells."""
         self.transforms += 2 * cells / self.unit
         self.products += product
 
 
 def padded(n: int) -> int:
-    """Half the length of a fast transform in which n cells do not reach their periodic images."""
+    """Half the length of a fast transform in which n cells do not interact with their periodic images."""
     return int(scipy.fft.next_fast_len(n, real=True))
 
 
@@ -83,18 +83,18 @@ class Convolution:
     Parameters
     ----------
     spectrum : (mx + 1, my + 1) array
-        Of the kernel with periods 2 mx and 2 my, see `kernel_spectrum`.
+        Spectrum of the kernel with periods 2 mx and 2 my, see `kernel_spectrum`.
     shape : (int, int)
-        Numbers of cells in the arrays that `apply` takes; of the half where an axis is symmetric.
+        Shape of the arrays that `apply` takes; of the half along a symmetric axis.
     symmetric : (bool, bool)
         Axes along which the values are symmetric.
     tally : Tally
     product : bool
-        Whether to count its use as a product with the compliance.
+        Whether to count its use as a product with a compliance.
     workers : int, optional
         Threads.
     factor : float
-        By which the products are multiplied.
+        Factor of the products.
 
     Examples
     --------
@@ -123,7 +123,7 @@ class Convolution:
         object.__setattr__(self, "_lengths", lengths)
 
     def rough(self) -> Convolution:
-        """The same in single precision: products err by `ROUGHNESS`, whatever the units."""
+        """The same in single precision, with relative errors of `ROUGHNESS` in any units."""
         largest = float(np.abs(self.spectrum).max())
         factor = largest if largest > 0 else 1.0
         return replace(self, spectrum=(self.spectrum / factor).astype(np.float32), factor=self.factor * factor)
@@ -132,7 +132,7 @@ class Convolution:
         """Convolution (nx, ny) of values (nx, ny)."""
         if self.spectrum.dtype != np.float32:
             return self._product(values)
-        # single precision has a narrow range: values of order one
+        # single precision has a narrow range: scale values to order one
         largest = max(float(values.max()), -float(values.min()))
         if largest == 0:
             return np.zeros(values.shape)

@@ -26,7 +26,7 @@ class Grid:
     Raises
     ------
     InputError
-        Sides that are not positive, numbers of cells that are not whole or below 2.
+        If sides are not positive, or numbers of cells are not integers of at least 2.
 
     Examples
     --------
@@ -72,17 +72,17 @@ class Grid:
 
     @cached_property
     def x(self) -> Array:
-        """Centres of the cells (nx,) along x; exactly antisymmetric."""
+        """Centres (nx,) of the cells along x; exactly antisymmetric."""
         return _centres(self.size[0], self.shape[0])
 
     @cached_property
     def y(self) -> Array:
-        """Centres of the cells (ny,) along y; exactly antisymmetric."""
+        """Centres (ny,) of the cells along y; exactly antisymmetric."""
         return _centres(self.size[1], self.shape[1])
 
     @property
     def coarser(self) -> Grid:
-        """The grid of cells twice as large that covers this one; a row of them may stand over."""
+        """The grid of cells twice as large that covers this one; it may extend beyond by one row of cells."""
         counts = ((self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2)
         dx, dy = self.cell
         return Grid((2 * dx * counts[0], 2 * dy * counts[1]), counts)

@@ -30,39 +30,40 @@ from fecontact.common.stopwatch import Stopwatch
 
 
 class HeightSurface(Protocol):
-    """A rigid surface over the plane z = 0, resting on it with its lowest point."""
+    """A rigid surface over the plane z = 0, with its lowest point on it."""
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together; infinite where there is no surface."""
 
 
 DENSE_LIMIT = 1500
-"""Rows of a scene up to which a half-space hands out its compliance as a matrix."""
+"""Rows of a scene up to which the compliance of a half-space is a matrix."""
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class HalfSpace(SurfaceBody):
-    """An elastic half-space z <= 0, its surface cut into a grid of cells centred on the origin.
+    """An elastic half-space z <= 0 with a grid of cells on its surface, centred on the origin.
 
     Parameters
     ----------
     material : Material or None
-        None with layers: they rest on a rigid base.
+        None with layers: a rigid base.
     size : (float, float)
         Sides of the grid along x and y.
     shape : (int, int)
         Cells along x and y.
     periodic : bool
-        Whether the surface repeats beyond the grid. Its approach then counts from the mean plane of the surface.
+        Whether the surface repeats beyond the grid. Its approach is then relative to the mean plane of the surface.
     layers : sequence of Layer
-        From the surface downwards.
+        Layers from the surface downwards.
     against : Material, optional
         Material of a counter-body that is elastic too: its compliance as a half-space is added, which is exact for two
         smooth frictionless half-spaces. Without it the counter-body is rigid.
     pressure : {'uniform', 'bilinear', 'point'}
-        Over a cell; 'point' is the report's version, a force in the middle (Elangovan 1978 after Conry & Seireg 1971).
+        Pressure over a cell; 'point' is the report's version, a force at its centre (Elangovan 1978 after Conry &
+        Seireg 1971).
     self_ratio : float
-        With 'point', displacement under the force over that at the nearest neighbour.
+        With 'point': displacement under the force over that at the nearest neighbour.
     name : str, optional
 
     Attributes
@@ -70,12 +71,12 @@ class HalfSpace(SurfaceBody):
     grid : Grid
         Cells of the surface.
     compliance : SurfaceCompliance
-        How the surface gives.
+        Compliance of the surface.
 
     Raises
     ------
     InputError
-        Sizes, numbers of cells or options that cannot be used.
+        If sizes, numbers of cells or options are invalid.
 
     Examples
     --------
@@ -151,17 +152,17 @@ class HalfSpace(SurfaceBody):
         Parameters
         ----------
         surface : shape with `heights`, or (nx, ny) array_like
-            Heights above the plane z = 0 at the middles of the cells; infinite where there is no surface.
+            Heights above the plane z = 0 at the cell centres; infinite where there is no surface.
         force : float, optional
             Total force (on the grid, or on one period), positive.
         approach : float, optional
             Downward displacement of the surface from the given heights. Exactly one of the two.
         load_point : (float, float), optional
-            Where the force acts; the surface is then free to tilt. Without it, it does not tilt.
+            Point of action of the force; the surface is then free to tilt. Without it there is no tilt.
         tolerance : float
-            Of the certificate, relative, see `solvers.Residuals`.
+            Relative tolerance of the certificate, see `solvers.Residuals`.
         symmetry : bool
-            Whether a surface that is symmetric about the axes of the grid may be treated by its half or quarter.
+            Whether to solve on a half or quarter of a surface that is symmetric about the axes of the grid.
         workers : int, optional
             Threads of the transforms.
 
@@ -172,9 +173,9 @@ class HalfSpace(SurfaceBody):
         Raises
         ------
         InputError
-            Loads or heights that cannot be used; a grid smaller than the contact, with the size it needs.
+            If loads or heights are invalid, or the grid is smaller than the contact; the message gives the size needed.
         SolverError
-            If no certified answer was found.
+            If no certified solution was found.
 
         Examples
         --------
@@ -195,9 +196,9 @@ class HalfSpace(SurfaceBody):
     def stiffness(self, contact: HalfSpaceContact) -> float:
         """Slope of force over approach at a contact with this half-space, without tilt.
 
-        At the load found, more approach moves all touching cells alike: the slope is the force under a flat punch of
-        the contact's outline per its approach (Barber, Proc. R. Soc. A 459 (2003) 53). Infinite for a periodic
-        surface in full contact, whose mean plane does not give.
+        An increment of approach displaces all cells in contact equally: the slope is the force per approach of a flat
+        punch with the contact's outline (Barber, Proc. R. Soc. A 459 (2003) 53). Infinite for a periodic surface in
+        full contact, whose mean plane is not displaced.
 
         Examples
         --------
@@ -216,7 +217,7 @@ class HalfSpace(SurfaceBody):
         return contact.force / press(self.compliance, outline, load, 1e-8, True, None, boxed=False).approach
 
     def heights_of(self, surface: HeightSurface | ArrayLike) -> Array:
-        """Heights (nx, ny) of a surface above the middles of the cells."""
+        """Heights (nx, ny) of a surface at the cell centres."""
         if hasattr(surface, "heights"):
             z = surface.heights(self.grid.x[:, None], self.grid.y[None, :])
             return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
@@ -228,7 +229,7 @@ class HalfSpace(SurfaceBody):
         return True
 
     def size_lines(self, twin: str = "") -> list[str]:
-        """Lines for people."""
+        """Report lines."""
         return [f"{self.name}: a half-space, of which only the surface is cut"]
 
     @property
@@ -243,16 +244,16 @@ class HalfSpace(SurfaceBody):
 
     @property
     def contact_modulus(self) -> float:
-        """E* of the bodies that it stands for."""
+        """E* of the bodies that it represents."""
         return self.compliance.modulus
 
     @cached_property
     def facets(self) -> GridSurface:  # type: ignore[override]
-        """Its surface: the middles of the cells and quadrilaterals between them."""
+        """Its surface: cell centres and quadrilaterals between them."""
         return grid_surface(self.grid, "surface")
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
-        """Compliance along rows: a matrix, or beyond `DENSE_LIMIT` rows that take one cell each, an operator."""
+        """Compliance along rows: a matrix, or an operator for more than `DENSE_LIMIT` rows of one cell each."""
         with timer("condense"):
             normal = _normal_part(rows)
             if normal.shape[0] > DENSE_LIMIT and _is_selection(normal):
@@ -270,14 +271,14 @@ class HalfSpace(SurfaceBody):
         return u.ravel()
 
     def describe(self) -> str:
-        """One line: what was modelled."""
+        """One-line description of the model."""
         kind = "periodic" if self.periodic else "free"
         stack = f", {len(self.layers)} layer(s)" if self.layers else ""
         return f"{self.name}: {kind} half-space, {self.grid.shape[0]} x {self.grid.shape[1]} cells{stack}"
 
 
 def _normal_part(rows: sp.csr_matrix) -> sp.csr_matrix:
-    """The part (n, n_cells) of rows (n, 3 n_cells) that takes displacements along z."""
+    """The columns (n, n_cells) for displacements along z of rows (n, 3 n_cells)."""
     coo = rows.tocoo()
     normal = (coo.col % 3 == 2) & (coo.data != 0)
     shape = (rows.shape[0], rows.shape[1] // 3)
@@ -285,7 +286,7 @@ def _normal_part(rows: sp.csr_matrix) -> sp.csr_matrix:
 
 
 def _is_selection(rows: sp.csr_matrix) -> bool:
-    """Whether every row takes one cell, with the sign of a contact from above."""
+    """Whether every row has one cell, with the sign of a contact from above."""
     return rows.nnz == rows.shape[0] and bool(
         (np.diff(rows.indptr) == 1).all() and (np.abs(rows.data + 1) < 1e-12).all()
     )

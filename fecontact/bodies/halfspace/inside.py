@@ -1,9 +1,9 @@
 """Stresses inside a half-space under the pressures of a contact: free, layered, periodic.
 
-Free and homogeneous: Love's rectangles. Free and layered: in the top layer Love's rectangles of its material and the
-smooth difference that the layers make, below it the field itself, both by Hankel transforms of a point force's field
-and summed over the cells by a Gauss rule. Periodic: the Fourier series of the pressures, each wave with its
-field. Here z points into the body; the answers have it out of the body.
+Free and homogeneous: Love's rectangles. Free and layered: in the top layer Love's rectangles of its material plus the
+smooth difference due to the layers, below it the whole field, both from Hankel transforms of a point force's field,
+summed over the cells by a Gauss rule. Periodic: the Fourier series of the pressures, each wave with its field. Here z
+points into the body; in results it points out of the body.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from fecontact.common.material import Material
 Field = Callable[[Array, Array, Array], Array]
 
 DEEPEST_WAVE = 40.0
-"""Wave number times depth beyond which a wave is not felt: exp(-40) = 4e-18."""
+"""Wave number times depth beyond which a wave is negligible: exp(-40) = 4e-18."""
 
 GAUSS_WEIGHTS = np.outer([5 / 18, 8 / 18, 5 / 18], [5 / 18, 8 / 18, 5 / 18]).ravel()
-"""Of the three-point Gauss rule in each direction of a cell."""
+"""Weights of the Gauss rule with three points in each direction of a cell."""
 
 NEARBY = 4.0
-"""Distance in cells within which that rule gives way to Love's closed form; beyond, it errs by 1e-6 of the cell."""
+"""Distance in cells within which Love's closed form replaces that rule, whose error is 1e-6 of the cell beyond."""
 
 CORE = 0.1
-"""Distance in cells within which the point force is left out: there it is replaced, and would leave its rounding."""
+"""Distance in cells within which the point force is omitted: subtracting it later would leave rounding."""
 
 ON_EDGE = 1e-9
-"""Distance in cells from an edge of a cell, or from the surface, that is rounding of the coordinates."""
+"""Distance in cells from a cell edge or from the surface that counts as rounding of the coordinates."""
 
 OUTWARDS = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
-"""Signs of xx, yy, zz, xy, yz, xz when z turns from into the body to out of it."""
+"""Signs of xx, yy, zz, xy, yz, xz under reversal of z."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Loaded:
     grid : Grid
     pressure : (nx, ny) array
     material : Material or None
-        Below the layers; None: rigid.
+        Material below the layers; None: rigid.
     layers : sequence of Layer
     """
 
@@ -85,12 +85,12 @@ class Loaded:
         return out
 
     def _cells(self) -> tuple[Array, Array]:
-        """Middles (m, 3) and pressures (m,) of the cells that carry one."""
+        """Centres (m, 3) and pressures (m,) of the loaded cells."""
         ix, iy = np.nonzero(self.pressure)
         return np.stack([self.grid.x[ix], self.grid.y[iy], np.zeros(len(ix))], axis=1), self.pressure[ix, iy]
 
     def _love(self, points: Array, material: Material, chunk: int) -> Array:
-        """Of a homogeneous half-space: point forces on the cells, and Love's rectangles for the cells nearby."""
+        """Stress in a homogeneous half-space: point forces on the cells, Love's rectangles for nearby cells."""
         core = CORE * min(self.grid.cell)
         out = self._summed(lambda x, y, z: _point_force(x, y, z, material.nu, core), points, chunk)
         centres, loads = self._cells()
@@ -112,7 +112,7 @@ class Loaded:
                 corner_distance=_mean_distance(*half_sides),
             )
             better = np.stack([unit[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
-            # as in `_summed`, so that both leave out the same
+            # as in `_summed`, so that both omit the same
             places = points[i, None, :2] - (centres[j, None, :2] + self._gauss)
             gauss = _point_force(places[..., 0], places[..., 1], points[i, 2, None], material.nu, core)
             change = better - self.grid.area * np.einsum("nci,c->ni", gauss, GAUSS_WEIGHTS)
@@ -120,19 +120,19 @@ class Loaded:
         return out
 
     def _in_cells(self, points: Array) -> Array:
-        """Places (n, 2) counted in cells from the corner of the grid; on an edge between cells a whole number."""
+        """Positions (n, 2) in units of cells from the corner of the grid; integers on edges between cells."""
         place = points[:, :2] / self.grid.cell + np.array(self.grid.shape) / 2
         edge = np.rint(place)
         return np.where(np.abs(place - edge) < ON_EDGE, edge, place)
 
     @property
     def _gauss(self) -> Array:
-        """Places (9, 2) of the points in a cell that stand for it."""
+        """Gauss points (9, 2) of a cell."""
         x = math.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
         return np.array([(s, t) for s in x for t in x]) * self.grid.cell
 
     def _summed(self, field: Field, points: Array, chunk: int) -> Array:
-        """A point force's field summed over the cells, nine points each."""
+        """Field of a point force, summed over the cells with nine points each."""
         centres, loads = self._cells()
         out = np.zeros((len(points), 6))
         step = max(1, chunk // max(1, 9 * len(points)))
@@ -146,7 +146,7 @@ class Loaded:
         return out
 
     def periodic(self, points: Array) -> Array:
-        """Stress (n, 6) at points (n, 3), z into the body, under a surface that repeats; no strain in the mean."""
+        """Stress (n, 6) at points (n, 3), z into the body, under a periodic surface; the mean strain is zero."""
         grid = self.grid
         waves = [
             np.asarray(2 * math.pi * np.fft.fftfreq(n, s / n), dtype=float)
@@ -168,7 +168,7 @@ class Loaded:
 
 
 def _mean_distance(a: float, b: float) -> float:
-    """Geometric mean of the distances of the points of a rectangle with half-sides a, b from its middle."""
+    """Geometric mean of the distance from the middle over a rectangle with half-sides a, b."""
     return math.hypot(a, b) * math.exp(-1.5 + a / (2 * b) * math.atan(b / a) + b / (2 * a) * math.atan(a / b))
 
 
@@ -232,7 +232,7 @@ def _material_at(z: float, layers: Sequence[Layer], base: Material | None) -> Ma
 
 @dataclass(frozen=True, eq=False)
 class _Hankel:
-    """Hankel transforms of orders 0, 1 and 2 of spectra that end at a largest wave number, tabulated in r."""
+    """Hankel transforms of orders 0, 1 and 2 of spectra with a largest wave number, tabulated in r."""
 
     k: Array
     weights: Array
@@ -242,8 +242,8 @@ class _Hankel:
 
     @classmethod
     def up_to(cls, reach: float, length: float) -> _Hankel:
-        """For r up to `reach` and fields that vary over `length`."""
-        panels = 8 + math.ceil(DEEPEST_WAVE * reach / length / 20)  # a panel of 24 points carries a phase of 20
+        """Table for r up to `reach` and fields that vary over `length`."""
+        panels = 8 + math.ceil(DEEPEST_WAVE * reach / length / 20)  # a panel of 24 points integrates a phase of 20
         nodes, weights = np.polynomial.legendre.leggauss(24)
         edges = DEEPEST_WAVE / length * np.linspace(0.0, 1.0, panels + 1)
         width = np.diff(edges)[:, None] / 2

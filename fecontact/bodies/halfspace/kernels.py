@@ -1,7 +1,7 @@
-"""Influence coefficients of a half-space: surface displacement of a cell by the pressure on another.
+"""Influence coefficients of a half-space: surface displacement of a cell due to pressure on another.
 
-All are for the modulus E* = 1 and depend on the offset between the cells alone, evenly in both directions, so that a
-table (nx, ny) over offsets 0, 1, 2, ... cells says everything.
+All are for the modulus E* = 1 and depend on the offset between the cells only, evenly in both directions: a table (nx,
+ny) over offsets 0, 1, 2, ... cells suffices.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ NEAR = 32
 """Offset, in cells, up to which Love's closed form is used.
 
 It is a second difference of a function that grows as the distance: rounding grows as the square of the offset, to 1e-12
-here. The multipole expansion used beyond has dropped its sixth-order term, 2e-3 offset^-6, 2e-12 here.
+here. The multipole expansion used beyond neglects its sixth-order term, 2e-3 offset^-6, 2e-12 here.
 """
 
 NEAR_BILINEAR = 20
@@ -25,14 +25,14 @@ NEAR_BILINEAR = 20
 
 BOX_MOMENTS = (1 / 24, 1 / 1920)
 HAT_MOMENTS = (1 / 12, 1 / 360)
-"""Second moment over 2! and fourth over 4! of a uniform and of a linear (hat) weight with cells of unit width."""
+"""Second moment over 2! and fourth over 4! of a uniform and of a linear (hat) weight on cells of unit width."""
 
 SMALLEST_RATIO = 1.6156
 """Self term over nearest neighbour below which point forces on square cells have a negative eigenvalue: minus the
 alternating sum of 1/r over the square lattice (Borwein, Borwein & Taylor, J. Math. Phys. 26 (1985) 2999)."""
 
 SELF_TERM_RATIO = 2.0
-"""Report's rule for point forces (Elangovan 1978): a force displaces its own cell twice as much as the nearest one."""
+"""Rule of the report for point forces (Elangovan 1978): own displacement over that of the nearest cell."""
 
 
 def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
@@ -71,20 +71,20 @@ def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
 def bilinear(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
     """Displacements at the nodes by pressures that are bilinear between them, for E* = 1.
 
-    A hat is a uniform pressure averaged over shifts by up to half a cell; so this is also the mean displacement of a
-    cell by uniform pressure on another (Galerkin's method).
+    A hat function is a uniform pressure averaged over shifts by up to half a cell, so this is also the mean
+    displacement of a cell by uniform pressure on another (Galerkin's method).
 
     Parameters
     ----------
     shape : (int, int)
         Number of offsets along x and y.
     cell : (float, float)
-        Distances of the nodes.
+        Spacings of the nodes.
 
     Returns
     -------
     (nx, ny) array
-        Displacement at offset (i, j) by the hat of unit height.
+        Displacement at offset (i, j) by the hat function of unit height.
 
     Notes
     -----
@@ -115,7 +115,7 @@ def bilinear(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
 def _near(
     shape: tuple[int, int], cell: tuple[float, float], reach: int, nodes: bool = False
 ) -> tuple[Array, Array, tuple[slice, slice]]:
-    """Edges (nodes: neighbours) of the cells near the origin, and their part of the table."""
+    """Edges of the cells near the origin (neighbouring nodes for bilinear pressure), and their part of the table."""
     counts = [min(n, math.ceil(reach * max(cell) / side)) for n, side in zip(shape, cell, strict=True)]
     shift, more = (1.0, 2) if nodes else (0.5, 1)
     X = np.asarray((np.arange(counts[0] + more) - shift) * cell[0], dtype=float)[:, None]

@@ -1,11 +1,11 @@
-"""Layered half-space: compliance in wave numbers, and the influence coefficients that follow from it.
+"""Layered half-space: compliance in wave numbers and the resulting influence coefficients.
 
 A pressure cos(k x) on the surface displaces it by C(k) cos(k x). In every layer the displacements U sin(k x) along x
 and W cos(k x) into the body are a sum of four fields, two that decay downwards and two that decay upwards,
 
     (U, W) = (1, 1) e^(-k z)   and   (k z, k z + 3 - 4 nu) e^(-k z),      z -> h - z and W -> -W for the others,
 
-whose factors follow from the conditions at the surface, the interfaces and the base. No factor grows with k h.
+whose factors follow from the conditions at the surface, the interfaces and the base. No exponential grows with k h.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
 SMALLEST_WAVE = 1e-4
-"""Wave number times total thickness below which a layer's fields can no longer be told apart; the limit is used."""
+"""Wave number times total thickness below which a layer's fields are linearly dependent; the limit is used."""
 
 LARGEST_WAVE = 22.0
-"""Wave number times thickness of the top layer at which its base is no longer felt: exp(-2 22) = 8e-20."""
+"""Wave number times thickness of the top layer at which the influence of its base is exp(-2 22) = 8e-20."""
 
 ON_INTERFACE = 1e-12
-"""Distance from an interface, relative to its depth, that is rounding of sums of thicknesses."""
+"""Distance from an interface, relative to its depth, that counts as rounding of sums of thicknesses."""
 
 MIRROR = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
-"""Signs of u, w, sigma and tau of a field turned upside down."""
+"""Signs of u, w, sigma and tau of a field under reversal of z."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Layer:
     material : Material
     thickness : float
     interface : {'bonded', 'frictionless'}
-        How it rests on what is below.
+        Interface to the layer or base below.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def compliance(k: Array, layers: Sequence[Layer], base: Material | None) -> Arra
     k : (n,) array
         Wave numbers (1 / length), not negative.
     layers : sequence of Layer
-        From the surface downwards.
+        Layers from the surface downwards.
     base : Material or None
         The half-space below; None: rigid.
 
@@ -144,15 +144,15 @@ def wave_stress(k: Array, depth: float, layers: Sequence[Layer], base: Material 
     k : (n,) array
         Wave numbers, positive.
     depth : float
-        Below the surface; on an interface the side above it counts.
+        Depth below the surface; on an interface the upper side counts.
     layers : sequence of Layer
     base : Material or None
 
     Returns
     -------
     (n, 4) array
-        Along the wave, across it, normal to the surface (factors of cos(k x)) and shear of the first and third (of
-        sin(k x)); tension positive, z into the body.
+        Normal stresses along the wave, across it and normal to the surface (factors of cos(k x)), and shear of the
+        first and third axis (of sin(k x)); tension positive, z into the body.
 
     Notes
     -----
@@ -216,8 +216,8 @@ def _decaying(k: Array, kz: Array, material: Material) -> Array:
 def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[Layer], base: Material | None) -> Array:
     """Mid-cell displacements by unit pressure on one cell.
 
-    Love's table of a half-space of the top layer's material, and the smooth difference that the layers make:
-    the integral of (k C(k) - 2/E') J_0(k r)/(2 pi) over k, tabulated in r and averaged over the cell.
+    Love's table of a half-space of the top layer's material plus the smooth difference due to the layers: the integral
+    of (k C(k) - 2/E') J_0(k r)/(2 pi) over k, tabulated in r and averaged over the cell.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[La
 def _difference(reach: float, layers: Sequence[Layer], base: Material | None) -> scipy.interpolate.CubicSpline:
     """Point-force displacement less that of the top layer's half-space, over asinh(r / thickness)."""
     h, modulus = layers[0].thickness, layers[0].material.plane_strain_modulus
-    panels = 8 + math.ceil(LARGEST_WAVE * reach / h / 20)  # a panel of 24 points carries a phase of 20
+    panels = 8 + math.ceil(LARGEST_WAVE * reach / h / 20)  # a panel of 24 points integrates a phase of 20
     nodes, weights = np.polynomial.legendre.leggauss(24)
     edges = LARGEST_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
     width = np.diff(edges)[:, None] / 2
@@ -281,7 +281,7 @@ def symbol(kx: Array, ky: Array, layers: Sequence[Layer], base: Material | None)
     Returns
     -------
     array
-        C(|k|). For the mean it is zero on an elastic base and the compliance of the stack on a rigid one.
+        C(|k|). At k = 0 it is zero on an elastic base and the compliance of the stack on a rigid one.
 
     Examples
     --------

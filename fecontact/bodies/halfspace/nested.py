@@ -1,7 +1,7 @@
-"""Nested iteration: the answer on a coarse grid, smoothed onto the next finer one, is where that one begins.
+"""Nested iteration: the solution on a coarse grid, interpolated to the next finer one, is the start there.
 
-On every grid only the part around the expected contact is treated; on the finest, the gaps of the whole grid are
-looked at afterwards, and a cell that penetrates outside of the part brings in the whole.
+Every grid is solved only around the expected contact. On the finest, the gaps of the whole grid are checked afterwards;
+a penetration outside the part triggers a solve on the whole grid.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.common.arrays import Array, Mask
 
 COARSEST = 24
-"""Cells per side of the coarsest grid, at most."""
+"""Largest number of cells per side of the coarsest grid."""
 
 COARSE_TOLERANCE = 1e-3
-"""On the coarser grids; their discretisation errs by more."""
+"""Tolerance on the coarser grids, below their discretisation error."""
 
 ROUGH_ENOUGH = 1e-4
-"""Tolerance from which on single precision serves throughout."""
+"""Tolerance from which single precision suffices throughout."""
 
 MARGIN = 2
 """Cells added round the expected contact, besides a thirtieth of its width."""
 
 WORTHWHILE = 0.75
-"""Share of the whole grid from which on a part of it is not treated by itself."""
+"""Share of the grid above which the whole grid is solved instead of a part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +41,8 @@ class GridLevel:
     Attributes
     ----------
     kernel : (kx, ky) array
-        Free: displacements at offsets 0, 1, ... cells by unit pressure on a cell. Periodic: spectrum, of half the
-        number of cells plus one in each direction.
+        Free: displacements at offsets 0, 1, ... cells by unit pressure on a cell. Periodic: spectrum (half the number
+        of cells plus one in each direction).
     periodic : bool
     g : (nx, ny) array
         Gap without pressure; any finite number where there is no counter-surface.
@@ -63,12 +63,12 @@ class GridLevel:
 
     @property
     def whole(self) -> tuple[slice, slice]:
-        """The part that is all of the grid."""
+        """The part that covers the whole grid."""
         return slice(0, self.g.shape[0]), slice(0, self.g.shape[1])
 
 
 def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
-    """The compliance among the cells of a part of a grid."""
+    """Compliance among the cells of a part of a grid."""
     shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
     spectrum = level.kernel
     if not level.periodic:
@@ -78,7 +78,7 @@ def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, worker
 
 
 def preconditioner(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
-    """Inverse symbol of the compliance of a part, taken as periodic, without padding."""
+    """Inverse symbol of the compliance of a part, as if periodic, without padding."""
     shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
     spectrum = level.kernel
     if not level.periodic:
@@ -95,7 +95,7 @@ def _cells(shape: tuple[int, int], symmetric: Even) -> tuple[int, int]:
 
 
 def coarser(level: GridLevel, kernel: Array) -> GridLevel:
-    """The level on cells twice as large; a row of them may stand over, without counter-surface.
+    """The level on cells twice as large; a row that extends beyond the grid has no counter-surface.
 
     Gaps are means, rows are sums over the cells that have a counter-surface.
     """
@@ -108,7 +108,7 @@ def coarser(level: GridLevel, kernel: Array) -> GridLevel:
 
 
 def _blocks(values: NDArray) -> NDArray:
-    """Blocks of 2 x 2 cells (..., mx, 2, my, 2), filled up with zeros."""
+    """Blocks of 2 x 2 cells (..., mx, 2, my, 2), padded with zeros."""
     nx, ny = values.shape[-2:]
     padding = [(0, 0)] * (values.ndim - 2) + [(0, nx % 2), (0, ny % 2)]
     full = np.pad(values, padding) if nx % 2 or ny % 2 else values
@@ -130,7 +130,7 @@ def finer(values: Array, shape: tuple[int, int], symmetric: Even, periodic: bool
 
 
 def around(active: Mask, symmetric: Even) -> tuple[slice, slice]:
-    """The part of a grid round the cells that may touch, of a size that transforms fast."""
+    """Part of a grid round the cells that may touch, of a size with a fast transform."""
     out = []
     for axis in (0, 1):
         hit = np.flatnonzero(active.any(axis=1 - axis))
@@ -148,14 +148,14 @@ def around(active: Mask, symmetric: Even) -> tuple[slice, slice]:
 def solve_level(
     level: GridLevel, start: Array, active: Mask, tolerance: float, tally: Tally, workers: int | None
 ) -> GridIterate:
-    """Solve on the part of a grid that the start suggests, enlarged while contact reaches its border."""
+    """Solve on the part of a grid round the start's contact, enlarged while contact reaches its border."""
     part = level.whole if level.periodic else around(active, level.symmetric)
     if _share(part, level) > WORTHWHILE:
         part = level.whole
     while True:
         exact, inverse = compliance(level, part, tally, workers), preconditioner(level, part, tally, workers)
         rough = exact
-        if not level.periodic:  # there the inverse is exact, and so may be the answer
+        if not level.periodic:  # for a periodic one the preconditioner is the exact inverse, and the start may be exact
             rough, inverse = exact.rough(), inverse.rough()
         problem = GridProblem(
             exact if tolerance < ROUGH_ENOUGH else rough,
@@ -180,14 +180,14 @@ def _share(part: tuple[slice, slice], level: GridLevel) -> float:
 
 
 def _spread(at: GridIterate, level: GridLevel, part: tuple[slice, slice]) -> GridIterate:
-    """An answer on a part as arrays over the whole grid; the displacements outside are left at zero."""
+    """Solution on a part as arrays over the whole grid; displacements outside are zero."""
     p, u, active = np.zeros(level.g.shape), np.zeros(level.g.shape), np.zeros(level.g.shape, bool)
     p[part], u[part], active[part] = at.p, at.u, at.active
     return replace(at, p=p, u=u, active=active)
 
 
 def _reaches_border(active: Mask, part: tuple[slice, slice], level: GridLevel) -> bool:
-    """Whether cells that touch lie at a border of the part that is no border of the grid."""
+    """Whether cells in contact lie at a border of the part inside the grid."""
     touching = False
     for axis in (0, 1):
         lines = np.moveaxis(active, axis, 0)
@@ -204,14 +204,14 @@ def solve_nested(
     tally: Tally,
     workers: int | None = None,
 ) -> tuple[GridIterate, int]:
-    """Solve on a grid by way of coarser ones.
+    """Solve on a grid, starting from coarser ones.
 
     Parameters
     ----------
     level : GridLevel
-        The finest.
+        The finest level.
     kernel_of : function of int
-        Kernel of the grid that is so many times coarser by two.
+        Kernel of the grid coarsened that many times by two.
     tolerance : float
         See `solve_on_grid`.
     tally : Tally
@@ -220,7 +220,7 @@ def solve_nested(
     Returns
     -------
     iterate : GridIterate
-        On the finest grid.
+        Solution on the finest grid.
     n_levels : int
     """
     levels = [level]
@@ -235,11 +235,11 @@ def solve_nested(
 
 
 def _can_coarsen(level: GridLevel) -> bool:
-    """A period has to remain a whole and even number of cells."""
+    """Whether the level can be coarsened: a period must remain an even number of cells."""
     cells = _cells(level.g.shape, level.symmetric)
     return min(cells) >= 8 and (not level.periodic or (cells[0] % 4 == 0 and cells[1] % 4 == 0))
 
 
 def _first_guess(level: GridLevel) -> Mask:
-    """Cells that overlap, if the approach is prescribed; otherwise all."""
+    """Initial active cells: overlapping ones if the approach is prescribed, else all."""
     return level.allowed & (level.g < 0) if len(level.F) == 0 else level.allowed.copy()

@@ -1,4 +1,4 @@
-"""Compliance of a half-space along the rows of a scene's problem, as a matrix or as an operator that solves itself."""
+"""Compliance of a half-space along the rows of a scene's problem: a matrix, or an operator with its own solver."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from fecontact.solvers import ComplementarityProblem, Status
 from fecontact.solvers.outcome import Outcome
 
 MOST_CELLS = 3000
-"""Cells under a scene's rows up to which the compliance among them is written down."""
+"""Cells in a scene's rows up to which the compliance among them is formed as a matrix."""
 
 MOST_SHARES = 20
-"""Times that cells under several bodies are shared out anew."""
+"""Largest number of reassignments of cells under several bodies."""
 
 
 def whole_grid(body: SurfaceCompliance, workers: int | None = None) -> Convolution:
-    """The compliance among all cells."""
+    """Compliance among all cells."""
     shape = body.grid.shape
     spectrum = body.kernel()
     if not body.periodic:
@@ -36,7 +36,7 @@ def whole_grid(body: SurfaceCompliance, workers: int | None = None) -> Convoluti
 def dense(body: SurfaceCompliance, rows: sp.csr_matrix) -> Array:
     """Displacements along rows (n, n_cells) by unit forces along them, (n, n).
 
-    Few cells: by the table of their offsets. Many: each row's force is spread over its cells and transformed.
+    Few cells: from the table of offsets. Many: by one transform for each row's force.
     """
     used = np.unique(rows.indices)
     if len(used) > MOST_CELLS:
@@ -59,13 +59,13 @@ def dense(body: SurfaceCompliance, rows: sp.csr_matrix) -> Array:
 
 
 class GridCompliance(LinearOperator):
-    """Compliance along rows that each take one cell, without a matrix; it knows the fast solver of the grid.
+    """Compliance operator along rows of one cell each, with the fast solver of the grid.
 
     Parameters
     ----------
     body : SurfaceCompliance
     cells : (n,) int array
-        The cell of each row; a cell under several bodies appears several times.
+        Cell of each row; a cell under several bodies appears several times.
     """
 
     def __init__(self, body: SurfaceCompliance, cells: IntArray) -> None:
@@ -88,21 +88,21 @@ class GridCompliance(LinearOperator):
     solver = "nested-grid"
 
     def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
-        """Solve a problem of which this is the compliance, in its own units.
+        """Solve a problem with this compliance, in its own units.
 
-        Cells under several bodies belong to the one that is nearest; where another one penetrates in the end, they are
-        shared out anew with the motions found.
+        Cells under several bodies are assigned to the nearest; where another one penetrates in the solution, they are
+        reassigned with the motions found.
 
         Parameters
         ----------
         problem : ComplementarityProblem
         tolerance : float
-            Of the certificate.
+            Tolerance of the certificate.
 
         Returns
         -------
         Outcome
-            Forces and motions of the problem as it stands, not of a scaled one.
+            Forces and motions in the units of the problem.
         """
         q, forces, nit = np.zeros(problem.m), np.zeros(problem.n), 0
         several = len(np.unique(self.cells)) < problem.n
@@ -121,7 +121,7 @@ class GridCompliance(LinearOperator):
         return Outcome(forces, q, Status.ITERATION_LIMIT, "the contact area did not settle", nit, list(at.history))
 
     def _owners(self, gap: Array) -> IntArray:
-        """The row of least gap of every cell."""
+        """Row of least gap of every cell."""
         order = np.lexsort((gap, self.cells))
         first = np.concatenate([[True], np.diff(self.cells[order]) > 0])
         return order[first]
@@ -130,7 +130,7 @@ class GridCompliance(LinearOperator):
 def _solve(
     body: SurfaceCompliance, cells: IntArray, problem: ComplementarityProblem, owner: IntArray, tolerance: float
 ) -> tuple[GridIterate, Array]:
-    """Solve with the given rows alone; the pressures are those of the whole grid."""
+    """Solve with the given rows only; the pressures are those of the whole grid."""
     grid = body.grid
     allowed = np.zeros(grid.n_cells, bool)
     allowed[cells] = True

@@ -1,4 +1,4 @@
-"""From a rigid surface and a load to the grid problem, and from its answer to the contact."""
+"""Grid problem of a rigid surface and a load, and the contact from its solution."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from fecontact.solvers import ComplementarityProblem, Residuals
 
 @dataclass(frozen=True)
 class Load:
-    """Force, or approach, of the counter-surface, and where the force acts if the surface may tilt.
+    """Force or approach of the counter-surface, and point of action of the force if the surface may tilt.
 
     Attributes
     ----------
@@ -61,12 +61,12 @@ class Load:
 
 
 def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
-    """Heights above their lowest, zero where there is no surface, and where there is one.
+    """Heights above the lowest (zero where there is no surface), and the mask of the surface.
 
     Raises
     ------
     InputError
-        Wrong shape, NaN, minus infinity, or no surface at all.
+        For a wrong shape, NaN, minus infinity, or no surface at all.
     """
     z = np.asarray(heights, dtype=float)
     if z.shape != grid.shape:
@@ -93,7 +93,7 @@ def press(
     workers: int | None,
     boxed: bool = True,
 ) -> HalfSpaceContact:
-    """Solve one contact, see `HalfSpace.press`; without `boxed` it may reach the border of a free grid."""
+    """Solve one contact, see `HalfSpace.press`; without `boxed` contact may reach the border of a free grid."""
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
     level = _level(body, z, allowed, load, symmetry)
@@ -142,10 +142,10 @@ def press(
 
 
 def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetry: bool) -> GridLevel:
-    """The finest level: pressures are the unknowns, a load is given in units of pressure times cells.
+    """The finest level: unknowns are pressures, loads are in units of pressure times cells.
 
-    The rows of the moments are about the load point and in units of half the grid's size. Along an axis of symmetry
-    there is no tilt and no such row.
+    The moment rows are about the load point, in units of half the grid's size. Along an axis of symmetry there is no
+    tilt and no such row.
     """
     grid = body.grid
     point = load.point
@@ -175,7 +175,7 @@ def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetr
 
 
 def _motion(grid: Grid, q: Array, load: Load, symmetric: Even) -> tuple[float, tuple[float, float]]:
-    """Approach at the origin, and slopes, from the multipliers."""
+    """Approach at the origin and slopes, from the multipliers."""
     if load.approach is not None:
         return load.approach, (0.0, 0.0)
     slopes, rest = [0.0, 0.0], list(q[1:])
@@ -189,7 +189,7 @@ def _motion(grid: Grid, q: Array, load: Load, symmetric: Even) -> tuple[float, t
 
 
 def _residuals(level: GridLevel, operator: object, p: Array, q: Array) -> Residuals:
-    """Residuals recomputed by the complementarity problem of all cells that have a counter-surface."""
+    """Residuals of the complementarity problem of all cells with a counter-surface, recomputed."""
     cells = np.flatnonzero(level.allowed.ravel())
 
     def product(x: Array) -> Array:
@@ -204,7 +204,7 @@ def _residuals(level: GridLevel, operator: object, p: Array, q: Array) -> Residu
 
 
 def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | None) -> None:
-    """A load outside the counter-surface's outline tips it over."""
+    """Refuse a load point outside the counter-surface's outline: the surface would tip over."""
     if point is None:
         return
     for axis, (centres, name) in enumerate(zip((grid.x, grid.y), "xy", strict=True)):
@@ -217,13 +217,13 @@ def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | No
 
 
 def _check_box(grid: Grid, active: Mask, p: Array, symmetric: Even) -> None:
-    """Refuse a contact that reaches the border of a free grid, and estimate the size it needs."""
+    """Refuse a contact that reaches the border of a free grid; the message estimates the size needed."""
     for axis in (0, 1):
         lines = np.moveaxis(active, axis, 0)
         borders = [-1] if symmetric[axis] else [0, -1]
         if not any(bool(lines[b].any()) for b in borders):
             continue
-        # Hertz: p = p0 sqrt(1 - x^2/a^2) at the border x of the grid tells a
+        # Hertz: p = p0 sqrt(1 - x^2/a^2) at the border x of the grid gives a
         at_border = max(float(np.moveaxis(p, axis, 0)[b].max()) for b in borders)
         ratio = min(at_border / float(p.max()), 0.99)
         needed = 1.2 * grid.size[axis] / math.sqrt(1 - ratio**2)
@@ -235,12 +235,12 @@ def _check_box(grid: Grid, active: Mask, p: Array, symmetric: Even) -> None:
 
 
 def _failure(rounds: int, residuals: Residuals, tolerance: float, body: SurfaceCompliance, load: Load) -> str:
-    advice = "Look at the heights: do they jump, or does the load exceed what the geometry allows?"
+    advice = "Check the heights for jumps and the load for its size."
     if body.periodic and load.approach is not None:
         advice = (
-            "With a prescribed approach, a periodic surface in full contact leaves the mean pressure open: "
+            "With a prescribed approach, the mean pressure of a periodic surface in full contact is undetermined: "
             "prescribe the force instead."
         )
     if load.point is not None:
-        advice = "Is the load point inside the outline of the contact? Outside, no pressures balance it."
+        advice = "Check that the load point is inside the outline of the contact; outside, no pressures balance it."
     return f"No certified answer after {rounds} active sets ({residuals}; tolerance {tolerance:.0e}). {advice}"

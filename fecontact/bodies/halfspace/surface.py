@@ -14,7 +14,7 @@ from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
 @dataclass(frozen=True, eq=False)
 class GridSurface(FacetSurface):
-    """The plane z = 0 with the middles of cells as nodes and quadrilaterals between them as facets.
+    """The plane z = 0 with cell centres as nodes and quadrilaterals between them as facets.
 
     Parameters
     ----------
@@ -31,16 +31,16 @@ class GridSurface(FacetSurface):
 
     @property
     def cell_area(self) -> float:
-        """Of a cell."""
+        """Area of a cell."""
         return self.cells.area
 
     @property
     def is_divisible(self) -> bool:
-        """Cells are paired all at once."""
+        """False: all cells are paired at once."""
         return False
 
     def project(self, points: Array, n_near: int = 3) -> Projection:
-        """Feet straight below points (n, 3), with bilinear weights, so that a force spread by them keeps its moment."""
+        """Projection along z of points (n, 3), with bilinear weights, which preserve the moment of a force."""
         grid = self.cells
         index, local, outside = [], [], np.zeros(len(points), bool)
         for axis, (x, side) in enumerate(zip((grid.x, grid.y), grid.cell, strict=True)):

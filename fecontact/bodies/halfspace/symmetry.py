@@ -1,4 +1,4 @@
-"""Mirror symmetry of a problem about the middle of its grid, found and undone."""
+"""Mirror symmetry of a problem about the middle of its grid: detection, reduction and expansion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fecontact.common.arrays import Array
 Even = tuple[bool, bool]
 
 ROUNDING = 1e-14
-"""Difference of mirrored values, relative to the largest, that is rounding."""
+"""Difference of mirrored values, relative to the largest, that counts as rounding."""
 
 
 def even_axes(values: Array, allowed: NDArray[np.bool_], rows: Array) -> Even:
