@@ -180,7 +180,8 @@ class ElasticBody(Placed):
         return self._surfaces[name]
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
-        return FacetSurface(self.model.mesh.points, facets, name, planes=symmetry_planes(self.mesh, self.supports))
+        mesh, planes = self.model.mesh, symmetry_planes(self.mesh, self.supports)
+        return FacetSurface(mesh.points, facets, name, planes=planes, hanging=mesh.hanging)
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """One row (1, n_dofs) for the displacement at a point along a direction.
@@ -287,7 +288,8 @@ class ElasticBody(Placed):
         return Outside(points[skin.nodes], skin, self.size, is_bounded=True)
 
     def _skin(self, points: Array) -> FacetSurface:
-        return FacetSurface(points, self.mesh.face_nodes(self.mesh.outer_faces), self.name)
+        facets = self.mesh.face_nodes(self.mesh.outer_faces)
+        return FacetSurface(points, facets, self.name, hanging=self.mesh.hanging)
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of boundaries held in one component only (planes of symmetry) with any of these nodes."""

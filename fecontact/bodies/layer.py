@@ -132,11 +132,19 @@ class ElasticLayer(SurfaceBody):
 
     @cached_property
     def flexibility(self) -> sp.spmatrix:  # type: ignore[override]
-        """Displacements (n_dofs, n_dofs) by unit forces at the same degrees of freedom; zero off the surface."""
-        areas = contact_weights(self.facets)
+        """Displacements (n_dofs, n_dofs) by unit forces at the same degrees of freedom; zero off the surface.
+
+        Hanging nodes follow from the others, which take their forces.
+        """
+        areas, ties = contact_weights(self.facets), self.facets.ties
         per_area = self.thickness / foundation_modulus(self.material, self.law)
         nodes = np.divide(per_area, areas, out=np.zeros(len(areas)), where=areas > 0)
-        return sp.diags(np.repeat(nodes, 3), format="csr")
+        each = sp.diags(nodes, format="csr")
+        if ties is not None:
+            free = np.setdiff1d(self.facets.nodes, ties.nodes)
+            follow = ties.at_nodes(free, ties.weights)
+            each = follow @ each[free][:, free] @ follow.T
+        return sp.kron(each, sp.eye_array(3), format="csr")
 
     def describe(self) -> str:
         """One-line description of the model."""

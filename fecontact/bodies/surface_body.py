@@ -40,7 +40,7 @@ def boundary_surface(mesh: Mesh, boundary: str) -> FacetSurface:
     """
     if mesh.cell_type == "hex20":
         mesh = mesh.with_midface_nodes((boundary,))
-    return FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(boundary)), boundary)
+    return FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(boundary)), boundary, hanging=mesh.hanging)
 
 
 class SurfaceBody(Placed):

@@ -57,7 +57,7 @@ class ContactFields:
     facet_numbers : (n_facets,) int array
         Their numbers among the facets of the whole surface.
     sharing : (n, n_surface_facets) csr_matrix
-        Which point is on which facet of the whole surface; points are neighbours if they share one.
+        Which point has a value on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
         About which `moment` counts: the slave's.
     coupling : str
@@ -285,19 +285,19 @@ class ContactFields:
         return np.einsum("fqa,fa->fq", shapes, nodal[self.facets])
 
 
-def _sharing(facets: IntArray, n_points: int) -> sp.csr_matrix:
-    """Which of n points is on which facet; facets name points, -1 a node that is none."""
-    facet, place = np.nonzero(facets >= 0)
-    return sp.csr_matrix((np.ones(len(facet)), (facets[facet, place], facet)), shape=(n_points, len(facets)))
+def _sharing(at_nodes: sp.csr_matrix, facets: IntArray) -> sp.csr_matrix:
+    """Which contact points (n,) have a value at a node of which facet (n_facets,)."""
+    facet = np.repeat(np.arange(len(facets)), facets.shape[1])
+    around = sp.csr_matrix((np.ones(facets.size), (facets.ravel(), facet)), shape=(at_nodes.shape[0], len(facets)))
+    values = abs(at_nodes)
+    values.eliminate_zeros()
+    return sp.csr_matrix(values.T @ around)
 
 
 def contact_fields(interface: Interface, candidates: IntArray, forces: Array, gap: Array) -> ContactFields:
     """Fields of a paired contact from the forces (n,) and gaps (n,) of its points."""
     slave, pairing = interface.slave, interface.pairing
     surface = interface.slave_surface
-    number = np.full(len(surface.points), -1, dtype=np.int64)
-    number[pairing.nodes] = np.arange(len(pairing.nodes))
-    facets = number[surface.facets]
     shown, local = np.unique(surface.facets[pairing.covered], return_inverse=True)
     normals, centres, couples = _lines_of_action(interface, surface)
     return ContactFields(
@@ -315,9 +315,9 @@ def contact_fields(interface: Interface, candidates: IntArray, forces: Array, ga
         nodes=slave.pose.to_world(surface.points[shown]),
         node_numbers=shown,
         at_nodes=pairing.at_nodes[shown],
-        facets=local.reshape(-1, facets.shape[1]),
+        facets=local.reshape(-1, surface.facets.shape[1]),
         facet_numbers=pairing.covered,
-        sharing=_sharing(facets, len(pairing.nodes)),
+        sharing=_sharing(pairing.at_nodes, surface.facets),
         reference_point=slave.pose.to_world(slave.reference_point),
         coupling=pairing.coupling,
         note=interface.note,

@@ -18,9 +18,11 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
 from fecontact.mesh.facets import triangular
+from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.surfaces.closest_point import ON_SIDE, FacetPolynomials, facet_polynomials, shapes_at
+from fecontact.surfaces.surface_ties import SurfaceTies, surface_ties
 
 T = TypeVar("T")
 
@@ -100,6 +102,8 @@ class FacetSurface:
         `contact.coupling.mortar_basis`.
     planes : ((k,) int array, (k, 3) array), optional
         Nodes on planes of symmetry and the normals of these planes; a node on two of them is listed twice.
+    hanging : HangingNodes, optional
+        Of the mesh, see `mesh.hanging_nodes`.
     """
 
     points: Array
@@ -107,11 +111,17 @@ class FacetSurface:
     name: str = "surface"
     mortar_on_quad8: bool = False
     planes: tuple[IntArray, Array] | None = None
+    hanging: HangingNodes | None = None
 
     @cached_property
     def nodes(self) -> IntArray:
         """Distinct node numbers of the surface."""
         return np.unique(self.facets)
+
+    @cached_property
+    def ties(self) -> SurfaceTies | None:
+        """The hanging nodes among its own; None where there are none."""
+        return surface_ties(self.facets, self.hanging)
 
     @property
     def out_of_plane(self) -> Extent | None:
@@ -183,9 +193,17 @@ class FacetSurface:
 
     @cached_property
     def facets_of_node(self) -> IntArray:
-        """Facets around each surface node (n_surface_nodes, most), padded by repeating the first."""
+        """Facets around each surface node (n_surface_nodes, most), padded by repeating the first.
+
+        A facet beside whose undivided side a node hangs is around it too.
+        """
         local = np.searchsorted(self.nodes, self.facets.ravel())
         owner = np.repeat(np.arange(len(self.facets)), self.facets.shape[1])
+        if self.ties is not None:
+            node, facet = self.ties.beside
+            known = np.isin(node, self.nodes)
+            local = np.concatenate([local, np.searchsorted(self.nodes, node[known])])
+            owner = np.concatenate([owner, facet[known]])
         order = np.argsort(local, kind="stable")
         count = np.bincount(local, minlength=len(self.nodes))
         start = np.concatenate([[0], np.cumsum(count)[:-1]])
@@ -194,16 +212,19 @@ class FacetSurface:
 
     @cached_property
     def on_rim(self) -> NDArray[np.bool_]:
-        """Mask (n_facets, 4) of the facets' sides that belong to no other facet."""
+        """Mask (n_facets, 4) of the facets' sides that belong to no other facet; never the missing one of triangles."""
         corners = self.facets[:, :4]
         sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
         _, inverse, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
-        return (count[inverse.ravel()] == 1).reshape(-1, 4)
+        alone = (count[inverse.ravel()] == 1) & (sides[:, 0] < sides[:, 1])
+        if self.ties is not None:
+            alone[self.ties.inner_sides] = False
+        return np.asarray(alone.reshape(-1, 4))
 
     @cached_property
     def rim_nodes(self) -> NDArray[np.bool_]:
         """Mask of mesh nodes (n_nodes,) on the surface's rim."""
-        facet, side = np.nonzero(self.on_rim)
+        facet, side = self.rim_sides
         ends = [self.facets[facet, side], self.facets[facet, (side + 1) % 4]]
         if self.facets.shape[1] > 4:
             ends.append(self.facets[facet, 4 + side])
@@ -211,11 +232,10 @@ class FacetSurface:
         out[np.concatenate(ends)] = True
         return out
 
-    @cached_property
+    @property
     def rim_sides(self) -> tuple[IntArray, IntArray]:
-        """Facets (n,) and sides (n,) on the rim; without the missing side of a triangle."""
-        real = ~(self.triangle[:, None] & (np.arange(4) == 2))
-        facet, side = np.nonzero(self.on_rim & real)
+        """Facets (n,) and sides (n,) on the rim."""
+        facet, side = np.nonzero(self.on_rim)
         return facet, side
 
     def extent(self, points: Array) -> Array:
@@ -268,7 +288,8 @@ class FacetSurface:
     @cached_property
     def mean_normals(self) -> Array:
         """Unit normals (n_nodes, 3) averaged over the facets round each surface node; zero elsewhere."""
-        return averaged_normals(self.points, self.facets)[0]
+        normals = averaged_normals(self.points, self.facets)[0]
+        return normals if self.ties is None else self.ties.followed(normals)
 
     def _lines_of_action(self, facet: IntArray, local: Array, N: Array, offset: Array) -> Array:
         """Outward unit vectors from closest point to point: a force along them has no moment about the closest point.

@@ -22,16 +22,43 @@ def components_along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix
 
 
 def contact_weights(surface: FacetSurface) -> Array:
-    """Area (n_nodes,) by which a nodal contact force is divided to give a pressure.
+    """Area (n_nodes,) by which a nodal contact force is divided to give a pressure; zero at hanging nodes.
 
     Faces of four nodes or with a centre node: the consistent weights, which are positive. Eight-node faces and six-node
     triangles: their consistent corner weights are negative or zero, so tributary areas are used instead; the forces
-    themselves remain wrong at the corners.
+    themselves remain wrong at the corners. Areas of hanging nodes go to those they follow from.
+
+    Raises
+    ------
+    MeshError
+        If one is not positive.
     """
     return surface.once(_contact_weights)
 
 
 def _contact_weights(surface: FacetSurface) -> Array:
+    weights, ties = facet_weights(surface), surface.ties
+    if ties is None:
+        return weights
+    weights = ties.gathered(weights, ties.weights)
+    free = np.setdiff1d(surface.nodes, ties.nodes)
+    if (weights[free] <= 0).any():
+        where = np.array2string(surface.points[free[np.argmin(weights[free])]], precision=4)
+        raise MeshError(
+            f"The node of the contact surface {surface.name!r} at {where} has no positive area: the faces round it are "
+            "too different in size. Divide the larger ones too."
+        )
+    return weights
+
+
+def facet_weights(surface: FacetSurface) -> Array:
+    """Areas (n_nodes,) of all nodes, hanging ones too; see `contact_weights`.
+
+    Raises
+    ------
+    MeshError
+        If one is not positive.
+    """
     if isinstance(surface, CurveSurface):
         return surface.nodal_areas
     if surface.facets.shape[1] == 8:

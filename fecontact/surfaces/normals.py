@@ -70,6 +70,9 @@ def _normals(surface: FacetSurface) -> Normals:
     sharp = cosine < np.cos(np.radians(SHARPEST))
     if surface.planes is not None:
         nodal = _within(surface, nodal, *surface.planes)
+    if surface.ties is not None:
+        # interpolated as they are on the facet whose side is not divided
+        nodal = surface.ties.followed(nodal)
     corners = nodal[surface.facets]
     edged = np.flatnonzero(sharp[surface.facets].any(axis=1))
     if len(edged):

@@ -1,4 +1,6 @@
-"""Bodies with hanging nodes: patch tests, rigid motions, nearly incompressible material."""
+"""Bodies with hanging nodes: patch tests of displacements and of contact, nearly incompressible material."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import fecontact as fc
 from fecontact.fem.factor import factorise
 from fecontact.fem.model import Model
 from fecontact.fem.section_model import SectionModel
+from fecontact.fem.stress import gauss_strain, hooke
 from fecontact.mesh.section_mesh import Extent
 
 ELASTIC = fc.Material(E=1.0, nu=0.3)
@@ -167,3 +170,138 @@ def test_a_ring_divided_where_it_is_strained_most(kind, nu, row):
         row(case, f"displacement inside, {how}", 0.0, errors[how], dofs=body.model.n_unknowns)
     row(case, "error, divided over fine", 0.0, errors["divided"] / errors["fine"], 2.4)
     row(case, "error, divided over coarse", 0.0, errors["divided"] / errors["coarse"], 0.5)
+
+
+# contact: blocks 4 x 2 x 2
+
+
+def turned_over(mesh):
+    """The mesh of a block turned by half a turn about the x axis through its middle, so that its top is below."""
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    names = {"top": "bottom", "bottom": "top", "y_min": "y_max", "y_max": "y_min"}
+    over = mesh.mapped(lambda x: np.stack([x[:, 0], *(low + high - x)[:, 1:].T], axis=1))
+    return replace(over, boundaries={names.get(name, name): faces for name, faces in mesh.boundaries.items()})
+
+
+def whole(kind, n):
+    """A block of cells of one size."""
+    return boxed(part(kind, (0, 0, 0), (4, 2, 2), n))
+
+
+def stress_range(result, body):
+    """Smallest and largest stress (2, 6) at the Gauss points of a body of an unmixed mesh."""
+    model = body.model
+    u = result.state.displacements[result.scene.bodies.index(body)]
+    stress = hooke(gauss_strain(model.mesh, u.reshape(-1, 3))[0], model.lame[:, None], model.shear[:, None])
+    return np.nanmin(stress, axis=(0, 1)), np.nanmax(stress, axis=(0, 1))
+
+
+def worst(result, bodies):
+    """Largest error of any stress but -1 along z."""
+    exact = np.array([0.0, 0, -1, 0, 0, 0])
+    return max(np.abs(np.array(stress_range(result, b)) - exact).max() for b in bodies)
+
+
+@pytest.mark.parametrize("make", [step, stairs])
+@pytest.mark.parametrize("kind", SPATIAL)
+def test_a_divided_block_on_a_flat_is_exact(kind, make, row):
+    """A block with hanging nodes on its contact face under uniform pressure on a rigid flat.
+
+    Source: uniform stress, exact in any element.
+    """
+    for name, mesh in (("below", make(kind)), ("above", turned_over(make(kind)))):
+        body = fc.ElasticBody(mesh, ELASTIC, contact="bottom", supports={"x_min": "x", "y_min": "y"})
+        plane = fc.RigidBody(fc.Plane())
+        result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(
+            pressures={(body, "top"): 1.0}, finite_motion=False
+        )
+        contact, case = result.contacts[0], f"{make.__name__} of {kind} on a flat, its {name} side"
+        assert contact.coupling == "nodal"
+        # shown at all nodes of the faces, hanging ones too
+        assert len(contact.nodes) > len(contact.points)
+        error = max(np.abs(contact.at_nodes @ contact.pressure - 1).max(), worst(result, [body]))
+        row(case, "largest pressure or stress error", 0.0, error, PATCH, result.n_dofs)
+        assert abs(contact.area - np.prod(np.ptp(mesh.points[:, :2], axis=0))) < PATCH
+        assert np.abs(contact.gap).max() < PATCH
+        _, pressure, area = contact.sampled(contact.pressure)
+        assert np.abs(pressure - 1).max() < PATCH
+        assert abs(area.sum() - contact.area) < PATCH
+
+
+PAIRS = {
+    "divided on the same": (lambda k: turned_over(stairs(k)), stairs),
+    "divided on otherwise divided": (stairs, stairs),
+    "small on divided": (lambda k: whole(k, (8, 4, 2)), stairs),
+    "divided on large": (lambda k: turned_over(stairs(k)), lambda k: whole(k, (2, 1, 1))),
+    "divided on small": (stairs, lambda k: whole(k, (8, 4, 2))),
+    "divided on others": (lambda k: turned_over(stairs(k)), lambda k: whole(k, (3, 2, 1))),
+    "others on divided": (lambda k: whole(k, (3, 2, 1)), stairs),
+}
+
+
+@pytest.mark.parametrize("coupling", ["auto", "mortar"])
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("kind", SPATIAL)
+def test_uniform_pressure_passes_divided_faces(kind, pair, coupling, row):
+    """Two blocks under uniform pressure, slave or master with hanging nodes where they meet, nodal forces or mortar.
+
+    Source: uniform stress. The slave stays the slave, so that either side is divided; with 'auto' nodal forces are
+    taken where faces match or nest.
+    """
+    upper, lower = (make(kind) for make in PAIRS[pair])
+    held = {"x_min": "x", "y_min": "y"}
+    low = fc.ElasticBody(lower, ELASTIC, "top", {**held, "bottom": "z"}, name="low")
+    up = fc.ElasticBody(upper, ELASTIC, "bottom", held, name="up").placed((0, 0, 2))
+    scene = fc.Scene([up, low], [fc.Contact(up, low, swap="never", coupling=coupling)])
+    result = scene.solve(pressures={(up, "top"): 1.0}, finite_motion=False)
+    contact = result.contacts[0]
+    case = f"{pair}, {kind}, {contact.coupling}"
+    error = max(np.abs(contact.at_nodes @ contact.pressure - 1).max(), worst(result, [up, low]))
+    row(case, "largest pressure or stress error", 0.0, error, PATCH)
+    assert abs(contact.area - 8) < PATCH
+    assert result.residuals().equilibrium < 1e-12
+    if coupling == "auto" and kind.startswith("hex"):
+        nests = pair in ("divided on the same", "small on divided", "divided on large")
+        assert (contact.coupling == "nodal") == nests
+
+
+@pytest.mark.parametrize("coupling", ["auto", "mortar"])
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("kind", ["hex20", "hex27"])
+def test_bending_passes_divided_faces(kind, pair, coupling, row):
+    """Bending through two blocks, slave or master with hanging nodes where they meet.
+
+    Source: linear stress, which quadratic elements hold; errors are over the mean pressure.
+    """
+    upper, lower = (make(kind) for make in PAIRS[pair])
+    low = fc.ElasticBody(lower, ELASTIC, "top", {"bottom": "z", "y_min": "y"}, name="low")
+    up = fc.ElasticBody(upper, ELASTIC, "bottom", {"top": "z", "y_min": "y"}, name="up").placed((0, 0, 2))
+    scene = fc.Scene([up, low], [fc.Contact(up, low, swap="never", coupling=coupling)])
+    result = scene.solve(motions={up: {"z": -4e-2, "ry": 1.5e-2}}, finite_motion=False)
+    contact = result.contacts[0]
+    error = np.abs(contact.at_nodes @ contact.pressure - (4e-2 + 1.5e-2 * (contact.nodes[:, 0] - 2)) / 4).max()
+    case = f"bending, {pair}, {kind}, {contact.coupling}"
+    row(case, "largest pressure error / mean", 0.0, error / 1e-2, PATCH)
+    row(case, "bending moment", 1.5e-2 / 4 * 2 * 4**3 / 12, abs(result.reaction(low)[4]), PATCH)
+
+
+def test_a_divided_layer_gives_evenly(row):
+    """An elastic layer on a surface with hanging nodes, as slave under a flat and as master of a block.
+
+    Source: an even approach d gives the pressure E d / t everywhere.
+    """
+    law = {"thickness": 0.5, "law": "uniaxial"}
+    for kind in ("hex8", "hex20", "tet10"):
+        layer = fc.ElasticLayer(fc.Material(E=1.0, nu=0.0), surface=(stairs(kind), "top"), **law)
+        plate = fc.RigidBody(fc.Plane()).placed((0, 0, 2), fc.rotation_about((1, 0, 0), np.pi))
+        result = fc.Scene([layer, plate], [fc.Contact(layer, plate)]).solve(motions={plate: {"z": -1e-2}})
+        error = np.abs(result.contacts[0].pressure / 2e-2 - 1).max()
+        row(f"divided layer under a flat, {kind}", "largest pressure error", 0.0, error, PATCH)
+        block = fc.ElasticBody(whole(kind, (3, 2, 1)), fc.Material(E=4.0, nu=0.0), "bottom", {"top": "xyz"})
+        block = block.placed((0, 0, 2))
+        result = fc.Scene([block, layer], [fc.Contact(block, layer, swap="never", coupling="mortar")]).solve(
+            motions={block: {"z": -1e-2}}, finite_motion=False
+        )
+        # two springs in series, 0.5 / 1 and 2 / 4 per area
+        error = np.abs(result.contacts[0].pressure / 1e-2 - 1).max()
+        row(f"block on a divided layer, {kind}", "largest pressure error", 0.0, error, PATCH)

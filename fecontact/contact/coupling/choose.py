@@ -115,7 +115,7 @@ def choose_coupling(interface: Interface, near: IntArray, contact: Contact) -> I
     ring = pairing.coupling == "mortar"
     if not grid and not ring and nested(s, m, pairing, near):
         return replace(interface, note="faces match or nest, nodal forces")
-    touched = np.isin(s.facets, pairing.nodes[near]).all(axis=1)
+    touched = np.isin(s.facets, pairing.nodes_at(near)).all(axis=1)
     ours = s.mean_facet_size[touched]
     projection = pairing.projection.facet[near] if not (grid or ring) and pairing.projection.facet is not None else None
     if projection is None:

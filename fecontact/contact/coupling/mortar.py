@@ -30,6 +30,7 @@ from fecontact.contact.coupling.mortar_integrals import Block, Samples, block_of
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.coupling.segments import segment_samples
 from fecontact.contact.coupling.tangent_plane import tangent_plane_maps
+from fecontact.contact.coupling.tied_multipliers import tied_multipliers
 from fecontact.contact.search.region import SearchRegion
 from fecontact.mesh.element.hexahedron import TRIANGLE_NODES
 from fecontact.mesh.facets import facet_nodes
@@ -209,12 +210,14 @@ def _points(
 
     Hats that are not sampled whole are taken out of `weights` (n_nodes,).
     """
-    whole = multiplier_areas(slave)
+    whole, ties = slave.once(_multiplier_areas), tied_multipliers(slave)
     if near is not None:
         weights[~near.nodes] = 0.0
         whole = np.where(near.nodes, whole, 0.0)
-    nodes, gather = _fuller(slave, weights, whole)
-    return nodes, gather, whole, int((whole > 0).sum() - (weights > 0).sum())
+    own, full = (weights, whole) if ties is None else (ties.T @ weights, ties.T @ whole)
+    nodes, gather = _fuller(slave, own, full)
+    n_beyond = int((full > 0).sum() - (own > 0).sum())
+    return nodes, gather if ties is None else (gather @ ties.T).tocsr(), whole, n_beyond
 
 
 def _multipliers_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
@@ -260,8 +263,9 @@ def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
 
 
 def multiplier_areas(slave: FacetSurface) -> Array:
-    """Integrals (n_nodes,) of all hats over the whole slave surface."""
-    return slave.once(_multiplier_areas)
+    """Integrals (n_nodes,) of all hats over the whole slave surface; tied ones count where they are tied to."""
+    areas, ties = slave.once(_multiplier_areas), tied_multipliers(slave)
+    return areas if ties is None else np.asarray(ties.T @ areas)
 
 
 def _multiplier_areas(slave: FacetSurface) -> Array:

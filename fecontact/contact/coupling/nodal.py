@@ -22,8 +22,9 @@ from fecontact.contact.search.region import SearchRegion
 from fecontact.mesh.facets import facet_centres
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
 from fecontact.surfaces.line_of_action import project_along
-from fecontact.surfaces.nodal_weights import _contact_weights, components_along, contact_weights
+from fecontact.surfaces.nodal_weights import components_along, contact_weights, facet_weights
 from fecontact.surfaces.normals import normals_of, opposing
+from fecontact.surfaces.surface_ties import SurfaceTies
 
 #: Overhang of a slave face over its master face, relative to the latter's size, that still counts as nested.
 NESTED_TOLERANCE = 0.02
@@ -132,6 +133,16 @@ class Pairing:
         n = len(self.nodes)
         return sp.csr_matrix((np.ones(n), (self.nodes, np.arange(n))), shape=(self.slave_weights.shape[1], n))
 
+    def nodes_at(self, points: IntArray) -> IntArray:
+        """Nodes of some contact points, and hanging nodes that with nodal coupling follow from these alone."""
+        if self.spread is None or self.coupling != "nodal":
+            return self.nodes[points]
+        chosen = np.zeros(len(self.nodes))
+        chosen[points] = 1.0
+        some = sp.csr_matrix((np.ones(self.spread.nnz), self.spread.indices, self.spread.indptr), self.spread.shape)
+        count = np.diff(some.indptr)
+        return np.flatnonzero((count > 0) & (some @ chosen == count))
+
     @cached_property
     def gap(self) -> Array:
         """Initial gap (n,), negative where the bodies overlap."""
@@ -183,7 +194,7 @@ def pair(
     near: SearchRegion | None = None,
     share: float = 0.0,
 ) -> Pairing:
-    """Pair every slave node with its foot, if it faces it.
+    """Pair every slave node that does not hang with its foot, if it faces it.
 
     Parameters
     ----------
@@ -208,42 +219,74 @@ def pair(
     inside, outside = np.zeros(len(slave.points), bool), np.zeros(len(slave.points), bool)
     inside[nodes], outside[nodes] = ~projection.outside, projection.outside
     rim = rim_of(slave, master, rotation, translation, inside, outside, share)
-    whole = contact_weights(slave)[nodes]
-    weights = covered_weights(slave, rim, inside)[nodes]
-    projection = replace(projection, outside=projection.outside | out | (weights <= NOTHING * whole))
-    pairing = nodal_pairing(slave, nodes, weights, projection, rotation, translation)
+    areas, onto = covered_weights(slave, rim, inside), None
+    if slave.ties is not None:
+        areas, onto = _gathered(slave, slave.ties, areas, nodes[projection.outside | out])
+        free = np.flatnonzero(~np.isin(nodes, slave.ties.nodes))
+        nodes, projection, out = nodes[free], projection.chosen(free), out[free]
+    weights = areas[nodes]
+    nothing = weights <= NOTHING * contact_weights(slave)[nodes]
+    projection = replace(projection, outside=projection.outside | out | nothing)
+    pairing = nodal_pairing(slave, nodes, weights, projection, rotation, translation, onto)
     return replace(pairing, averted=nearest, hanging=rim.partly, share=share)
 
 
+def _gathered(slave: FacetSurface, ties: SurfaceTies, areas: Array, outside: IntArray) -> tuple[Array, sp.csr_matrix]:
+    """Areas (n_nodes,) of the nodes that do not hang, and the weights (n_hanging, n_nodes) by which the others follow.
+
+    Nodes `outside` have no part in it: none of those that follow from them alone has a value.
+    """
+    lost = np.ones(len(slave.points), bool)
+    lost[slave.nodes] = False
+    lost[outside] = True
+    gone = lost[ties.nodes]
+    areas[ties.nodes[gone]] = 0.0
+    onto = sp.csr_matrix(sp.diags((~gone).astype(float)) @ ties.onto(lost))
+    onto.eliminate_zeros()
+    return ties.gathered(areas, onto), onto
+
+
 def covered_weights(slave: FacetSurface, rim: CoveredRim, inside: NDArray[np.bool_]) -> Array:
-    """`contact_weights` (n_nodes,) of the area that the master covers.
+    """Areas (n_nodes,) of the slave's nodes, hanging ones too, that the master covers.
 
     The covered part of a facet at the rim is shared out among its nodes `inside` (n_nodes,), so that force over area is
     a mean pressure; how it varies over such a facet is for mortar coupling to tell.
     """
-    weights = contact_weights(slave)
+    weights = facet_weights(slave).copy()
     if len(rim.facets) == 0:
         return weights
     facets = slave.facets[rim.facets]
     # facets that share no node, with a triangle's repeated columns at the first
     first = (facets[:, :, None] == facets[:, None, :]).argmax(axis=2)
     alone = np.arange(len(facets))[:, None] * facets.shape[1] + first
-    parts = _contact_weights(replace(slave, points=slave.points[facets].reshape(-1, 3), facets=alone))
+    parts = facet_weights(replace(slave, points=slave.points[facets].reshape(-1, 3), facets=alone))
     parts = parts.reshape(facets.shape)
     there = np.where(inside[facets], parts, 0.0)
     there *= (rim.share * parts.sum(axis=1) / there.sum(axis=1))[:, None]
-    weights = weights.copy()
     np.add.at(weights, facets, there - parts)
     return weights
 
 
 def nodal_pairing(
-    slave: FacetSurface, nodes: IntArray, weights: Array, projection: Projection, rotation: Array, translation: Array
+    slave: FacetSurface,
+    nodes: IntArray,
+    weights: Array,
+    projection: Projection,
+    rotation: Array,
+    translation: Array,
+    onto: sp.csr_matrix | None = None,
 ) -> Pairing:
-    """Couple slave nodes (n,) with areas (n,) by themselves, leaving out those whose feet (n) lie beyond the rim."""
+    """Couple slave nodes (n,) with areas (n,) by themselves, leaving out those whose feet (n) lie beyond the rim.
+
+    `onto` (n_hanging, n_nodes) are the weights by which the surface's hanging nodes follow, if there are any.
+    """
     kept = np.flatnonzero(~projection.outside)
     n = len(kept)
     ones, pointer = np.ones(n), np.arange(n + 1)
+    spread, shown = None, nodes[kept]
+    if onto is not None and slave.ties is not None:
+        spread = slave.ties.at_nodes(shown, onto)
+        shown = np.flatnonzero(np.diff(spread.indptr))
     return Pairing(
         nodes=nodes[kept],
         weights=weights[kept],
@@ -255,7 +298,8 @@ def nodal_pairing(
         n_beyond=len(nodes) - n,
         rotation=rotation,
         translation=translation,
-        covered=_covered(slave, nodes[kept]),
+        covered=_covered(slave, shown),
+        spread=spread,
     )
 
 
@@ -284,13 +328,13 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
         Pairs that count as near the contact.
     """
     near_node = np.zeros(len(slave.points), bool)
-    near_node[pairing.nodes[near]] = True
+    near_node[pairing.nodes_at(near)] = True
     if near_node[slave.facets[pairing.hanging]].any():
         return False
     faces = np.flatnonzero(near_node[slave.facets].all(axis=1))
     if len(faces) == 0:
         paired = np.zeros(len(slave.points), bool)
-        paired[pairing.nodes] = True
+        paired[pairing.nodes_at(np.arange(len(pairing.nodes)))] = True
         faces = np.flatnonzero(near_node[slave.facets].any(axis=1) & paired[slave.facets].all(axis=1))
     if len(faces) == 0:
         return False

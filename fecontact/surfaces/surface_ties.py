@@ -1,0 +1,115 @@
+"""Where a surface of facets has hanging nodes: which nodes follow from which, and sides of one facet beside two.
+
+A contact force stands at nodes that do not hang. The others' areas go to the nodes they follow from, by the weights of
+the ties: that is the integral of the functions that the free nodes have, so a uniform pressure stays exact; pressures
+at hanging nodes follow as displacements do (`mesh.hanging_nodes`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.hanging_nodes import HangingNodes
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceTies:
+    """The hanging nodes of a surface.
+
+    Attributes
+    ----------
+    nodes : (n,) int array
+        Those on the surface.
+    weights : (n, n_points) csr_matrix
+        u[nodes] = weights @ u.
+    edges : (m, 5) int array
+        Divided edges on the surface, as in `HangingNodes`.
+    whole : (m,) int array
+        Side of the facet beside the undivided edge, as 4 facet + side; -1 where that is no facet of the surface.
+    halves : (m, 2) int array
+        Sides of facets along the two halves, likewise.
+    """
+
+    nodes: IntArray
+    weights: sp.csr_matrix
+    edges: IntArray
+    whole: IntArray
+    halves: IntArray
+
+    @cached_property
+    def inner_sides(self) -> IntArray:
+        """Sides with a facet of the surface on either side, one of them or two."""
+        met = (self.whole >= 0) & (self.halves >= 0).any(axis=1)
+        sides = np.concatenate([self.whole[met], self.halves[met].ravel()])
+        return sides[sides >= 0]
+
+    @cached_property
+    def beside(self) -> tuple[IntArray, IntArray]:
+        """Points of divided edges (k,), their ends apart, and the facet (k,) beside the undivided edge."""
+        met = np.flatnonzero(self.whole >= 0)
+        nodes, facet = self.edges[met][:, [1, 3, 4]].ravel(), np.repeat(self.whole[met] // 4, 3)
+        return nodes[nodes >= 0], facet[nodes >= 0]
+
+    def onto(self, lost: Mask) -> sp.csr_matrix:
+        """Weights (n, n_points) by which the nodes follow from those that are not lost (n_points,).
+
+        A row some of whose nodes are lost keeps its positive weights on the others, scaled to the sum one.
+        """
+        kept = sp.csr_matrix(self.weights @ sp.diags((~lost).astype(float)))
+        cut = np.flatnonzero(abs(self.weights) @ lost.astype(float) > 0)
+        if len(cut):
+            positive = kept[cut].maximum(0.0)
+            total = np.asarray(positive.sum(axis=1)).ravel()
+            kept = kept.tolil()
+            kept[cut] = sp.diags(np.divide(1.0, total, out=np.zeros(len(cut)), where=total > 0)) @ positive
+        kept = sp.csr_matrix(kept)
+        kept.eliminate_zeros()
+        return kept
+
+    def followed(self, values: Array) -> Array:
+        """Values (n_points, k) with those at hanging nodes as they follow from the others."""
+        out = values.copy()
+        out[self.nodes] = self.weights @ values
+        return out
+
+    def gathered(self, areas: Array, onto: sp.csr_matrix) -> Array:
+        """Areas (n_points,) with those of hanging nodes given to those they follow from, by weights (n, n_points)."""
+        out = areas.copy()
+        out[self.nodes] = 0.0
+        return np.asarray(out + onto.T @ areas[self.nodes])
+
+    def at_nodes(self, nodes: IntArray, onto: sp.csr_matrix) -> sp.csr_matrix:
+        """Values (n_points, k) at all nodes by those at some (k,): their own, and what follows at hanging ones."""
+        n, k = onto.shape[1], len(nodes)
+        insert = sp.csr_matrix((np.ones(len(self.nodes)), (self.nodes, np.arange(len(self.nodes)))), (n, onto.shape[0]))
+        own = sp.csr_matrix((np.ones(k), (nodes, np.arange(k))), shape=(n, k))
+        out = sp.csr_matrix(own + insert @ onto[:, nodes])
+        out.eliminate_zeros()
+        return out
+
+
+def surface_ties(facets: IntArray, hanging: HangingNodes | None) -> SurfaceTies | None:
+    """Ties of the hanging nodes on a surface of facets (n_facets, 4 | 8 | 9); None where there are none."""
+    if hanging is None:
+        return None
+    on = np.zeros(hanging.n_points, bool)
+    on[facets] = True
+    rows = np.flatnonzero(on[hanging.nodes])
+    if len(rows) == 0:
+        return None
+    n = hanging.n_points
+    sides = np.sort(np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    keys = sides @ np.array([n, 1])
+    order = np.argsort(keys, kind="stable")
+    ends = hanging.edges[:, [[0, 2], [0, 1], [1, 2]]]
+    wanted = np.sort(ends, axis=2) @ np.array([n, 1])
+    place = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)
+    found = np.where(keys[order[place]] == wanted, order[place], -1)
+    there = (found >= 0).any(axis=1)
+    found = found[there]
+    return SurfaceTies(hanging.nodes[rows], hanging.weights[rows], hanging.edges[there], found[:, 0], found[:, 1:])
