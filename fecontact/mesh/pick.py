@@ -27,7 +27,9 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
+from fecontact.mesh.entities import edge_keys, found
 from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
+from fecontact.mesh.hanging_nodes import HangingNodes
 
 #: Points along each side of a facet used to measure the distance from it.
 SAMPLES = 8
@@ -39,6 +41,10 @@ class Faces(Protocol):
     @property
     def points(self) -> Array:
         """Coordinates (n_points, 3)."""
+
+    @property
+    def hanging(self) -> HangingNodes | None:
+        """Hanging nodes, if there are any."""
 
     def face_nodes(self, faces: IntArray) -> IntArray:
         """Nodes (n, k) of faces (n, 2)."""
@@ -202,18 +208,31 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
 
 def neighbouring_sides(mesh: Faces, faces: IntArray) -> tuple[IntArray, IntArray, Array]:
     """`shared_sides` of some faces of a mesh."""
-    return shared_sides(mesh.points, mesh.face_nodes(faces))
+    return shared_sides(mesh.points, mesh.face_nodes(faces), mesh.hanging)
 
 
-def shared_sides(points: Array, facets: IntArray) -> tuple[IntArray, IntArray, Array]:
-    """Sides that two facets share, as 4 facet + side of either, and the cosine between the normals at its middle."""
+def shared_sides(
+    points: Array, facets: IntArray, hanging: HangingNodes | None = None
+) -> tuple[IntArray, IntArray, Array]:
+    """Sides shared by two facets, as 4 facet + side of each, and the cosine between the normals at their middles.
+
+    With hanging nodes, a side divided by two other facets is shared with each of them.
+    """
     corners = facets[:, :4]
-    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
     normals = _side_normals(points, facets, triangular(facets)).reshape(-1, 3)
+    keys, half = edge_keys(ends), np.zeros(len(ends), bool)
+    if hanging is not None:
+        divided = hanging.edges[found(edge_keys(hanging.edges[:, [0, 2]]), keys) >= 0]
+        part = found(keys, edge_keys(divided[:, [[0, 1], [1, 2]]]).ravel())
+        half = part >= 0
+        keys[half] = edge_keys(divided[part[half] // 2][:, [0, 2]])
     real = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    order = real[np.lexsort((ends[real, 1], ends[real, 0]))]
-    same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
-    a, b = order[:-1][same], order[1:][same]
+    # the undivided side comes first, the others are paired with it
+    order = real[np.lexsort((half[real], keys[real]))]
+    start = np.concatenate([[True], keys[order[1:]] != keys[order[:-1]]])
+    first = order[np.flatnonzero(start)][np.cumsum(start) - 1]
+    a, b = first[~start], order[~start]
     return a, b, np.einsum("ni,ni->n", normals[a], normals[b])
 
 

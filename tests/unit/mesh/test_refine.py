@@ -15,6 +15,7 @@ from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.facets import facet_integrals, nodal_areas
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.pick import neighbouring_sides
 from fecontact.mesh.refine import refined, touching
 
 # volumes, areas and positions: sums of a few thousand numbers of size one
@@ -404,3 +405,24 @@ def test_points_put_elsewhere_take_hanging_nodes_along():
     assert np.abs(moved.points - mesh.points).max() < ROUNDING
     with pytest.raises(InputError, match=r"shape \(\d+, 3\); found \(4, 3\)"):
         mesh.with_points(np.zeros((4, 3)))
+
+
+@pytest.mark.parametrize("kind", ["hexahedra", "tetrahedra", "all kinds"])
+@pytest.mark.parametrize("width", [8, 20])
+def test_picks_go_on_over_divided_sides_and_stop_at_edges(kind, width):
+    mesh = locally_refined(kind, width, 2)
+    top = mesh.points[:, 2].max()
+    picked = mesh.with_boundary("cap", fc.pick.flood([0.4, 0.4, top + 0.5]))
+    assert np.ptp(picked.points[picked.boundary_nodes("cap"), 2]) == 0
+    assert abs(area(picked, "cap") - 9) < ROUNDING * 10
+    round_corner = mesh.with_boundary("all", fc.pick.flood([0.4, 0.4, top + 0.5], angle=100))
+    assert len(round_corner.faces("all")) == len(mesh.outer_faces)
+
+
+def test_divided_sides_are_shared_with_both_their_parts():
+    mesh = refined(fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1)), [0])
+    first, second, cosine = neighbouring_sides(mesh, mesh.faces("top"))
+    # four small faces about their middle, two of them beside the large one
+    assert len(first) == 4 + 2
+    assert np.abs(cosine - 1).max() < ROUNDING
+    assert sorted(np.bincount(np.concatenate([first, second]) // 4).tolist()) == [2, 2, 2, 3, 3]
