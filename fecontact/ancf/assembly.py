@@ -14,7 +14,7 @@ from fecontact.ancf.faces import Faces
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.supports import hold
-from fecontact.ancf.touch import ContactConstraints, ContactGaps
+from fecontact.ancf.touch import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -100,10 +100,13 @@ class Assembly:
         touches = []
         for k, boundary, other in contacts:
             slave = side(k, boundary)
-            if not isinstance(other, RigidBody) and other[0] == k:
+            if isinstance(other, RigidBody):
+                master: Master = RigidMaster(other)
+            elif other[0] == k:
                 raise InputError(f"Solid {k} cannot be in contact with itself.")
-            master, where = (other, 0) if isinstance(other, RigidBody) else side(*other)
-            touches.append(ContactConstraints(*slave, master, where, int(start[-1])))
+            else:
+                master = FacesMaster(*side(*other))
+            touches.append(ContactConstraints(*slave, master, int(start[-1])))
         return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:
@@ -114,12 +117,12 @@ class Assembly:
         InputError
             If their number is not that of the contacts with a rigid body.
         """
-        rigid = [k for k, t in enumerate(self.touches) if isinstance(t.master, RigidBody)]
+        rigid = [k for k, t in enumerate(self.touches) if t.master.is_rigid]
         if len(rigid) != len(bodies):
             raise InputError(f"The assembly touches {len(rigid)} rigid bodies; found {len(bodies)}.")
         touches = list(self.touches)
         for k, body in zip(rigid, bodies, strict=True):
-            touches[k] = replace(touches[k], master=body)
+            touches[k] = replace(touches[k], master=RigidMaster(body))
         return replace(self, touches=tuple(touches))
 
     @cached_property

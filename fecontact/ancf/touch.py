@@ -13,6 +13,7 @@ rigid bodies and neglected against deformable ones, at the cost of iterations bu
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,7 +22,7 @@ import scipy.sparse as sp
 
 from fecontact.ancf.faces import Faces
 from fecontact.bodies.rigid import RigidBody
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Projection
 
@@ -51,6 +52,87 @@ class ContactGaps:
     means: sp.csr_matrix
 
 
+class Master(ABC):
+    """What faces of bricks may touch."""
+
+    @property
+    @abstractmethod
+    def named(self) -> object:
+        """What it is, without the bodies of bricks themselves."""
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether it has no coordinates, and can be stood somewhere else."""
+        return False
+
+    @abstractmethod
+    def project(self, q: Array, points: Array) -> Projection:
+        """Feet of points (n, 3) at coordinates q of all bodies, in world axes."""
+
+    def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix | None:
+        """Displacements (n, n_dofs) of feet along their normals by the coordinates of all bodies; None without any."""
+        return None
+
+    def turns(self, projection: Projection) -> Array | None:
+        """Derivative (n, 3, 3) of the normals by the positions of the points; None where it is left out."""
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMaster(Master):
+    """A rigid body that faces may touch."""
+
+    body: RigidBody
+
+    @property
+    def named(self) -> RigidBody:
+        """The body."""
+        return self.body
+
+    @property
+    def is_rigid(self) -> bool:
+        """It is."""
+        return True
+
+    def project(self, q: Array, points: Array) -> Projection:
+        """Feet of points (n, 3), in world axes."""
+        return _on(self.body, points)
+
+    def turns(self, projection: Projection) -> Array:
+        """By central differences on the surface."""
+        step = TURN_STEP * self.body.size
+        x = projection.points + projection.gap[:, None] * projection.normals
+        H = np.zeros((len(x), 3, 3))
+        for k, unit in enumerate(np.eye(3)):
+            ahead, behind = _on(self.body, x + step * unit), _on(self.body, x - step * unit)
+            H[:, :, k] = (ahead.normals - behind.normals) / (2 * step)
+        return (H + H.swapaxes(1, 2)) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class FacesMaster(Master):
+    """Faces of bricks that others may touch; `start` is their first coordinate among those of all bodies."""
+
+    faces: Faces
+    start: int
+
+    @property
+    def named(self) -> tuple[IntArray, int]:
+        """The faces by number, and where their coordinates begin."""
+        return self.faces.faces, self.start
+
+    def project(self, q: Array, points: Array) -> Projection:
+        """Feet of points (n, 3) on the faces as q has them."""
+        return self.faces.project(q[self.start : self.start + self.faces.space.n_dofs], points)
+
+    def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix:
+        """Displacements of the feet along their normals."""
+        assert projection.facet is not None
+        assert projection.local is not None
+        rows = self.faces.rows(projection.facet, projection.local)
+        return _along_normals(rows, projection.normals, self.start, n_dofs)
+
+
 @dataclass(frozen=True, eq=False)
 class ContactConstraints:
     """Contact constraints of faces of an ANCF solid against a rigid body or faces of another solid.
@@ -61,52 +143,34 @@ class ContactConstraints:
         Faces with the multipliers.
     slave_start : int
         Its first coordinate among those of all bodies.
-    master : RigidBody or Faces
-    master_start : int
-        First coordinate of the master, if it has any.
+    master : RigidMaster or FacesMaster
     n_dofs : int
         Coordinates of all bodies.
     """
 
     slave: Faces
     slave_start: int
-    master: RigidBody | Faces
-    master_start: int
+    master: Master
     n_dofs: int
 
     @property
     def pair(self) -> tuple[object, ...]:
         """The two sides of the contact: faces, or the rigid body."""
-        master = (self.master.faces, self.master_start) if isinstance(self.master, Faces) else self.master
-        return self.slave.faces, self.slave_start, master
+        return self.slave.faces, self.slave_start, self.master.named
 
     @property
     def n_multipliers(self) -> int:
         """Number of contact conditions."""
         return int(self.slave.quadrature[1].shape[0])
 
-    def _part(self, rows: sp.csr_matrix, normals: Array, start: int) -> sp.csr_matrix:
-        """N . N as rows (n_points, n_dofs) of the coordinates that begin at `start`."""
-        coo = rows.tocoo()
-        i = np.arange(3)
-        data = coo.data[:, None] * normals[coo.row]
-        column = start + 3 * coo.col[:, None] + i
-        row = np.broadcast_to(coo.row[:, None], data.shape)
-        return sp.csr_matrix((data.ravel(), (row.ravel(), column.ravel())), shape=(rows.shape[0], self.n_dofs))
-
     def positions(self, q: Array) -> Array:
         """World positions (n_points, 3) of the slave's quadrature points at coordinates q of all bodies."""
         rows = self.slave.quadrature[0]
         return np.asarray(rows @ q[self.slave_start : self.slave_start + 3 * rows.shape[1]].reshape(-1, 3))
 
-    def _master_q(self, q: Array) -> Array:
-        assert isinstance(self.master, Faces)
-        return q[self.master_start : self.master_start + self.master.space.n_dofs]
-
     def projection(self, q: Array) -> Projection:
         """Projection of the quadrature points on the master, in world axes."""
-        x = self.positions(q)
-        return self.master.project(self._master_q(q), x) if isinstance(self.master, Faces) else _on(self.master, x)
+        return self.master.project(q, self.positions(q))
 
     def at(self, q: Array) -> ContactGaps:
         """Gaps and gradients at coordinates q (n_dofs,) of all bodies."""
@@ -117,12 +181,10 @@ class ContactConstraints:
             means = sp.csr_matrix(means @ sp.diags_array((~hidden).astype(float)))
             share = np.asarray(means.sum(axis=1)).ravel()
             means = sp.csr_matrix(sp.diags_array(np.divide(1.0, share, where=share > 0, out=share * 0)) @ means)
-        points = self._part(rows, projection.normals, self.slave_start)
-        if isinstance(self.master, Faces):
-            assert projection.facet is not None
-            assert projection.local is not None
-            opposite = self.master.rows(projection.facet, projection.local)
-            points = points - self._part(opposite, projection.normals, self.master_start)
+        points = _along_normals(rows, projection.normals, self.slave_start, self.n_dofs)
+        opposite = self.master.rows(projection, self.n_dofs)
+        if opposite is not None:
+            points = points - opposite
         gap = means @ np.where(hidden, 0.0, projection.gap)
         gap[np.diff(means.indptr) == 0] = np.inf
         if hidden.any():
@@ -132,12 +194,11 @@ class ContactConstraints:
     def curvature(self, touching: ContactGaps, forces: Array) -> sp.csr_matrix | None:
         """Second derivative (n_dofs, n_dofs) of forces . gap, where the master is rigid; None where it vanishes."""
         pressing = touching.means.T @ forces
-        if isinstance(self.master, Faces) or not pressing.any():
-            return None
         used = np.flatnonzero(pressing)
-        H = _turns(self.master, touching.projection.chosen(used)) * pressing[used, None, None]
-        if not H.any():
+        turns = self.master.turns(touching.projection.chosen(used)) if len(used) else None
+        if turns is None or not turns.any():
             return None
+        H = turns * pressing[used, None, None]
         N = self.slave.quadrature[0][used]
         wide = sp.kron(N, sp.eye_array(3), format="csr")
         local = wide.T @ sp.block_diag(list(H), format="csr") @ wide
@@ -161,12 +222,11 @@ def _on(body: RigidBody, points: Array) -> Projection:
     )
 
 
-def _turns(body: RigidBody, projection: Projection) -> Array:
-    """Derivative (n, 3, 3) of the normals by the position of the points, by central differences on the surface."""
-    step = TURN_STEP * body.size
-    x = projection.points + projection.gap[:, None] * projection.normals
-    H = np.zeros((len(x), 3, 3))
-    for k, unit in enumerate(np.eye(3)):
-        ahead, behind = _on(body, x + step * unit), _on(body, x - step * unit)
-        H[:, :, k] = (ahead.normals - behind.normals) / (2 * step)
-    return (H + H.swapaxes(1, 2)) / 2
+def _along_normals(rows: sp.csr_matrix, normals: Array, start: int, n_dofs: int) -> sp.csr_matrix:
+    """N . N as rows (n_points, n_dofs) of the coordinates that begin at `start`."""
+    coo = rows.tocoo()
+    i = np.arange(3)
+    data = coo.data[:, None] * normals[coo.row]
+    column = start + 3 * coo.col[:, None] + i
+    row = np.broadcast_to(coo.row[:, None], data.shape)
+    return sp.csr_matrix((data.ravel(), (row.ravel(), column.ravel())), shape=(rows.shape[0], n_dofs))

@@ -44,6 +44,11 @@ class Answers:
         return False
 
     @property
+    def is_cut_off(self) -> bool:
+        """Whether its surface is part of a larger one that is not known."""
+        return False
+
+    @property
     def farthest(self) -> float:
         """Largest coordinate of its mesh; zero without one."""
         return 0.0
@@ -97,6 +102,10 @@ class Answers:
     def outside(self, displacement: Array) -> Outside:
         """Unknown."""
         return Outside(np.zeros((0, 3)), None, np.inf)
+
+    def at_points(self, displacement: Array) -> Array | None:
+        """None: it has no mesh."""
+        return None
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""

@@ -281,9 +281,13 @@ class ElasticBody(Placed):
         keys = [self.mesh.faces(name) @ np.array([6, 1]) for name in (one, other)]
         return int(np.isin(*keys).sum())
 
+    def at_points(self, displacement: Array) -> Array:
+        """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
+        return self.model.at_points(displacement)
+
     def outside(self, displacement: Array) -> Outside:
         """Its outer surface, displaced by (n_dofs,)."""
-        points = self.mesh.points + self.model.at_points(displacement)
+        points = self.mesh.points + self.at_points(displacement)
         skin = self._skin(points)
         return Outside(points[skin.nodes], skin, self.size, is_bounded=True)
 

@@ -120,6 +120,10 @@ class Body(Protocol):
         """Whether a surface node is displaced by its own pressure only."""
 
     @property
+    def is_cut_off(self) -> bool:
+        """Whether its surface is part of a larger one that is not known, as measured maps are."""
+
+    @property
     def farthest(self) -> float:
         """Largest coordinate of its mesh; zero without one."""
 
@@ -144,6 +148,9 @@ class Body(Protocol):
 
     def outside(self, displacement: Array) -> Outside:
         """Its whole outer surface, displaced by (n_dofs,)."""
+
+    def at_points(self, displacement: Array) -> Array | None:
+        """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,); None where it has no mesh."""
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""

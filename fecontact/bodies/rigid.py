@@ -24,7 +24,7 @@ from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.surface_mesh import read_surface
 from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
 from fecontact.surfaces.facet_surface import Projection
-from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
+from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T, heights_of
 
 #: Points along each side of the square on which a rigid surface given by heights is sampled.
 ALONG = 33
@@ -199,6 +199,11 @@ counter-clockwise.'
         return None
 
     @property
+    def is_cut_off(self) -> bool:
+        """Measured maps and open facets go on beyond their ends, other shapes do not."""
+        return isinstance(self.shape, HeightMap | Facets)
+
+    @property
     def farthest(self) -> float:
         """Largest coordinate of the mesh of its surface, if it has one."""
         return float(np.abs(self.shape.mesh.points).max()) if isinstance(self.shape, Facets) else 0.0
@@ -214,7 +219,8 @@ counter-clockwise.'
         if isinstance(shape, Facets):
             closed = None if shape.is_open else shape
             return Outside(shape.mesh.points, closed, size, is_bounded=True, depth=size)
-        points = _over(shape.heights, size) if hasattr(shape, "heights") else np.zeros((0, 3))
+        heights = heights_of(shape)
+        points = np.zeros((0, 3)) if heights is None else _over(heights, size)
         if isinstance(shape, Ellipsoid):
             return Outside(points, shape, size, may_hold=shape.may_hold)
         return Outside(points, shape, size, depth=size)

@@ -17,6 +17,7 @@ from fecontact.contact.dimension import mean_feet
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.search.region import SearchRegion
+from fecontact.contact.springs import SpringState
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
 
@@ -34,6 +35,13 @@ class UnilateralConstraints(Protocol):
     @property
     def infeasibility_hint(self) -> str:
         """What is to be said where loads cannot be balanced; may be empty."""
+
+    @property
+    def as_contact(self) -> Interface | None:
+        """The paired contact that these are; None for springs."""
+
+    def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
+        """States of the springs that these are, by forces (n,) and gaps (n,); none for a contact."""
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening (n, n_dofs) by the displacements of a body; None if it has no part in this."""
@@ -82,6 +90,15 @@ class Interface:
     def infeasibility_hint(self) -> str:
         """Nothing: contacts are spoken of anyway."""
         return ""
+
+    @property
+    def as_contact(self) -> Interface:
+        """This."""
+        return self
+
+    def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
+        """None: it is no spring."""
+        return ()
 
     @property
     def slave_surface(self) -> FacetSurface:

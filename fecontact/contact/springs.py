@@ -81,6 +81,11 @@ class Spring:
         elif not (np.isfinite(self.slack_length) and self.slack_length >= 0):
             raise InputError(f"The slack length of {self.name!r} must not be negative; found {self.slack_length!r}.")
 
+    @property
+    def only_pulls(self) -> bool:
+        """Whether it is slack when it is shorter than its slack length."""
+        return self.kind == "tension"
+
     @cached_property
     def ends(self) -> Array:
         """World positions (2, 3) of start and end."""
@@ -106,6 +111,24 @@ class Spring:
 def _world(body: Body | None, point: ArrayLike) -> Array:
     p = np.asarray(point, dtype=float)
     return p if body is None else body.pose.to_world(p[None, :])[0]
+
+
+@dataclass(frozen=True)
+class SpringState:
+    """Force and length of a spring after solution.
+
+    Attributes
+    ----------
+    spring : Spring
+    tension : float
+        Positive where it pulls.
+    elongation : float
+        Beyond the slack length; tension / stiffness unless slack.
+    """
+
+    spring: Spring
+    tension: float
+    elongation: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,8 +161,22 @@ class SpringRows:
     @property
     def infeasibility_hint(self) -> str:
         """That ligaments only pull; nothing if there is none."""
-        names = ", ".join(repr(s.name) for s in self.springs if s.kind == "tension")
+        names = ", ".join(repr(s.name) for s in self.springs if s.only_pulls)
         return f"Of the springs {names} only pull, and this motion tightens none of them. " if names else ""
+
+    @property
+    def as_contact(self) -> None:
+        """None: springs are no contact."""
+        return
+
+    def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
+        """States from the forces (n,) of the rows and their gaps (n,) by the bodies' displacements alone, minus e."""
+        out = []
+        elongation = -self.sign * gaps
+        for k, spring in enumerate(self.springs):
+            mine = self.number == k
+            out.append(SpringState(spring, float(self.sign[mine] @ forces[mine]), float(elongation[mine][0])))
+        return tuple(out)
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Shortening of the springs by the displacements of a body, (n, n_dofs); None if none is tied to it."""
@@ -165,34 +202,6 @@ class SpringRows:
 
 def spring_rows(springs: Sequence[Spring]) -> SpringRows:
     """One row for each ligament, two for each linear spring."""
-    number = [k for k, s in enumerate(springs) for _ in range(1 if s.kind == "tension" else 2)]
-    sign = [x for s in springs for x in ((1.0,) if s.kind == "tension" else (1.0, -1.0))]
+    number = [k for k, s in enumerate(springs) for _ in range(1 if s.only_pulls else 2)]
+    sign = [x for s in springs for x in ((1.0,) if s.only_pulls else (1.0, -1.0))]
     return SpringRows(tuple(springs), np.array(number, dtype=np.int64), np.array(sign))
-
-
-@dataclass(frozen=True)
-class SpringState:
-    """Force and length of a spring after solution.
-
-    Attributes
-    ----------
-    spring : Spring
-    tension : float
-        Positive where it pulls.
-    elongation : float
-        Beyond the slack length; tension / stiffness unless slack.
-    """
-
-    spring: Spring
-    tension: float
-    elongation: float
-
-
-def spring_states(rows: SpringRows, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
-    """States from the forces (n,) of the rows and their gaps (n,) by the bodies' displacements alone, minus e."""
-    out = []
-    elongation = -rows.sign * gaps
-    for k, spring in enumerate(rows.springs):
-        mine = rows.number == k
-        out.append(SpringState(spring, float(rows.sign[mine] @ forces[mine]), float(elongation[mine][0])))
-    return tuple(out)

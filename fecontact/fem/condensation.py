@@ -62,6 +62,9 @@ class Condensation(Protocol):
     def n_retained(self) -> int:
         """Degrees of freedom of the dense condensed matrix."""
 
+    def invert(self) -> None:
+        """Take the inverse of what is dense, if anything is, which pays off where many poses use it."""
+
     def covers(self, dofs: IntArray) -> bool:
         """Whether rows on these degrees of freedom can be condensed without another factorisation."""
 
@@ -240,6 +243,9 @@ class Carried:
         """Degrees of freedom that are retained."""
         return len(self.inverse)
 
+    def invert(self) -> None:
+        """It came as an inverse."""
+
     def covers(self, dofs: IntArray) -> bool:
         """Whether all given degrees of freedom are retained."""
         return bool((self.position[dofs] >= 0).all())
@@ -287,6 +293,9 @@ class Plain:
     def n_retained(self) -> int:
         """None."""
         return 0
+
+    def invert(self) -> None:
+        """Nothing is dense."""
 
     def covers(self, dofs: IntArray) -> bool:
         """Always."""

@@ -297,6 +297,9 @@ class Multigrid:
         """None."""
         return 0
 
+    def invert(self) -> None:
+        """Nothing is dense."""
+
     def covers(self, dofs: IntArray) -> bool:
         """Always."""
         return True

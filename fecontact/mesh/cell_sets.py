@@ -107,6 +107,24 @@ class CellSets:
         return {self.cell_type: len(self.cells)}
 
     @property
+    def is_flat(self) -> bool:
+        """Whether it lies in a plane and shows its inside."""
+        return False
+
+    @property
+    @abstractmethod
+    def skin(self) -> IntArray:
+        """Nodes (n, k) of the facets that are seen from outside: outer faces, or the cells of a section."""
+
+    @abstractmethod
+    def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
+        """Cells by kind: name in meshio, connectivity in VTK's node order, and their (increasing) numbers."""
+
+    @abstractmethod
+    def drawn_at(self, points: Array) -> Self:
+        """The bare mesh at other points (n_points, 3), its cells turned the right way."""
+
+    @property
     @abstractmethod
     def outer(self) -> IntArray:
         """Faces (n, 2) that belong to one cell only, as (cell, local face)."""

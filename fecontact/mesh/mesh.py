@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.entities import cells_at_faces, face_keys
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
 from fecontact.mesh.hanging_nodes import refuse_hanging
-from fecontact.mesh.kinds import kind_of
+from fecontact.mesh.kinds import KINDS, kind_of
 from fecontact.mesh.pick import Pick
 from fecontact.mesh.skfem_mesh import from_skfem_mesh, skfem_mesh
 
@@ -183,6 +184,40 @@ class Mesh(CellSets):
         """The same as `outer_faces`, by the name shared with `SectionMesh`."""
         return self.outer_faces
 
+    @property
+    def skin(self) -> IntArray:
+        """Corners and mid-sides (n, 4 | 8 | 9) of the faces that are seen, turned outwards if the cells are."""
+        return replace(self, midface=None).face_nodes(self.outer_faces)
+
+    def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
+        """Cells by kind: name in meshio, connectivity in VTK's node order, and their (increasing) numbers.
+
+        Wedges, pyramids and tetrahedra instead of degenerate hexahedra; those that are neither stay hexahedra. Mid-face
+        nodes are left out. The first triangle of a wedge has its normal towards the second one, as in gmsh; meshio
+        turns wedges of six nodes on the way into a VTK file, where VTK has it the other way round.
+
+        Examples
+        --------
+        >>> from fecontact import shapes
+        >>> [(name, cells.shape) for name, cells, _ in shapes.block((1.0, 1.0, 1.0), (2, 1, 1)).native_cells()]
+        [('hexahedron20', (2, 20))]
+        """
+        parts: dict[str, list[tuple[IntArray, IntArray]]] = {}
+        for group in self.cell_groups:
+            kind = kind_of(group.pattern)
+            if kind is None:
+                part = (self.cells[group.cells], group.cells)
+                kind = KINDS[self.cell_type]
+            else:
+                part = (group.nodes[:, : kind.n_nodes], group.cells)
+            parts.setdefault(kind.meshio, []).append(part)
+        out = []
+        for name, found in parts.items():
+            cells, numbers = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
+            order = np.argsort(numbers)
+            out.append((name, cells[order], numbers[order]))
+        return out
+
     def face_nodes(self, faces: IntArray) -> IntArray:
         """Node numbers (n_faces, 4 | 8 | 9) of faces; nine where they have a centre or a mid-face node.
 
@@ -201,6 +236,10 @@ class Mesh(CellSets):
             if (mid >= 0).all():
                 nodes = np.concatenate([nodes, mid[:, None]], axis=1)
         return nodes
+
+    def drawn_at(self, points: Array) -> Self:
+        """The same mesh at other points (n_points, 3)."""
+        return replace(self, points=points)
 
     # methods beside those of all meshes: each returns a copy
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
+from typing import Self
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -196,6 +197,24 @@ class SectionMesh(CellSets):
         if self.hanging is not None:
             count[self.hanging.edges[:, [1, 3, 4]]] = 2
         return np.stack(np.divmod(np.flatnonzero(count[middles] == 1), 4), axis=1)
+
+    @property
+    def is_flat(self) -> bool:
+        """It lies in a plane."""
+        return True
+
+    @property
+    def skin(self) -> IntArray:
+        """Its cells (n_cells, 8 | 9)."""
+        return self.cells
+
+    def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
+        """Cells with their name in meshio and their numbers."""
+        return [(self.cell_type, self.cells, np.arange(len(self.cells)))]
+
+    def drawn_at(self, points: Array) -> Self:
+        """The bare mesh at other points (n_points, 3); turned half round, it keeps running counter-clockwise."""
+        return type(self)(points, counter_clockwise(points, self.cells))
 
     @property
     def outer(self) -> IntArray:

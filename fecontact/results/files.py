@@ -17,9 +17,6 @@ from fecontact.common.text_files import check_writable, save_json, write_collect
 from fecontact.contact.interface import Interface
 from fecontact.fem.stress import von_mises
 from fecontact.mesh.formats.generic import teach_meshio
-from fecontact.mesh.formats.vtk_cells import native_cells
-from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import with_nodes
@@ -74,7 +71,7 @@ def save_vtu(result: SolvedScene, path: str | Path) -> Path:
         index = np.full(len(mesh.points), -1, dtype=np.int64)
         index[used] = start + np.arange(len(used))
         points.append(result.given(body).pose.to_world(mesh.points[used]))
-        for name, block in _blocks(mesh):
+        for name, block, _ in mesh.native_cells():
             cells.setdefault(name, []).append(index[block])
             owner.setdefault(name, []).append(np.full(len(block), k))
         for name, values in body_fields(result, body).items():
@@ -89,13 +86,6 @@ def save_vtu(result: SolvedScene, path: str | Path) -> Path:
         cell_data={"body": [np.concatenate(owner[name]) for name in cells]},
     ).write(path, file_format="vtu")
     return path
-
-
-def _blocks(mesh: Mesh | SectionMesh) -> list[tuple[str, IntArray]]:
-    """Cells by their names in meshio, in VTK's node order."""
-    if isinstance(mesh, SectionMesh):
-        return [(mesh.cell_type, mesh.cells)]
-    return [(name, cells) for name, cells, _ in native_cells(mesh)]
 
 
 def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequence[float] | None = None) -> Path:

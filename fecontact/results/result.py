@@ -13,10 +13,10 @@ import numpy as np
 from fecontact.common.arrays import IntArray
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
-from fecontact.contact.interface import Interface, UnilateralConstraints
+from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.springs import SpringRows, SpringState, spring_states
+from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.model_size import model_size
 from fecontact.results.report import peak_memory, report
@@ -127,10 +127,9 @@ def make_result(
         forces = np.zeros(len(gap))
         forces[candidates] = solution.forces[start : start + len(candidates)]
         start += len(candidates)
-        if isinstance(interface, SpringRows):
-            springs = spring_states(interface, forces, gap)
-        elif isinstance(interface, Interface):
-            contacts.append(contact_fields(interface, candidates, forces, gap))
+        springs += interface.spring_states(forces, gap)
+        if (contact := interface.as_contact) is not None:
+            contacts.append(contact_fields(contact, candidates, forces, gap))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

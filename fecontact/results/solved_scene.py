@@ -106,7 +106,7 @@ class SolvedScene:
     @property
     def interfaces(self) -> tuple[Interface, ...]:
         """The paired contacts, one for each of `contacts`."""
-        return tuple(i for i in self.condensed.interfaces if isinstance(i, Interface))
+        return tuple(c for i in self.condensed.interfaces if (c := i.as_contact) is not None)
 
     @property
     def elastic_bodies(self) -> tuple[ElasticBody, ...]:
@@ -159,7 +159,7 @@ class SolvedScene:
     def displacement(self, body: Body) -> Array:
         """Total displacement (n_points, 3) of the body's nodes from where they were given, in world axes."""
         k, elastic = self._elastic(body)
-        own = elastic.model.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
+        own = elastic.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
         return own + self._carried(k, elastic.mesh.points) if self.originals else own
 
     def strain(self, body: Body) -> Array:

@@ -154,7 +154,7 @@ def explain(scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: s
         n_candidates=n,
         n_points=sum(len(c.gap) for c in conditions),
         contacts=tuple(
-            _coupling(c, len(k)) for c, k in zip(conditions, chosen, strict=True) if isinstance(c, Interface)
+            _coupling(c, len(k)) for i, k in zip(conditions, chosen, strict=True) if (c := i.as_contact) is not None
         ),
         models=models,
         solver=_solver(solver, n, scene),

@@ -22,7 +22,6 @@ from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.radius import plain_facets
 from fecontact.contact.springs import spring_rows
-from fecontact.fem.condensation import Schur
 from fecontact.fem.model import Model
 from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import SearchHistory
@@ -189,9 +188,7 @@ def _condense_all(left: Mapping[str, tuple[SceneModel, Loading]], history: Searc
             models[id(body.model)] = body.model
             nodes.setdefault(id(body.model), []).append(touched)
     for key, found in nodes.items():
-        condensation = models[key].condensed(np.unique(np.concatenate(found)), Stopwatch(), often=True)
-        if isinstance(condensation, Schur):
-            condensation.invert()
+        models[key].condensed(np.unique(np.concatenate(found)), Stopwatch(), often=True).invert()
 
 
 def _touched(scene: SceneModel, loading: Loading, history: SearchHistory) -> list[tuple[ElasticBody, IntArray]]:

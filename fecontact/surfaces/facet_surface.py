@@ -291,6 +291,13 @@ class FacetSurface:
         normals = averaged_normals(self.points, self.facets)[0]
         return normals if self.ties is None else self.ties.followed(normals)
 
+    def smooth_normals(self, projection: Projection) -> Array:
+        """Unit normals (n, 3) at feet on it, without kinks between facets."""
+        assert projection.weights is not None
+        mean = projection.weights @ self.mean_normals
+        length = np.linalg.norm(mean, axis=1, keepdims=True)
+        return np.divide(mean, length, out=projection.normals.copy(), where=length > 0)
+
     def _lines_of_action(self, facet: IntArray, local: Array, N: Array, offset: Array) -> Array:
         """Outward unit vectors from closest point to point: a force along them has no moment about the closest point.
 

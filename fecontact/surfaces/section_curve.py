@@ -106,6 +106,12 @@ class CurveSurface(FacetSurface):
             projection, points=projection.points * in_plane, normals=projection.normals * in_plane, weights=weights
         )
 
+    def smooth_normals(self, projection: Projection) -> Array:
+        """Unit normals (n, 3) at feet on it; sides are quadratic and hardly kink."""
+        assert projection.facet is not None
+        assert projection.local is not None
+        return self.normals(projection.facet, projection.local)
+
     def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
         """Distance (n,) of each point from its given side."""
         return self._ribbon.distance_to_facet(points, facet)

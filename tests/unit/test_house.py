@@ -215,3 +215,80 @@ def test_a_strangers_path_that_is_not_true_is_named() -> None:
     rows = "## Where does a new X go\n`attic/`, `mesh/` and `mesh/loose.py`; `READERS` or `WRITERS` in `mesh/read.py`\n"
     expected = ["no such path: attic/", "no such path: mesh/loose.py", "no WRITERS in mesh/read.py"]
     assert list(strangers_path(ROOT, rows)) == expected
+
+
+#: Rooms above `bodies`, which ask bodies, surfaces and meshes instead of looking at their classes.
+ASKING = list(ROOMS)[list(ROOMS).index("bodies") + 1 :]
+#: Type tests in them: checks of what a user gave, arrays or operators as compliances, and a shape of the user's own.
+MOST_TYPE_TESTS = 10
+
+
+def classes_of(modules: dict[str, Path]) -> set[str]:
+    """Names of all classes of the package but its errors."""
+    names: set[str] = set()
+    for path in modules.values():
+        names |= {n.name for n in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(n, ast.ClassDef)}
+    return {name for name in names if not name.endswith("Error")}
+
+
+def type_tests(tree: ast.AST, classes: set[str]) -> Iterator[int]:
+    """Lines that look at a class: isinstance, match, type(x) is, hasattr, registries of types; arrays count as well."""
+
+    def named(node: ast.AST) -> set[str]:
+        return {getattr(n, "id", getattr(n, "attr", "")) for n in ast.walk(node)} & (
+            classes | {"LinearOperator", "ndarray"}
+        )
+
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            called = ast.unparse(node.func).rpartition(".")[2]
+            of_class = called in ("isinstance", "issubclass") and named(node.args[1])
+            registered = called in ("singledispatch", "register") and any(map(named, node.args))
+            if called == "hasattr" or of_class or registered:
+                yield node.lineno
+        elif isinstance(node, ast.MatchClass) and named(node.cls):
+            yield node.lineno
+        elif isinstance(node, ast.Compare | ast.Subscript):
+            parts = [node.left, *node.comparators] if isinstance(node, ast.Compare) else [node.slice]
+            if any(isinstance(p, ast.Call) and ast.unparse(p.func) == "type" for p in parts):
+                yield node.lineno
+        elif isinstance(node, ast.Dict):
+            yield from (key.lineno for key in node.keys if isinstance(key, ast.Name) and key.id in classes)
+
+
+def test_rooms_above_bodies_ask_and_do_not_look_at_classes() -> None:
+    modules = modules_of(ROOT)
+    classes = classes_of(modules)
+    found = [
+        f"{module} (line {line})"
+        for module, path in modules.items()
+        if room_of(module) in ASKING
+        for line in type_tests(ast.parse(path.read_text(encoding="utf-8")), classes)
+    ]
+    assert len(found) <= MOST_TYPE_TESTS, found
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "isinstance(x, Body)",
+        "isinstance(x, bodies.Body | Other)",
+        "isinstance(x, (int, Body))",
+        "issubclass(x, Body)",
+        "isinstance(S, np.ndarray)",
+        "hasattr(x, 'mesh')",
+        "type(x) is Body",
+        "type(x) in (Body, Other)",
+        "made[type(x)]",
+        "{Body: 1}",
+        "match x:\n    case Body():\n        pass",
+        "singledispatch(f).register(Body)",
+    ],
+)
+def test_every_way_to_look_at_a_class_is_counted(code: str) -> None:
+    assert len(list(type_tests(ast.parse(code), {"Body"}))) == 1
+
+
+@pytest.mark.parametrize("code", ["isinstance(x, str)", "type(x).__name__", "{'Body': 1}", "Body(x)", "x is Body"])
+def test_other_code_is_not_counted(code: str) -> None:
+    assert list(type_tests(ast.parse(code), {"Body"})) == []

@@ -27,6 +27,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.surfaces.rigid.indenter import heights_of
 
 
 class HeightSurface(Protocol):
@@ -218,8 +219,8 @@ class HalfSpace(SurfaceBody):
 
     def heights_of(self, surface: HeightSurface | ArrayLike) -> Array:
         """Heights (nx, ny) of a surface at the cell centres."""
-        if hasattr(surface, "heights"):
-            z = surface.heights(self.grid.x[:, None], self.grid.y[None, :])
+        if heights := heights_of(surface):
+            z = heights(self.grid.x[:, None], self.grid.y[None, :])
             return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
         return np.asarray(surface, dtype=float)
 

@@ -8,6 +8,7 @@ from fecontact.common.arrays import Array
 from fecontact.contact.coupling.facing import STEEPEST
 from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
+from fecontact.surfaces.rigid.indenter import heights_of
 
 CLOSE = 1e-14
 """Distance, relative to the size of the surfaces, at which a vertical line has met the other surface."""
@@ -25,8 +26,9 @@ def straight_above(points: Array, master: Surface, rotation: Array, translation:
     direction = rotation[:, 2]
     start = points @ rotation.T + translation
     normals = np.tile(-direction, (len(points), 1))
-    if hasattr(master, "heights") and np.array_equal(rotation, np.eye(3)):
-        height = master.heights(start[:, 0], start[:, 1])
+    heights = heights_of(master)
+    if heights is not None and np.array_equal(rotation, np.eye(3)):
+        height = heights(start[:, 0], start[:, 1])
         outside = ~np.isfinite(height)
         height = np.where(outside, start[:, 2], height)
         projection = np.stack([start[:, 0], start[:, 1], height], axis=1)

@@ -14,7 +14,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
@@ -22,8 +21,7 @@ from fecontact.contact.interface import Interface
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
-from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
-from fecontact.surfaces.section_curve import CurveSurface
+from fecontact.surfaces.facet_surface import Projection, Surface, with_nodes
 
 #: Error of linearised motions, relative to the approach, that is let pass.
 BEARABLE = 1e-3
@@ -109,10 +107,8 @@ def driven_motions(result: SolvedScene) -> Array:
 def _driven(result: SolvedScene, k: int, motion: Array) -> Array | None:
     """Displacements (n_points, 3) of an elastic body, in the world, less its neutral motion; None for others."""
     body, frame = result.scene.bodies[k], result.loading.frames[k]
-    if not isinstance(body, ElasticBody):
-        return None
-    u = result.state.displacements[k] - frame.modes((result.motions[k] - motion)[:, None])[:, 0]
-    return np.asarray(body.model.at_points(u) @ body.pose.rotation.T)
+    u = body.at_points(result.state.displacements[k] - frame.modes((result.motions[k] - motion)[:, None])[:, 0])
+    return None if u is None else u @ body.pose.rotation.T
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,23 +214,15 @@ def _looked_at(fields: ContactFields) -> IntArray:
 
 def _at_rim(surface: Surface, projection: Projection) -> NDArray[np.bool_]:
     """Which feet (n,) lie on the rim: those that nodes of the rim alone interpolate."""
-    if not isinstance(surface, FacetSurface) or projection.weights is None:
+    if projection.weights is None:
         return np.zeros(len(projection.gap), bool)
-    inner = abs(projection.weights) @ ~surface.rim_nodes
+    inner = abs(projection.weights) @ ~with_nodes(surface).rim_nodes
     return np.asarray(inner <= ON_RIM)
 
 
 def _smooth(surface: Surface, projection: Projection) -> Array:
     """Normals (n, 3) at feet without the kinks between facets, over which a point slides without consequence."""
-    if not isinstance(surface, FacetSurface) or projection.weights is None:
-        return projection.normals
-    if isinstance(surface, CurveSurface):
-        assert projection.facet is not None
-        assert projection.local is not None
-        return surface.normals(projection.facet, projection.local)
-    mean = projection.weights @ surface.mean_normals
-    length = np.linalg.norm(mean, axis=1, keepdims=True)
-    return np.divide(mean, length, out=projection.normals.copy(), where=length > 0)
+    return projection.normals if projection.weights is None else with_nodes(surface).smooth_normals(projection)
 
 
 def _of_spring(state: SpringState, after: dict[int, _Motion]) -> LinearisationError:

@@ -50,8 +50,8 @@ def _elastic_side(result: SolvedScene, body: ElasticBody, name: str) -> _Side:
     surface = body.surface(name)
     k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
     u, frame = result.state.displacements[k], result.loading.frames[k]
-    rest = body.model.at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
-    return _Side(body, surface, replace(surface, points=surface.points + body.model.at_points(u)), rest)
+    rest = body.at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
+    return _Side(body, surface, replace(surface, points=surface.points + body.at_points(u)), rest)
 
 
 def overlap_left(result: SolvedScene) -> Iterator[str]:

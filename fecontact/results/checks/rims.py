@@ -12,7 +12,6 @@ from fecontact.common.arrays import Array, Mask
 from fecontact.contact.interface import Interface
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
-from fecontact.surfaces import Facets, HeightMap
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells
 
 #: Share of a contact's force within one face of the rim from which a result warns.
@@ -97,6 +96,6 @@ def _near_rigid_end(body: Body, name: str, points: Array, normals: Array, size: 
     """Of a rigid surface, which ends where it is asked in vain; measured maps and open facets go on, shapes do not."""
     near = ends_near(body, name, points, normals, size)
     none = np.zeros(len(points), bool)
-    if isinstance(body.surface(name), HeightMap | Facets):
+    if body.is_cut_off:
         return _Near(near, none, near & ends_near(body, name, points, normals, touching))
     return _Near(none, near, none)

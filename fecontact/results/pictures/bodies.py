@@ -7,7 +7,6 @@ installed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +20,6 @@ from numpy.typing import NDArray
 from fecontact.common.arrays import Array
 from fecontact.common.errors import MissingPackageError
 from fecontact.common.text_files import check_writable
-from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
 from fecontact.results.pictures.rigid_patches import rigid_patches
 from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result
@@ -100,7 +97,7 @@ def view(
     shown = chosen(solids, only, where)
     points, facets, values = _skin(shown, field, scale)
     table, norm = _colours(field, values[np.unique(facets)], limits)
-    flat = direction == "iso" and all(isinstance(s.mesh, SectionMesh) for s in shown)
+    flat = direction == "iso" and all(s.mesh.is_flat for s in shown)
     camera = Camera.looking("-y" if flat else direction)
     image = draw_facets(
         points,
@@ -157,20 +154,12 @@ def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDA
     for solid in solids:
         points.append(solid.deformed(scale))
         values.append(solid.scalar(field))
-        facets.append(start + _faces(solid.mesh))
+        facets.append(start + _outwards(solid.mesh.points, solid.mesh.skin))
         start += len(solid.mesh.points)
     widest = max(f.shape[1] for f in facets)
     if any(f.shape[1] != widest for f in facets):
         facets = [f[:, :4] for f in facets]
     return np.concatenate(points), np.concatenate(facets), np.concatenate(values)
-
-
-def _faces(mesh: Mesh | SectionMesh) -> NDArray[np.int64]:
-    """What is seen of a mesh: its outer faces, or the cells of a section."""
-    if isinstance(mesh, SectionMesh):
-        return mesh.cells
-    plain = replace(mesh, midface=None)
-    return _outwards(plain.points, plain.face_nodes(plain.outer_faces))
 
 
 def _outwards(points: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:

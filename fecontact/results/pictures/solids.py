@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.fem.stress import VOIGT
@@ -93,16 +92,9 @@ def solids_of_result(result: SolvedScene) -> tuple[Solid, ...]:
             "No body of this scene is meshed inside; only its contacts can be drawn: plot 'pressure' or 'gap' instead."
         )
     return tuple(
-        Solid(b.name, _in_world(b.mesh, result.given(b).pose), body_fields(result, b)) for b in result.elastic_bodies
+        Solid(b.name, b.mesh.drawn_at(result.given(b).pose.to_world(b.mesh.points)), body_fields(result, b))
+        for b in result.elastic_bodies
     )
-
-
-def _in_world(mesh: Mesh | SectionMesh, pose: Pose) -> Mesh | SectionMesh:
-    """The mesh of a body in a pose; a section that is turned half round keeps running counter-clockwise."""
-    if isinstance(mesh, SectionMesh):
-        points = pose.to_world(mesh.points)
-        return SectionMesh(points, counter_clockwise(points, mesh.cells))
-    return mesh.mapped(pose.to_world)
 
 
 def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
@@ -158,7 +150,7 @@ def cut(solid: Solid, where: str) -> Solid | None:
     found = CUT.fullmatch(where)
     if found is None:
         raise InputError(f"A cut reads like 'x<0' or 'z>12.5', of what is to be kept; found {where!r}.")
-    if isinstance(solid.mesh, SectionMesh):
+    if solid.mesh.is_flat:
         raise InputError("A section shows its inside already: there is nothing to cut open.")
     axis, sign, level = "xyz".index(found[1]), found[2], float(found[3])
     centre = solid.mesh.points[solid.mesh.cells[:, :8]].mean(axis=1)[:, axis]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import ClassVar, Generic, TypeVar
+
+from fecontact.common.arrays import Array
 
 T = TypeVar("T")
 
@@ -40,6 +43,11 @@ class ClosedForms(Generic[T]):
     def wave(self, amplitude: float, wavelength: float) -> T | None:
         """Of the surface amplitude (1 - cos(2 pi x/wavelength))."""
         return None
+
+
+def heights_of(shape: object) -> Callable[[Array, Array], Array] | None:
+    """How a shape tells its heights over the plane z = 0 at x and y; None where it does not."""
+    return getattr(shape, "heights", None)
 
 
 class Indenter:

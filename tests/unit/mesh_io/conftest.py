@@ -6,7 +6,6 @@ import pytest
 
 import fecontact as fc
 from fecontact.mesh.formats.generic import teach_meshio
-from fecontact.mesh.formats.vtk_cells import native_cells
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
 
@@ -47,7 +46,7 @@ def _block(kind, divisions=(2, 2, 2), amount=0.03):
 
 def _write(mesh, path):
     teach_meshio()
-    out = meshio.Mesh(mesh.points, [(name, cells) for name, cells, _ in native_cells(mesh)])
+    out = meshio.Mesh(mesh.points, [(name, cells) for name, cells, _ in mesh.native_cells()])
     if path.suffix == ".msh":
         meshio.gmsh.write(path, out, fmt_version="2.2")
     else:

@@ -7,7 +7,6 @@ import pytest
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.facets import nodal_areas
-from fecontact.mesh.formats.vtk_cells import native_cells
 from fecontact.mesh.kinds import KINDS
 from fecontact.results.pictures.solids import solids_of_file
 
@@ -114,6 +113,6 @@ def test_odd_cells_stay_hexahedra_and_pyramids_are_pyramids():
     points = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex20").points
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
     pyramid = fc.mesh.mesh.Mesh(mesh.points, mesh.cells[:, list(KINDS["pyramid5"].embedding)])
-    assert [(name, c.shape) for name, c, _ in native_cells(pyramid)] == [("pyramid", (1, 5))]
+    assert [(name, c.shape) for name, c, _ in pyramid.native_cells()] == [("pyramid", (1, 5))]
     odd = fc.mesh.mesh.Mesh(points[:8], mesh.cells[:, [0, 1, 1, 3, 4, 5, 6, 7]])
-    assert [(name, c.shape) for name, c, _ in native_cells(odd)] == [("hexahedron", (1, 8))]
+    assert [(name, c.shape) for name, c, _ in odd.native_cells()] == [("hexahedron", (1, 8))]
