@@ -12,7 +12,6 @@ from fecontact.ancf.model import AncfModel, twenty_nodes
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
-from fecontact.fem.condensation import checked_route
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
@@ -76,7 +75,7 @@ class AncfBody(ElasticBody):
     def model(self) -> AncfModel:
         """The model of bricks, in the body's own axes; the same object in every pose of the body."""
         model = AncfModel(self.mesh, self.material, self.supports, self.backend, self.integration)
-        model.way = checked_route(self.condensation)
+        model.way = self.condensation
         return model
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:

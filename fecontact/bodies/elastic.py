@@ -16,10 +16,11 @@ from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.fem.condensation import checked_route
+from fecontact.fem.condensation import ROUTES
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
@@ -89,15 +90,9 @@ class ElasticBody(Placed):
     pose: Pose = field(default_factory=Pose)
 
     def __post_init__(self) -> None:
-        if self.pressure not in self.pressures:
-            raise InputError(
-                f"Unknown pressure {self.pressure!r}; expected one of {', '.join(map(repr, self.pressures))}."
-            )
-        if self.integration not in INTEGRATIONS:
-            raise InputError(
-                f"Unknown integration {self.integration!r}; expected one of {', '.join(map(repr, INTEGRATIONS))}."
-            )
-        checked_route(self.condensation)
+        among("pressure", self.pressure, self.pressures)
+        among("integration", self.integration, INTEGRATIONS)
+        among("condensation", self.condensation, ROUTES)
         names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
         object.__setattr__(self, "contact", names)
         object.__setattr__(self, "mesh", self._checked_mesh(names))

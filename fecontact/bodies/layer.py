@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.surface_body import SurfaceBody, boundary_surface
-from fecontact.common.checks import positive
+from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.mesh.check import check_skin
@@ -46,8 +46,7 @@ def foundation_modulus(material: Material, law: str = "bonded") -> float:
     >>> foundation_modulus(Material(E=5.0, nu=0.0))
     5.0
     """
-    if law not in LAWS:
-        raise InputError(f"Unknown law {law!r}; expected one of {', '.join(map(repr, LAWS))}.")
+    among("law", law, LAWS)
     if law == "uniaxial":
         return material.E
     if law == "frictionless":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,6 +90,23 @@ def _number(value: float) -> float:
 def _sentence(name: str) -> str:
     """The name with a capital first letter, symbols unchanged."""
     return name[0].upper() + name[1:] if len(name) > 1 else name
+
+
+def among(what: str, value: object, known: Iterable[str]) -> None:
+    """Refuse a value that is not among the known names.
+
+    Raises
+    ------
+    InputError
+        With the names.
+
+    Examples
+    --------
+    >>> among("element", "hex8", ("hex8", "hex20"))
+    """
+    names = list(known)
+    if value not in names:
+        raise InputError(f"Unknown {what} {value!r}; expected one of {', '.join(map(repr, names))}.")
 
 
 def coordinates(name: str, values: ArrayLike) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
-from fecontact.common.checks import positive
+from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 
@@ -64,10 +64,7 @@ class Spring:
 
     def __post_init__(self) -> None:
         positive(f"the stiffness of {self.name!r}", self.stiffness)
-        if self.kind not in KINDS:
-            raise InputError(
-                f"Unknown kind {self.kind!r} of {self.name!r}; expected one of {', '.join(map(repr, KINDS))}."
-            )
+        among(f"kind of the spring {self.name!r}:", self.kind, KINDS)
         for _, point in (self.start, self.end):
             p = np.asarray(point, dtype=float)
             if p.shape != (3,) or not np.isfinite(p).all():

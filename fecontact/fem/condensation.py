@@ -26,7 +26,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import FecontactError, InputError
+from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR
 
@@ -313,19 +313,6 @@ class Plain:
     def solve(self, f: Array) -> Array:
         """K^-1 f."""
         return self.factor.solve(f[None])[0]
-
-
-def checked_route(route: str) -> str:
-    """Return the name of a route, checked.
-
-    Raises
-    ------
-    InputError
-        If there is no such route.
-    """
-    if route not in ROUTES:
-        raise InputError(f"Unknown condensation {route!r}; expected one of {', '.join(map(repr, ROUTES))}.")
-    return route
 
 
 def choose_route(n_dofs: int, n_retained: int, budget: float, often: bool = False) -> tuple[str, str]:

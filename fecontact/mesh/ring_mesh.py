@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError
+from fecontact.common.checks import among
 from fecontact.mesh.grading import RingGrading
 from fecontact.mesh.mesh import Mesh, merge
 from fecontact.mesh.patches import Curve
@@ -87,8 +87,7 @@ def right_handed(mesh: Mesh) -> Mesh:
 
 def repeated(quarter: Mesh, sector: str, tolerance: float) -> Mesh:
     """Half (y >= 0) or full body from a quarter model (x, y >= 0), by rotating and joining it."""
-    if sector not in SECTORS:
-        raise InputError(f"Unknown sector {sector!r}; expected one of {', '.join(map(repr, SECTORS))}.")
+    among("sector", sector, SECTORS)
     quarter = right_handed(quarter)
     if sector == "quarter":
         return quarter

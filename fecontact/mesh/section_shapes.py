@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.mesh.grading import Level, RingGrading, grading
 from fecontact.mesh.patches import beyond_45_degrees, coons, line, sagitta
@@ -43,8 +44,7 @@ def grid(
     shape : callable
     element : {'quad8', 'quad9'}
     """
-    if element not in ELEMENTS:
-        raise InputError(f"Unknown element {element!r} of a section; expected one of {', '.join(map(repr, ELEMENTS))}.")
+    among("element of a section", element, ELEMENTS)
     n1, n2 = divisions
     number = np.arange((2 * n1 + 1) * (2 * n2 + 1)).reshape(2 * n1 + 1, 2 * n2 + 1)
     places = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)][: ELEMENTS[element]]

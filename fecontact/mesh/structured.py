@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.common.arrays import Array
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.mesh.mesh import Mesh
 
@@ -27,8 +28,7 @@ def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str 
         Boundaries at i = 0, i = n1, j = 0, j = n2, k = 0, k = n3.
     element : {'hex8', 'hex20', 'hex27'}
     """
-    if element not in _NODES:
-        raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, _NODES))}.")
+    among("element", element, _NODES)
     n = np.asarray(divisions)
     if n.shape != (3,) or (n < 1).any():
         raise InputError(f"Divisions must be three positive integers; found {tuple(divisions)}.")

@@ -21,6 +21,7 @@ from fecontact.app.spheres.case import CASES, Spheres
 from fecontact.app.spheres.figures import SpheresFigures, moment_radius
 from fecontact.app.spheres.options import ELEMENTS, MODELS, PRESSURES
 from fecontact.bodies import AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
 from fecontact.mesh import section_shapes as sections
@@ -151,13 +152,9 @@ def _pressures_of(element: str, pressure: str, model: str) -> str:
 def _check(case: str | Spheres, element: str, pressure: str, model: str) -> Spheres:
     if isinstance(case, str) and case not in CASES:
         raise InputError(f"Unknown case {case!r}; expected one of {', '.join(map(repr, CASES))} or a Spheres object.")
-    for value, allowed, what in (
-        (element, ELEMENTS, "element"),
-        (pressure, PRESSURES, "pressure"),
-        (model, MODELS, "model"),
-    ):
-        if value not in allowed:
-            raise InputError(f"Unknown {what} {value!r}; expected one of {', '.join(map(repr, allowed))}.")
+    among("element", element, ELEMENTS)
+    among("pressure", pressure, PRESSURES)
+    among("model", model, MODELS)
     spheres = CASES[case] if isinstance(case, str) else case
     if model == "symmetric" and spheres.radii[0] != spheres.radii[1]:
         raise InputError(

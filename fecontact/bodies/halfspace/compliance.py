@@ -12,6 +12,7 @@ import numpy as np
 from fecontact.bodies.halfspace import kernels, layered
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.common.arrays import Array
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
@@ -45,8 +46,7 @@ class SurfaceCompliance:
     periodic: bool
 
     def __post_init__(self) -> None:
-        if self.pressure not in PRESSURES:
-            raise InputError(f"Unknown pressure {self.pressure!r}; expected one of {', '.join(map(repr, PRESSURES))}.")
+        among("pressure", self.pressure, PRESSURES)
         if self.material is None and not self.layers:
             raise InputError("A half-space without material is rigid; give a material, or layers on the rigid base.")
         if (self.layers or self.periodic) and self.pressure != "uniform":

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import positive
+from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.text_files import check_writable
 from fecontact.common.units import Units
@@ -63,9 +63,7 @@ def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | 
         return plot_contacts(result, what, path, **options)
     from fecontact.results.pictures import bodies as view
 
-    if what not in view.FIELDS:
-        known = ", ".join(map(repr, (*FIELDS, *view.FIELDS)))
-        raise InputError(f"Unknown field {what!r} to plot; expected one of {known}.")
+    among("field", what, (*FIELDS, *view.FIELDS))
     return view.view_result(result, what, path, **options)
 
 
@@ -132,10 +130,8 @@ def plot_contacts(
 
 
 def _check_map(result: SolvedScene, what: str, style: str, pitch: float | None, contacts: Sequence[int] | None) -> None:
-    if what not in FIELDS:
-        raise InputError(f"Unknown field {what!r} of a contact; expected one of {', '.join(map(repr, FIELDS))}.")
-    if style not in STYLES:
-        raise InputError(f"Unknown style {style!r}; expected one of {', '.join(map(repr, STYLES))}.")
+    among("field of a contact", what, FIELDS)
+    among("style", style, STYLES)
     if style == "sensels" and what != "pressure":
         raise InputError(f"Sensels feel pressure; found the field {what!r}. Draw it with style='smooth'.")
     if pitch is not None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import positive
+from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 
 TRENDS = ("mean", "plane", "quadratic")
@@ -148,8 +148,7 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     heights = np.asarray(z, dtype=float)
     if heights.ndim != 2 or not np.isfinite(heights).all():
         raise InputError("Heights must be a finite array (nx, ny) to be detrended.")
-    if trend not in TRENDS:
-        raise InputError(f"Unknown trend {trend!r}; expected one of {', '.join(map(repr, TRENDS))}.")
+    among("trend", trend, TRENDS)
     x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)
     X, Y = x[:, None] + 0 * y, y[None, :] + 0 * x[:, None]
     terms = [np.ones_like(X), X, Y, X**2, X * Y, Y**2]
