@@ -1,4 +1,4 @@
-"""From bodies and pairs to the complementarity problem, and from its solution back to the bodies."""
+"""Complementarity problem of bodies and pairs, and the displacements that follow from its solution."""
 
 from __future__ import annotations
 
@@ -20,16 +20,17 @@ from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
 from fecontact.solvers import ComplementarityProblem, Solution
 
-#: Share of the largest compliance, pairs made equal in size, up to which one is rounding: normals are right to 1e-10.
+#: Share of the largest compliance, with pairs scaled to equal size, that counts as rounding: normals are accurate to
+#: 1e-10.
 NO_COMPLIANCE = 1e-20
 
 
 @dataclass(frozen=True, eq=False)
 class MeanConstraint:
-    """A floating body some of whose rigid motions are held by its mean position.
+    """A floating body with some rigid motions held by its mean position.
 
-    The force that this takes is spread over the mass and follows from equilibrium, so that the rows C become
-    C (I - R m), with m the mass-weighted mean of the held motions R (m R = I).
+    The constraint force is distributed over the mass and follows from equilibrium, so that the rows C become C (I - R
+    m), with m the mass-weighted mean of the held motions R (m R = I).
 
     Attributes
     ----------
@@ -43,7 +44,7 @@ class MeanConstraint:
     mean: Array
 
     def balanced(self, f: Array) -> Array:
-        """Loads (n_dofs,) together with the spread forces that hold the body against them."""
+        """Loads (n_dofs,) plus the distributed forces that hold the body against them."""
         return f - self.mean.T @ (self.modes.T @ f)
 
 
@@ -58,7 +59,7 @@ def _mean_hold(frame: RigidMotionConstraints) -> MeanConstraint | None:
 
 @dataclass(frozen=True, eq=False)
 class BodyBlock:
-    """One body's part in the problem: its rows, where they stand, and its rigid motions."""
+    """Rows and rigid motions of one body in the problem."""
 
     body: Body
     frame: RigidMotionConstraints
@@ -71,18 +72,18 @@ class BodyBlock:
 
 @dataclass(frozen=True, eq=False)
 class DisplacementState:
-    """Displacements and gaps that follow from a solution.
+    """Displacements and gaps of a solution.
 
     Attributes
     ----------
     displacements : tuple of (n_dofs,) arrays
-        Of each body, rigid motion included, in its axes.
+        Displacements of each body in its axes, including rigid motion.
     motions : tuple of (6,) arrays
         Rigid motion of each body's frame in world axes (for floating components: see `ContactResult.rigid_motion`).
     gaps : tuple of (n_pairs,) arrays
         Gap of all pairs of each contact.
     scale : float
-        Largest displacement, to judge penetration by.
+        Largest displacement, the scale of penetration.
     """
 
     displacements: tuple[Array, ...]
@@ -93,7 +94,7 @@ class DisplacementState:
 
 @dataclass(frozen=True, eq=False)
 class CondensedProblem:
-    """The condensed problem and the way back.
+    """The condensed problem, and the data to recover displacements.
 
     Attributes
     ----------
@@ -102,7 +103,7 @@ class CondensedProblem:
         One for each body.
     interfaces : tuple of Interface
     by_products : bool
-        Whether the compliance of an elastic body is had by products with its factor only, for want of an array.
+        Whether the compliance of an elastic body is an operator only.
     """
 
     problem: ComplementarityProblem
@@ -156,14 +157,14 @@ def assemble(
     timer: Stopwatch,
     dense: bool = False,
 ) -> CondensedProblem:
-    """Condense every body onto the chosen pairs and add up.
+    """Condense every body onto the chosen pairs and sum.
 
     Parameters
     ----------
     chosen : sequence of int arrays
         Candidate pairs of each interface.
     dense : bool
-        Whether the compliance of elastic bodies is wanted as an array, for a solver that cannot do without.
+        Whether the compliance of elastic bodies must be an array, for a direct solver.
     """
     _condense_shared(bodies, interfaces, chosen, timer)
     bare = uncondensed(bodies, interfaces, chosen, loading)
@@ -191,13 +192,13 @@ def assemble(
 
 @dataclass(frozen=True, eq=False)
 class Uncondensed:
-    """The problem before anything is solved with a stiffness.
+    """The problem before any solve with a stiffness.
 
     Attributes
     ----------
     parts : list of BodyBlock
     own : (n,) array
-        Compliance of the conditions themselves.
+        Compliance of the constraints themselves (springs).
     g : (n,) array
         Gaps after the prescribed motions, without the elastic response to loads.
     B : (m, n) array
@@ -252,10 +253,10 @@ def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]
 
 
 def _drop_rounding(S: Array, parts: Sequence[BodyBlock]) -> None:
-    """Make the compliance of pairs that nothing but rounding lets give zero, in place.
+    """Set compliances of pairs that are rounding to zero, in place.
 
-    Where a node is grounded along its normal, the rounding of a turned normal lets its square of the compliance across
-    the normal through, 1e-32 of it. Solvers scale pairs by what they give: such a pair would count as 1e16 others.
+    Where a node is held along its normal, rounding of a rotated normal leaves 1e-32 of the compliance across the
+    normal. Solvers scale pairs by their compliance: such a pair would get the weight of 1e16 others.
     """
     sizes = np.zeros(len(S))
     for part in parts:
@@ -269,7 +270,7 @@ def _drop_rounding(S: Array, parts: Sequence[BodyBlock]) -> None:
 def _condense_shared(
     bodies: Sequence[Body], interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray], timer: Stopwatch
 ) -> None:
-    """Condense a model that stands in several poses once, onto all its poses' candidates together."""
+    """Condense a model used in several poses once, onto the candidates of all poses together."""
     nodes: dict[int, list[IntArray]] = {}
     models = {}
     for body in elastic_among(bodies):
@@ -301,7 +302,7 @@ def _part(
     hold = _mean_hold(frame)
     released = frame.free
     if hold is not None and released.shape[1]:
-        # make the released motions leave the held mean alone
+        # make the free motions independent of the held mean
         released = released - frame.mean_held @ (hold.mean @ frame.modes(released))
     return BodyBlock(body, frame, sp.vstack(rows, format="csr"), np.concatenate(index), loads, released, hold)
 
@@ -309,7 +310,7 @@ def _part(
 def _held_by_mean(
     part: BodyBlock, hold: MeanConstraint, compliance: Array | LinearOperator, response: Array
 ) -> tuple[Array | LinearOperator, Array]:
-    """Compliance of the rows C (I - R m) and their response to loads that the held mean balances."""
+    """Compliance of the rows C (I - R m) and their response to loads balanced by the held mean."""
     rows = part.rows
     none = np.zeros(rows.shape[0])
     X = np.stack([part.body.displacement(rows, none, m) for m in hold.mean], axis=1)

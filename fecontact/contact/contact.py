@@ -1,4 +1,4 @@
-"""A contact: two surfaces that may touch."""
+"""A contact between two surfaces."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from fecontact.common.errors import InputError
 class Contact:
     """Two surfaces that may touch, the slave first.
 
-    Contact pressures live on the slave. Where its faces lie inside the master's faces (equal or nested meshes) forces
-    on its nodes are exact; elsewhere mortar coupling takes over, whichever side is the slave.
+    Contact pressures are defined on the slave. Where its faces lie inside the master's faces (equal or nested meshes)
+    forces on its nodes are exact; elsewhere mortar coupling is used, with either side as the slave.
 
     Parameters
     ----------
     slave, master : Body
     surfaces : (str, str), optional
-        Names of their surfaces; may be left out where a body has declared only one.
+        Names of their surfaces; optional for a body with one contact surface.
     swap : {'auto', 'never'}
-        Whether sides may be swapped where faces do not match: mortar coupling wants the coarser side as slave, nodal
-        forces the finer one.
+        Whether sides may be swapped where faces do not match: the slave should be the coarser side for mortar coupling,
+        the finer one for nodal forces.
     coupling : {'auto', 'nodal', 'mortar'}
-        'nodal': forces on slave nodes; 'mortar': non-negative pressure shapes and weighted gaps over the exact overlap;
+        'nodal': forces on slave nodes; 'mortar': non-negative multipliers and weighted gaps over the exact overlap;
         'auto': nodal where faces match or nest and on rigid surfaces, mortar elsewhere.
 
     Examples

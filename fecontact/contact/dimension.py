@@ -1,4 +1,4 @@
-"""Where a scene takes place: in space, in a plane or round an axis; and what cannot be there."""
+"""Dimension of a scene (space, plane or axis) and its admissible poses and loads."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from fecontact.surfaces.facet_surface import Projection, Surface
 
 #: Sines and lengths (relative to a body's size) below this are rounding.
 ROUNDING = 1e-9
-#: Angle (radians) and shift (of the points' own spread) by which a rigid surface is tried for its symmetry.
+#: Angle (radians) and shift (relative to the spread of the points) by which the symmetry of a rigid surface is tested.
 TRY_TURN, TRY_SHIFT = 0.7, 0.5
 
 
 @dataclass(frozen=True)
 class Dimension:
-    """Where a scene takes place.
+    """Dimension of a scene: space, plane or axis.
 
     Attributes
     ----------
     name : str
         'space', 'plane' or 'axis'.
     motions : tuple of int
-        Rigid components a body can have there.
+        Rigid components that a body has there.
     """
 
     name: str
     motions: tuple[int, ...]
 
     def check_pose(self, body: Body) -> None:
-        """Refuse a section that has left the plane or the axis; rigid bodies are judged by their surfaces."""
+        """Refuse a section off the plane or the axis; rigid bodies are checked by their surfaces."""
         if body.out_of_plane is None:
             return
         Q, shift = body.pose.rotation, body.pose.translation / body.size
@@ -53,21 +53,21 @@ class Dimension:
 
     @property
     def where(self) -> str:
-        """In words."""
+        """The plane or axis, in words."""
         return "axis" if self.name == "axis" else "plane y = 0"
 
     @property
     def ways(self) -> str:
-        """How a body can be moved, in words."""
+        """Possible translations of a body, in words."""
         return "along z" if self.name == "axis" else "along x and z"
 
     @property
     def turns(self) -> str:
-        """How a body can be turned, in words."""
+        """Possible rotations of a body, in words."""
         return "half round about x" if self.name == "axis" else "about y, or half round about an axis in the plane"
 
     def check_frame(self, frame: RigidMotionConstraints) -> None:
-        """Refuse loads and motions that do not exist here.
+        """Refuse loads and motions that do not exist in this dimension.
 
         Raises
         ------
@@ -84,7 +84,7 @@ class Dimension:
             )
 
     def check_spring(self, spring: Spring) -> None:
-        """Refuse springs round an axis, and those that leave the plane.
+        """Refuse springs in an axisymmetric scene, and those out of the plane.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class Dimension:
             raise InputError(f"{spring.name!r} leaves the plane y = 0 of its scene.")
 
     def check_force(self, force: Array, what: str) -> None:
-        """Refuse a force (3,) in world axes that does not exist here.
+        """Refuse a force (3,) in world axes that does not exist in this dimension.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class Dimension:
 
     @property
     def article(self) -> str:
-        """Of the scene, in words."""
+        """The kind of scene with its article, in words."""
         return {"space": "a spatial", "plane": "a plane", "axis": "an axisymmetric"}[self.name]
 
 
@@ -127,12 +127,12 @@ SETTINGS = {s.name: s for s in (SPACE, PLANE, AXIS)}
 
 
 def setting_of(bodies: Sequence[Body]) -> Dimension:
-    """Where a scene with these bodies takes place.
+    """Dimension of a scene with these bodies.
 
     Raises
     ------
     InputError
-        If they do not go together, or one stands outside the plane or off the axis.
+        If they are incompatible, or one is outside the plane or off the axis.
     """
     kinds: dict[Dimension, Body] = {}
     for body in bodies:
@@ -159,7 +159,7 @@ _KINDS = {"space": "spatial", "plane": "plane", "axis": "axisymmetric"}
 
 
 def check_contacts(contacts: Sequence[Contact]) -> None:
-    """Refuse the same faces in two contacts of the same two bodies: each would bear a part of their force.
+    """Refuse the same faces in two contacts of the same two bodies: their forces would not be unique.
 
     Raises
     ------
@@ -188,16 +188,16 @@ def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Exte
     Parameters
     ----------
     body : Body
-        The rigid one.
+        The rigid body.
     surface : Surface
     points : (n, 3) array
-        Of the section's surface, in the world.
+        Points of the section's surface, in the world.
     along : Extent
 
     Raises
     ------
     InputError
-        If the distance from the surface changes across the thickness or round the axis.
+        If the distance from the surface changes over the thickness or the circumference.
     """
     spread = float(np.ptp(points, axis=0).max())
     if along.revolved:
@@ -208,7 +208,7 @@ def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Exte
     here, there = surface.project(body.pose.to_body(points)), surface.project(body.pose.to_body(tried))
     seen = ~here.outside
     if np.abs(here.gap - there.gap)[seen].max(initial=0.0) > ROUNDING * spread or (here.outside != there.outside).any():
-        what = "is no surface of revolution about the z axis" if along.revolved else "is not the same all along y"
+        what = "is not a surface of revolution about the z axis" if along.revolved else "is not constant along y"
         raise InputError(
             f"The surface of {body.name!r} {what}, as that of a rigid body in such a scene has to be: a plane, "
             + ("a sphere, a cone on the axis." if along.revolved else "fecontact.surfaces.Cylinder.")
@@ -216,7 +216,7 @@ def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Exte
 
 
 def mean_feet(projection: Projection, pose: Pose, along: Extent) -> Projection:
-    """Feet on a rigid body as the forces of whole rings act: along and on the axis (as they are in a plane)."""
+    """Projection on a rigid body for the resultants of whole rings, along and on the axis; unchanged in a plane."""
     if not along.revolved:
         return projection
     points = pose.to_body(along.mean(pose.to_world(projection.points)))

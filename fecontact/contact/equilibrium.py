@@ -1,4 +1,4 @@
-"""Whether contact forces can balance the loads: by statics, before anything is condensed, and by the motion found."""
+"""Checks whether contact forces can balance the loads, before condensation, and error messages."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from fecontact.common.errors import SupportError
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 
-#: Share of the largest opening by a unit motion up to which contacts do not resist one (flat facets are read from files
-#: with seven digits), and share of a load that may lie in such a motion.
+#: Share of the largest opening by a unit motion up to which contacts do not resist a motion (flat facets from files
+#: have seven digits), and share of a load allowed in such a motion.
 UNRESISTED, SWALLOWED = 1e-6, 1e-5
 
 
 def opening_by_motions(rows: sp.csr_matrix, modes: Array, rounding: float) -> Array:
-    """Opening (n, k) by rigid motions with fields (n_dofs, k), rounding cut off, see `Loading.rounding`.
+    """Opening (n, k) by rigid motions with fields (n_dofs, k), with rounding set to zero, see `Loading.rounding`.
 
-    A motion that opens nothing but for rounding is as a rule no coordinate motion but a combination: a slide along a
-    plane that is oblique to the world. Singular vectors find it in any axes, so that a turned scene is the same scene.
+    A motion without opening is usually a combination of components, such as sliding along an oblique plane. Singular
+    vectors find it in any axes, so that the result does not change with a rotation of the scene.
     """
     opening = np.asarray(rows @ modes)
     if not opening.any():
@@ -41,13 +41,13 @@ def opening_by_motions(rows: sp.csr_matrix, modes: Array, rounding: float) -> Ar
 def check_balance(interfaces: Sequence[UnilateralConstraints], loading: Loading) -> None:
     """Refuse loads that no contact forces can balance, before anything is condensed.
 
-    By Farkas' lemma either B l = F has a solution l >= 0, or some rigid motion closes no gap while the load drives it;
-    non-negative least squares finds the one or the other.
+    By Farkas' lemma either B l = F has a solution l >= 0, or the load does work along a rigid motion that closes no
+    gap; non-negative least squares finds one or the other.
 
     Raises
     ------
     SupportError
-        Names the motion in words.
+        Describes the motion.
     """
     blocks, load = [], []
     _check_across(interfaces, loading)
@@ -66,7 +66,7 @@ def check_balance(interfaces: Sequence[UnilateralConstraints], loading: Loading)
         return
     B, F = np.concatenate(blocks), np.concatenate(load)
     scale = np.abs(B).max(axis=1, initial=0.0)
-    # a row that says nothing is compared with the others, in whatever unit they are
+    # a zero row is compared with the others, in their units
     scale[scale == 0] = scale.max() or 1.0
     if not F.any():
         return
@@ -87,7 +87,7 @@ def check_balance(interfaces: Sequence[UnilateralConstraints], loading: Loading)
 
 
 def unbalanced(texts: Sequence[str], interfaces: Sequence[UnilateralConstraints]) -> SupportError:
-    """The error that names the motions, in words, which nothing resists."""
+    """Error that describes the motions without resistance."""
     return SupportError(
         "No contact forces can balance the load; it drives a motion that nothing resists - "
         + "; ".join(texts)
@@ -100,14 +100,14 @@ def unbalanced(texts: Sequence[str], interfaces: Sequence[UnilateralConstraints]
 def _check_across(interfaces: Sequence[UnilateralConstraints], loading: Loading) -> None:
     """Refuse a load on a body as a whole with a component in which no contact resists the body.
 
-    The frame follows along the load only and is held across it. On a frictionless floor 10 sideways and 1 downwards
-    would so become a wedge that presses with 101. What no contact resists is judged by the contacts' lines of action,
-    so that a turned scene is the same scene.
+    The body moves along the load only and is held across it. On a frictionless floor, a load of 10 sideways and 1
+    downwards would thus act like a wedge with a contact force of 101. Resistance is judged by the contacts' lines of
+    action, so that the result does not change with a rotation of the scene.
 
     Raises
     ------
     SupportError
-        Names the component as a motion.
+        Describes the component as a motion.
     """
     texts = []
     for frame in loading.frames:

@@ -1,4 +1,4 @@
-"""First candidates of a contact: the pairs near enough to touch under the loads, guessed before anything is solved."""
+"""First candidates of a contact: pairs near enough to touch under the loads, estimated before a solve."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.search.candidates import FEWEST, approach_for_load, choose
 
-#: Share of the elastic displacement that may bridge a gap, up to which points are first candidates after the drift.
+#: Share of the elastic displacement up to which gaps, after the predicted motion, make first candidates.
 LIKELY = 0.4
 
 
 def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:
-    """First candidates; where the drift is known, the points that it leaves near, as far as they are condensed onto."""
+    """First candidates; with a predicted motion, the condensed points that are near after it."""
     search_radius = interface.search_radius
     first = _first_choice(interface, opening, loading)
     if search_radius is None or search_radius.increment is None or interface.pairing.coupling != "mortar":
@@ -47,10 +47,10 @@ def _first_choice(interface: Interface, opening: Array, loading: Loading) -> Int
 
 
 def _mirror_images(interface: Interface, opening: Array) -> int:
-    """How many times the modelled part stands for the whole, guessed to judge the load against the area.
+    """Estimated ratio of the whole to the modelled part, to relate the load to the area.
 
-    A boundary held in one component only that passes through the point nearest contact is taken for a plane of
-    symmetry. A wrong guess costs time, never accuracy.
+    A boundary held in one component only through the point nearest contact counts as a plane of symmetry. A wrong
+    estimate costs time but not accuracy.
     """
     nearest = interface.pairing.nodes[[np.argmin(opening)]]
     return 2 ** interface.slave.planes_through(nearest)

@@ -1,4 +1,4 @@
-"""Unilateral conditions between bodies: what opens a gap, and by how much."""
+"""Unilateral constraints between bodies: gaps and their dependence on displacements."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
 
 class UnilateralConstraints(Protocol):
-    """Unilateral conditions of the problem: contact pairs or springs."""
+    """Unilateral constraints of the problem: contact pairs or springs."""
 
     @property
     def gap(self) -> Array:
@@ -30,11 +30,11 @@ class UnilateralConstraints(Protocol):
 
     @property
     def own_compliance(self) -> Array:
-        """Gap (n,) by a unit force on its own row, without the bodies."""
+        """Gap (n,) due to a unit force on its own row, without the bodies."""
 
     @property
     def infeasibility_hint(self) -> str:
-        """What is to be said where loads cannot be balanced; may be empty."""
+        """Text for the message where loads cannot be balanced; may be empty."""
 
     @property
     def as_contact(self) -> Interface | None:
@@ -44,7 +44,7 @@ class UnilateralConstraints(Protocol):
         """States of the springs that these are, by forces (n,) and gaps (n,); none for a contact."""
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
-        """Opening (n, n_dofs) by the displacements of a body; None if it has no part in this."""
+        """Opening (n, n_dofs) by the displacements of a body; None if it is not involved."""
 
     def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
         """Gap (n,) after the prescribed rigid motions."""
@@ -52,20 +52,20 @@ class UnilateralConstraints(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """One contact, paired: every slave node with its foot, and what the bodies' displacements do to the gap.
+    """A paired contact: slave points with their closest points, and the gap's dependence on displacements.
 
     Attributes
     ----------
     slave, master : Body
-        As used, after a possible swap.
+        Bodies after a possible swap.
     surfaces : (str, str)
     pairing : Pairing
     note : str
-        What was found about the two meshes.
+        Note on the two meshes and the coupling.
     region : SearchRegion, optional
         Parts of the surfaces that were paired; None if all of them were.
     search_radius : SearchRadius, optional
-        Up to where parts were paired, the sides as they stand here.
+        Search radius of the pairing, with the sides in this order.
     """
 
     slave: Body
@@ -83,12 +83,12 @@ class Interface:
 
     @property
     def own_compliance(self) -> Array:
-        """Zero (n_pairs,): the interface itself does not give."""
+        """Zero (n_pairs,): the interface has no compliance."""
         return np.zeros(len(self.gap))
 
     @property
     def infeasibility_hint(self) -> str:
-        """Nothing: contacts are spoken of anyway."""
+        """Empty: the message mentions contacts anyway."""
         return ""
 
     @property
@@ -124,7 +124,7 @@ class Interface:
         return pairing.master_rows(self.master)
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
-        """Opening by the displacements of a body; None if it has no part in this contact."""
+        """Opening by the displacements of a body; None if it is not in this contact."""
         if body is self.slave:
             return self.slave_rows
         return self.master_rows if body is self.master else None

@@ -1,4 +1,4 @@
-"""Loads of a scene, sorted: what acts on bodies as a whole, on their boundaries and in their volume."""
+"""Loads of a scene on bodies as a whole, on their boundaries and in their volume."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from fecontact.common.errors import InputError
 from fecontact.contact.dimension import Dimension, setting_of
 from fecontact.contact.rigid_motion import RigidMotionConstraints, constrain_rigid_motion
 
-#: Share of the largest possible opening by a rigid motion, and of the work that loads could do at the most, up to which
-#: they are rounding: a plane's normal that is off by 1e-17 must not let a huge tangential motion open the contact, or a
-#: huge pressure balance a tangential load.
+#: Share of the largest possible opening by a rigid motion, and of the largest possible work of the loads, that counts
+#: as rounding: with a normal wrong by 1e-17 a huge tangential motion must not open the contact, nor a huge pressure
+#: balance a tangential load.
 SMALLEST = 1e-12
-#: The same for coordinates far from the origin of a mesh, in units of their last digit over the body's size: facets of
-#: a tenth or a hundredth of that size have normals that are off by as much more.
+#: The same for coordinates far from the origin of a mesh, in units of their rounding over the body's size: normals of
+#: facets of a tenth or a hundredth of that size have errors larger by as much.
 LAST_DIGITS = 100 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
 class Loading:
-    """Loads and rigid motions of a scene.
+    """Loads and rigid motion constraints of a scene.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Loading:
     distributed : tuple of (n_dofs,) array or None
         Nodal forces on each body, in its axes.
     rounding : float
-        Share of the largest possible up to which openings and work by rigid motions are rounding.
+        Share of the largest possible value up to which openings and work by rigid motions are rounding.
     """
 
     frames: tuple[RigidMotionConstraints, ...]
@@ -45,7 +45,7 @@ class Loading:
 
     @property
     def magnitude(self) -> float:
-        """Sum of the sizes of all applied forces, for estimates."""
+        """Sum of the magnitudes of all applied forces, for estimates."""
         total = sum(
             float(np.linalg.norm(f.load[:3])) + float(np.linalg.norm(f.load[3:])) / f.body.size for f in self.frames
         )
@@ -62,10 +62,9 @@ class Loading:
         return total
 
     def driving(self, k: int, motions: Array) -> Array:
-        """Work (m,) of the loads on body k along world motions (6, m), rounding cut off.
+        """Work (m,) of the loads on body k along world motions (6, m), with rounding set to zero.
 
-        Nodal forces that cancel leave a share of 1e-16 of their sizes, which must not count as a load that nothing
-        balances.
+        Nodal forces that cancel leave 1e-16 of their magnitudes, which must not count as an unbalanced load.
         """
         frame, nodal = self.frames[k], self.distributed[k]
         sizes = (
@@ -92,12 +91,12 @@ def make_loading(
     pressures: Mapping[tuple[Body, str], float] | None,
     gravity: ArrayLike | None,
 ) -> Loading:
-    """Sort loads by body.
+    """Loads sorted by body.
 
     Raises
     ------
     InputError
-        If a key is no body of the scene or no boundary of its mesh, or gravity acts on a body without density.
+        If a key is not a body of the scene or a boundary of its mesh, or gravity acts on a body without density.
     """
     whole, boundary = _split_keys(forces or {})
     for pressed in pressures or {}:
@@ -142,7 +141,7 @@ def make_loading(
 def _point_forces(
     body: Body, local: Mapping[tuple[Body, Any], ArrayLike]
 ) -> tuple[list[Array], list[tuple[Array, Array]]]:
-    """Forces at points of a body: as nodal forces, and those on the body as a whole with their world points."""
+    """Forces at points of a body: nodal forces, and forces on the body as a whole with their world points."""
     nodal: list[Array] = []
     pushes: list[tuple[Array, Array]] = []
     for (b, place), force in local.items():
@@ -158,7 +157,7 @@ def _point_forces(
 
 
 def _check_forces(setting: Dimension, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
-    """Refuse forces and gravity across a plane or an axis."""
+    """Refuse forces and gravity that do not exist in a plane or axisymmetric scene."""
     for (body, place), force in local.items():
         what = f"The force on {place!r} of {body.name!r}"
         setting.check_force(vector(force, what), what)
@@ -182,7 +181,7 @@ def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLik
 
 
 def check_member(key: object, bodies: Sequence[Body], what: str = "A load or motion") -> None:
-    """Refuse what is no body of the scene, a body's name among it."""
+    """Refuse a key that is not a body of the scene, such as a body's name."""
     if not any(key is b for b in bodies):
         names = ", ".join(repr(b.name) for b in bodies)
         if isinstance(key, str):
@@ -213,7 +212,7 @@ def mass_weighted(frame: RigidMotionConstraints, motions: Array) -> Array:
 
 
 def _spread(frame: RigidMotionConstraints) -> Array:
-    """Nodal forces of a resultant spread over the mass as by an acceleration of the whole body."""
+    """Nodal forces of a resultant distributed over the mass, as by an acceleration of the whole body."""
     columns = mass_weighted(frame, np.eye(6))
     inertia = frame.modes(np.eye(6)).T @ columns
     # a section does not move in all components

@@ -1,4 +1,4 @@
-"""Bodies, contacts and springs: what a scene consists of, checked as a whole."""
+"""Bodies, contacts and springs of a scene, with checks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fecontact.contact.springs import Spring
 
 @dataclass(frozen=True, eq=False)
 class SceneModel:
-    """What a scene consists of; `scene.Scene` adds the verbs.
+    """Data of a scene; `scene.Scene` adds the methods that solve it.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class SceneModel:
     Raises
     ------
     InputError
-        Bodies named twice or missing, no contact.
+        For repeated or missing bodies, or no contact.
     """
 
     bodies: Sequence[Body]

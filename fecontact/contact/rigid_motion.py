@@ -1,21 +1,21 @@
-"""Rigid motions of the bodies of a scene: which are held, moved, loaded or free.
+"""Rigid motions of the bodies of a scene: held, prescribed, loaded or free.
 
-Every body has a frame to which its supports are tied. Its six components (x, y, z, rx, ry, rz: world axes, rotations
+Every body has a frame to which its supports are fixed. Its six components (x, y, z, rx, ry, rz: world axes, rotations
 about the body's reference point) are
 
-- **held**, if a support resists them and nothing else is said;
-- **moved** by what `motions` prescribes;
+- **held**, if a support resists them and nothing else is given;
+- **prescribed** by `motions`;
 - **loaded**, along the direction of the force and about that of the moment that `forces` and `moments` give: there
-  the frame follows, across it stays held. The direction is that of the load, not its components along the world's
-  axes: a turned scene is then the same scene. A load with a component in which no contact resists the body is refused
-  (`equilibrium.check_balance`): held across it, the body would be a wedge. Where the hold across takes a large share
-  of the load, a warning says so and how to release it. A force at a point of a rigid body also lets the body turn about
-  that point, as a load through a ball joint does;
+  the frame follows; across it the frame is held. The direction is that of the load, not its components along the world
+  axes, so that the result does not change with a rotation of the scene. A load with a component in which no contact
+  resists the body is refused (`equilibrium.check_balance`): held across it, the body would act as a wedge. Where the
+  constraint across carries a large share of the load, a warning says so and how to free it. A force at a point of a
+  rigid body also lets the body rotate about that point, like a load through a ball joint;
 - **free**, if no support resists them, or if `free` names them.
 
-A load on a body acts through its supports as through a rigid platen; on a component that floats it is spread over the
-body like gravity. A moved component that floats moves the body's mean position (weighted by mass, as in Elangovan
-1978, eq. A-17), and the force this takes is spread in the same way.
+A load on a body acts through its supports as through a rigid platen; on a component without support it is distributed
+over the body like gravity. A prescribed component without support prescribes the body's mean position (weighted by
+mass, as in Elangovan 1978, eq. A-17), and its constraint force is distributed in the same way.
 """
 
 from __future__ import annotations
@@ -40,17 +40,17 @@ class RigidMotionConstraints:
     Attributes
     ----------
     free : (6, k) array
-        Motions that the contact problem has to find.
+        Unknown motions of the contact problem.
     prescribed : (6,) array
         Prescribed motion.
     mean_held : (6, j) array
-        Floating motions that are prescribed, hence held by the body's mean position.
+        Prescribed motions without support, imposed on the body's mean position.
     load : (6,) array
-        Force and moment that act on the body as a whole.
+        Force and moment on the body as a whole.
     spread : bool
-        Whether that load is spread over the mass instead of acting through the supports.
+        Whether that load is distributed over the mass instead of acting through the supports.
     prescribed_components : tuple of int
-        Components that `motions` prescribes, zero or not.
+        Components that `motions` prescribes, including zero values.
     """
 
     body: Body
@@ -107,17 +107,17 @@ def constrain_rigid_motion(
     ----------
     body : Body
     force, moment, motion, free
-        As of `Scene.solve`, for this body.
+        As in `Scene.solve`, for this body.
     pushes : sequence of ((3,) array, (3,) array)
-        World points of the body's frame and the forces that act there. They let the body turn about their mean point,
-        weighted by the forces' sizes, so that the answer does not depend on the reference point.
+        World points of the body's frame and the forces there. They free rotations about their mean point, weighted by
+        the magnitudes of the forces, so that the result does not depend on the reference point.
     turning : sequence of int
-        Axes about which bodies of this scene can turn.
+        Axes about which bodies of this scene can rotate.
 
     Raises
     ------
     InputError
-        Unknown components, numbers that are not finite, a component both loaded and moved.
+        For unknown components, numbers that are not finite, or a component both loaded and prescribed.
     """
     load = np.concatenate(
         [
@@ -145,12 +145,12 @@ def constrain_rigid_motion(
     scale = np.array([1.0] * 3 + [body.size] * 3)[:, None]
     floating = scale * np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
     unit = np.eye(6)
-    # the directions of force and moment, not their components: a turned scene is then the same scene
+    # directions of force and moment, not components: the result does not change with a rotation of the scene
     along = np.stack([np.concatenate([direct[:3], np.zeros(3)]), np.concatenate([np.zeros(3), direct[3:]])], axis=1)
     jointed = _turns_about_pushes(pushes, turning, point, body.size)
     everything = gram_schmidt(np.concatenate([along, jointed, unit[:, freed], floating], axis=1), 1e-8)
     released = _without(everything, list(prescribed_components))
-    # what floats and is not released; completing the basis judges dependence by the columns' own length
+    # unsupported and not free; completing the basis judges dependence by the columns' own length
     mean_held = gram_schmidt(np.concatenate([released, floating], axis=1), 1e-8)[:, released.shape[1] :]
     prescribed = np.zeros(6)
     for component, value in prescribed_components.items():
@@ -165,7 +165,7 @@ def constrain_rigid_motion(
 def _turns_about_pushes(
     pushes: Sequence[tuple[Array, Array]], turning: Sequence[int], point: Array, size: float
 ) -> Array:
-    """Turns (6, k) about the mean point of forces, as motions of the reference point, rotations times `size`."""
+    """Rotations (6, k) about the mean point of forces, as motions of the reference point, rotations times `size`."""
     sizes = np.array([np.linalg.norm(push) for _, push in pushes])
     if not sizes.any():
         return np.zeros((6, 0))

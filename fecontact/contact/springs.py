@@ -1,11 +1,11 @@
-"""Springs and ligaments: complementarity conditions like contact, in the same problem.
+"""Springs and ligaments as complementarity conditions in the contact problem.
 
 A ligament of stiffness k and slack length L pulls with T >= 0. With the elongation e = length - L its law reads
 
     w = T / k - e >= 0,   T >= 0,   T w = 0
 
-which is a contact condition whose gap is -e and whose own compliance is 1/k. A spring that also pushes is two of them,
-one for each sign. Small motions change the length along the line between its ends.
+which is a contact condition whose gap is -e and whose own compliance is 1/k. A linear spring is two such rows, one for
+each sign. Small motions change the length along the line between its ends.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Spring:
     start, end : (Body or None, (3,) point)
         A body with a point in its own axes, or None with a point of the world (the ground).
     slack_length : float, optional
-        Length at which the force vanishes; the length in the given poses unless said otherwise.
+        Length at which the force vanishes; the length in the given poses by default.
     kind : {'tension', 'linear'}
         'tension': a ligament, slack when shorter; 'linear': pulls and pushes.
     name : str
@@ -130,7 +130,7 @@ class SpringState:
 
 @dataclass(frozen=True, eq=False)
 class SpringRows:
-    """The springs of a scene as rows of its problem, in the form of an interface.
+    """The springs of a scene as unilateral constraints.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ class SpringRows:
     number : (n,) int array
         Spring of each row.
     sign : (n,) array
-        +1 for a row that pulls, -1 for one that pushes.
+        +1 for a tensile row, -1 for a compressive one.
     """
 
     springs: tuple[Spring, ...]
@@ -176,7 +176,7 @@ class SpringRows:
         return tuple(out)
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
-        """Shortening of the springs by the displacements of a body, (n, n_dofs); None if none is tied to it."""
+        """Rows (n, n_dofs): shortening of the springs by the displacements of a body; None if none ends on it."""
         per_spring = sp.lil_matrix((len(self.springs), body.n_dofs))
         tied = False
         for k, spring in enumerate(self.springs):

@@ -1,1 +1,1 @@
-"""How two surfaces are coupled: nodal forces or mortar, and which side is the slave."""
+"""Coupling of two surfaces: nodal forces or mortar, and choice of the slave."""

@@ -1,4 +1,4 @@
-"""How a contact is coupled: which side is the slave, nodal forces or mortar, and which parts are paired at all."""
+"""Coupling of a contact: choice of the slave, nodal forces or mortar, and the parts to pair."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from fecontact.contact.search.region import SearchRegion, search_region
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
 from fecontact.surfaces.nodal_weights import contact_weights
 
-#: Ratio of face sizes from which one side counts as the coarser.
+#: Ratio of face sizes above which one side counts as coarser.
 COARSER = 1.1
-#: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure rings
-#: by some percent when a face holds a few of them only (see docs/half-space.md).
+#: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure
+#: oscillates by some percent when a face holds only a few of them (see docs/half-space.md).
 FINEST_CELLS = 0.25
 
 
@@ -58,7 +58,7 @@ def build_interface(contact: Contact, search_radius: SearchRadius | None = None)
     coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
     interface = _made(slave, master, names, coupling, note, search_radius)
     if not len(interface.pairing.nodes) and contact.coupling == "auto" and _can_mortar(surface, other):
-        # nodes of faces larger than the master may all lie beside it
+        # nodes of faces larger than the master may all lie outside it
         interface = _made(slave, master, names, "mortar", note, search_radius)
     check_faced(interface)
     return interface
@@ -105,7 +105,7 @@ def _made(
 
 
 def choose_coupling(interface: Interface, near: IntArray, contact: Contact) -> Interface:
-    """Keep nodal forces where they are exact; elsewhere couple by mortar, and swap the sides where that is better."""
+    """Nodal forces where they are exact; elsewhere mortar coupling, with the sides swapped where that is better."""
     slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
     s, m = facets_of(slave.surface(names[0])), facets_of(master.surface(names[1]))
     if contact.coupling == "mortar" or s is None or m is None:
@@ -126,8 +126,9 @@ def choose_coupling(interface: Interface, near: IntArray, contact: Contact) -> I
     ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
     swappable = contact.swap == "auto"
     if not grid and contact.coupling == "auto" and (has_mortar_basis(s) or (swappable and has_mortar_basis(m))):
-        # a fine slave follows every kink of a coarse master and its pressure rings, so the coarser side is the slave;
-        # a triangle has three hats where a quadrilateral has nine, so quadrilaterals are the slave of triangles
+        # a fine slave resolves the kinks of a coarse master and its pressure oscillates, so the coarser side is the
+        # slave; a triangle has three multipliers where a quadrilateral has nine, so quadrilaterals are the slave of
+        # triangles
         mine, its = bool(s.triangle[touched].any()), bool(m.triangle[opposite].any())
         better = mine if mine != its else ratio > COARSER
         swapped = swappable and has_mortar_basis(m) and (better or not has_mortar_basis(s))
@@ -153,7 +154,7 @@ def _why_mortar(slave: FacetSurface) -> str:
 
 
 def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:
-    """The interface coupled anew, with the sides swapped for a reason or not, and what is to be said about it."""
+    """The interface with another coupling, with or without swapped sides, and a note."""
     slave, master, names = interface.slave, interface.master, interface.surfaces
     search_radius = interface.search_radius
     if swapped:
@@ -168,21 +169,21 @@ def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, re
 
 
 def _spreads_on_cells(slave: Surface, master: Surface) -> bool:
-    """Whether a half-space is the slave of a surface whose forces can be spread over its cells."""
+    """Whether a half-space is the slave of a surface whose forces can be distributed over its cells."""
     other = facets_of(master)
     return has_cells(slave) and other is not None and other.cell_area is None
 
 
 def matrix_free(interface: Interface) -> bool:
-    """Whether all points can be candidates: the cells of a half-space under something rigid."""
+    """Whether all points can be candidates: the cells of a half-space under a rigid body."""
     return has_cells(interface.slave_surface) and np.isinf(interface.master.contact_modulus)
 
 
 def _share(slave: Body, master: Body) -> float:
-    """Weight of the slave's normal in the lines of action, c2 / (c1 + c2): as compliant as the master is, so much.
+    """Weight of the slave's normal in the lines of action, c2 / (c1 + c2), c the compliances of slave and master.
 
-    Compliances are 1 / E* of the softest material of either body. A rigid master's own normal rules, and that of a
-    half-space, which gives along its own normal only.
+    Compliances are 1 / E* of the softest material of either body. Against a rigid body or a half-space, which is
+    displaced along its normal only, that body's normal is used.
     """
     if np.isinf(master.contact_modulus) or has_cells(master.surface(master.contact[0])):
         return 0.0
@@ -201,6 +202,6 @@ def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, ne
         share = _share(slave, master)
         pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near, share)
     if slave.is_foundation and pairing.coupling == "nodal":
-        # a node of a foundation gives by its whole area
+        # the displacement of a foundation's node depends on its whole area
         pairing = replace(pairing, weights=contact_weights(surface)[pairing.nodes])
     return pairing

@@ -1,7 +1,7 @@
-"""How much of a slave's facets lies over the master, where they hang over its rim.
+"""Covered share of slave facets that overhang the master's rim.
 
-A node at the rim stands for the covered part of the facets round it only, and a facet that meets the master along a
-line covers nothing. Facets all of whose nodes face the master are covered whole; only those at the rim are looked at.
+The area of a node at the rim is the covered part of the facets round it; a facet that meets the master along a line is
+not covered. Facets with all nodes facing the master are fully covered; only those at the rim are examined.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from fecontact.contact.search.bounding import bounds_of
 from fecontact.contact.search.region import flattened
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of
 
-#: Samples along each side of a facet under a rigid shape, whose rim is known by asking only.
+#: Samples along each side of a facet under a rigid shape, whose rim is known only by projection.
 ACROSS = 24
-#: Radii of a facet from its centre's foot within which a facet is looked for that it overlaps; more than one, as on
-#: curved surfaces feet are further apart than points.
+#: Radius of search for overlapping facets round the projection of a facet's centre, over the facet's radius; above one,
+#: as on curved surfaces projections are further apart than points.
 REACH = 1.5
-#: Share of a facet within which covered counts as whole or not at all: rounding, and chords of curved sides.
+#: Covered shares within this of 0 or 1 count as 0 or 1: rounding, and chords of curved sides.
 WHOLE = 0.02
 
 
@@ -33,7 +33,7 @@ class CoveredRim(NamedTuple):
     Attributes
     ----------
     facets : (k,) int array
-        Slave facets of which some nodes face the master and others lie beyond its rim.
+        Slave facets with some nodes facing the master and others beyond its rim.
     share : (k,) array
         Covered share of their area.
     """
@@ -43,7 +43,7 @@ class CoveredRim(NamedTuple):
 
     @property
     def partly(self) -> IntArray:
-        """Facets that are covered in part."""
+        """Partly covered facets."""
         return self.facets[(self.share > WHOLE) & (self.share < 1 - WHOLE)]
 
 
@@ -56,15 +56,15 @@ def rim_of(
     outside: Mask,
     share: float = 0.0,
 ) -> CoveredRim:
-    """Facets at the rim, and how much of them is covered.
+    """Facets at the rim and their covered shares.
 
     Parameters
     ----------
     slave, master
     rotation, translation
-        Pose of the slave's axes seen from the master's.
+        Pose of the slave's axes in the master's.
     facing, beyond : (n_nodes,) bool arrays
-        Slave nodes with a foot on the master, and those beyond its rim.
+        Slave nodes with a projection on the master, and those beyond its rim.
     share : float
         Weight of the slave's normal in the lines of action.
     """
@@ -91,14 +91,14 @@ def rim_of(
 
 
 def _areas(surface: FacetSurface, facet: IntArray, local: Array, weight: Array) -> Array:
-    """Areas (n_facets,) by the weights (n,) of samples in coordinates (n, 2) of facets (n,)."""
+    """Areas (n_facets,) from weights (n,) of samples at coordinates (n, 2) of facets (n,)."""
     x, tangents, _ = surface.evaluate(facet, local)
     area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * surface.extent(x)
     return np.asarray(np.bincount(facet, area, len(surface.facets)), dtype=float)
 
 
 def _even(surface: FacetSurface) -> tuple[IntArray, Array, Array]:
-    """Middles of equal cells of all facets, drawn together at a triangle's last corner: facets, places, weights."""
+    """Centres of equal cells of all facets, collapsed at a triangle's last corner: facets, coordinates, weights."""
     middles = (np.arange(ACROSS) + 0.5) / ACROSS
     s, t = (c.ravel() for c in np.meshgrid(middles, middles, indexing="ij"))
     n, on = len(surface.facets), np.repeat(surface.triangle, len(s))
@@ -108,7 +108,7 @@ def _even(surface: FacetSurface) -> tuple[IntArray, Array, Array]:
 
 
 def _opposite(slave: FacetSurface, master: FacetSurface) -> tuple[IntArray, IntArray]:
-    """Pairs of facets near enough to overlap that look at each other; both surfaces in the same axes."""
+    """Pairs of facets that face each other and are near enough to overlap; both surfaces in the same axes."""
     own, other = bounds_of(slave), bounds_of(master)
     projection = master.project(own.centre).points
     pairs = []

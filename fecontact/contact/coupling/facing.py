@@ -1,8 +1,8 @@
-"""Which pairs of points face each other: those whose outward normals are opposed.
+"""Selection of pairs that face each other: their outward normals are opposed.
 
-A pair acts along one line. If the slave's own normal there does not point against the master's, the two look the same
-way or past each other: what would be pressed is not a contact. The limit lets every contact stand that can carry load:
-at an edge or corner of the slave any of its faces will do, and on smooth bodies in touch the normals are opposed.
+A pair acts along one line. If the slave's normal is not opposed to the master's, the two do not face each other and are
+not a contact. Every contact that can carry load passes: at an edge or corner of the slave any of its faces may face the
+master, and on smooth bodies in contact the normals are opposed.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from fecontact.mesh.facets import distinct_columns, facet_nodes
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
 #: Cosine between one normal and the reversed other below which two points do not face each other: 84 degrees. Faces at
-#: right angles stay out whatever their rounding and curvature; on bodies in touch normals lean by the slopes within the
-#: contact, far less.
+#: right angles are excluded for any rounding and curvature; on bodies in contact normals differ by the slopes within
+#: the contact, which is far less.
 STEEPEST = 0.1
-#: Difference of gaps, relative to the slave's size, that is rounding.
+#: Difference of gaps, relative to the slave's size, that counts as rounding.
 TIE = 1e-9
-#: Coordinate along a section's side of its three nodes.
+#: Coordinates of the three nodes along a section's side.
 _ALONG_SIDE = np.array([0.0, 1.0, 0.5])
 
 
 class Averted(NamedTuple):
-    """The pair nearest to contact among those left out because they do not face each other.
+    """The excluded pair, not facing each other, that is nearest to contact.
 
     Attributes
     ----------
     gap : float
-        Infinite where there is none.
+        Its gap; infinite where there is none.
     angle : float
-        Between the normals, degrees; 180 face each other.
+        Angle between the normals in degrees; 180: facing.
     facing : float
-        Smallest gap of those that do; infinite where there is none.
+        Smallest gap of pairs that face each other; infinite where there is none.
     """
 
     gap: float = np.inf
@@ -44,12 +44,12 @@ class Averted(NamedTuple):
     facing: float = np.inf
 
 
-#: Where all of them face each other.
+#: Value if all pairs face each other.
 NONE_AVERTED = Averted()
 
 
 class _Corners(NamedTuple):
-    """Unit normals (n, 3) of facets at their nodes, sorted by node; where each node begins, and the nodes."""
+    """Unit normals (n, 3) of facets at their nodes, sorted by node; first index of each node, and the nodes."""
 
     normals: Array
     first: IntArray
@@ -76,7 +76,7 @@ def _corners(surface: FacetSurface) -> _Corners:
 
 
 def opposition(slave: FacetSurface, nodes: IntArray, directions: Array) -> Array:
-    """Cosine (n,) between directions (n, 3) and the reversed normal of that facet round each node which fits best."""
+    """Cosine (n,) between directions (n, 3) and the reversed normal of the best-fitting facet round each node."""
     corners = slave.once(_corners)
     count = np.diff(np.append(corners.first, len(corners.normals)))
     towards = np.zeros((len(slave.points), 3))
@@ -90,12 +90,12 @@ def opposition(slave: FacetSurface, nodes: IntArray, directions: Array) -> Array
 def unopposed(
     slave: FacetSurface, nodes: IntArray, projection: Projection, rotation: Array
 ) -> tuple[NDArray[np.bool_], Averted]:
-    """Which nodes (n,) of the slave do not face their feet, and the nearest of them.
+    """Mask of slave nodes (n,) that do not face their closest points, and the nearest of them.
 
     Parameters
     ----------
     rotation : (3, 3) array
-        From the slave's axes to those of the feet.
+        From the slave's axes to those of the closest points.
     """
     cosines = opposition(slave, nodes, projection.normals @ rotation)
     facing = cosines >= STEEPEST
@@ -104,7 +104,7 @@ def unopposed(
     if not out.any():
         return out, Averted(facing=least)
     gap = projection.gap[out]
-    # of those equally near, the ones that face each other best speak for the rest
+    # of those equally near, the one that faces best
     near = gap - gap.min() <= TIE * slave.size
     angle = float(np.degrees(np.arccos(-np.clip(cosines[out][near].max(), -1.0, 1.0))))
     return out, Averted(float(gap.min()), angle, least)

@@ -1,4 +1,4 @@
-"""Pairs of a half-space's cells: along the half-space's own normal."""
+"""Pairing of a half-space's cells along the half-space's normal."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
 from fecontact.surfaces.rigid.indenter import heights_of
 
 CLOSE = 1e-14
-"""Distance, relative to the size of the surfaces, at which a vertical line has met the other surface."""
+"""Distance, relative to the size of the surfaces, at which the search along a vertical line has converged."""
 
 
 MOST_STEPS = 60
 
 
 def straight_above(points: Array, master: Surface, rotation: Array, translation: Array) -> Projection:
-    """Where lines along +z through points (n, 3) meet the master; `gap` counts along them.
+    """Intersection of lines along +z through points (n, 3) with the master; `gap` is measured along them.
 
-    Surfaces with `heights` that are not turned against the plane tell it themselves; others are met by steps of the
-    distance over its cosine, Newton's method.
+    Taken from `heights` where the surface has them and is not tilted; otherwise by Newton's method, with steps of the
+    distance over its cosine.
     """
     direction = rotation[:, 2]
     start = points @ rotation.T + translation
@@ -51,19 +51,19 @@ def straight_above(points: Array, master: Surface, rotation: Array, translation:
 
 
 def pair_cells(surface: FacetSurface, area: float, master: Surface, rotation: Array, translation: Array) -> Pairing:
-    """Pair every cell with the point of the master straight above it.
+    """Pair every cell with the point of the master vertically above it.
 
-    A half-space gives along its own normal only, so gaps are measured and forces act along it.
+    A half-space is displaced along its normal only, so gaps and forces are along it.
 
     Parameters
     ----------
     surface : FacetSurface
-        Of the half-space.
+        Surface of the half-space.
     area : float
-        Of a cell.
+        Area of a cell.
     master : Surface
     rotation, translation
-        Pose of this surface's axes seen from the master's.
+        Pose of this surface's axes in the master's.
     """
     projection = straight_above(surface.points, master, rotation, translation)
     n = len(surface.points)

@@ -1,16 +1,16 @@
 """Mortar coupling: weighted gaps over the exact overlap of two surfaces.
 
-Nodal forces are a quadrature rule of the slave's; where a slave face straddles master faces, the master's load is
-wrong. Here the pressure is a sum of non-negative hats on the slave, p = sum_k p_k phi_k, p_k >= 0, and everything is
-integrated over the pieces in which one slave face meets one master face:
+Nodal forces are a quadrature rule on the slave; where a slave face straddles master faces, the load on the master is
+wrong. Here the pressure is a sum of non-negative multiplier functions on the slave, p = sum_k p_k phi_k, p_k >= 0, and
+all integrals are over the segments in which one slave face meets one master face:
 
-    weighted gap   w_k = int phi_k n . (x_slave - x_foot) dA >= 0,      force on the bodies  +-int phi_k n N dA p_k
+    weighted gap   w_k = int phi_k n . (x_slave - x_master) dA >= 0,    force on the bodies  +-int phi_k n N dA p_k
 
-The hats of a nine-node face are bilinear on its quarters, those of a triangle linear (`mortar_basis`); they sum to one,
-so uniform pressure is exact on both sides (Puso & Laursen 2004; Popp et al. 2012 for hats on sub-faces). Pieces are cut
-in the plane of the slave face (`tangent_plane`): the master face's outline is carried there and clipped to the convex
-outline of a sub-face (Sutherland & Hodgman 1974), so the pieces tile what both surfaces cover, no more. The degree of
-quadrature follows the taper of both faces over a piece.
+The multipliers of a nine-node face are bilinear on its quarters, those of a triangle linear (`mortar_basis`); they sum
+to one, so uniform pressure is exact on both sides (Puso & Laursen 2004; Popp et al. 2012 for multipliers on sub-faces).
+Segments are found in the plane of the slave face (`tangent_plane`): the master face's outline is mapped there and
+clipped to the convex outline of a sub-face (Sutherland & Hodgman 1974), so that segments tile the common area of both
+surfaces. The degree of quadrature follows the taper of both faces over a segment.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, 
 from fecontact.surfaces.line_of_action import meet, project_along, projection_at
 from fecontact.surfaces.normals import normals_of
 
-#: Pairs of facets whose pieces are cut, sampled and summed up together, which bounds the memory for samples.
+#: Pairs of facets segmented, sampled and summed in one block, which bounds the memory for samples.
 BLOCK = 3000
-#: Samples at which hats are integrated together.
+#: Samples per block of the integration of multipliers.
 AREAS = 50_000
-#: Share of a hat's own area below which it does not stand alone: its pressure joins that of the nearest fuller hat.
+#: Covered share of a multiplier's area below which it is joined to the nearest multiplier with a larger share.
 SLIVER = 0.2
 
 
@@ -59,10 +59,10 @@ def pair_mortar(
     Parameters
     ----------
     slave : FacetSurface
-        Any facets but plain eight-node quadrilaterals.
+        Facets with a mortar basis: all but plain eight-node quadrilaterals.
     master : Surface
     rotation, translation
-        Pose of the slave's axes seen from the master's.
+        Pose of the slave's axes in the master's.
     near : SearchRegion, optional
         Parts of two surfaces of facets that may touch; nodes elsewhere are left out.
     share : float, optional
@@ -71,7 +71,7 @@ def pair_mortar(
     Raises
     ------
     InputError
-        If the slave has eight-node facets (no hat function for the missing centre).
+        If the slave has eight-node facets (no multiplier for the missing centre).
     """
     if not has_mortar_basis(slave):
         raise InputError(
@@ -89,7 +89,7 @@ def pair_mortar(
             pieces = segment_samples(moved, other, f[part], m[part], share)
             return _samples(slave, moved, master, rotation, share, *pieces)
 
-        # bodies that are not moved by their nodes ask for the samples themselves
+        # bodies whose displacements are not nodal need the samples
         if len(f) > BLOCK and not (slave.mortar_on_quad8 or other.mortar_on_quad8):
             origin = slave.points[slave.nodes].mean(axis=0)
             parts = [slice(start, start + BLOCK) for start in range(0, len(f), BLOCK)]
@@ -116,7 +116,7 @@ def _samples(
     """Samples with quadrature weights (n,) in the slave's coordinates, on given facets (n,) of the master or on any."""
     x, _, N = moved.evaluate(facet, local)
     own, tangents, _ = slave.evaluate(facet, local)
-    # taken in the slave's own axes, as those of a section turned half round have y the other way
+    # in the slave's axes: those of a section rotated by pi have y reversed
     normal = np.cross(tangents[:, :, 0], tangents[:, :, 1]) @ rotation.T
     inwards = -normals_of(slave).at(facet, local) @ rotation.T
     if on_master is None:
@@ -141,7 +141,7 @@ def _samples(
 def _paired(
     slave: FacetSurface, samples: Samples, rotation: Array, translation: Array, near: SearchRegion | None
 ) -> Pairing:
-    """Sum the samples up to weighted gaps of the slave's nodes, or of those whose hats are sampled whole."""
+    """Weighted gaps of the slave's nodes from samples, or of the nodes whose multipliers are fully sampled."""
     multipliers = samples.multipliers.T.tocsr()
     weights = np.asarray(multipliers.sum(axis=1)).ravel()
     nodes, gather, whole, n_beyond = _points(slave, weights, near)
@@ -175,7 +175,7 @@ def _paired_in_blocks(
     translation: Array,
     near: SearchRegion | None,
 ) -> Pairing:
-    """As `_paired`, from the sums of blocks; samples are not kept."""
+    """As `_paired`, from sums over blocks; samples are not kept."""
     weights = total_areas(blocks, len(slave.points))
     nodes, gather, whole, n_beyond = _points(slave, weights, near)
     area = gather @ weights
@@ -206,9 +206,9 @@ def _paired_in_blocks(
 def _points(
     slave: FacetSurface, weights: Array, near: SearchRegion | None
 ) -> tuple[IntArray, sp.csr_matrix, Array, int]:
-    """Nodes that are contact points, hats joined to them, hats' whole areas, and how many lie beyond the rim.
+    """Nodes that are contact points, multipliers joined to them, whole areas, number of nodes beyond the rim.
 
-    Hats that are not sampled whole are taken out of `weights` (n_nodes,).
+    Multipliers that are not fully sampled are removed from `weights` (n_nodes,).
     """
     whole, ties = slave.once(_multiplier_areas), tied_multipliers(slave)
     if near is not None:
@@ -221,7 +221,7 @@ def _points(
 
 
 def _multipliers_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
-    """All hats (n_nodes, n_nodes) at all nodes: one at its own, and what the corners' make of a triangle's others."""
+    """Multipliers (n_nodes, n_nodes) at all nodes: one at its own; a triangle's other nodes from its corners."""
     k, n = slave.facets.shape[1], len(slave.points)
     own = np.flatnonzero(whole > 0)
     rows, columns, values = [own], [own], [np.ones(len(own))]
@@ -238,14 +238,14 @@ def _multipliers_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
 
 
 def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray, sp.csr_matrix]:
-    """Nodes whose hats keep a pressure of their own, and the matrix (n, n_nodes) that joins the others to them.
+    """Nodes whose multipliers stay independent, and the matrix (n, n_nodes) that joins the others to them.
 
-    At the rim of an overlap some hats keep a sliver of their area; a pressure of their own there would be huge and mean
-    nothing. Joined to the nearest fuller hat the pressures still sum to one and stay non-negative.
+    At the rim of an overlap some multipliers have a sliver of their area only; independent pressures there would be
+    huge and meaningless. After joining, the functions still sum to one and are non-negative.
     """
     used = np.flatnonzero(weights > 0)
     share = weights[used] / whole[used]
-    # where all are slivers, as in a narrow strip of overlap, the fuller ones carry it
+    # where all are slivers, as in a narrow strip of overlap, keep those with the larger shares
     most = float(share.max(initial=0.0))
     full = share >= SLIVER * (1.0 if most >= SLIVER else most)
     nodes, slivers = used[full], used[~full]
@@ -283,11 +283,11 @@ def _multiplier_areas(slave: FacetSurface) -> Array:
 
 
 def _projected_on(master: FacetSurface, facet: IntArray, points: Array, normals: Array, share: float) -> Projection:
-    """Feet on given facets, continued a little beyond their sides, of points (n, 3) whose side has these `normals`."""
+    """Projection of points (n, 3) with given `normals` on given facets, extended slightly beyond their sides."""
     plane_map = tangent_plane_maps(master)
     local, _ = plane_map.from_plane(facet, plane_map.projected(facet, points))
     local, met = meet(master, facet, local, points, normals, share)
-    # where the line of a point does not meet the continued facet, the nearest foot on the whole surface is taken
+    # where the line of a point misses the extended facet, the closest point on the whole surface is taken
     lost = np.flatnonzero(~met)
     facet, outside = facet.copy(), np.zeros(len(points), bool)
     if len(lost):
@@ -301,7 +301,7 @@ def _projected_on(master: FacetSurface, facet: IntArray, points: Array, normals:
     return replace(projection, outside=outside)
 
 
-#: Where facets are sampled to find which lie below each other, on quadrilaterals and on triangles.
+#: Sample coordinates to find overlapping facets, on quadrilaterals and on triangles.
 _PROBES = {
     False: np.stack(np.meshgrid(*[np.array([0.02, 0.5, 0.98])] * 2, indexing="ij"), -1).reshape(-1, 2),
     True: 0.96 * TRIANGLE_NODES + 0.04 / 3,
@@ -309,7 +309,7 @@ _PROBES = {
 
 
 def _probes(surface: FacetSurface, chosen: NDArray[np.bool_] | None) -> tuple[IntArray, Array]:
-    """Sample points spread over all or chosen facets (n_facets,): their facets (n,) and places (n, 3)."""
+    """Sample points over all or chosen facets (n_facets,): their facets (n,) and positions (n, 3)."""
     facets, places = [], []
     for kind, local in _PROBES.items():
         members = np.flatnonzero((surface.triangle == kind) & (True if chosen is None else chosen))
@@ -321,7 +321,7 @@ def _probes(surface: FacetSurface, chosen: NDArray[np.bool_] | None) -> tuple[In
 def _neighbours(
     slave: FacetSurface, master: FacetSurface, rotation: Array, translation: Array, near: SearchRegion | None
 ) -> tuple[IntArray, IntArray]:
-    """Pairs of facets that may overlap: found by projecting samples of each side on the other, and their neighbours."""
+    """Pairs of facets that may overlap, from projections of samples of each side on the other, with neighbours."""
     ours, x = _probes(slave, None if near is None else near.facets)
     below = master.project(x @ rotation.T + translation).facet
     theirs, y = _probes(master, None if near is None else near.opposite)

@@ -1,12 +1,12 @@
-"""Hats: the non-negative pressure shapes of mortar coupling, which sum to one.
+"""Multiplier basis of mortar coupling: non-negative functions that sum to one.
 
 They are bilinear on a four-node quadrilateral and on the four quarters of a nine-node one, linear on the halves of a
-section's side, and linear on a triangle whatever its order, so that they stand at its corners only (Puso, Laursen &
-Solberg 2008 take multipliers of lower order than the displacements too). Hats at the mid-side nodes and the centroid of
-triangles pass the patch test as well, but the pressure oscillates at the edge of a contact: on two balls of tetrahedra
-peaks of twice the true pressure. On an eight-node quadrilateral the pressure in the middle is the mean of those of the
-mid-side nodes; every linear pressure is still held, but the plain element, whose corners cannot take load, is refused
-unless its surface says `mortar_on_quad8`.
+section's side, and linear on a triangle of any order, with functions at its corners only (Puso, Laursen & Solberg 2008
+also use multipliers of lower order than the displacements). Functions at the mid-side nodes and the centroid of
+triangles pass the patch test as well, but the pressure oscillates at the edge of a contact: on two spheres of
+tetrahedra, peaks of twice the true pressure. On an eight-node quadrilateral the pressure in the middle is the mean of
+those of the mid-side nodes; every linear pressure is still reproduced, but the standard element, whose corners cannot
+carry load, is refused unless its surface has `mortar_on_quad8`.
 """
 
 from __future__ import annotations
@@ -22,31 +22,31 @@ from fecontact.mesh.element.hexahedron import QUAD_CORNERS, TRIANGLE_NODES, quad
 from fecontact.mesh.facets import triangular
 from fecontact.surfaces.facet_surface import FacetSurface
 
-#: Hats times biquadratic functions on parallelograms: polynomials of degree six on the triangles of a piece.
+#: Multipliers times biquadratic functions on parallelograms: polynomials of degree six on the triangles of a segment.
 ORDER = 6
 
 
 def has_mortar_basis(surface: FacetSurface) -> bool:
-    """Whether a surface can be the slave of a mortar coupling: all but plain eight-node quadrilaterals can."""
+    """Whether a surface can be the slave of a mortar coupling: all but plain eight-node quadrilaterals."""
     return surface.facets.shape[1] != 8 or surface.mortar_on_quad8 or bool(surface.triangle.all())
 
 
 def multiplier_shapes(n_columns: int, triangle: Mask, local: Array) -> Array:
-    """Hats at one point of each of n facets.
+    """Multiplier functions at one point of each of n facets.
 
     Parameters
     ----------
     n_columns : int
-        Of the facets: 3 (a side of a section), 4, 8 or 9.
+        Columns of the facets: 3 (a side of a section), 4, 8 or 9.
     triangle : (n,) bool array
-        Which of the facets are triangles.
+        Mask of triangles.
     local : (n, 2) array
         Local coordinates; (n, 1) on a side.
 
     Returns
     -------
     (n, n_columns) array
-        Non-negative, with sum one; on triangles zero but at the corners.
+        Non-negative, with sum one; on triangles zero except at the corners.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def multiplier_shapes(n_columns: int, triangle: Mask, local: Array) -> Array:
 
 
 def _quad_multipliers(n_columns: int, local: Array) -> Array:
-    """Hats (n, 4 | 8 | 9) of quadrilaterals."""
+    """Multiplier functions (n, 4 | 8 | 9) of quadrilaterals."""
     width = 1.0 if n_columns == 4 else 0.5
     nodes = quad_nodes(9 if n_columns == 8 else n_columns)
     multipliers = np.maximum(1.0 - np.abs(local[:, None, :] - nodes[None, :, :]) / width, 0.0).prod(axis=2)
@@ -79,9 +79,9 @@ def _quad_multipliers(n_columns: int, local: Array) -> Array:
 
 
 def multipliers_on_square(facets: IntArray, X: Array) -> Array:
-    """Hats (n_facets, n_q, n_columns) of all facets at the same points (n_q, 2) of the unit square.
+    """Multiplier functions (n_facets, n_q, n_columns) of all facets at points (n_q, 2) of the unit square.
 
-    The square is drawn over triangles as in `mesh.facets.shapes_on_square`.
+    The square is mapped onto triangles as in `mesh.facets.shapes_on_square`.
     """
     s, t = X.T
     out = []
@@ -92,7 +92,7 @@ def multipliers_on_square(facets: IntArray, X: Array) -> Array:
 
 @cache
 def sub_faces(n_columns: int, triangle: bool) -> Array:
-    """Convex outlines (n_sub, 4 | 3, 2), counter-clockwise, of the parts of a facet on which its hats are smooth."""
+    """Convex outlines (n_sub, 4 | 3, 2), counter-clockwise, of the parts of a facet with smooth multipliers."""
     if triangle:
         return TRIANGLE_NODES[None, :3].copy()
     if n_columns == 4:
@@ -101,7 +101,7 @@ def sub_faces(n_columns: int, triangle: bool) -> Array:
 
 
 def triangle_rule(order: int) -> tuple[Array, Array]:
-    """Points (2, n) and weights (n,) on the reference triangle, exact to `order`; above 19 that of 19 on its quarters.
+    """Points (2, n) and weights (n,) on the reference triangle, exact to `order`; above 19 that rule on its quarters.
 
     Examples
     --------
@@ -118,7 +118,7 @@ def triangle_rule(order: int) -> tuple[Array, Array]:
 
 
 def fans(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
-    """Polygons cut into fans of triangles; signed, so that dents cancel.
+    """Fans of triangles of polygons; signed areas, so that reflex parts cancel.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def fans(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
     Returns
     -------
     triangle : (n_triangles, 3, 2) array
-        None without area.
+        Corners of triangles with nonzero area.
     double : (n_triangles,) array
         Twice their areas; their sum is positive for each polygon.
     piece : (n_triangles,) int array
@@ -154,7 +154,7 @@ def triangle_samples(triangle: Array, double: Array, order: int = ORDER) -> tupl
     double : (n,) array
         Twice their areas.
     order : int
-        Degree to which the rule is exact.
+        Degree of exactness of the rule.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Weighted sums over the samples of a mortar coupling, taken block by block so that no more than one block is held.
+"""Weighted sums over the samples of a mortar coupling, block by block to limit memory.
 
-What is asked of the samples is linear in their weights: gaps, rows on the nodes of both bodies, lines of action and
-their moments. A block is summed up over its hats, and the sums of all blocks are added.
+All results are linear in the weights of the samples: gaps, rows on the nodes of both bodies, lines of action and their
+moments. Each block is summed per multiplier, and the sums of all blocks are added.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class Samples(NamedTuple):
     Attributes
     ----------
     facet, local : (n,) and (n, 2) arrays
-        Places on the slave.
+        Facet and coordinates on the slave.
     multipliers : (n, n_nodes) csr_matrix
-        The slave's hats there times the area of each sample.
+        The slave's multiplier functions there times the area of each sample.
     weights : (n, n_nodes) csr_matrix
         Interpolation from the slave's nodes.
     projection : Projection
@@ -42,14 +42,14 @@ class Samples(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Sums over one block of samples, for the hats (n_used,) that they meet.
+    """Sums over one block of samples, for the multipliers (n_used,) in it.
 
     Attributes
     ----------
     used, facets : (n_used,) and (n_facets,) int arrays
-        Nodes of the hats, and the slave facets sampled.
+        Nodes of the multipliers, and the slave facets sampled.
     dense : (n_used, 14) array
-        Area; gap; normal, position and its moment in the slave's axes; moment of the normal about the foot.
+        Area; gap; normal, position and its moment in the slave's axes; moment of the normal about the closest point.
     on_slave, on_master : (n_used, 3 n_nodes) csr_matrices
     """
 
@@ -61,7 +61,7 @@ class Block:
 
 
 def block_of(samples: Samples, points: Array, origin: Array, rotation: Array, translation: Array) -> Block:
-    """Sum up one block.
+    """Sums of one block.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ def block_of(samples: Samples, points: Array, origin: Array, rotation: Array, tr
     points : (n_nodes, 3) array
         Of the slave.
     origin : (3,) array
-        About which moments are taken, in the slave's axes.
+        Reference point of moments, in the slave's axes.
     rotation, translation
-        Pose of the slave's axes seen from the master's.
+        Pose of the slave's axes in the master's.
     """
     projection = samples.projection
     assert projection.weights is not None
@@ -98,7 +98,7 @@ def block_of(samples: Samples, points: Array, origin: Array, rotation: Array, tr
 
 
 def total_areas(blocks: Sequence[Block], n_nodes: int) -> Array:
-    """Area (n_nodes,) of each hat that was sampled."""
+    """Sampled area (n_nodes,) of each multiplier."""
     out = np.zeros(n_nodes)
     for block in blocks:
         out[block.used] += block.dense[:, 0]
@@ -106,17 +106,17 @@ def total_areas(blocks: Sequence[Block], n_nodes: int) -> Array:
 
 
 def summed(blocks: Sequence[Block], gather: sp.csr_matrix, areas: Array, origin: Array) -> MortarIntegrals:
-    """Means over the hats of contact points.
+    """Means over the multiplier functions of contact points.
 
     Parameters
     ----------
     blocks : sequence of Block
     gather : (n, n_nodes) csr_matrix
-        Hats that make up a contact point.
+        Multipliers joined in each contact point.
     areas : (n,) array
-        Of the contact points.
+        Areas of the contact points.
     origin : (3,) array
-        As given to `block_of`.
+        As in `block_of`.
     """
     used = np.concatenate([b.used for b in blocks])
     ones, which = np.ones(len(used)), np.arange(len(used))

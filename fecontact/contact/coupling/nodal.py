@@ -1,8 +1,7 @@
-"""Pairs of contact points: each slave node with its foot on the master, and one line of action for both.
+"""Pairs of contact points: each slave node with its closest point on the master, and a common line of action.
 
-The line lies between both normals, the more compliant body's opposite weighing more (`surfaces.line_of_action`). Both
-bodies get the same force along it, opposite in sign and on one line (node and foot lie on it), so that forces and
-moments balance exactly.
+The line lies between both normals, weighted towards that of the stiffer body (`surfaces.line_of_action`). Both bodies
+get opposite forces along it, so that forces and moments balance exactly.
 """
 
 from __future__ import annotations
@@ -26,28 +25,28 @@ from fecontact.surfaces.nodal_weights import components_along, contact_weights, 
 from fecontact.surfaces.normals import normals_of, opposing
 from fecontact.surfaces.surface_ties import SurfaceTies
 
-#: Overhang of a slave face over its master face, relative to the latter's size, that still counts as nested.
+#: Overhang of a slave face over its master face, relative to the latter's size, up to which it counts as nested.
 NESTED_TOLERANCE = 0.02
-#: Share of a node's area below which none of it is covered: beyond the digits of poses and coordinates.
+#: Covered share of a node's area that counts as zero: rounding of poses and coordinates.
 NOTHING = 1e-6
-#: Slave faces that are looked at first to see whether any is not nested.
+#: Slave faces tested first for nesting.
 FEW = 8
 
 
 @dataclass(frozen=True, eq=False)
 class MortarIntegrals:
-    """Means over the samples of each of n contact points, where there are too many samples to be kept.
+    """Means over the samples of each of n contact points, in place of the samples themselves.
 
     Attributes
     ----------
     gap : (n,) array
     on_slave, on_master : (n, 3 n_nodes) csr_matrices
-        Opening by the displacements of the nodes of either body, in its axes.
+        Rows: opening by nodal displacements of either body, in its axes.
     normals, centres, moments : (n, 3) arrays
         Lines of action, positions, and moments of the lines about `origin`, in the slave's axes.
     origin : (3,) array
     levers : (n, 3) array
-        Moments of the lines about the feet, in the master's axes; zero but for rounding.
+        Moments of the lines about the closest points, in the master's axes; zero to rounding.
     """
 
     gap: Array
@@ -62,17 +61,18 @@ class MortarIntegrals:
 
 @dataclass(frozen=True, eq=False)
 class Pairing:
-    """Contact points of one contact and how they are coupled to both bodies.
+    """Contact points of one contact and their coupling to both bodies.
 
-    Every contact point is a weighted mean of samples: pairs of a point on the slave and its foot on the master. With
-    nodal coupling a point is one sample, a slave node; with mortar coupling it is the mean over a pressure shape.
+    Every contact point is a weighted mean of samples: pairs of a point on the slave and its closest point on the
+    master. With nodal coupling a point is one sample, a slave node; with mortar coupling it is the mean over a
+    multiplier function.
 
     Attributes
     ----------
     nodes : (n,) int array
         Slave node of each contact point.
     weights : (n,) array
-        Area that belongs to each; force / weight is a pressure.
+        Area of each; force / weight is a pressure.
     slave_points : (n, 3) array
         The nodes, in the slave's axes.
     average : (n, n_samples) csr_matrix
@@ -82,25 +82,25 @@ class Pairing:
     slave_normals : (n_samples, 3) array
         Lines of action in the slave's axes; they point out of the MASTER.
     projection : Projection
-        Of the samples, in the master's axes.
+        Projection of the samples, in the master's axes.
     n_beyond : int
-        Slave nodes left out because they lie beyond the master's rim or do not face it.
+        Number of slave nodes left out because they lie beyond the master's rim or do not face it.
     rotation, translation : (3, 3) and (3,) arrays
-        Pose of the slave's axes seen from the master's.
+        Pose of the slave's axes in the master's.
     covered : (k,) int array
-        Slave facets that face the master, if only with a part.
+        Slave facets that face the master, at least partly.
     coupling : str
         'nodal' or 'mortar'.
     slave_facet, slave_local : (n_samples,) and (n_samples, 2) arrays, optional
         Facets of the slave and coordinates of the samples; None where the samples are nodes.
     spread : (n_nodes, n) csr_matrix, optional
-        Pressure at all of the slave's nodes by that of the contact points; without it a point is a node.
+        Matrix from the pressures of the contact points to those of all slave nodes; None where points are nodes.
     sums : MortarIntegrals, optional
-        Given in place of the samples, of which there are none then.
+        Given in place of samples.
     averted : Averted
-        The nearest of the pairs of nodes left out because they do not face each other.
+        The nearest pair left out because it does not face.
     hanging : (k,) int array
-        Slave facets that lie over the master in part; known for nodal coupling.
+        Slave facets that lie over the master partly; for nodal coupling.
     share : float
         Weight of the slave's normal in the lines of action.
     """
@@ -127,7 +127,7 @@ class Pairing:
 
     @cached_property
     def at_nodes(self) -> sp.csr_matrix:
-        """Values (n_nodes, n) at all of the slave's nodes by those of the contact points; rows without are empty."""
+        """Matrix (n_nodes, n) from values at the contact points to all slave nodes; other rows are empty."""
         if self.spread is not None:
             return self.spread
         n = len(self.nodes)
@@ -150,13 +150,13 @@ class Pairing:
 
     @cached_property
     def slave_rows(self) -> sp.csr_matrix:
-        """Opening by displacements of the slave's nodes: +n, (n, 3 n_nodes)."""
+        """Rows (n, 3 n_nodes): opening by displacements of the slave's nodes, +n."""
         if self.sums is not None:
             return self.sums.on_slave
         return self.average @ components_along(self.slave_weights, self.slave_normals)
 
     def rows_on_slave(self, slave: Body, surface: str) -> sp.csr_matrix:
-        """Opening by the slave's own coordinates, (n, n_dofs), where its facets are known and perhaps not its nodes."""
+        """Rows (n, n_dofs): opening by the slave's generalised displacements."""
         if self.slave_facet is None:
             return self.slave_rows
         n = len(self.slave_facet)
@@ -167,13 +167,13 @@ class Pairing:
         return self.average @ slave.trace(projection, self.slave_normals)
 
     def master_rows(self, master: Body) -> sp.csr_matrix:
-        """Opening by the master's displacements: -n at the feet, (n, n_dofs)."""
+        """Rows (n, n_dofs): opening by the master's displacements, -n at the closest points."""
         if self.sums is not None:
             return self.sums.on_master
         return self.average @ master.trace(self.projection, -self.projection.normals)
 
     def couple_residual(self, points: Array) -> Array:
-        """Moments (n, 3) of the lines of action about the feet, in the master's axes: zero but for rounding.
+        """Moments (n, 3) of the lines of action about the closest points, in the master's axes: zero to rounding.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ def pair(
     slave : FacetSurface
     master : Surface
     rotation, translation
-        Pose of the slave's axes seen from the master's.
+        Pose of the slave's axes in the master's.
     near : SearchRegion, optional
         Parts of the surfaces that may touch; nodes elsewhere are left out.
     share : float, optional
@@ -249,8 +249,8 @@ def _gathered(slave: FacetSurface, ties: SurfaceTies, areas: Array, outside: Int
 def covered_weights(slave: FacetSurface, rim: CoveredRim, inside: NDArray[np.bool_]) -> Array:
     """Areas (n_nodes,) of the slave's nodes, hanging ones too, that the master covers.
 
-    The covered part of a facet at the rim is shared out among its nodes `inside` (n_nodes,), so that force over area is
-    a mean pressure; how it varies over such a facet is for mortar coupling to tell.
+    The covered part of a facet at the rim is distributed over its nodes `inside` (n_nodes,), so that force over area is
+    a mean pressure; mortar coupling resolves its variation over such a facet.
     """
     weights = facet_weights(slave).copy()
     if len(rim.facets) == 0:
@@ -318,14 +318,15 @@ def _covered(slave: FacetSurface, nodes: IntArray) -> IntArray:
 def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: IntArray) -> bool:
     """Whether every slave face near the contact lies inside one master face, so that nodal forces are exact.
 
-    On curved surfaces feet shift sideways by a share of the facet that vanishes with (r/R)^2; `NESTED_TOLERANCE` of a
-    facet's size is let pass. A triangle's weights are exact to degree three, so it does not count as nested in a
-    quadrilateral, whose functions are of degree four. Nor does a face that hangs over the master's rim.
+    On curved surfaces projections shift tangentially by a share of the facet that vanishes with (r/R)^2;
+    `NESTED_TOLERANCE` of a facet's size is tolerated. A triangle's weights are exact to degree three, so it does not
+    count as nested in a quadrilateral, whose functions are of degree four. Nor does a face that overhangs the master's
+    rim.
 
     Parameters
     ----------
     near : int array
-        Pairs that count as near the contact.
+        Pairs near the contact.
     """
     near_node = np.zeros(len(slave.points), bool)
     near_node[pairing.nodes_at(near)] = True
@@ -338,7 +339,7 @@ def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: In
         faces = np.flatnonzero(near_node[slave.facets].any(axis=1) & paired[slave.facets].all(axis=1))
     if len(faces) == 0:
         return False
-    # one face that is not nested will do
+    # one face that is not nested suffices
     return all(_nested(slave, master, pairing, part) for part in (faces[:FEW], faces[FEW:]) if len(part))
 
 

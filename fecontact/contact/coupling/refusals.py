@@ -11,24 +11,24 @@ from fecontact.contact.interface import Interface
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 from fecontact.surfaces.nodal_weights import contact_weights
 
-#: Share of the faces that have to lie over the other body: less is what rounding and the chords of curved sides make of
-#: bodies that meet on a line.
+#: Least share of the faces that lies over the other body: less is due to rounding and chords of curved sides on bodies
+#: that meet on a line.
 LEAST_SHARE = 1e-3
 
 
 def check_faced(interface: Interface, first: bool = True) -> None:
-    """Refuse a contact of which no part faces the other body, or where other parts would touch before.
+    """Refuse a contact of which no part faces the other body, or where excluded parts would touch first.
 
     Parameters
     ----------
     interface : Interface
     first : bool
-        Whether the sides are paired for the first time, so that nodal forces have not looked at the normals before.
+        Whether this is the first pairing of the sides, before normals were checked.
 
     Raises
     ------
     InputError
-        With the angle between the normals, or the share of the faces that lies over the other body.
+        Gives the angle between the normals, or the share of the faces that lies over the other body.
     """
     surface, pairing = interface.slave_surface, interface.pairing
     empty = len(pairing.nodes) == 0
@@ -42,11 +42,11 @@ def check_faced(interface: Interface, first: bool = True) -> None:
         raise InputError(
             f"The surfaces {one} and {other} do not face each other: {nearest}their outward normals are "
             f"{found.angle:.0f} degrees apart; expected about 180. Check the poses, and name as contact the boundaries "
-            "that look at each other."
+            "that face each other."
         )
     if empty and found.facing == np.inf:
         raise InputError(
-            f"The surfaces {one} and {other} do not face each other: no point of the one has its foot on the other. "
+            f"The surfaces {one} and {other} do not face each other: no point of the one projects on the other. "
             "Check the poses and which boundaries are named."
         )
     share = 0.0 if empty else _covered_share(interface, surface)
@@ -54,12 +54,12 @@ def check_faced(interface: Interface, first: bool = True) -> None:
         raise InputError(
             f"The surfaces {one} and {other} meet on a line, a point or a sliver only: the area in which they face "
             f"each other is {pairing.weights.sum():.3g}, {share:.1e} of the faces there; expected "
-            f"{LEAST_SHARE:g} or more. Check the poses and which boundaries are named, or cut finer faces there."
+            f"{LEAST_SHARE:g} or more. Check the poses and which boundaries are named, or refine the faces there."
         )
 
 
 def _covered_share(interface: Interface, surface: FacetSurface) -> float:
-    """Area of overlap relative to that of the slave's faces there, or of the whole master if that is less."""
+    """Area of overlap over that of the slave's faces there, or of the whole master if that is less."""
     pairing = interface.pairing
     if surface.cell_area is not None:
         return 1.0
@@ -72,7 +72,7 @@ def _covered_share(interface: Interface, surface: FacetSurface) -> float:
 
 
 def _averted(interface: Interface, surface: FacetSurface) -> Averted:
-    """Of the slave's nodes, whatever the coupling."""
+    """`Averted` of the slave's nodes, for any coupling."""
     near, relative = interface.region, interface.slave.pose.relative_to(interface.master.pose)
     nodes = surface.nodes if near is None else np.flatnonzero(near.nodes)
     points = surface.points[nodes] @ relative.rotation.T + relative.translation

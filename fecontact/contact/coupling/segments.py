@@ -1,9 +1,9 @@
-"""Overlap of facets of two surfaces: pieces in which one slave facet meets one master facet, and rules on them.
+"""Segments of two surfaces, in which one slave facet meets one master facet, and quadrature on them.
 
-Pieces are cut in the plane of the slave facet (`contact.coupling.tangent_plane`): the master facet's outline is carried
-there and clipped to the convex outlines of the sub-faces on which the slave's hats are smooth (Sutherland & Hodgman
-1974), so that pieces tile what both surfaces cover, no more. They are cut into triangles, each with a rule whose degree
-follows the taper of both facets over it.
+Segments are found in the plane of the slave facet (`contact.coupling.tangent_plane`): the master facet's outline is
+mapped there and clipped to the convex outlines of the sub-faces on which the slave's multipliers are smooth (Sutherland
+& Hodgman 1974), so that segments tile the common area of both surfaces. They are divided into triangles, each with a
+rule whose degree follows the taper of both facets over it.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.line_of_action import FACING, SLACK, meet
 from fecontact.surfaces.normals import normals_of
 
-#: Difference of unit normals that is rounding.
+#: Difference of unit normals that counts as rounding.
 PARALLEL = 1e-14
 
 
 def segment_samples(
     slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, share: float
 ) -> tuple[IntArray, Array, Array, IntArray]:
-    """Quadrature over the pieces of overlap of pairs of facets.
+    """Quadrature over the segments of pairs of facets.
 
     Parameters
     ----------
     slave, master : FacetSurface
-        In the same axes.
+        Both surfaces in the same axes.
     f, m : (n_pairs,) int arrays
         Facets of the slave and of the master.
     share : float
-        Weight of the slave's normal in the lines along which one is seen from the other.
+        Weight of the slave's normal in the lines of action.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def segment_samples(
 def _degrees(
     slave: FacetSurface, plane_map: TangentPlaneMap, f: IntArray, below: TangentPlaneMap, m: IntArray, triangle: Array
 ) -> IntArray:
-    """Degrees of quadrature (n,) that serve both sides on triangles (n, 3, 2) in the planes of slave facets f (n,)."""
+    """Degrees of quadrature (n,) for both sides on triangles (n, 3, 2) in the planes of slave facets f (n,)."""
     departure = np.maximum(plane_map.departure[f], below.departure[m])
     degree = degrees(plane_map, f, triangle, departure)
     bent = np.flatnonzero(below.taper[m] > 0)
@@ -94,12 +94,12 @@ def _outlines(
 ) -> Array:
     """Outlines (n_pairs, 4 | 8, 2) of master facets in the planes of slave facets, counter-clockwise or not.
 
-    A triangle's outline repeats its last corner, where its sides of no length lie.
+    A triangle's outline repeats its last corner, for its sides of zero length.
 
-    Every vertex has one image in a slave facet's chart, so neighbouring master facets keep their common sides and tile
-    the slave facet. It is where the vertex's line of action meets the slave facet, the same line as from the slave's
-    point there (`surfaces.line_of_action`); where there is none within the continued facet short of its fold, it is the
-    same on the tangent plane at its centre. On a flat facet below a parallel one both are the projection.
+    Every vertex has one image in the plane of a slave facet, so neighbouring master facets keep their common sides and
+    tile the slave facet. The image is the intersection of the vertex's line of action (`surfaces.line_of_action`) with
+    the slave facet; where there is none within the extended facet before its fold, the intersection with the tangent
+    plane at its centre. For parallel flat facets both are the projection.
     """
     corners = master.facets[m][:, :4]
     ring = corners
@@ -126,7 +126,7 @@ def _outlines(
 
 
 def clip(polygons: Array, windows: Array) -> tuple[Array, IntArray]:
-    """Clip polygons to convex windows, all at once (Sutherland & Hodgman 1974).
+    """Clip polygons to convex windows, in batch (Sutherland & Hodgman 1974).
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def clip(polygons: Array, windows: Array) -> tuple[Array, IntArray]:
 
 
 def _clip_side(polygons: Array, count: IntArray, start: Array, along: Array) -> tuple[Array, IntArray]:
-    """Keep what lies to the left of lines through `start` (n, 2) along `along` (n, 2)."""
+    """Parts of polygons to the left of lines through `start` (n, 2) along `along` (n, 2)."""
     n, m, _ = polygons.shape
     column = np.arange(m)[None, :]
     valid = column < count[:, None]

@@ -1,10 +1,10 @@
-"""Charts: the plane of a quadrilateral facet, in which straight sides are straight.
+"""Maps of quadrilateral facets to a plane in which straight sides are straight.
 
-Pieces of overlap of two facets are polygons in a plane, not in a facet's own coordinates: there a straight line across
-a kite is curved. A chart carries a facet's coordinates to a plane by the bilinear map through the four corners' images
-on the tangent plane at the facet's centre, and back in closed form (P. S. Heckbert, Fundamentals of texture mapping and
-image warping, 1989, ch. 2). For a flat facet with straight sides that is its own map. On a parallelogram or triangle it
-is the identity; on a curved facet it is one to one, so that what tiles the chart tiles the facet.
+Segments of two facets are polygons in a plane but not in a facet's coordinates, in which a straight line across a kite
+is curved. The coordinates are mapped to a plane by the bilinear map through the four corners' images on the tangent
+plane at the facet's centre; the inverse is in closed form (P. S. Heckbert, Fundamentals of texture mapping and image
+warping, 1989, ch. 2). For a flat facet with straight sides this is the facet's own map. On a parallelogram or triangle
+it is the identity; on a curved facet it is one to one, so that segments that tile the plane's image tile the facet.
 """
 
 from __future__ import annotations
@@ -18,19 +18,18 @@ from fecontact.contact.coupling.mortar_basis import ORDER
 from fecontact.mesh.facets import facet_centres, facet_nodes, facet_shapes
 from fecontact.surfaces.facet_surface import FacetSurface
 
-#: Degrees of quadrature that are worth a rule of their own; the last is that of 19 on quarters of triangles, worth 30
-#: where the fold is near.
+#: Available degrees of quadrature; the last is the rule of 19 on quarters of triangles, equivalent to 30 near the fold.
 DEGREES = (ORDER, 8, 10, 12, 14, 17, 19, 30)
-#: Bounds of the error of these rules over tau^n, above all found on 6000 random triangles in 300 random convex
-#: quadrilaterals with tau above 0.02.
+#: Bounds of the error of these rules over tau^n, from 6000 random triangles in 300 random convex quadrilaterals with
+#: tau above 0.02.
 LEADS = (10.0, 30.0, 7.0, 7.0, 0.6, 0.6, 0.01, 0.003)
-#: Relative error of integrals over flat facets that degrees are chosen for.
+#: Relative error of integrals over flat facets by which degrees are chosen.
 EXACT = 1e-13
 #: Change of a facet's Jacobian from centre to corners, relative to that at the centre, below which it is affine.
 AFFINE = 1e-12
-#: Departure of a facet from a flat one with straight sides that is rounding.
+#: Deviation of a facet from a flat one with straight sides that counts as rounding.
 FLAT = 1e-13
-#: Jacobian relative to that at the centre that a chart has to exceed: below it lies its fold.
+#: Least Jacobian of a map relative to that at the centre: below it the map is near its fold.
 FOLD = 0.05
 
 
@@ -41,18 +40,18 @@ class TangentPlaneMap:
     Attributes
     ----------
     middle : (n_facets, 2) array
-        Coordinates of the facet's centre, in the facet and in the plane.
+        Coordinates of the facet's centre in the facet and in the plane.
     origin : (n_facets, 3) array
         The facet's centre.
     inverse : (n_facets, 2, 3) array
-        From directions to the plane's coordinates.
+        Matrices from directions to the plane's coordinates.
     centre, along_s, along_t, twist : (n_facets, 2) arrays
     taper : (n_facets,) array
         Largest change of the Jacobian from centre to a corner, relative to that at the centre; zero where affine.
     departure : (n_facets,) array
         Largest distance of a node from the flat facet with straight sides, relative to the facet's size.
     flat : (n_facets,) bool array
-        Where the chart is the facet's own map, but for rounding.
+        Mask of facets whose own map this is, to rounding.
     """
 
     middle: Array
@@ -92,7 +91,7 @@ class TangentPlaneMap:
             p, q = whole - twisted, whole + twisted
             s, t = cross(r, b), cross(a, r)
             root = np.sqrt(np.maximum(p**2 + 4 * cross(a, d) * s, 0.0))
-            # beyond the fold a sum may be zero: such points lie far outside the facet
+            # beyond the fold the sum may be zero: such points are far outside the facet
             least = np.finfo(float).eps * np.abs(whole)
             local[bent] = 0.5 + 2 * np.stack([s / np.maximum(p + root, least), t / np.maximum(q + root, least)], axis=1)
             jacobian[bent] = root
@@ -115,7 +114,7 @@ def cross(u: Array, v: Array) -> Array:
 
 
 def tangent_plane_maps(surface: FacetSurface) -> TangentPlaneMap:
-    """Charts of all facets, worked out once; the identity where a facet is affine or has no convex image."""
+    """Maps of all facets, cached; the identity where a facet is affine or has no convex image."""
     return surface.once(_tangent_plane_maps)
 
 
@@ -139,7 +138,7 @@ def _tangent_plane_maps(surface: FacetSurface) -> TangentPlaneMap:
 
 
 def _departure(surface: FacetSurface, tangents: Array) -> Array:
-    """Distance (n_facets,) of nodes from the flat facets with straight sides through the corners, over their size."""
+    """Distance (n_facets,) of nodes from flat facets with straight sides through the corners, over their size."""
     k = surface.facets.shape[1]
     straight = np.stack([facet_shapes(4, np.full(k, kind), facet_nodes(k, kind))[0] for kind in (False, True)])
     nodes = surface.points[surface.facets]
@@ -153,8 +152,9 @@ def _departure(surface: FacetSurface, tangents: Array) -> Array:
 def degrees(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array, departure: Array) -> IntArray:
     """Degrees of quadrature (n,) for triangles (n, 3, 2) in the planes of facets (n,).
 
-    A rule of degree n errs by a `LEADS` of tau^n of the triangle's area (`_nearness`). That is brought below `EXACT` of
-    the facet's area on flat facets, and below the `departure` (n,) from them, an error in any case, on others.
+    The error of a rule of degree n is `LEADS` tau^n times the triangle's area (`_nearness`). It is kept below `EXACT`
+    times the facet's area on flat facets, and below the `departure` (n,) from flatness, which is an error anyway, on
+    others.
     """
     degree = np.full(len(facet), ORDER)
     bent = np.flatnonzero(plane_map.taper[facet] > 0)
@@ -171,7 +171,7 @@ def degrees(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array, depart
 
 
 def _nearness(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array) -> Array:
-    """How near the fold is to triangles (n, 3, 2) in the planes of facets (n,): 0 infinitely far, 1 on them.
+    """Nearness of the fold to triangles (n, 3, 2) in the planes of facets (n,): 0 infinitely far, 1 on them.
 
     Polynomials in the facet's coordinates have a branch point where the Jacobian J is zero. J^2 is a quadratic
     polynomial of the plane's coordinates. With its roots z along a side -1 <= z <= 1, a rule's error falls as rho^-n,
@@ -184,7 +184,7 @@ def _nearness(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array) -> A
     slope, bend = (end - start) / 2, (end + start) / 2 - middle
     # one over the root nearest to the middle; stable where J^2 is nearly linear or constant
     root = np.abs(slope) + np.sqrt((slope**2 - 4 * middle * bend).astype(complex))
-    # a side whose middle is on the fold is as near to it as can be
+    # a side whose middle is on the fold has nearness 1
     off = middle > np.finfo(float).eps * np.abs(root)
     inverse = np.divide(root, 2 * middle, out=np.ones_like(root), where=off)
     return np.asarray(np.where(off, np.abs(inverse / (1 + np.sqrt(1 - inverse**2))), 1.0).max(axis=1))

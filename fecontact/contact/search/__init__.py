@@ -1,1 +1,1 @@
-"""Which parts of two surfaces may touch: search regions, bounds, candidates."""
+"""Contact search: regions that may touch, bounds, candidates."""

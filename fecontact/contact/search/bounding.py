@@ -1,8 +1,8 @@
-"""What is known of a surface's facets without a search: hulls, parts, cones of normals, and bounds of displacements.
+"""Bounds of a surface's facets: balls and hulls, parts, cones of normals, bounds of displacements.
 
-A part is a quarter of a quadratic facet, on which its hats are bilinear, or else a whole facet. Bernstein coefficients
-bound what lies between nodes: displacements by their largest, and the cone by those of x_s x x_t, a polynomial of
-degree three, and of the normals interpolated between nodes (`surfaces.normals`).
+A part is a quarter of a quadratic facet, on which its multipliers are bilinear, or else a whole facet. Bernstein
+coefficients bound values between nodes: displacements by the largest coefficient, the cone by those of x_s x x_t, a
+polynomial of degree three, and of the normals interpolated between nodes (`surfaces.normals`).
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ BULGE = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """What is known of all facets of a surface without a search, in the surface's axes.
+    """Bounds of all facets of a surface, in the surface's axes.
 
     A facet is x = L + sum N_a d_a, L interpolating its corners linearly and d_a the offsets of the other nodes from L,
-    so that it lies no further than `bulge` = `BULGE` max |d_a| from the hull of its corners.
+    so that it lies within `bulge` = `BULGE` max |d_a| of the hull of its corners.
 
     Attributes
     ----------
     corners : (n, 4, 3) array
     centre, normal : (n, 3) arrays
-        Of the facet's middle.
+        Centre of the facet.
     bulge : (n,) array
     radius : (n,) array
-        Of a ball round the centre that holds the facet.
+        Radius of a ball round the centre that contains the facet.
     trees : tuple of (IntArray, float, cKDTree)
         Facets of similar radius, the largest radius among them, and their centres.
     all_centres, nodes : cKDTree
@@ -57,7 +57,7 @@ class Bounds:
 
 
 def bounds_of(surface: FacetSurface) -> Bounds:
-    """Bounds of a surface, worked out once."""
+    """Bounds of a surface, cached."""
     return surface.once(_bounds)
 
 
@@ -85,16 +85,16 @@ def _bounds(surface: FacetSurface) -> Bounds:
 
 @dataclass(frozen=True, eq=False)
 class FacetParts:
-    """A surface cut into parts.
+    """A surface divided into parts.
 
     Attributes
     ----------
     surface : FacetSurface
-        With the parts as facets.
+        The surface with the parts as facets.
     owner : (n_parts,) int array
-        Facet that a part belongs to.
+        Facet of each part.
     columns : (n_parts, k) bool array
-        Nodes of that facet whose hats live on the part.
+        Nodes of that facet whose multipliers are nonzero on the part.
     """
 
     surface: FacetSurface
@@ -103,7 +103,7 @@ class FacetParts:
 
 
 def parts_of(surface: FacetSurface) -> FacetParts:
-    """Quarters of quadratic quadrilaterals; whole facets where there are others. Worked out once."""
+    """Quarters of quadratic quadrilaterals, whole facets of other kinds; cached."""
     return surface.once(_parts)
 
 
@@ -122,25 +122,25 @@ def _parts(surface: FacetSurface) -> FacetParts:
 
 @dataclass(frozen=True, eq=False)
 class Cones:
-    """Cones that hold the normals of each facet, its own and interpolated ones, and of its neighbours.
+    """Cones that contain the normals of each facet, its own and interpolated ones, and of its neighbours.
 
     Attributes
     ----------
     axis : (n, 3) array
     angle : (n,) array
-        Half of the whole.
+        Half angles.
     """
 
     axis: Array
     angle: Array
 
     def chosen(self, rows: IntArray) -> Cones:
-        """Some of the cones."""
+        """A subset of the cones."""
         return Cones(self.axis[rows], self.angle[rows])
 
 
 def cones_of(surface: FacetSurface) -> Cones:
-    """Cones of normals, worked out once."""
+    """Cones of normals, cached."""
     return surface.once(_cones)
 
 
@@ -180,9 +180,9 @@ def _cones(surface: FacetSurface) -> Cones:
 
 @cache
 def lebesgue(n_columns: int) -> float:
-    """Upper bound of sum |N_a| over a facet: 1 bilinear, 25/16 on nine nodes, 3 on eight; triangles less than these.
+    """Upper bound of sum |N_a| over a facet: 1 bilinear, 25/16 on nine nodes, 3 on eight; less on triangles.
 
-    Six- and seven-node triangles reach 5/3 and less than 2; facets of nine columns may be such.
+    Six-node triangles have 5/3, seven-node triangles less than 2; facets of nine columns may be triangles.
     """
     return {4: 1.0, 8: 3.0, 9: 2.0}[n_columns]
 

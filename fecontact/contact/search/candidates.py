@@ -1,7 +1,7 @@
-"""Which pairs are worth condensing: those that may touch, judged from the gap before anything is solved.
+"""Candidate pairs: those that may touch, estimated from the gap before a solve.
 
-Only candidates cost anything, so there should be few; a pair that is left out and would penetrate is found by the
-certificate afterwards and taken in, so the choice decides the time and never the answer.
+The cost grows with the candidates, so there should be few. A missing pair that penetrates is found by the certificate
+and added, so the choice affects the time but not the solution.
 """
 
 from __future__ import annotations
@@ -11,29 +11,29 @@ from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array
 
-#: Share of the estimated rigid overlap within which pairs are candidates. A Hertz contact ends at one half.
+#: Share of the estimated rigid overlap within which pairs are candidates; one half for a Hertz contact.
 MARGIN = 0.72
-#: A contact has at least this many candidates, enough to stand on.
+#: Least number of candidates of a contact.
 FEWEST = 12
 
 
 def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thickness: float | None = None) -> float:
-    """Rigid approach at which the overlap of the undeformed surfaces would carry a force, by a scale estimate.
+    """Estimate of the rigid approach at which the overlap of the undeformed surfaces carries a force.
 
-    The overlap of volume V and area A at approach d is taken to carry about E* V / sqrt(A). For a paraboloid, where
-    V = pi R d^2 and A = 2 pi R d, that is 0.94 of the elastic answer; for other shapes it is a scale. In a plane the
-    width A / t of the overlap takes the place of sqrt(A).
+    An overlap of volume V and area A is taken to carry about E* V / sqrt(A). For a paraboloid, where V = pi R d^2 and
+    A = 2 pi R d at approach d, that is 0.94 of the elastic force; for other shapes it is an order of magnitude. In a
+    plane the width A / t of the overlap replaces sqrt(A).
 
     Parameters
     ----------
     gap : (n,) array
-        Gaps, the smallest of which is zero.
+        Gaps; the smallest is zero.
     area : (n,) array
     modulus : float
         Contact modulus E*.
     force : float
     thickness : float, optional
-        t of a plane problem.
+        Thickness t of a plane problem.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thi
 
 
 def choose(gap: Array, approach: float) -> NDArray[np.int64]:
-    """Numbers of the pairs whose gap above the smallest is within `MARGIN` of an approach, at least `FEWEST`."""
+    """Pairs whose gap above the smallest is within `MARGIN` times an approach, at least `FEWEST`."""
     order = np.argsort(gap, kind="stable")
     above = gap[order] - gap[order[0]]
     n = int(np.searchsorted(above, MARGIN * approach, side="right"))
@@ -66,13 +66,13 @@ def choose(gap: Array, approach: float) -> NDArray[np.int64]:
 
 
 def grow(chosen: NDArray[np.int64], gap: Array, penetrating: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Take in the penetrating pairs and all others with no larger initial gap than half as much again."""
+    """Candidates plus the penetrating pairs and all others up to 1.5 times their initial gap."""
     limit = gap[penetrating].max() - gap.min()
     return np.union1d(chosen, np.flatnonzero(gap - gap.min() <= 1.5 * limit))
 
 
 def widen(chosen: NDArray[np.int64], gap: Array) -> NDArray[np.int64]:
-    """Take in pairs up to twice the gap above the smallest, and at least as many again.
+    """Candidates plus pairs up to twice the gap above the smallest, at least twice as many in all.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Which facets of two surfaces may touch, judged from rough gaps before anything is paired, and how far they move.
+"""Search radius of a contact, and facets in which near parts can be paired.
 
 A rough gap is the offset of a facet's centre from the nearest facet of the other surface along that one's normal. It
 serves to condense models onto enough nodes at once; what it misses is found when the surfaces are paired.
@@ -20,16 +20,16 @@ from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 
 @dataclass(frozen=True, eq=False)
 class SearchRadius:
-    """Up to where the surfaces of a contact are paired.
+    """Search radius of a contact.
 
     Attributes
     ----------
     distance : float
-        Up to which points are paired to tell how the faces are to be coupled, whatever the drift.
+        Radius within which points are paired to choose the coupling, without the predicted motion.
     elastic : float
-        Displacement of both sides together beyond the drift, for which mortar coupling is done.
+        Displacement of both sides together beyond the predicted motion, for mortar coupling.
     increment : RigidIncrement, optional
-        Rigid motion of the one side seen from the other that is expected, in world axes; None if nothing is known.
+        Predicted rigid motion of one side relative to the other, in world axes; None if unknown.
     """
 
     distance: float
@@ -37,13 +37,13 @@ class SearchRadius:
     increment: RigidIncrement | None = None
 
     def turned_over(self) -> SearchRadius:
-        """The same with the sides of the contact swapped."""
+        """The same with swapped sides of the contact."""
         if self.increment is None:
             return self
         return replace(self, increment=RigidIncrement(-self.increment.shift, -self.increment.turn))
 
     def increment_in(self, pose: Pose) -> RigidIncrement:
-        """The drift in the axes of a body."""
+        """The predicted motion in the axes of a body."""
         assert self.increment is not None
         return in_axes(self.increment, pose)
 
@@ -58,6 +58,6 @@ def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurf
 
 
 def in_axes(increment: RigidIncrement, pose: Pose) -> RigidIncrement:
-    """A drift in world axes, in those of a body."""
+    """A rigid increment in world axes, transformed to those of a body."""
     R, t = pose.rotation, pose.translation
     return RigidIncrement((increment.shift + np.cross(increment.turn, t)) @ R, increment.turn @ R)

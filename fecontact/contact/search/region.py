@@ -1,15 +1,14 @@
-"""Which parts of two surfaces can come into touch, by lower bounds of their distance and of how it changes.
+"""Parts of two surfaces that can come into contact, by lower bounds of their distance and of its change.
 
-Parts and bounds are those of `contact.search.bounding`. Why a part that is left out cannot touch: let d be a lower
-bound of its distance from a facet of the master, r the rigid motion of the slave seen from the master, and e, f the
-largest elastic displacements of part and facet. A gap g along a line of action n changes by n . r(x) + n . (e - f), as
-the master's rotation moves foot and point by the same along n. The line lies between both normals
-(`surfaces.line_of_action`), n = v / |v| with v a mean of n1 and n2, of whatever weights. With the normals of each in
-a cone round an axis, n_i . r is no less than b_i = |r| cos(angle to the axis + half angle of the cone), and v . r no
-less than the smaller b. Where that is negative, |v| < 1 makes it worse: |v| >= cos(half the angle between n1 and n2),
-which is no more than the cones allow, nor than lines between normals are taken for. So if d + min n . r - e - f > 0 for
-all facets of the master, no linearised gap of the part closes. Parts that start inside are paired whatever their
-distance.
+Parts and bounds are those of `contact.search.bounding`. Proof that an omitted part cannot touch: let d be a lower bound
+of its distance from a facet of the master, r the rigid motion of the slave relative to the master, and e, f the largest
+elastic displacements of part and facet. A gap g along a line of action n changes by n . r(x) + n . (e - f), as the
+master's rotation moves point and closest point equally along n. The line lies between both normals
+(`surfaces.line_of_action`), n = v / |v| with v a weighted mean of n1 and n2. With the normals of each in a cone round
+an axis, n_i . r is no less than b_i = |r| cos(angle to the axis + half angle of the cone), and v . r no less than the
+smaller b. Where that is negative, division by |v| < 1 lowers it: |v| >= cos(half the angle between n1 and n2), with the
+angle bounded by the cones and by the limit for lines between normals. So if d + min n . r - e - f > 0 for all facets of
+the master, no linearised gap of the part closes. Parts that start inside are always paired.
 """
 
 from __future__ import annotations
@@ -24,14 +23,14 @@ from fecontact.contact.search.bounding import Bounds, Cones, bounds_of, cones_of
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.line_of_action import FACING
 
-#: Rings of facets round those within reach that are paired with them, so that a hat within reach is whole and a sliver
-#: at a rim finds the hat that it joins.
+#: Rings of facets paired round those within the search radius, so that multipliers there are complete and a sliver at a
+#: rim finds the multiplier that it joins.
 RINGS = 2
 
 
 @dataclass(frozen=True, eq=False)
 class RigidIncrement:
-    """Small rigid motion x -> shift + turn x x (vectors (3,)) of a slave seen from its master, in the master's axes."""
+    """Small rigid motion x -> shift + turn x x (vectors (3,)) of a slave relative to its master, in its axes."""
 
     shift: Array
     turn: Array
@@ -46,18 +45,18 @@ STILL = RigidIncrement(np.zeros(3), np.zeros(3))
 
 @dataclass(frozen=True, eq=False)
 class SearchRegion:
-    """Parts of two surfaces that are paired.
+    """Paired parts of two surfaces.
 
     Attributes
     ----------
     facets : (n_slave_facets,) bool array
-        Slave facets that are paired.
+        Paired slave facets.
     nodes : (n_slave_nodes,) bool array
-        Nodes whose hats or forces are: those of parts within reach, and of rings round them at the master's rim.
+        Paired nodes: those of parts within the radius, and of rings round them at the master's rim.
     opposite : (n_master_facets,) bool array
-        Master facets that hold the nearest point of any point of the slave facets.
+        Master facets that contain the closest point of any point of the slave facets.
     within : (n_slave_parts,) bool array
-        Parts that may come into touch as far as the reach tells; all others are left out.
+        Parts that may come into contact within the radius; all others are omitted.
     """
 
     facets: Mask
@@ -74,17 +73,17 @@ def search_region(
     search_radius: float,
     increment: RigidIncrement = STILL,
 ) -> SearchRegion:
-    """Parts of two surfaces whose distance, after a rigid motion, may be less than a reach.
+    """Parts of two surfaces whose distance, after a rigid motion, may be less than a search radius.
 
     Parameters
     ----------
     slave, master : FacetSurface
     rotation, translation
-        Pose of the slave's axes seen from the master's.
+        Pose of the slave's axes in the master's.
     search_radius : float
-        Displacement of both surfaces together that is allowed for beyond the drift.
+        Search radius: displacement of both surfaces together beyond the predicted motion.
     increment : RigidIncrement, optional
-        Rigid motion that is expected.
+        Predicted rigid motion.
 
     Returns
     -------
@@ -104,7 +103,8 @@ def search_region(
     facets: Mask = np.asarray(nodes[slave.facets].any(axis=1))
     rim = _at_rim(slave, master, facets, rotation, translation)
     if rim.any():
-        # a hat that keeps a sliver of its area at a rim joins the nearest fuller one, which has to be there
+        # a multiplier with a sliver of its area at a rim joins the nearest one with a larger share, which must be
+        # included
         around = with_rings(slave, rim, RINGS)
         facets = facets | around
         nodes[slave.facets[around]] = True
@@ -113,7 +113,7 @@ def search_region(
 
 
 def _at_rim(slave: FacetSurface, master: FacetSurface, facets: Mask, rotation: Array, translation: Array) -> Mask:
-    """Which of the chosen slave facets reach the outermost facets of the master."""
+    """Mask of chosen slave facets that reach the outermost facets of the master."""
     nodes = np.unique(slave.facets[facets])
     out = np.zeros(len(slave.points), bool)
     if len(nodes):
@@ -132,7 +132,7 @@ def find_missed(
     increment: RigidIncrement,
     elastic: tuple[Array, Array],
 ) -> tuple[bool, float]:
-    """Whether a part that was left out can have come into touch, and the reach that suits the displacements.
+    """Whether an omitted part can have touched, and the radius needed for these displacements.
 
     Parameters
     ----------
@@ -140,9 +140,9 @@ def find_missed(
     slave, master, rotation, translation
         As in `search_region`.
     increment : RigidIncrement
-        Rigid motion of the slave seen from the master.
+        Rigid motion of the slave relative to the master.
     elastic : (n_slave_parts,) and (n_master_facets,) arrays
-        Upper bounds of the displacements besides, see `part_displacements`.
+        Upper bounds of the elastic displacements, see `part_displacements`.
     """
     parts = parts_of(slave)
     own, other = bounds_of(parts.surface), bounds_of(master)
@@ -174,14 +174,14 @@ def least_along_lines(motion: Array, one: Cones, other: Cones) -> Array:
 
 
 def _angle(axis: Array, vector: Array, size: Array) -> Array:
-    """Angles (n,) between unit vectors (n, 3) and vectors (n, 3) of given size; right ones where that is zero."""
+    """Angles (n,) between unit vectors (n, 3) and vectors (n, 3) of given size; pi/2 where that is zero."""
     along = np.einsum("ni,ni->n", axis, vector)
     cosine = np.divide(along, size, out=np.zeros_like(size), where=size > 0)
     return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 class _Place:
-    """Parts of a slave in the master's axes, and how they drift."""
+    """Parts of a slave in the master's axes, with their predicted motion."""
 
     def __init__(
         self, own: Bounds, other: Bounds, rotation: Array, translation: Array, increment: RigidIncrement
@@ -193,16 +193,17 @@ class _Place:
         offset = self.centre - other.centre[nearest]
         self.inside = np.einsum("ni,ni->n", offset, other.normal[nearest]) < 0
         self.increment = increment.at(self.centre)
-        #: how much the drift differs over a part from that at its centre, and its largest size there
+        #: largest deviation of the predicted motion over a part from that at its centre, and its largest magnitude
+        #: there
         self.spread = float(np.linalg.norm(increment.turn)) * own.radius
         self.motion = np.linalg.norm(self.increment, axis=1) + self.spread
 
     def pairs(self, chosen: IntArray, radius: Array, cones: tuple[Cones, Cones]) -> tuple[IntArray, IntArray, Array]:
-        """Chosen parts and facets of the master no further apart than `radius` (n_chosen,), and what is left of that.
+        """Pairs of chosen parts and master facets within `radius` (n_chosen,), and their remaining distance.
 
-        That is a lower bound of their distance and what the drift does to it. Two facets are apart by no less than
-        their balls are, nor than their hulls along either normal or the line of their centres. Where a part may be
-        inside at the start, nothing is left: minus infinity. `cones` are those of all parts and of all facets.
+        The latter is a lower bound of their distance after the predicted motion. The distance of two facets is at least
+        that of their balls, and that of their hulls along either normal or the line of their centres. It is minus
+        infinity where a part may be inside at the start. `cones` are those of all parts and of all facets.
         """
         own, other, centre = self.own, self.other, self.centre
         found = []
@@ -215,7 +216,7 @@ class _Place:
         return s, m, np.where(apart > 0, apart + closing - self.spread[s], -np.inf)
 
     def opposite(self, chosen: Mask) -> Mask:
-        """Facets of the master (n_facets,) that may hold the nearest point of any point of chosen parts (n_parts,)."""
+        """Mask of master facets (n_facets,) that may contain the closest point of points of chosen parts."""
         centre, radius = self.centre[chosen], self.own.radius[chosen]
         farthest = self.to_node[chosen] + 2 * radius
         out = np.zeros(len(self.other.centre), bool)
@@ -240,7 +241,7 @@ class _Place:
 
 
 def flattened(lists: NDArray[np.object_]) -> tuple[IntArray, IntArray]:
-    """Lists of numbers as two arrays: which list, and the number."""
+    """Lists of numbers as two arrays: number of the list, and entry."""
     count = np.fromiter(map(len, lists), dtype=np.int64, count=len(lists))
     if not count.sum():
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -248,7 +249,7 @@ def flattened(lists: NDArray[np.object_]) -> tuple[IntArray, IntArray]:
 
 
 def with_rings(surface: FacetSurface, chosen: Mask, rings: int) -> Mask:
-    """Facets and so many rings of neighbours round them, each of all facets that share a node."""
+    """Facets and a number of rings of neighbours, each of all facets that share a node."""
     for _ in range(rings):
         touched = np.zeros(len(surface.points), bool)
         touched[surface.facets[chosen]] = True
