@@ -112,15 +112,15 @@ def _world(body: Body | None, point: ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class SpringState:
-    """Force and length of a spring after solution.
+    """Force and length of a spring in a solution.
 
     Attributes
     ----------
     spring : Spring
     tension : float
-        Positive where it pulls.
+        Tension, positive.
     elongation : float
-        Beyond the slack length; tension / stiffness unless slack.
+        Elongation beyond the slack length; tension / stiffness unless slack.
     """
 
     spring: Spring
@@ -157,7 +157,7 @@ class SpringRows:
 
     @property
     def infeasibility_hint(self) -> str:
-        """That ligaments only pull; nothing if there is none."""
+        """Hint that ligaments carry tension only; empty without ligaments."""
         names = ", ".join(repr(s.name) for s in self.springs if s.only_pulls)
         return f"Of the springs {names} only pull, and this motion tightens none of them. " if names else ""
 
@@ -167,7 +167,7 @@ class SpringRows:
         return
 
     def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
-        """States from the forces (n,) of the rows and their gaps (n,) by the bodies' displacements alone, minus e."""
+        """States from the forces (n,) of the rows and their gaps (n,) by the bodies' displacements only, minus e."""
         out = []
         elongation = -self.sign * gaps
         for k, spring in enumerate(self.springs):

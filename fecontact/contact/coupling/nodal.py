@@ -276,7 +276,7 @@ def nodal_pairing(
     translation: Array,
     onto: sp.csr_matrix | None = None,
 ) -> Pairing:
-    """Couple slave nodes (n,) with areas (n,) by themselves, leaving out those whose feet (n) lie beyond the rim.
+    """Pairing of slave nodes (n,) with areas (n,), without those whose projections (n) lie beyond the rim.
 
     `onto` (n_hanging, n_nodes) are the weights by which the surface's hanging nodes follow, if there are any.
     """
