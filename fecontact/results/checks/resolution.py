@@ -164,7 +164,7 @@ def _sagittas(surface: FacetSurface) -> Array:
     if surface.out_of_plane is not None:
         a, b, cosine = _shared_ends(surface)
     else:
-        a, b, cosine = shared_sides(surface.points, surface.facets)
+        a, b, cosine = shared_sides(surface.points, surface.facets, surface.hanging)
         a, b = a // 4, b // 4
     centres = surface.evaluate(np.arange(len(surface.facets)), facet_centres(surface.triangle))[0]
     angle = np.where(cosine >= EDGE, np.arccos(np.clip(cosine, -1.0, 1.0)), 0.0)
