@@ -5,6 +5,9 @@ Other modules use these members instead of the class of a body, so that a new ki
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Self
+
 import numpy as np
 
 from fecontact.bodies.outside import Outside
@@ -110,6 +113,10 @@ class Answers:
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""
         return 0
+
+    def divided(self, marked: Mapping[str, IntArray]) -> Self:
+        """Itself: it has no cells to divide."""
+        return self
 
     def size_lines(self, twin: str = "") -> list[str]:
         """Report lines on the size that the model represents; `twin` names a body of the same model."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 import scipy.linalg
@@ -26,6 +26,7 @@ from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.refine import refined, touching
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 
@@ -289,6 +290,26 @@ class ElasticBody(Placed):
     def _skin(self, points: Array) -> FacetSurface:
         facets = self.mesh.face_nodes(self.mesh.outer_faces)
         return FacetSurface(points, facets, self.name, hanging=self.mesh.hanging)
+
+    def divided(self, marked: Mapping[str, IntArray]) -> Self:
+        """The body on a finer mesh.
+
+        Parameters
+        ----------
+        marked : mapping of str to (n,) int array
+            Facets of its contact surfaces, as `surface` numbers them; every cell that touches one is divided, by which
+            no node of theirs hangs (see `mesh.refine`).
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"bottom": "xyz"})
+        >>> len(body.divided({"top": np.array([0])}).mesh.cells)
+        64
+        """
+        faces = np.concatenate([self.mesh.faces(name)[facets] for name, facets in marked.items()])
+        return replace(self, mesh=refined(self.mesh, touching(self.mesh, faces)))
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of boundaries held in one component only (planes of symmetry) with any of these nodes."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
@@ -154,6 +154,9 @@ class Body(Protocol):
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""
+
+    def divided(self, marked: Mapping[str, IntArray]) -> Self:
+        """The body on a finer mesh: cells at marked facets of its contact surfaces divided; itself if it has none."""
 
     def size_lines(self, twin: str = "") -> list[str]:
         """Report lines on the size that the model represents; `twin` names a body of the same model."""

@@ -2,16 +2,49 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fecontact.bodies.elastic import elastic_among
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.search.candidates import FEWEST, approach_for_load, choose
 
 #: Share of the elastic displacement up to which gaps, after the predicted motion, make first candidates.
 LIKELY = 0.4
+
+
+@dataclass(frozen=True, eq=False)
+class KnownContact:
+    """Where a similar case, such as that on a coarser mesh, was in contact.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Its contact points, in world axes.
+    active : (n,) bool array
+        Which of them carried force.
+    margin : (n,) array
+        How far from an active point the contact may go on.
+    """
+
+    points: Array
+    active: Mask
+    margin: Array
+
+    def candidates(self, interface: Interface) -> IntArray:
+        """Contact points that may touch: those within the margin of the nearest active one."""
+        tree = cKDTree(self.points[self.active])
+        distance, nearest = tree.query(interface.slave.pose.to_world(interface.pairing.slave_points))
+        return np.flatnonzero(distance <= self.margin[self.active][nearest])
+
+    def touching(self, interface: Interface, chosen: IntArray) -> Mask:
+        """Which of the chosen points lie nearest to an active one: a first guess of the contact."""
+        places = interface.slave.pose.to_world(interface.pairing.slave_points[chosen])
+        return self.active[cKDTree(self.points).query(places)[1]]
 
 
 def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:

@@ -44,6 +44,8 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
     )
     lines += [f"Warning:   {text}" for text in warnings]
     lines += [f"Note:      {text}" for text in notes]
+    if result.convergence is not None:
+        lines += [f"  {line}" for line in str(result.convergence).splitlines()]
     stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())
     lines.append(f"Seconds:   {stages}")
     needed = "  ".join(f"{k} {v:.0f}" for k, v in result.memory.items())

@@ -98,6 +98,7 @@ class ContactResult(SolvedScene):
             "memory_mb": dict(self.memory),
             "peak_rss_mb": peak_memory(),
             "saved": model_size(self),
+            **({} if self.convergence is None else {"convergence": self.convergence.as_dict()}),
         }
 
     def __str__(self) -> str:

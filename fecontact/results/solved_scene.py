@@ -19,6 +19,7 @@ from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.convergence import Convergence
 from fecontact.results.resultants import hold_of_body, hold_of_boundary
 from fecontact.solvers import ComplementarityProblem, Residuals, Solution
 
@@ -50,6 +51,10 @@ class SolvedScene:
         How often candidates were chosen.
     originals : sequence of Body
         After a finite motion: the bodies as they were given; `scene` holds them in their final poses.
+    unrefined : sequence of Body
+        Solved to an accuracy: the bodies before their meshes were divided; `scene` holds those of the last division.
+    convergence : Convergence, optional
+        Solved to an accuracy: the steps on the way to it.
     """
 
     scene: SceneModel
@@ -63,6 +68,8 @@ class SolvedScene:
     condensed: CondensedProblem = field(repr=False)
     state: DisplacementState = field(repr=False)
     originals: Sequence[Body] = ()
+    unrefined: Sequence[Body] = ()
+    convergence: Convergence | None = None
 
     @property
     def success(self) -> bool:
@@ -134,7 +141,7 @@ class SolvedScene:
         return out
 
     def _number(self, body: Body) -> int:
-        for bodies in (self.scene.bodies, self.originals):
+        for bodies in (self.scene.bodies, self.originals, self.unrefined):
             for k, b in enumerate(bodies):
                 if b is body:
                     return k
@@ -146,6 +153,10 @@ class SolvedScene:
         k = self._number(body)
         (posed,) = elastic_among([self.scene.bodies[k]])
         return k, posed
+
+    def solved(self, body: Body) -> Body:
+        """The body as it was solved, in its final pose and on its last mesh, to which its fields belong."""
+        return self.scene.bodies[self._number(body)]
 
     def given(self, body: Body) -> Body:
         """The body in the pose in which it was given; `scene` holds it in its final pose after a finite motion."""

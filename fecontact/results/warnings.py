@@ -51,6 +51,16 @@ def large_strains(result: SolvedScene) -> Iterator[str]:
             yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
 
 
+def missed_accuracy(result: SolvedScene) -> Iterator[str]:
+    """An accuracy that was asked for and not reached."""
+    steps = result.convergence
+    if steps is not None and not steps.met:
+        yield (
+            f"The accuracy {steps.accuracy:g} was not reached: the estimate of the pressure's error is "
+            f"{steps.steps[-1].pressure:.2g}. {steps.reason[0].upper()}{steps.reason[1:]}."
+        )
+
+
 def mended(result: SolvedScene) -> Iterator[str]:
     """What readers and surfaces have put right in what they were given."""
     notes = ((body.name, text) for body in result.scene.bodies for text in body.notes)
@@ -66,6 +76,7 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     undeclared_overlaps,
     overlap_left,
     coarse_pressures,
+    missed_accuracy,
 )
 NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, chords)
 

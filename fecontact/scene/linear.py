@@ -13,17 +13,17 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import SolverError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import assemble
 from fecontact.contact.coupling.choose import build_interface, choose_coupling, matrix_free
 from fecontact.contact.equilibrium import check_balance
-from fecontact.contact.first_candidates import _candidates, _first_choice
-from fecontact.contact.interface import UnilateralConstraints
+from fecontact.contact.first_candidates import KnownContact, _candidates, _first_choice
+from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.candidates import grow, widen
+from fecontact.contact.search.candidates import FEWEST, grow, widen
 from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.springs import spring_rows
 from fecontact.results.result import ContactResult, make_result
@@ -44,13 +44,23 @@ def solved(
     search_radii: Sequence[SearchRadius | None] | None,
     settings: Settings,
     timer: Stopwatch,
+    known: Sequence[KnownContact | None] = (),
 ) -> ContactResult:
-    """Solution under sorted loads with the surfaces paired up to the given reaches; None: all of them."""
+    """Solution under sorted loads.
+
+    Parameters
+    ----------
+    model, loading, settings, timer
+    search_radii : sequence of SearchRadius or None
+        Up to where the surfaces of each contact are paired; None: all of them.
+    known : sequence of KnownContact or None, optional
+        What a similar case tells of each contact; it saves time and changes no answer.
+    """
     solver, tolerance, options = settings.solver, settings.tolerance, settings.options
     with timer("pair"):
         interfaces, opening, chosen = prepared(model, loading, search_radii)
         check_balance(interfaces, loading)
-    start: NDArray[np.bool_] | None = None
+        chosen, start = _from_known(interfaces, chosen, known)
     dense = solver not in MATRIX_FREE
     rounds = 0
     while True:
@@ -114,6 +124,21 @@ def prepared(
         opening.append(ligaments.opening_by(loading.frames))
         chosen.append(np.arange(len(ligaments.gap)))
     return conditions, opening, chosen
+
+
+def _from_known(
+    conditions: Sequence[UnilateralConstraints], chosen: list[IntArray], known: Sequence[KnownContact | None]
+) -> tuple[list[IntArray], Mask | None]:
+    """First candidates and their active set as a similar case tells them; as they are where it tells nothing."""
+    if not any(known):
+        return chosen, None
+    start = [np.zeros(len(c), bool) for c in chosen]
+    for k, (condition, tells) in enumerate(zip(conditions, known, strict=False)):
+        if isinstance(condition, Interface) and tells is not None:
+            found = tells.candidates(condition)
+            if len(found) >= FEWEST:
+                chosen[k], start[k] = found, tells.touching(condition, found)
+    return chosen, np.concatenate(start)
 
 
 def _outside(chosen: IntArray, gaps: Array, scale: float) -> NDArray[np.bool_]:

@@ -17,8 +17,8 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.search.region import STILL
 from fecontact.results.result import ContactResult
+from fecontact.scene.carried import KEYED
 from fecontact.scene.linear import solved
-from fecontact.scene.poses import KEYED
 from fecontact.scene.search_radius import check_search_region, first_radius, predict_radius
 from fecontact.scene.settings import Settings
 from fecontact.solvers import TOLERANCE

@@ -56,6 +56,9 @@ class Scene(SceneModel):
         pressures: Mapping[tuple[Body, str], float] | None = None,
         gravity: ArrayLike | None = None,
         finite_motion: bool | str = "auto",
+        accuracy: float | None = None,
+        max_dofs: int | None = None,
+        max_seconds: float | None = None,
         solver: str | CustomSolver = "auto",
         tolerance: float = TOLERANCE,
         search: str = "global",
@@ -86,6 +89,12 @@ class Scene(SceneModel):
             are finite (rotation vectors). False: motions are small and linearised. 'auto': poses are carried along
             where linearised motions would change gaps or lines of action by more than 1e-3 of the approach, until
             they do no more (see `linearisation`).
+        accuracy : float, optional
+            Relative error of the contact pressure (L2) to reach, such as 0.02: meshes of elastic bodies are divided
+            where the pressure needs it, until the estimated error is within it. The fields belong to the divided
+            bodies, `result.solved(body)`; `result.convergence` has the steps. Without it the meshes stay as they are.
+        max_dofs, max_seconds : int and float, optional
+            Limits of the way there. The result is then the best one, and says what stopped it.
         solver : str or callable
             'auto', one of `available_solvers()`, or a function ``solver(problem, **options)`` of the user's own that
             returns the forces and motions (forces, q) of a `solvers.ComplementarityProblem`; see docs/extending.md.
@@ -109,7 +118,8 @@ class Scene(SceneModel):
         """
         return solve_scene(
             self, forces, moments=moments, motions=motions, free=free, pressures=pressures, gravity=gravity,
-            finite_motion=finite_motion, solver=solver, tolerance=tolerance, search=search, **options,
+            finite_motion=finite_motion, accuracy=accuracy, max_dofs=max_dofs, max_seconds=max_seconds,
+            solver=solver, tolerance=tolerance, search=search, **options,
         )  # fmt: skip
 
     def sweep(

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.loads import make_loading
+from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.model import SceneModel
 from fecontact.results.result import ContactResult
+from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.finite_rotation import follow, solve_finite
 from fecontact.scene.linear import solved
-from fecontact.scene.local_search import solve_local
+from fecontact.scene.local_search import solve_local, sorted_case
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings, renamed
 from fecontact.solvers import TOLERANCE, CustomSolver
@@ -30,6 +32,9 @@ def solve_scene(
     pressures: Mapping[tuple[Body, str], float] | None = None,
     gravity: ArrayLike | None = None,
     finite_motion: bool | str = "auto",
+    accuracy: float | None = None,
+    max_dofs: int | None = None,
+    max_seconds: float | None = None,
     solver: str | CustomSolver = "auto",
     tolerance: float = TOLERANCE,
     search: str = "global",
@@ -46,13 +51,24 @@ def solve_scene(
     arguments = {
         **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "search": search, **options,
     }  # fmt: skip
+    if accuracy is not None:
+        given = {**arguments, "finite_motion": finite_motion}
+        return solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
+    if max_dofs is not None or max_seconds is not None:
+        raise InputError("max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.")
+    return _solve_known(model, {**arguments, "finite_motion": finite_motion}, ())
+
+
+def _solve_known(model: SceneModel, given: Mapping[str, Any], known: Sequence[KnownContact | None]) -> ContactResult:
+    """One solution from checked arguments of `Scene.solve`, and what a similar case tells of its contacts."""
+    arguments = dict(given)
+    finite_motion, search = arguments.pop("finite_motion"), arguments["search"]
     timer = Stopwatch()
     if finite_motion is True:
         return solve_finite(model, arguments, timer)
-    loading = make_loading(model.bodies, forces, moments, motions, free, pressures, gravity)
-    result = (
-        solved(model, loading, None, settings, timer)
-        if search == "global"
-        else solve_local(model, loading, settings, timer)
-    )
+    loading, settings = sorted_case(model, {name: v for name, v in arguments.items() if name != "search"})
+    if search == "global":
+        result = solved(model, loading, None, settings, timer, known)
+    else:
+        result = solve_local(model, loading, settings, timer)
     return check_rest(follow(result, arguments, timer) if finite_motion == "auto" else result)

@@ -17,9 +17,10 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
+from fecontact.scene.carried import KEYED
 from fecontact.scene.finite_rotation import follow
 from fecontact.scene.local_search import SearchHistory, solve_local_case
-from fecontact.scene.poses import KEYED, posed_scene
+from fecontact.scene.poses import posed_scene
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings
 from fecontact.scene.solve import solve_scene

@@ -19,6 +19,7 @@ from fecontact.common.text_files import check_writable
 from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.pictures.convergence import draw_convergence
 from fecontact.results.pictures.section_curve import draw_curve
 from fecontact.results.solved_scene import SolvedScene
 
@@ -47,8 +48,8 @@ def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | 
     ----------
     result : SolvedScene
     what : str
-        'pressure' or 'gap' of the contacts; 'von_mises', 'displacement', 'contact_pressure', 'stress_xx', ... on the
-        bodies.
+        'pressure' or 'gap' of the contacts; 'convergence' of a result solved to an accuracy; 'von_mises',
+        'displacement', 'contact_pressure', 'stress_xx', ... on the bodies.
     path : str or Path, optional
         File to write; the suffix decides the format.
     **options
@@ -59,11 +60,13 @@ def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | 
     InputError
         If there is no such field.
     """
+    if what == "convergence":
+        return save_figure(draw_convergence(result.convergence), path)
     if what in FIELDS:
         return plot_contacts(result, what, path, **options)
     from fecontact.results.pictures import bodies as view
 
-    among("field", what, (*FIELDS, *view.FIELDS))
+    among("field", what, (*FIELDS, "convergence", *view.FIELDS))
     return view.view_result(result, what, path, **options)
 
 

@@ -1,0 +1,67 @@
+"""How an answer came to its accuracy: one step for each division of the meshes, speed against error."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Step:
+    """One solution on the way.
+
+    Attributes
+    ----------
+    n_dofs, n_hanging, n_candidates : int
+        Unknowns of all elastic bodies, hanging nodes among them, and candidate contact points.
+    pressure, peak : float
+        Estimated relative errors, the largest of all contacts: of the pressure in L2, and of its peak.
+    max_pressure, area : float
+        Largest pressure, and area of all contacts.
+    seconds : float
+        From the start to the end of this step.
+    """
+
+    n_dofs: int
+    n_hanging: int
+    n_candidates: int
+    pressure: float
+    peak: float
+    max_pressure: float
+    area: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """The steps of `Scene.solve(accuracy=...)`; the last is that of the result.
+
+    Attributes
+    ----------
+    accuracy : float
+        What was asked for: the relative error of the pressure.
+    steps : tuple of Step
+    met : bool
+        Whether the estimate, times the safety of estimates, is within it.
+    reason : str
+        Why the division ended.
+    """
+
+    accuracy: float
+    steps: tuple[Step, ...]
+    met: bool
+    reason: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it, ready for JSON."""
+        return asdict(self)
+
+    def __str__(self) -> str:
+        names = ("dofs", "hanging", "candidates", "pressure", "peak", "max p", "area", "s")
+        head = "{:>9} {:>8} {:>11} {:>9} {:>8} {:>12} {:>12} {:>7}".format(*names)
+        rows = [
+            f"{s.n_dofs:>9} {s.n_hanging:>8} {s.n_candidates:>11} {s.pressure:>9.2%} {s.peak:>8.2%} "
+            f"{s.max_pressure:>12.6g} {s.area:>12.6g} {s.seconds:>7.2f}"
+            for s in self.steps
+        ]
+        return "\n".join([head, *rows, f"Accuracy {self.accuracy:.3g}: {self.reason}"])

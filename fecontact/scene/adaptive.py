@@ -1,0 +1,162 @@
+"""Solve, estimate, divide where the pressure needs it, and again: `Scene.solve(accuracy=...)`.
+
+Bodies that can be divided are (`Body.divided`), with hanging nodes; loads, supports and poses carry over. It ends when
+the estimate, times the safety that estimates were measured to need, is within the accuracy, at a limit, or where the
+error does not fall; then with the best answer and the reason.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fecontact.common.arrays import IntArray
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.contact.first_candidates import KnownContact
+from fecontact.contact.interface import Interface
+from fecontact.contact.model import SceneModel
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.convergence import Convergence, Step
+from fecontact.results.result import ContactResult
+from fecontact.scene.carried import CarriedScene, with_bodies
+from fecontact.scene.marking import facets_opposite, marked_facets
+
+#: What an estimate is multiplied by before it counts as within the accuracy: see docs/error_estimates.md.
+SAFETY = 1.25
+#: Times that the meshes are divided before it is given up, and that the error may fail to fall.
+MOST_DIVISIONS, PATIENCE = 12, 2
+#: Error by which a division must lower the last one to count as progress.
+PROGRESS = 0.9
+#: Share of a face by which a contact may reach beyond its last point when the mesh is divided: a side's middle is half.
+EDGE = 0.6
+#: Growth of the unknowns that the next division is expected to bring.
+GROWTH = 1.6
+
+
+@dataclass(frozen=True)
+class Target:
+    """An accuracy and what it may cost.
+
+    Attributes
+    ----------
+    accuracy : float
+        Relative error of the pressure in L2 over the contact.
+    max_dofs : int, optional
+    max_seconds : float, optional
+    """
+
+    accuracy: float
+    max_dofs: int | None = None
+    max_seconds: float | None = None
+
+    def __post_init__(self) -> None:
+        positive("The accuracy", self.accuracy)
+        if self.accuracy >= 1:
+            raise InputError(f"accuracy is a relative error below 1, such as 0.02 for 2 %; found {self.accuracy!r}.")
+        for name in ("max_dofs", "max_seconds"):
+            if getattr(self, name) is not None:
+                positive(f"The limit {name}", getattr(self, name))
+
+
+Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None]], ContactResult]
+
+
+def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: Target, solve: Solve) -> ContactResult:
+    """Solution whose estimated error of the pressure is within a target, or the best one within its limits.
+
+    Parameters
+    ----------
+    scene : SceneModel
+    arguments : mapping
+        Of one solution, with bodies of the scene as keys.
+    target : Target
+    solve : callable
+        ``solve(scene, arguments, known)``, of one solution.
+    """
+    start = time.perf_counter()
+    now = CarriedScene(scene, tuple(scene.bodies))
+    steps: list[Step] = []
+    known: list[KnownContact | None] = []
+    while True:
+        result = solve(now.scene, now.loads(arguments), known)
+        steps.append(_step(result, time.perf_counter() - start))
+        reason, finer = _reason_to_end(steps, target), None
+        if not reason:
+            finer = _divided(now.scene, result, target.accuracy)
+            reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
+        if finer is None:
+            met = SAFETY * steps[-1].pressure <= target.accuracy
+            told = Convergence(target.accuracy, tuple(steps), met, reason)
+            return replace(result, unrefined=tuple(scene.bodies), convergence=told)
+        now = CarriedScene(finer, tuple(scene.bodies))
+        known = [_known(c, i) for c, i in zip(result.contacts, result.interfaces, strict=True)]
+
+
+def _step(result: ContactResult, seconds: float) -> Step:
+    estimates = [c.error_estimate for c in result.contacts if c.active.any()]
+    hanging = [b.mesh.hanging for b in result.elastic_bodies]
+    return Step(
+        n_dofs=result.n_dofs,
+        n_hanging=sum(len(h.nodes) for h in hanging if h is not None),
+        n_candidates=result.n_candidates,
+        pressure=max((e.pressure for e in estimates), default=0.0),
+        peak=max((e.peak for e in estimates), default=0.0),
+        max_pressure=max((c.max_pressure for c in result.contacts), default=0.0),
+        area=sum(c.area for c in result.contacts),
+        seconds=seconds,
+    )
+
+
+def _reason_to_end(steps: Sequence[Step], target: Target) -> str:
+    """Why to end after these steps; empty: go on."""
+    last = steps[-1]
+    if SAFETY * last.pressure <= target.accuracy:
+        return f"the estimate of {last.pressure:.2%}, times {SAFETY} for safety, is within it"
+    before = [s.pressure for s in steps[: -1 - PATIENCE]]
+    if len(steps) > PATIENCE + 1 and min(s.pressure for s in steps[-1 - PATIENCE :]) > PROGRESS * min(before):
+        return f"the last {PATIENCE + 1} divisions did not lower the error: a singular edge, or geometry"
+    if len(steps) > MOST_DIVISIONS:
+        return f"the meshes have been divided {MOST_DIVISIONS} times"
+    growth = last.n_dofs / steps[-2].n_dofs if len(steps) > 1 else GROWTH
+    if target.max_dofs is not None and growth * last.n_dofs > target.max_dofs:
+        return f"the next division would exceed max_dofs={target.max_dofs}"
+    taken = last.seconds - (steps[-2].seconds if len(steps) > 1 else 0.0)
+    if target.max_seconds is not None and last.seconds + growth * taken > target.max_seconds:
+        return f"the next division would exceed max_seconds={target.max_seconds:g}"
+    return ""
+
+
+def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
+    """What this solution tells the one on the next meshes: points go on at most by the share of a face."""
+    if not contact.active.any():
+        return None
+    largest = contact.sharing.multiply(interface.slave_surface.mean_facet_size).max(axis=1)
+    return KnownContact(contact.points, contact.active, EDGE * largest.toarray().ravel())
+
+
+def _divided(scene: SceneModel, result: ContactResult, accuracy: float) -> SceneModel | None:
+    """The scene on finer meshes; None if no body has a cell to divide."""
+    marks: dict[int, dict[str, list[IntArray]]] = {}
+    number = {id(b): k for k, b in enumerate(result.scene.bodies)}
+    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+        if not contact.active.any():
+            continue
+        own = contact.facet_numbers[marked_facets(contact, accuracy)]
+        for body, name, facets in (
+            (interface.slave, interface.surfaces[0], own),
+            (interface.master, interface.surfaces[1], facets_opposite(interface, own)),
+        ):
+            if len(facets):
+                marks.setdefault(number[id(body)], {}).setdefault(name, []).append(facets)
+    bodies = [
+        b.divided({name: np.unique(np.concatenate(f)) for name, f in marks[k].items()}) if k in marks else b
+        for k, b in enumerate(scene.bodies)
+    ]
+    if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
+        return None
+    return with_bodies(scene, bodies).scene

@@ -1,0 +1,60 @@
+"""A scene whose bodies have been replaced, by others in new poses or on finer meshes, and the loads carried over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from fecontact.bodies.protocol import Body
+from fecontact.contact.model import SceneModel
+
+#: Arguments of `Scene.solve` whose keys are bodies.
+KEYED = ("forces", "moments", "motions", "free", "pressures")
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedScene:
+    """A scene with new bodies in place of the given ones.
+
+    Attributes
+    ----------
+    scene : SceneModel
+        Of the new bodies.
+    originals : tuple of Body
+        The given ones, in the same order.
+    """
+
+    scene: SceneModel
+    originals: tuple[Body, ...]
+
+    def body(self, original: Any) -> Any:
+        """The new body for an original one; anything else is given back as it is."""
+        for old, new in zip(self.originals, self.scene.bodies, strict=True):
+            if old is original:
+                return new
+        return original
+
+    def loads(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Arguments of `Scene.solve` with the new bodies as keys."""
+        out = dict(arguments)
+        for name in KEYED:
+            if out.get(name):
+                out[name] = {
+                    (self.body(k[0]), *k[1:]) if isinstance(k, tuple) else self.body(k): v for k, v in out[name].items()
+                }
+        return out
+
+
+def with_bodies(scene: SceneModel, bodies: Sequence[Body]) -> CarriedScene:
+    """Put new bodies, in the scene's order, in place of its own; contacts and springs follow."""
+    new = {id(old): body for old, body in zip(scene.bodies, bodies, strict=True)}
+
+    def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:
+        return (None if given[0] is None else new[id(given[0])], given[1])
+
+    contacts = [replace(c, slave=new[id(c.slave)], master=new[id(c.master)]) for c in scene.contacts]
+    springs = [replace(s, start=end(s.start), end=end(s.end)) for s in scene.springs]
+    return CarriedScene(replace(scene, bodies=tuple(bodies), contacts=contacts, springs=springs), tuple(scene.bodies))

@@ -1,0 +1,110 @@
+"""Solving to an accuracy: meshes are divided where the pressure needs it, limits stop it, everything carries over."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.scene.adaptive import SAFETY
+from fecontact.surfaces import Paraboloid
+
+STEEL = fc.Material(E=1.0, nu=0.3)
+RADIUS, CONTACT = 10.0, 0.5
+#: Hertz: a rigid paraboloid on a half-space, a quarter of it.
+FORCE = 4 * STEEL.plane_strain_modulus * CONTACT**3 / (3 * RADIUS) / 4
+PEAK = 2 * STEEL.plane_strain_modulus * CONTACT / (np.pi * RADIUS)
+
+
+def scene(element="hex20", **options):
+    """A quarter of a block of 4 x 4 x 4, two faces a radius, and a rigid paraboloid under it."""
+    x = np.array([0.0, 0.25, 0.5, 0.75, 1.2, 2.2, 4.0])
+    mesh = fc.shapes.block((4.0, 4.0, 4.0), (x, x, x), element=element)
+    held = {"x_min": "x", "y_min": "y", "top": "xyz"}
+    block = fc.ElasticBody(mesh, STEEL, "bottom", held, name="block", **options)
+    ball = fc.RigidBody(Paraboloid(RADIUS), name="ball").placed(rotation=fc.rotation_about((1, 0, 0), np.pi))
+    return block, ball, fc.Scene([block, ball], [fc.Contact(block, ball)])
+
+
+@pytest.fixture(scope="module")
+def solved():
+    block, ball, both = scene()
+    return block, ball, both.solve(forces={block: (0, 0, -FORCE)}, accuracy=0.06)
+
+
+def test_the_estimate_comes_within_the_accuracy(solved):
+    _, _, result = solved
+    steps = result.convergence.steps
+    assert result.convergence.met
+    assert SAFETY * steps[-1].pressure <= 0.06 < SAFETY * steps[-2].pressure
+    assert [s.n_dofs for s in steps] == sorted(s.n_dofs for s in steps)
+    assert steps[-1].n_dofs == result.n_dofs
+    assert steps[-1].pressure == result.contacts[0].error_estimate.pressure
+
+
+def test_the_error_is_within_the_accuracy(solved):
+    _, _, result = solved
+    contact = result.contacts[0]
+    x, p, areas = contact.sampled(contact.pressure, 8)
+    exact = PEAK * np.sqrt(np.maximum(1 - (np.hypot(x[:, 0], x[:, 1]) / CONTACT) ** 2, 0))
+    assert np.sqrt((areas * (p - exact) ** 2).sum() / (areas * exact**2).sum()) < 0.06
+    assert abs(contact.max_pressure / PEAK - 1) < 0.03
+    assert abs(contact.force[2] / FORCE - 1) < 1e-9
+    assert result.residuals().worst < 1e-9
+
+
+def test_results_are_asked_of_the_given_bodies(solved):
+    block, ball, result = solved
+    finer = result.solved(block)
+    assert result.displacement(block).shape == finer.mesh.points.shape != block.mesh.points.shape
+    assert abs(result.reaction(ball)[2] / FORCE - 1) < 1e-9
+    assert result.stress(block).shape == (len(finer.mesh.points), 6)
+    assert result.rigid_motion(ball).translation.shape == (3,)
+
+
+def test_the_steps_are_printed_drawn_and_saved(solved, tmp_path):
+    _, _, result = solved
+    assert "Accuracy 0.06" in str(result)
+    assert result.summary()["convergence"]["met"]
+    assert len(result.plot("convergence", tmp_path / "steps.png").axes) == 2
+    assert (tmp_path / "steps.png").stat().st_size > 0
+    result.save(tmp_path / "fields.vtu")
+
+
+def test_a_limit_of_unknowns_ends_with_the_best_answer():
+    block, _, both = scene()
+    result = both.solve(forces={block: (0, 0, -FORCE)}, accuracy=1e-3, max_dofs=6000)
+    assert not result.convergence.met
+    assert "max_dofs" in result.convergence.reason
+    assert result.n_dofs <= 6000
+    assert any("accuracy" in text for text in result.warnings)
+
+
+def test_what_cannot_be_divided_says_so():
+    half = fc.HalfSpace(STEEL, size=(2.0, 2.0), shape=(32, 32))
+    ball = fc.RigidBody(Paraboloid(RADIUS))
+    result = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(forces={ball: (0, 0, -4 * FORCE)}, accuracy=1e-4)
+    assert not result.convergence.met
+    assert "divided" in result.convergence.reason
+
+
+def test_without_an_accuracy_there_are_no_steps():
+    block, _, both = scene()
+    result = both.solve(forces={block: (0, 0, -FORCE)})
+    assert result.convergence is None
+    with pytest.raises(fc.InputError, match="accuracy"):
+        result.plot("convergence")
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        ({"accuracy": 0.0}, "accuracy"),
+        ({"accuracy": 2.0}, "0.02 for 2 %"),
+        ({"accuracy": np.nan}, "accuracy"),
+        ({"accuracy": 0.1, "max_dofs": -1}, "max_dofs"),
+        ({"max_seconds": 3.0}, "accuracy="),
+    ],
+)
+def test_wrong_targets_are_refused(options, found):
+    block, _, both = scene()
+    with pytest.raises(fc.InputError, match=found):
+        both.solve(forces={block: (0, 0, -FORCE)}, **options)
