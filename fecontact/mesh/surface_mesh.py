@@ -17,6 +17,7 @@ from fecontact.mesh.cell_sets import first_alike, representatives
 from fecontact.mesh.facets import distinct_columns, facet_integrals, facet_nodes, facet_shapes, triangular
 from fecontact.mesh.formats.generic import load, points_in_space
 from fecontact.mesh.formats.triangulated import read_obj, read_stl
+from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.orient import oriented, shared_sides, turned
 from fecontact.mesh.polygons import cut
@@ -127,7 +128,13 @@ class SurfaceMesh:
         """Surface mesh of a boundary of a solid, with the solid's points.
 
         A layer extruded from it fits the solid node by node; `mesh.merge` joins them.
+
+        Raises
+        ------
+        InputError
+            If there is no such boundary, or the mesh has hanging nodes, along which a layer would be open.
         """
+        refuse_hanging(mesh.hanging, "turned into a surface mesh")
         facets = replace(mesh, midface=None).face_nodes(mesh.faces(name))[:, :8]
         return cls(mesh.points, facets, mesh.notes)
 

@@ -14,6 +14,7 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.element.hexahedron import EDGES
 from fecontact.mesh.element.quadrature import TETRAHEDRON
+from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
 
 #: Tetrahedron corners at each hexahedron's first corner and along its three axes; all even permutations.
@@ -49,7 +50,7 @@ def divided(mesh: Mesh) -> Mesh:
     Raises
     ------
     InputError
-        If a cell is not a tetrahedron.
+        If a cell is not a tetrahedron, or the mesh has hanging nodes.
 
     Examples
     --------
@@ -58,6 +59,7 @@ def divided(mesh: Mesh) -> Mesh:
     >>> divided(Mesh(points, np.array([[0, 1, 2, 2, 3, 3, 3, 3]])))
     Mesh(hex8, 4 cells, 15 points, boundaries: none)
     """
+    refuse_hanging(mesh.hanging, "divided into hexahedra")
     width = mesh.cells.shape[1]
     groups = mesh.cell_groups
     if width == 27 or len(groups) > 1 or groups[0].pattern != TETRAHEDRON[:width] or mesh.midface is not None:

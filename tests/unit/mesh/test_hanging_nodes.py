@@ -9,7 +9,9 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
+from fecontact.ancf.model import twenty_nodes
 from fecontact.common.errors import InputError, MeshError
+from fecontact.mesh import tet_to_hex
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.mesh import merge
 from fecontact.mesh.section_mesh import merge_sections
@@ -145,3 +147,9 @@ def test_what_makes_no_sense_with_hanging_nodes_is_refused():
         mesh.part("all")
     with pytest.raises(InputError, match=r"cannot be turned into one of scikit-fem"):
         mesh.to_skfem()
+    with pytest.raises(InputError, match=r"cannot be turned into a surface mesh"):
+        fc.SurfaceMesh.of(mesh, "top")
+    with pytest.raises(InputError, match=r"cannot be divided into hexahedra"):
+        tet_to_hex.divided(mesh)
+    with pytest.raises(InputError, match=r"cannot be used with gradient coordinates"):
+        twenty_nodes(mesh)
