@@ -27,15 +27,15 @@ class ContactFields:
     Attributes
     ----------
     slave, master : Body
-        As used; the sides may have been swapped (see `note`).
+        Bodies after a possible swap (see `note`).
     surfaces : (str, str)
     points : (n, 3) array
         Slave nodes that face the master, undeformed.
     normals : (n, 3) array
-        Force vectors on the slave per unit of contact force; unit vectors out of the master, or means of such over a
-        pressure shape (mortar coupling).
+        Force vectors on the slave per unit of contact force; unit vectors out of the master, or their means over a
+        multiplier function (mortar coupling).
     centres : (n, 3) array
-        Where the forces act: the points, or their means over a pressure shape.
+        Points of action: the points, or their means over a multiplier function.
     couples : (n, 3) array
         Moments about the reference point per unit of contact force.
     weights : (n,) array
@@ -43,27 +43,27 @@ class ContactFields:
     forces : (n,) array
         Contact forces along the normals, zero where there is no contact.
     gap : (n,) array
-        After deformation.
+        Gaps after deformation.
     candidates : (n_candidates,) int array
-        Points that took part in the solution.
+        Candidate points of the solution.
     nodes : (m, 3) array
-        All nodes of the facets that face the master, be it with a part.
+        All nodes of the facets that face the master at least partly.
     node_numbers : (m,) int array
         Their numbers in the slave's mesh.
     at_nodes : (m, n) csr_matrix
-        Values at the nodes by those of the points; the rows of nodes that face nothing are empty.
+        Matrix from values at the points to the nodes; rows of nodes that face nothing are empty.
     facets : (n_facets, 3 | 4 | 8 | 9) int array
-        Facets that face the master, if only with a part, in terms of the nodes (3: sides of a section).
+        Facets that face the master at least partly, in terms of the nodes (3 columns: sides of a section).
     facet_numbers : (n_facets,) int array
         Their numbers among the facets of the whole surface.
     sharing : (n, n_surface_facets) csr_matrix
         Which point has a value on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
-        About which `moment` counts: the slave's.
+        Reference point of `moment`: the slave's.
     coupling : str
         'nodal' or 'mortar'.
     note : str
-        What was found about the two meshes.
+        Note on the two meshes and the coupling.
     """
 
     slave: Body
@@ -135,7 +135,7 @@ class ContactFields:
 
     @cached_property
     def region(self) -> IntArray:
-        """Connected region (n,) of each point: 1, 2, ... by load, 0 where no force is carried."""
+        """Connected region (n,) of each point: 1, 2, ... by load, 0 without force."""
         return region_numbers(self)
 
     @cached_property
@@ -149,7 +149,7 @@ class ContactFields:
 
     @cached_property
     def error_estimate(self) -> ErrorEstimate:
-        """How far this contact may be from that on an infinitely fine mesh; see `results.error_estimate`.
+        """Estimated discretisation errors of this contact; see `results.error_estimate`.
 
         Examples
         --------
@@ -167,8 +167,8 @@ class ContactFields:
     def error_indicators(self) -> Array:
         """Mean error (n_surface_facets,) of the pressure on every facet of the slave's whole surface, a pressure.
 
-        Their squares, summed up with the facets' areas, are the square of `error_estimate.pressure` times that of the
-        pressure: where they are large, finer faces pay.
+        Their squares, integrated over the facets, are the square of `error_estimate.pressure` times that of the
+        pressure: refine where they are large.
         """
         out = np.zeros(self.sharing.shape[1])
         if self._readings is not None:
@@ -178,27 +178,27 @@ class ContactFields:
 
     @property
     def edge_area(self) -> float:
-        """Area with the edge placed within the faces, where the recovered pressure is zero; see `results.recovery`.
+        """Area with the edge located within the faces, where the recovered pressure is zero; see `results.recovery`.
 
-        Nearer than `area`, the sum of whole points, on contacts of some faces across.
+        More accurate than `area`, the sum of whole points, for contacts several faces across.
         """
         return 0.0 if self._readings is None else float(self._readings.in_contact.sum())
 
     def split_by_plane(self, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
         """Resultants on both sides of a plane, for instance medial and lateral.
 
-        Every contact point goes to the side its force acts on, or half to each if it lies on the plane; the sum of
+        Every contact point is assigned to the side on which its force acts, or half to each if on the plane; the sum of
         both is the whole contact.
 
         Parameters
         ----------
         point, normal : (3,)
-            Of the plane, in world axes; the normal need not have unit length.
+            Plane in world axes; the normal need not have unit length.
 
         Returns
         -------
         Region, Region
-            The side that the normal points to, and the other. Moments are about `reference_point`.
+            The side to which the normal points, and the other. Moments are about `reference_point`.
 
         Raises
         ------
@@ -219,21 +219,21 @@ class ContactFields:
         return sides_of_plane(self, point, normal)
 
     def sampled(self, values: Array, n: int = 4) -> tuple[Array, Array, Array]:
-        """A nodal field interpolated inside the facets; zero beyond the rim of an elastic master.
+        """A nodal field sampled inside the facets; zero beyond the rim of an elastic master.
 
         Parameters
         ----------
         values : (n_points,) array
-            For instance `pressure`.
+            Field, for instance `pressure`.
         n : int
-            Samples per side of a facet, at the middles of n x n equal cells of its coordinates.
+            Samples per side of a facet, at the centres of n x n equal cells of its coordinates.
 
         Returns
         -------
         points : (n_samples, 3) array
         values : (n_samples,) array
         areas : (n_samples,) array
-            Area that each sample stands for.
+            Area of each sample.
         """
         every = facet_samples(self.nodes, self.facets, self.coupling == "mortar", self.extent, n)
         points = every.points.reshape(-1, 3)
@@ -251,11 +251,11 @@ class ContactFields:
 
     @property
     def is_curve(self) -> bool:
-        """Whether the contact is that of sections: its facets are sides of three nodes."""
+        """Whether the contact is between sections: facets are sides of three nodes."""
         return self.facets.shape[1] == 3
 
     def extent(self, points: Array) -> Array:
-        """Thickness or circumference (n,) that a section's side stands for at points (n, 3); one in space."""
+        """Out-of-plane extent (n,) of a section's side at points (n, 3): thickness or circumference; one in space."""
         return self._surface.extent(self.slave.pose.to_body(points))
 
     @property
@@ -264,20 +264,20 @@ class ContactFields:
 
     @property
     def is_ring(self) -> bool:
-        """Whether the contact is that of bodies of revolution."""
+        """Whether the contact is between bodies of revolution."""
         return self._surface.revolved
 
     def line_points(self, s: Array) -> Array:
-        """Places (n_facets, n_q, 3) of a section's sides at the same coordinates s (n_q,) in [0, 1]."""
+        """Positions (n_facets, n_q, 3) on a section's sides at coordinates s (n_q,) in [0, 1]."""
         return np.asarray(line_shapes(s)[0] @ self.nodes[self.facets])
 
     def interpolated(self, values: Array, local: Array, beyond: float = 0.0) -> Array:
-        """A nodal field (n_points,) inside all facets at the same coordinates: (n_facets, n_q).
+        """A nodal field (n_points,) interpolated in all facets at common coordinates: (n_facets, n_q).
 
         The coordinates are those of the square, (n_q, 2), or of a section's side, (n_q, 1).
 
-        By the facets' shape functions, or by hats if these carry the pressure (mortar coupling). Nodes that face
-        nothing, of faces that hang over the master's rim, have the value `beyond`.
+        By the facets' shape functions, or by the multiplier basis (mortar coupling). Nodes that face nothing, of faces
+        that overhang the master's rim, have the value `beyond`.
         """
         nodal = self.at_nodes @ values
         nodal[np.diff(self.at_nodes.indptr) == 0] = beyond
@@ -334,7 +334,7 @@ def _lines_of_action(interface: Interface, surface: FacetSurface) -> tuple[Array
     samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
     vectors = pairing.slave_normals @ turn.T
     if surface.out_of_plane is not None:
-        # a force on a ring is the sum of what acts all round it
+        # the force on a ring is the sum over its circumference
         samples, vectors = surface.out_of_plane.mean(samples), surface.out_of_plane.mean(vectors)
     moments = np.cross(samples - slave.pose.to_world(slave.reference_point), vectors)
     return pairing.average @ vectors, pairing.average @ samples, pairing.average @ moments

@@ -1,15 +1,15 @@
-"""How wrong a contact's pressure may be, from one solution: two other readings of the pressures that were found.
+"""Estimate of a contact's discretisation error from one solution, by two other reconstructions of its pressure.
 
 The error of a finite element contact is largest at the edge, where the pressure falls to zero as a square root within a
-face. Two readings bracket it, and per face the larger counts:
+face. Two reconstructions bracket it, and per face the larger difference counts:
 
-- the root of the interpolated squares of the nodal pressures, exact for a square root that begins at a node and off by
-  as much as the pressure itself where it begins elsewhere;
-- the recovered pressure (`results.recovery`), which also tells how rough pressures are inside the contact
+- the root of the interpolated squares of the nodal pressures, exact for a square root that begins at a node,
+  with an error as large as that of the pressure itself elsewhere;
+- the recovered pressure (`results.recovery`), which also shows the roughness of pressures inside the contact
   (Zienkiewicz & Zhu 1992).
 
-Nothing is fitted to problems with a known answer; how the estimate compares with true errors is measured in
-docs/error_estimates.md. It knows of the mesh only: not of the model, its loads or its shapes.
+Nothing is fitted to problems with a known solution; docs/error_estimates.md compares the estimate with true errors. It
+covers the mesh only, not errors of the model, its loads or its shapes.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from fecontact.results.facet_samples import facet_samples, hats
 from fecontact.results.recovery import RecoveredPressure, recovered
 from fecontact.results.resultants import LoadedPoints
 
-#: Samples along each side of a face, at least and at most, and how many there are in all before there are fewer.
+#: Least and largest number of samples along each side of a face, and the total above which it is reduced.
 SAMPLES, MOST_SAMPLES = (3, 6), 40_000
-#: Facets that are read together, which bounds the memory.
+#: Facets per block, which bounds the memory.
 BLOCK = 4096
-#: Share of the error in the mean that the largest pressure and the area have at least: what the edge of a contact bears
-#: too much or too little, its inside has to make good.
+#: Least error of the largest pressure and of the area, as a share of the mean error: force in excess at the edge of a
+#: contact is missing inside.
 LEAST_SHARE = 0.25
-#: Share of a contact's force from which a region of it is spoken of.
+#: Share of a contact's force above which a region counts.
 LEAST_REGION = 0.05
 
 
@@ -55,11 +55,11 @@ class PressureOnFacets(LoadedPoints, Protocol):
 
     @property
     def at_nodes(self) -> sp.csr_matrix:
-        """Values at the nodes by those of the contact points (m, n)."""
+        """Matrix (m, n) from values at the contact points to the nodes."""
 
     @property
     def region(self) -> IntArray:
-        """Connected region (n,) of each contact point, zero where no force is carried."""
+        """Connected region (n,) of each contact point, zero without force."""
 
     @property
     def coupling(self) -> str:
@@ -67,28 +67,28 @@ class PressureOnFacets(LoadedPoints, Protocol):
 
     @property
     def is_ring(self) -> bool:
-        """Whether the contact is that of bodies of revolution."""
+        """Whether the contact is between bodies of revolution."""
 
     def extent(self, points: Array) -> Array:
-        """What a section's side stands for (n,) at points (n, 3)."""
+        """Out-of-plane extent (n,) of a section's side at points (n, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
 class PressureReadings:
-    """Three readings of a contact's pressure on the facets that carry any.
+    """Three reconstructions of a contact's pressure on the facets that carry force.
 
     Attributes
     ----------
     facets : (n,) int array
-        Which facets these are.
+        Numbers of these facets.
     points, areas : (n, n_q, 3) and (n, n_q) arrays
         Samples on them, see `results.facet_samples`.
     interpolated, root, smooth : (n, n_q) arrays
-        The pressure as the coupling has it, the root of its interpolated squares, and the recovered one.
+        The pressure of the coupling, the root of its interpolated squares, and the recovered one.
     peak : float
         Largest pressure at a node.
     peak_offset : float
-        How far it lies from the recovered pressure there.
+        Its difference from the recovered pressure there.
     """
 
     facets: IntArray
@@ -102,7 +102,7 @@ class PressureReadings:
 
     @cached_property
     def misfit(self) -> Array:
-        """Integral (n,) over each facet of the squared difference, the larger of both."""
+        """Integral (n,) over each facet of the squared difference, the larger of the two."""
         others = (self.root, self.smooth)
         return np.max([(self.areas * (p - self.interpolated) ** 2).sum(axis=1) for p in others], axis=0)
 
@@ -118,9 +118,9 @@ class PressureReadings:
 
 
 def readings_of(contact: PressureOnFacets) -> PressureReadings | None:
-    """Read the pressure of a contact in three ways; None where there is none."""
+    """Three reconstructions of the pressure of a contact; None without pressure."""
     nodal = contact.at_nodes @ contact.pressure
-    # nodes between contact points, as those of a triangle's sides in a mortar coupling, say nothing of their own
+    # nodes between contact points, as on a triangle's sides in a mortar coupling, carry no information
     known = np.where(np.diff(contact.at_nodes.indptr) == 1, nodal, np.nan)
     if not (known > 0).any():
         return None
@@ -150,13 +150,13 @@ def _read(contact: PressureOnFacets, nodal: Array, known: Array, chosen: IntArra
 
 
 def _recovered(contact: PressureOnFacets, known: Array, chosen: IntArray) -> RecoveredPressure:
-    # springs of their own let the pressure fall to zero linearly
+    # on an elastic foundation the pressure falls to zero linearly
     power = 1 if contact.slave.is_foundation else 2
     return recovered(contact.nodes, contact.facets, chosen, known, contact.at_nodes @ contact.weights, power)
 
 
 def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None) -> ErrorEstimate:
-    """Estimate the errors of a contact from its readings."""
+    """Errors of a contact estimated from its reconstructed pressures."""
     if readings is None:
         return ErrorEstimate(np.nan, np.nan, np.nan, 0.0)
     area = float(readings.in_contact.sum())
@@ -170,9 +170,9 @@ def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None)
 
 
 def faces_across(contact: PressureOnFacets, readings: PressureReadings) -> float:
-    """Faces across the narrowest region of a contact that bears a twentieth of its force.
+    """Faces across the narrowest region of a contact that carries a twentieth of its force.
 
-    As many as lie on the shorter diameter of an ellipse with as many faces in it; those of the mirror images count too.
+    The number on the shorter diameter of an ellipse with the same number of faces, including mirror images.
     """
     share = readings.in_contact / readings.areas.sum(axis=1)
     at_nodes = contact.at_nodes.copy()
@@ -187,12 +187,12 @@ def faces_across(contact: PressureOnFacets, readings: PressureReadings) -> float
 def _across(
     contact: PressureOnFacets, readings: PressureReadings, chosen: Mask, share: Array, numbers: IntArray
 ) -> float:
-    """Of one region: chosen facets (n,), their shares (n,) in contact, and the numbers of its nodes."""
+    """Faces across one region, from its facets (n,), their shares (n,) in contact, and its node numbers."""
     n = share[chosen].sum() * 2 ** contact.slave.planes_through(numbers)
     points, weights = readings.points[chosen].reshape(-1, 3), readings.areas[chosen]
     if contact.facets.shape[1] == 3:
         radius = contact.slave.pose.to_body(points)[:, 0]
-        # a ring that reaches the axis goes on beyond it
+        # a ring that reaches the axis continues beyond it
         return float(2 * n if contact.is_ring and radius.min() < np.ptp(radius) / 6 else n)
     weights = np.where(readings.smooth[chosen] > 0, weights, 0.0).ravel()
     if not weights.any():

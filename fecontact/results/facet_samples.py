@@ -1,4 +1,4 @@
-"""Samples spread over the facets of a contact: places, areas, and the functions that carry a pressure there."""
+"""Samples over the facets of a contact: positions, areas, and the functions that interpolate a pressure there."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from fecontact.mesh.section_mesh import line_shapes
 
 @dataclass(frozen=True, eq=False)
 class FacetSamples:
-    """The same n_q places on each of n facets.
+    """Samples at the same n_q coordinates of each of n facets.
 
     Attributes
     ----------
     points : (n, n_q, 3) array
     areas : (n, n_q) array
-        Area that each sample stands for.
+        Area of each sample.
     shapes : (n, n_q, k) array
         Functions by which the pressure at the facets' nodes is interpolated.
     local : (n_q, 2 | 1) array
@@ -37,7 +37,7 @@ class FacetSamples:
 def facet_samples(
     nodes: Array, facets: IntArray, mortar: bool, extent: Callable[[Array], Array], n: int
 ) -> FacetSamples:
-    """Samples at the middles of n x n equal cells of the facets' coordinates, or of n equal parts of a section's side.
+    """Samples at the centres of n x n equal cells of the facets' coordinates, or of n equal parts of a section's side.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def facet_samples(
     mortar : bool
         Whether the pressure is that of a mortar coupling.
     extent : function
-        What a piece of a section's side stands for over its length, (n,) at points (n, 3).
+        Out-of-plane extent (n,) of a section's side at points (n, 3).
     n : int
     """
     t = (np.arange(n) + 0.5) / n
@@ -66,10 +66,10 @@ def facet_samples(
 
 
 def pressure_shapes(facets: IntArray, local: Array, mortar: bool) -> Array:
-    """Functions (n_facets, n_q, k) of the pressure at the same places of all facets.
+    """Functions (n_facets, n_q, k) of the pressure at common coordinates of all facets.
 
     The coordinates are those of the square, (n_q, 2), or of a section's side, (n_q, 1). With nodal coupling they are
-    the facets' shape functions, with mortar coupling its hats.
+    the facets' shape functions, with mortar coupling the multiplier basis.
     """
     if mortar:
         return hats(facets, local, mortar)
@@ -79,9 +79,9 @@ def pressure_shapes(facets: IntArray, local: Array, mortar: bool) -> Array:
 
 
 def hats(facets: IntArray, local: Array, mortar: bool) -> Array:
-    """Functions (n_facets, n_q, k) that are linear between neighbouring nodes, or the hats of a mortar coupling.
+    """Functions (n_facets, n_q, k) linear between neighbouring nodes, or the multiplier basis of a mortar coupling.
 
-    The two differ on triangles with mid-side nodes only, where those of a mortar coupling stand at the corners.
+    The two differ only on triangles with mid-side nodes, where the multipliers are at the corners.
     """
     if facets.shape[1] == 3:
         straight = multiplier_shapes(3, np.zeros(len(local), bool), local)
@@ -95,7 +95,7 @@ def hats(facets: IntArray, local: Array, mortar: bool) -> Array:
 
 
 def _fan(n_columns: int, L: Array) -> Array:
-    """Hats (n_q, n_columns) on the six triangles round a triangle's centroid, at barycentric coordinates (n_q, 3).
+    """Linear functions (n_q, n_columns) on the six triangles round a centroid, at barycentric coordinates (n_q, 3).
 
     Between the corner with the largest coordinate, the middle of the side towards the second and the centroid they are
     the differences of the coordinates in order of size. Without a node there the centroid has the mean of the middles.

@@ -55,8 +55,8 @@ def save_csv(result: SolvedScene, path: str | Path) -> Path:
 def save_vtu(result: SolvedScene, path: str | Path) -> Path:
     """All elastic bodies with displacement, stress, equivalent stress and contact pressure as point data.
 
-    Stresses are in each body's own axes. Wedges, pyramids and tetrahedra are written as such. Mid-face nodes have no
-    place in the file's elements and are left out.
+    Stresses are in each body's own axes. Wedges, pyramids and tetrahedra are written as such. Mid-face nodes, which the
+    file's elements do not have, are left out.
     """
     path = check_writable(path)
     teach_meshio()
@@ -89,7 +89,7 @@ def save_vtu(result: SolvedScene, path: str | Path) -> Path:
 
 
 def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequence[float] | None = None) -> Path:
-    """Write results as a series for ParaView: a PVD file and, beside it, one VTU file for each result.
+    """Write results as a series for ParaView: a PVD file and one VTU file for each result.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequenc
     Raises
     ------
     InputError
-        If there is no result, not one time for each, another suffix, or a path that cannot be written.
+        If there is no result, the number of times differs, the suffix is another, or the path cannot be written.
     """
     path = check_writable(path)
     if path.suffix.lower() != ".pvd":
@@ -130,7 +130,7 @@ def body_fields(result: SolvedScene, body: ElasticBody) -> dict[str, Array]:
 
 
 def nodal_error(result: SolvedScene, body: ElasticBody) -> Array:
-    """Estimated error (n_points,) of the contact pressure where the body is the slave: the mean over faces there."""
+    """Estimated error (n_points,) of the contact pressure where the body is the slave: the mean over adjacent faces."""
     error = np.zeros(len(body.mesh.points))
     for interface, contact in zip(result.interfaces, result.contacts, strict=True):
         if interface.slave is body:
@@ -146,7 +146,7 @@ def nodal_error(result: SolvedScene, body: ElasticBody) -> Array:
 def nodal_pressure(result: SolvedScene, body: ElasticBody) -> Array:
     """Contact pressure (n_points,) on a body's nodes; zero where there is none.
 
-    As slave: the contact's own. As master: the slave's at the point opposite each node.
+    As slave: that of the contact. As master: the slave's pressure at the point opposite each node.
     """
     pressure = np.zeros(len(body.mesh.points))
     for interface, contact in zip(result.interfaces, result.contacts, strict=True):
@@ -165,7 +165,7 @@ def _opposite_pressure(interface: Interface, contact: ContactFields) -> tuple[In
     nodal = p.at_nodes @ contact.pressure
     projection = slave.project((master.points[master.nodes] - p.translation) @ p.rotation)
     assert projection.weights is not None
-    # a node that stands further off than any point in contact does is on another part of the surface
+    # a node further away than any point in contact is on another part of the surface
     off = np.abs(projection.gap) > 2 * np.abs(p.gap[contact.active]).max() + 1e-6 * slave.size
     values = np.clip(projection.weights @ nodal, 0.0, contact.max_pressure)
     return master.nodes, np.where(off | projection.outside, 0.0, values)

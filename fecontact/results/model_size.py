@@ -1,4 +1,4 @@
-"""What a solution did not have to compute: points that were no candidates, degrees of freedom condensed, symmetry."""
+"""Reduction of a problem's size by candidates, condensation and symmetry."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fecontact.results.solved_scene import SolvedScene
 
 
 def model_size(result: SolvedScene) -> list[str]:
-    """Lines for people: what was modelled of the scene, and what that saved."""
+    """Report lines on the size of the problem and its reduction."""
     lines = []
     points = sum(len(c.gap) for c in result.contacts)
     if points:
@@ -23,7 +23,7 @@ def model_size(result: SolvedScene) -> list[str]:
 
 
 def modelled(bodies: Sequence[Body]) -> list[str]:
-    """Lines for people: which bodies stand for more than they are made of."""
+    """Report lines of bodies that represent more than is modelled (symmetry, sections, half-spaces)."""
     first: dict[int, ElasticBody] = {}
     twins: dict[int, str] = {}
     for elastic in elastic_among(bodies):

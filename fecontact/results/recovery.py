@@ -1,10 +1,10 @@
-"""A smoother pressure from the one that was found: its square, fitted face by face to the nodes around.
+"""Recovery of a smooth pressure: polynomials fitted to the squared pressure, face by face.
 
 At the edge of a contact of smooth bodies the pressure falls to zero as the square root of the distance, and its square
-falls linearly: a polynomial fitted to squares goes through the edge, wherever that lies in a face. Beyond it the
-polynomial is negative and the pressure zero. The patch of a face are the nodes of all faces that share a node with it,
-as in the recovery of stresses (Zienkiewicz & Zhu 1992, *The superconvergent patch recovery*), of which those that carry
-no pressure count where the polynomial would press there.
+falls linearly: a polynomial fitted to squares is zero at the edge, also inside a face. Beyond it the polynomial is
+negative and the pressure zero. The patch of a face are the nodes of all faces that share a node with it, as in the
+recovery of stresses (Zienkiewicz & Zhu 1992, *The superconvergent patch recovery*). Nodes without pressure count where
+the polynomial is positive.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from fecontact.common.arrays import Array, IntArray, Mask
 
 #: Weight of a node at a distance of r faces: area / (OFFSET + r)^2.
 OFFSET = 0.3
-#: Smallest share of the mean area by which a node counts.
+#: Least weight of a node's area, relative to the mean.
 LEAST_AREA = 1e-3
-#: Ratio of the eigenvalues of a patch's moments below which its nodes do not tell a polynomial.
+#: Ratio of the eigenvalues of a patch's moments below which its nodes do not determine a polynomial.
 INDEPENDENT = 1e-4
-#: By the number of monomials of second degree: how many are fitted, and to how many nodes at least. A quadratic through
-#: as many nodes as it has coefficients would not smooth.
+#: By the number of monomials of second degree: numbers of monomials fitted, and least number of nodes for each. A
+#: quadratic through as many nodes as it has coefficients would not smooth.
 DEGREES = {6: ((6, 8), (3, 3), (1, 1)), 3: ((3, 4), (2, 2), (1, 1))}
-#: How often nodes without pressure are looked at.
+#: Iterations over nodes without pressure.
 PASSES = 2
 
 
@@ -37,11 +37,11 @@ class RecoveredPressure:
     ----------
     centres : (n, 3) array
     axes : (n, d, 3) array
-        Two unit vectors along a face, one along the side of a section; divided by its size.
+        Two unit vectors along a face, or one along the side of a section, divided by its size.
     coefficients : (n, k) array
-        Of 1, x, y, x^2, xy, y^2, or of 1, x, x^2.
+        Coefficients of 1, x, y, x^2, xy, y^2, or of 1, x, x^2.
     power : int
-        Of the pressure that the polynomials are.
+        Power of the pressure that the polynomials represent.
     """
 
     centres: Array
@@ -83,13 +83,13 @@ def recovered(
     facets : (n_facets, 3 | 4 | 8 | 9) int array
         As in `mesh.facets`; three columns: sides of a section.
     chosen : (n,) int array
-        Facets that get a polynomial.
+        Facets to fit.
     pressure : (m,) array
-        At the nodes; NaN where it is not known.
+        Pressure at the nodes; NaN where unknown.
     areas : (m,) array
-        Of the nodes, by which they count.
+        Areas of the nodes, their weights.
     power : int
-        2 where the pressure falls to zero as a square root, 1 where it does so linearly, as on a foundation.
+        2 where the pressure falls to zero as a square root, 1 where linearly, as on a foundation.
 
     Examples
     --------
@@ -136,7 +136,7 @@ def _frames(nodes: Array, facets: IntArray) -> tuple[Array, Array]:
 
 
 def _patches(facets: IntArray, chosen: IntArray, known: Mask) -> tuple[IntArray, IntArray]:
-    """Pairs (n_pairs,) of a chosen facet, by its place among them, and a known node of it or of its neighbours."""
+    """Pairs (n_pairs,) of a chosen facet, by its index among them, and a known node of it or its neighbours."""
     n, k = facets.shape
     pointer = np.arange(0, n * k + 1, k)
     member = sp.csr_matrix((np.ones(n * k), facets.ravel(), pointer), shape=(n, len(known)))
@@ -146,7 +146,7 @@ def _patches(facets: IntArray, chosen: IntArray, known: Mask) -> tuple[IntArray,
 
 
 def _fitted(facet: IntArray, terms: Array, values: Array, weights: Array, counted: Mask, n: int) -> Array:
-    """Coefficients (n, k) by weighted least squares, of the highest degree that each patch tells."""
+    """Coefficients (n, k) by weighted least squares, of the highest degree that each patch determines."""
     k = terms.shape[1]
     own = facet[counted]
     collect = sp.csr_matrix((weights, (own, np.arange(len(own)))), shape=(n, len(own)))

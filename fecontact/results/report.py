@@ -1,4 +1,4 @@
-"""The table that ``print(result)`` shows."""
+"""Report of a result: the table that ``print(result)`` shows."""
 
 from __future__ import annotations
 

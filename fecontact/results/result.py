@@ -1,4 +1,4 @@
-"""What a scene's solution tells: fields, resultants, residuals, and a report worth reading."""
+"""Result of a scene: fields, resultants, residuals, report, pictures and files."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from fecontact.solvers import Solution
 
 @dataclass(frozen=True, eq=False)
 class ContactResult(SolvedScene):
-    """Certified solution of a scene, with what a person does with it: print, draw, save."""
+    """Certified solution of a scene, with methods to print, draw and save it."""
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What may be wrong although the certificate holds, in words; see `warnings`."""
+        """Warnings of modelling and discretisation errors; see `results.warnings`."""
         return warnings_of(self)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What a reader should know about the model, in words."""
+        """Notes about the model."""
         return notes_of(self)
 
     def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Any:
@@ -53,7 +53,7 @@ class ContactResult(SolvedScene):
         return save_result(self, path, self.summary)
 
     def summary(self) -> dict[str, Any]:
-        """Numbers for scripts, ready for JSON."""
+        """Figures for scripts, ready for JSON."""
         r = self.residuals()
         return {
             "status": self.status,
@@ -120,7 +120,7 @@ def make_result(
     timer: Stopwatch,
     rounds: int,
 ) -> ContactResult:
-    """Bring the solution of the condensed problem into the form a person needs."""
+    """`ContactResult` of a solution of the condensed problem."""
     contacts: list[ContactFields] = []
     springs: tuple[SpringState, ...] = ()
     start = 0

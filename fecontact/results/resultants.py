@@ -1,4 +1,4 @@
-"""Resultants of a solution: forces and moments of parts of a contact, and of what holds a body."""
+"""Resultants of a solution: forces and moments of parts of a contact, and reactions of bodies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fecontact.common.errors import InputError
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
 
-#: Distance from a dividing plane, relative to the slave's size, within which a point belongs half to either side.
+#: Distance from a dividing plane, relative to the slave's size, within which a point is assigned half to each side.
 ON_PLANE = 1e-9
 
 
@@ -51,7 +51,7 @@ class LoadedPoints(Protocol):
 
     @property
     def centres(self) -> Array:
-        """Where the forces act (n, 3)."""
+        """Points of action (n, 3)."""
 
     @property
     def active(self) -> Mask:
@@ -59,7 +59,7 @@ class LoadedPoints(Protocol):
 
     @property
     def sharing(self) -> sp.csr_matrix:
-        """Which point is on which facet (n, n_facets)."""
+        """Incidence of points and facets (n, n_facets)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,13 +70,13 @@ class Region:
     ----------
     area : float
     force : (3,) array
-        On the slave, world axes.
+        Force on the slave, world axes.
     moment : (3,) array
-        On the slave about the contact's `reference_point`.
+        Moment on the slave about the contact's `reference_point`.
     max_pressure, mean_pressure : float
-        Zero without contact.
+        Mean pressure; zero without contact.
     centre_of_pressure : (3,) array
-        NaN without contact.
+        Centre of pressure; NaN without contact.
     """
 
     area: float
@@ -88,7 +88,7 @@ class Region:
 
 
 def part_of(contact: LoadedPoints, share: Array) -> Region:
-    """Resultants of the points of a contact, each counted by its share (n,) between 0 and 1."""
+    """Resultants of the points of a contact, weighted by shares (n,) between 0 and 1."""
     forces = contact.forces * share
     total, area = float(forces.sum()), float((contact.weights * share)[contact.active].sum())
     return Region(
@@ -128,13 +128,13 @@ def sides_of_plane(contact: LoadedPoints, point: ArrayLike, normal: ArrayLike) -
 
 
 def hold_of_body(part: BodyBlock, loading: Loading, k: int, forces: Array) -> Array:
-    """Force and moment (6,) about the reference point by which the surroundings hold body k in equilibrium."""
+    """Reaction (6,) on body k: force and moment about the reference point that keep it in equilibrium."""
     pressing = part.frame.modes(np.eye(6)).T @ (part.rows.T @ forces[part.index])
     return np.asarray(-(loading.resultant(k) + pressing))
 
 
 def hold_of_boundary(body: ElasticBody, part: BodyBlock, name: str, displacement: Array, forces: Array) -> Array:
-    """Force and moment (6,) about the reference point that a supported boundary receives from the body's frame.
+    """Reaction (6,) on a supported boundary: force and moment from the body's frame, about the reference point.
 
     From the nodal forces K u - f along the directions held there; where several boundaries hold one, each takes an
     equal share.

@@ -42,13 +42,13 @@ class SolvedScene:
     contacts : tuple of ContactFields
     springs : tuple of SpringState
     solution : Solution
-        Of the condensed problem.
+        Solution of the condensed problem.
     seconds : dict
         Wall time by stage, and 'total'.
     memory : dict
-        Largest resident memory of the process in MB, 'before' and by the end of each stage (`Stopwatch.memory`).
+        Peak resident memory of the process in MB, 'before' and by the end of each stage (`Stopwatch.memory`).
     rounds : int
-        How often candidates were chosen.
+        Number of choices of candidates.
     originals : sequence of Body
         After a finite motion: the bodies as they were given; `scene` holds them in their final poses.
     unrefined : sequence of Body
@@ -107,7 +107,7 @@ class SolvedScene:
 
     @property
     def n_dofs_factorised(self) -> int:
-        """The same, with a model that stands in several poses counted once."""
+        """The same, with a model in several poses counted once."""
         return sum({id(b.model): b.n_unknowns for b in self.elastic_bodies}.values())
 
     @property
@@ -132,7 +132,7 @@ class SolvedScene:
 
     @property
     def condensation(self) -> dict[str, str]:
-        """How the compliance of each elastic body was formed, and why, by name; models in several poses once."""
+        """Route to the compliance of each elastic body and its reason, by name; models in several poses once."""
         models = {id(b.model): b for b in reversed(self.elastic_bodies)}
         out = {}
         for b in reversed(models.values()):
@@ -159,16 +159,16 @@ class SolvedScene:
         return self.scene.bodies[self._number(body)]
 
     def given(self, body: Body) -> Body:
-        """The body in the pose in which it was given; `scene` holds it in its final pose after a finite motion."""
+        """The body in its given pose; `scene` has it in its final pose after a finite motion."""
         return self.originals[self._number(body)] if self.originals else body
 
     def _carried(self, k: int, points: Array) -> Array:
-        """World displacements (n, 3) of points (n, 3) of body k by the change of its pose in a finite motion."""
+        """World displacements (n, 3) of points (n, 3) of body k due to the change of its pose in a finite motion."""
         now = self.scene.bodies[k]
         return now.pose.to_world(points) - self.given(now).pose.to_world(points)
 
     def displacement(self, body: Body) -> Array:
-        """Total displacement (n_points, 3) of the body's nodes from where they were given, in world axes."""
+        """Total displacement (n_points, 3) of the body's nodes from their given positions, in world axes."""
         k, elastic = self._elastic(body)
         own = elastic.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
         return own + self._carried(k, elastic.mesh.points) if self.originals else own
@@ -181,7 +181,7 @@ class SolvedScene:
     def stress(self, body: Body, group: str | None = None) -> Array:
         """Stress (n_points, 6) at the nodes, tension positive, in the body's own axes.
 
-        Taken at the Gauss points, extrapolated and averaged; components xx, yy, zz, xy, yz, xz.
+        Evaluated at the Gauss points, extrapolated and averaged; components xx, yy, zz, xy, yz, xz.
 
         Parameters
         ----------
@@ -216,8 +216,8 @@ class SolvedScene:
     def rigid_motion(self, body: Body) -> RigidMotion:
         """Rigid motion of a body about its reference point.
 
-        Of the frame, where supports tie the body to it; of the mean position weighted by mass (Elangovan 1978,
-        eq. A-17), where it floats. After a finite motion: from the original pose, with a rotation vector.
+        That of the frame for supported components; that of the mean position weighted by mass (Elangovan 1978, eq.
+        A-17) for others. After a finite motion: from the original pose, with a rotation vector.
         """
         k = self._number(body)
         body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.motions[k]
@@ -229,7 +229,7 @@ class SolvedScene:
         return RigidMotion(frame.point - point + motion[:3], turn + motion[3:], point)
 
     def boundary_motion(self, body: Body, name: str) -> Array:
-        """Mean displacement (3,) of a boundary in world axes, over its nodes by their areas."""
+        """Mean displacement (3,) of a boundary in world axes, weighted by nodal areas."""
         k, elastic = self._elastic(body)
         along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
         weights = along_z.reshape(-1, 3)[:, 2]
@@ -237,13 +237,13 @@ class SolvedScene:
         total = elastic.pose.rotation @ (weights @ self.state.displacements[k].reshape(-1, 3)) / area
         if not self.originals:
             return total
-        # the modes of turning, x -> e x (x - c), tell the boundary's centre
+        # the rotational modes, x -> e x (x - c), give the boundary's centre
         turns = np.tensordot(weights, elastic.model.rigid_modes.reshape(-1, 3, 6), 1)[:, 3:] / area
         centre = elastic.reference_point + np.array([-turns[2, 1], turns[2, 0], -turns[1, 0]])
         return total + self._carried(k, centre[None])[0]
 
     def reaction(self, body: Body, boundary: str | None = None) -> Array:
-        """Force and moment (6,) by which a body is held, about its reference point, in world axes.
+        """Reaction (6,) on a body: force and moment about its reference point, in world axes.
 
         Parameters
         ----------
@@ -254,10 +254,10 @@ class SolvedScene:
         Returns
         -------
         (6,) array
-            Without a boundary: what the surroundings exert on the body's frame, from the equilibrium of the body under
-            its loads, contacts and springs; zero in components that are free. With one: what the frame exerts on that
-            boundary, from the nodal forces there. The latter, summed over all supports, are the former and the load
-            that acts on the body as a whole.
+            Without a boundary: the reaction on the body's frame, from the equilibrium of the body under its loads,
+            contacts and springs; zero in free components. With one: the force of the frame on that boundary, from the
+            nodal forces there. The latter, summed over all supports, equal the former plus the load on the body as a
+            whole.
 
         Examples
         --------
@@ -291,6 +291,6 @@ class SolvedScene:
         """Resultant of the forces on slave and master together (six components), relative to the forces."""
         if fields.total_force == 0:
             return 0.0
-        # the forces themselves are equal and opposite by construction; their lines of action must coincide
+        # the forces are equal and opposite by construction; their lines of action must coincide
         couple = fields.forces @ interface.pairing.couple_residual(interface.slave_nodes)
         return float(np.linalg.norm(couple) / (fields.total_force * interface.slave.size))

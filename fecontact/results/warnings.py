@@ -1,7 +1,6 @@
-"""What may be wrong with a result although its certificate holds: warnings, each with a figure and a remedy.
+"""Warnings of modelling and discretisation errors of a certified result, each with a figure and a remedy.
 
-A check is a function of the result that yields sentences; `CHECKS` lists them. A note says what a reader should know
-and need not act on.
+A check is a function of the result that yields sentences; `CHECKS` lists them. A note is for information only.
 """
 
 from __future__ import annotations
@@ -17,12 +16,12 @@ from fecontact.results.checks.resolution import chords, coarse_pressures, overla
 from fecontact.results.checks.rims import contact_at_rims
 from fecontact.results.solved_scene import SolvedScene
 
-#: Strain from which a result warns: small-strain elasticity errs by its own size.
+#: Strain above which a result warns: the relative error of small-strain elasticity is of the size of the strain.
 LARGEST_STRAIN = 0.05
 
 
 def unborne_motions(result: SolvedScene) -> Iterator[str]:
-    """Rigid motions beyond what linearised ones bear."""
+    """Warnings of rigid motions too large for linearisation."""
     error = linearisation_error(result)
     if error.worst > BEARABLE:
         if not np.isfinite(error.gap):
@@ -43,7 +42,7 @@ def unborne_motions(result: SolvedScene) -> Iterator[str]:
 
 
 def large_strains(result: SolvedScene) -> Iterator[str]:
-    """Strains beyond small-strain elasticity."""
+    """Warnings of strains too large for small-strain elasticity."""
     displacements = {id(b): u for b, u in zip(result.scene.bodies, result.state.displacements, strict=True)}
     for body in result.elastic_bodies:
         strain = float(np.nanmax(np.abs(body.model.gauss_strain(displacements[id(body)]))))
@@ -62,12 +61,12 @@ def missed_accuracy(result: SolvedScene) -> Iterator[str]:
 
 
 def mended(result: SolvedScene) -> Iterator[str]:
-    """What readers and surfaces have put right in what they were given."""
+    """Notes of corrections made by readers and surfaces."""
     notes = ((body.name, text) for body in result.scene.bodies for text in body.notes)
     yield from dict.fromkeys(f"{name!r}: {text}" for name, text in notes)
 
 
-#: Everything that is looked at for `ContactResult.warnings` and for `ContactResult.notes`.
+#: Checks for `ContactResult.warnings` and for `ContactResult.notes`.
 CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     unborne_motions,
     large_strains,

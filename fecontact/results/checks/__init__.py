@@ -1,1 +1,1 @@
-"""What may be wrong with a result although its certificate holds: one module a class of doubt."""
+"""Checks of a certified result for modelling and discretisation errors, one module for each kind."""

@@ -1,7 +1,7 @@
-"""Loads that become wedges: what the frame of a loaded body is held by across its load.
+"""Check of the constraint force across the load of a body.
 
-A force lets a body follow along its own direction and holds it across (`contact.rigid_motion`). Where contacts push it
-aside, the hold takes what a body that is free to move would not bear.
+A force frees a body along its own direction and holds it across (`contact.rigid_motion`). Where contacts push it aside,
+the constraint carries a force that a free body could not.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from fecontact.common.arrays import Array
 from fecontact.fem.support import is_plane
 from fecontact.results.solved_scene import SolvedScene
 
-#: Share of its load that a frame may be held by across it without a word.
+#: Constraint force across the load, as a share of the load, above which a result warns.
 SILENT_SHARE = 0.1
 
 
 def held_across(result: SolvedScene) -> Iterator[str]:
-    """Bodies that a hold across their load keeps from being pushed aside.
+    """Warnings of bodies held across their load against contact forces.
 
-    Planes of symmetry push aside for the half that is not modelled; what they push along does not count.
+    Reactions of planes of symmetry, which represent the half that is not modelled, do not count.
     """
     loaded = [f for f in result.loading.frames if f.load[:3].any() and not f.spread]
     mirrored = _mirror_normals(result.scene.bodies) if loaded else np.zeros((0, 3))
@@ -44,7 +44,7 @@ def held_across(result: SolvedScene) -> Iterator[str]:
 
 
 def _mirror_normals(bodies: Sequence[Body]) -> Array:
-    """Normals (n, 3), in the world, of the planes of symmetry by which bodies are supported."""
+    """World normals (n, 3) of the planes of symmetry that support bodies."""
     found = [np.zeros((0, 3))]
     for body in elastic_among(bodies):
         for name, support in body.supports.items():

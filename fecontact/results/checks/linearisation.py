@@ -1,9 +1,9 @@
-"""What linearised motions leave out: gaps and lines of action after the same motions taken as finite.
+"""Error of linearised motions: change of gaps and lines of action when the same motions are finite.
 
-The problem of a scene is linear in the displacements of its surfaces. A motion d of a surface of curvature k along
-itself changes the gap by about k d^2 / 2 more than that, and a turn changes the direction of the forces. Both are
-measured at the pairs in contact, without a further solution: the surfaces are projected on each other again, moved by
-the bodies' rigid motions and by the mean of their deflections in the contact: a ball on a bending arm moves along.
+The problem of a scene is linear in the displacements of its surfaces. A tangential motion d of a surface of curvature k
+changes the gap by a further k d^2 / 2 or so, and a rotation changes the direction of the forces. Both are measured at
+the pairs in contact, without a further solve: the surfaces are projected on each other again after the bodies' rigid
+motions and the mean of their deflections in the contact (a sphere on a bending arm moves with it).
 """
 
 from __future__ import annotations
@@ -23,32 +23,32 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import Projection, Surface, with_nodes
 
-#: Error of linearised motions, relative to the approach, that is let pass.
+#: Tolerated error of linearised motions, relative to the approach.
 BEARABLE = 1e-3
-#: Points of a contact that are looked at: so many of those in contact, and so many of the nearest others.
+#: Largest number of points examined in contact, and of the nearest others.
 MOST_POINTS = 400
-#: Opening by a unit of a rigid motion, relative to the largest, below which it changes no gap.
+#: Opening by a unit of a rigid motion, relative to the largest, below which the motion changes no gap.
 NEUTRAL = 1e-7
-#: Share of a foot that nodes inside the surface have at the most if it lies on the rim.
+#: Largest weight of inner nodes in a closest point on the rim.
 ON_RIM = 1e-9
-#: Least approach, relative to the smallest body, by which changes are judged: less is rounding.
+#: Least approach, relative to the smallest body, used as a scale: less is rounding.
 LEAST_APPROACH = 1e-9
 
 
 @dataclass(frozen=True)
 class LinearisationError:
-    """What linearised motions leave out of a result.
+    """Errors of a result due to linearised motions.
 
     Attributes
     ----------
     gap : float
-        Largest change of a gap or of a spring's length; infinite where contact is lost or overlooked.
+        Largest change of a gap or of a spring's length; infinite where contact is lost or missed.
     approach : float
-        Largest elastic approach of two surfaces or elongation of a spring, by which it is judged.
+        Largest elastic approach of two surfaces or elongation of a spring, the scale of `gap`.
     direction : float
         Change (radians) of the direction of a contact's resultant or of a spring.
     stretch : float
-        Largest stretch of a body by a linearised turn t: t^2 / 2.
+        Largest stretch of a body by a linearised rotation t: t^2 / 2.
     """
 
     gap: float
@@ -63,7 +63,7 @@ class LinearisationError:
 
 
 def linearisation_error(result: SolvedScene) -> LinearisationError:
-    """What the linearised rigid motions of a result leave out.
+    """Errors of a result due to linearised rigid motions.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def linearisation_error(result: SolvedScene) -> LinearisationError:
 
 
 def driven_motions(result: SolvedScene) -> Array:
-    """Rigid motions (n_bodies, 6) of a result without those that change no gap, which are as large as chance has it."""
+    """Rigid motions (n_bodies, 6) of a result, without the undetermined ones that change no gap."""
     frames, motions = result.loading.frames, result.motions
     B = result.condensed.problem.B
     if not len(B):
@@ -113,9 +113,9 @@ def _driven(result: SolvedScene, k: int, motion: Array) -> Array | None:
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """A small rigid motion (6,) of a body about a world point, also taken as finite.
+    """A small rigid motion (6,) of a body about a world point, linearised and finite.
 
-    `displacements` (n_points, 3) of an elastic body's points hold its deflection too.
+    `displacements` (n_points, 3) of an elastic body's points include its deflection.
     """
 
     body: Body
@@ -124,14 +124,14 @@ class _Motion:
     displacements: Array | None = None
 
     def in_contact(self, weights: sp.csr_matrix | None, places: Array, forces: Array) -> _Motion:
-        """The motion with the shift that places (n, 3) in contact have on average, weighted by their forces (n,).
+        """The motion with the mean translation of contact points (n, 3), weighted by their forces (n,).
 
-        `weights` (n, n_points) interpolate the places from the body's points. Turns stay those of the body: the slope
-        of an indentation on half a contact, as planes of symmetry leave it, is no turn.
+        `weights` (n, n_points) interpolate the contact points from the body's points. Rotations are those of the body:
+        the slope of an indentation on half a contact (with a plane of symmetry) is not a rotation.
         """
         if self.displacements is None or weights is None or not forces.any():
             return self
-        if weights.shape[1] != len(self.displacements):  # a surface with points of its own
+        if weights.shape[1] != len(self.displacements):  # a surface with its own points
             return self
         deflection = weights @ self.displacements - self.linear(places)
         shift = forces @ deflection / forces.sum()
@@ -169,7 +169,7 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
     linear = closing(slave, master)
     seen = ~(before.outside | projection.outside)
     inside = seen & ~(_at_rim(surface, before) | _at_rim(surface, projection))
-    # a foot on the rim tells nothing of how the surface goes on
+    # a closest point on the rim does not show how the surface continues
     seen = inside if (active & inside).any() else seen
     if not active.any():
         overlooked = bool((projection.gap[seen] < -LEAST_APPROACH * interface.slave.size).any())
@@ -187,15 +187,15 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
 
 
 def _nodes_of(interface: Interface, chosen: IntArray) -> sp.csr_matrix:
-    """Weights (n_chosen, n_nodes) that take the values at the nodes of the chosen points."""
+    """Weights (n_chosen, n_nodes) that select nodal values of the chosen points."""
     n, nodes = len(chosen), interface.pairing.nodes[chosen]
     return sp.csr_matrix((np.ones(n), nodes, np.arange(n + 1)), shape=(n, len(interface.slave_nodes)))
 
 
 def _indentation(fields: ContactFields) -> float:
-    """Scale of the indentation: p b / E* with b three times the radius of gyration of the forces; infinite for a point.
+    """Scale of the indentation: p b / E*, b three times the radius of gyration of the forces; infinite for one point.
 
-    For a ball that is some 0.8 of the approach.
+    For a sphere about 0.8 of the approach.
     """
     softness = 1 / fields.slave.contact_modulus + 1 / fields.master.contact_modulus
     total = fields.total_force
@@ -205,7 +205,7 @@ def _indentation(fields: ContactFields) -> float:
 
 
 def _looked_at(fields: ContactFields) -> IntArray:
-    """Points in contact and the nearest others, each no more than `MOST_POINTS`; all pairs where nothing touches."""
+    """Points in contact and the nearest others, at most `MOST_POINTS` each; all pairs without contact."""
     active = np.flatnonzero(fields.active)
     others = fields.candidates[fields.forces[fields.candidates] <= 0] if len(active) else np.arange(len(fields.gap))
     nearest = others[np.argsort(fields.gap[others], kind="stable")[:MOST_POINTS]]
@@ -213,7 +213,7 @@ def _looked_at(fields: ContactFields) -> IntArray:
 
 
 def _at_rim(surface: Surface, projection: Projection) -> NDArray[np.bool_]:
-    """Which feet (n,) lie on the rim: those that nodes of the rim alone interpolate."""
+    """Mask of closest points (n,) on the rim: interpolated from rim nodes only."""
     if projection.weights is None:
         return np.zeros(len(projection.gap), bool)
     inner = abs(projection.weights) @ ~with_nodes(surface).rim_nodes
@@ -221,12 +221,12 @@ def _at_rim(surface: Surface, projection: Projection) -> NDArray[np.bool_]:
 
 
 def _smooth(surface: Surface, projection: Projection) -> Array:
-    """Normals (n, 3) at feet without the kinks between facets, over which a point slides without consequence."""
+    """Normals (n, 3) at closest points, continuous between facets."""
     return projection.normals if projection.weights is None else with_nodes(surface).smooth_normals(projection)
 
 
 def _of_spring(state: SpringState, after: dict[int, _Motion]) -> LinearisationError:
-    """The same of a spring that pulls or pushes, or would do so."""
+    """The same for a spring that carries, or would carry, a force."""
     spring = state.spring
     ends, displaced = spring.ends, []
     finite = ends.copy()

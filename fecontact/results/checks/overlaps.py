@@ -1,7 +1,7 @@
-"""Bodies that overlap although no contact between them was declared: nothing keeps them apart.
+"""Check for overlaps of bodies without a declared contact between them.
 
-Points of one body are projected on the other, in the final places: a ball's centre, whose distance tells all, the outer
-nodes of an elastic body, and points spread over other rigid surfaces. Bodies whose boxes are apart cost nothing.
+Points of one body are projected on the other, in the final positions: the centre of a sphere, the outer nodes of an
+elastic body, and points spread over other rigid surfaces. Bodies with disjoint bounding boxes are skipped.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import numpy as np
 from fecontact.common.arrays import Array
 from fecontact.results.solved_scene import SolvedScene
 
-#: Depth, relative to the smaller body, from which an overlap counts: chords of round faces that touch make less.
+#: Depth, relative to the smaller body, above which an overlap counts: chords of touching round faces make less.
 LEAST_DEPTH = 1e-4
 
 
 def undeclared_overlaps(result: SolvedScene) -> Iterator[str]:
-    """Pairs of bodies without a contact between them that overlap."""
+    """Warnings of overlapping pairs of bodies without a contact."""
     declared = {frozenset((id(c.slave), id(c.master))) for c in result.scene.contacts}
     bodies = result.scene.bodies
     if len(bodies) * (len(bodies) - 1) // 2 == len(declared):
@@ -38,7 +38,7 @@ def undeclared_overlaps(result: SolvedScene) -> Iterator[str]:
 
 
 class _Placed:
-    """A body where it has come to rest."""
+    """A body in its final position."""
 
     def __init__(self, result: SolvedScene, number: int) -> None:
         self.body = result.scene.bodies[number]
@@ -47,11 +47,11 @@ class _Placed:
 
     @cached_property
     def points(self) -> Array:
-        """Points (n, 3) of the body in world axes; none for surfaces that go on without end."""
+        """Points (n, 3) of the body in world axes; none for infinite surfaces."""
         return self._moved(self.body.pose.to_world(self.outside.points))
 
     def _moved(self, points: Array, sign: float = 1.0) -> Array:
-        """Points (n, 3) after a rigid body's small motion, or before it; displacements of others have it in them."""
+        """Points (n, 3) after or before the small motion of a rigid body; displacements of others include it."""
         if not self.body.is_rigid:
             return points
         shift, turn = np.split(self._motion, 2)
@@ -59,13 +59,13 @@ class _Placed:
 
     @cached_property
     def _box(self) -> tuple[Array, Array] | None:
-        """Corners of a box round the body; None where it may go on without end."""
+        """Corners of a bounding box; None for a body that may be infinite."""
         if not self.outside.is_bounded or not len(self.points):
             return None
         return self.points.min(axis=0) - self.outside.radius, self.points.max(axis=0) + self.outside.radius
 
     def depth_in(self, other: _Placed) -> float:
-        """How far points of this body lie inside another; zero where none do."""
+        """Largest depth of points of this body inside another; zero if none are inside."""
         points, radius, it = self.points, self.outside.radius, other.outside
         if it.surface is None or not len(points):
             return 0.0
@@ -79,6 +79,6 @@ class _Placed:
         depth = np.where(projection.outside, -np.inf, radius - projection.gap)
         if it.may_hold is not None:
             depth[~it.may_hold(seen, radius)] = -np.inf
-        # a body behind a surface that ends somewhere need not be inside
+        # a point behind an open surface need not be inside
         depth[depth > it.depth + 2 * radius] = -np.inf
         return max(0.0, float(depth.max()))

@@ -1,4 +1,4 @@
-"""How well a contact is resolved: overlap left between surfaces, errors of pressures, and chords of round faces."""
+"""Checks of the resolution of a contact: remaining overlaps, errors of pressures, chords of round faces."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ from fecontact.results.checks.rims import node_sizes
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import FacetSurface
 
-#: Overlap of nodes, relative to the elastic displacement and to it together, from which a result warns, and relative
+#: Overlap of nodes, relative to the sum of elastic displacement and overlap, above which a result warns, and relative
 #: to a face, below which it is rounding.
 LEAST_OVERLAP, ROUNDING = 0.2, 1e-4
-#: Estimated error of the pressure from which a result warns.
+#: Estimated error of the pressure above which a result warns.
 LARGEST_ERROR = 0.1
-#: Distance of faces from the round shape that they stand for, relative to the elastic displacement, that is noted.
+#: Distance of faces from the round shape they represent, relative to the elastic displacement, above which a note is
+#: given.
 LEAST_CHORD = 0.15
-#: Cosine of the angle between neighbouring faces below which they form an edge and no round shape.
+#: Cosine of the angle between neighbouring faces below which they form an edge.
 EDGE = np.cos(np.radians(40.0))
 
 
@@ -55,7 +56,7 @@ def _elastic_side(result: SolvedScene, body: ElasticBody, name: str) -> _Side:
 
 
 def overlap_left(result: SolvedScene) -> Iterator[str]:
-    """Contacts of elastic bodies whose nodes lie inside the other although the gaps that were solved for are open."""
+    """Warnings of contacts with nodes inside the other body although the gaps of the problem are open."""
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         slave = _side(result, interface.slave, interface.surfaces[0])
         master = _side(result, interface.master, interface.surfaces[1])
@@ -77,14 +78,14 @@ def overlap_left(result: SolvedScene) -> Iterator[str]:
 
 
 def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, float, Mask]:
-    """How deep nodes of chosen facets of one side, and of those round them, lie in the other.
+    """Depth to which nodes of chosen facets of one side, and of their neighbours, lie in the other.
 
     Returns
     -------
     depth, elastic, size : float
         The largest depth and elastic displacement, and the mean size of the faces.
     facets : (n_facets,) bool array
-        Of the other side, those that hold the feet.
+        Facets of the other side with the closest points.
     """
     surface = one.after
     nodes = np.unique(surface.facets[with_rings(surface, chosen, 1)])
@@ -102,7 +103,7 @@ def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, floa
 
 
 def coarse_pressures(result: SolvedScene) -> Iterator[str]:
-    """Contacts whose pressures may be off by more than `LARGEST_ERROR`."""
+    """Warnings of contacts whose estimated pressure error exceeds `LARGEST_ERROR`."""
     for contact in result.contacts:
         # a contact that fills its faces is as wide as they are, and not sought
         if not contact.active.any() or contact.active.all():
@@ -124,7 +125,7 @@ def coarse_pressures(result: SolvedScene) -> Iterator[str]:
 
 
 def chords(result: SolvedScene) -> Iterator[str]:
-    """Contacts of round faces whose chords are as far apart as the bodies are pressed together."""
+    """Notes of contacts of round faces whose chord error is comparable to the elastic displacement."""
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         if not contact.active.any() or interface.note.startswith("faces match or nest"):
             continue
@@ -159,7 +160,7 @@ def _chord(surface: FacetSurface, chosen: Mask) -> float:
 def _sagittas(surface: FacetSurface) -> Array:
     """Distance (n_facets,) of each facet from its arc: step to a neighbour times the angle between them over 8.
 
-    The largest over the sides counts; edges, sharper than round shapes are cut, count nothing.
+    The largest over the sides counts; edges are ignored.
     """
     if surface.out_of_plane is not None:
         a, b, cosine = _shared_ends(surface)
@@ -176,7 +177,7 @@ def _sagittas(surface: FacetSurface) -> Array:
 
 
 def _shared_ends(surface: FacetSurface) -> tuple[IntArray, IntArray, Array]:
-    """Sides that follow on one another, and the cosine between their tangents there."""
+    """Pairs of adjacent sides, and the cosine between their tangents there."""
     order = np.argsort(surface.facets[:, 0])
     place = np.searchsorted(surface.facets[order, 0], surface.facets[:, 1])
     place = np.minimum(place, len(order) - 1)

@@ -1,4 +1,4 @@
-"""What may be wrong with the contacts of a result: the checks of `results.warnings` that look at surfaces."""
+"""Check for contacts that reach the rim of a surface."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells
 
-#: Share of a contact's force within one face of the rim from which a result warns.
+#: Share of a contact's force within one face of the rim above which a result warns.
 LEAST_AT_RIM = 0.005
-#: Distance from its own rim, relative to a face, at which a node lies on it.
+#: Distance from its own rim, relative to a face, at which a node counts as on it.
 ON_RIM = 1e-3
 
 
@@ -29,14 +29,14 @@ def node_sizes(surface: FacetSurface) -> Array:
 
 
 def contact_at_rims(result: SolvedScene) -> Iterator[str]:
-    """Contacts that reach a rim beyond which the body goes on."""
+    """Warnings of contacts that reach a rim beyond which the body continues."""
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         if contact.active.any():
             yield from _at_rims(contact, interface)
 
 
 def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
-    """Of one contact: its force within one face of the slave's rim and of the master's."""
+    """Force of one contact within one face of the slave's rim and of the master's."""
     slave, master, names = interface.slave, interface.master, interface.surfaces
     active = np.flatnonzero(contact.active)
     surface, pairing = interface.slave_surface, interface.pairing
@@ -44,7 +44,7 @@ def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
     spacing = size if surface.facets.shape[1] == 4 else size / 2
     lines = contact.normals[active]
     length = np.linalg.norm(lines, axis=1, keepdims=True)
-    # radial forces all round a ring have no resultant
+    # the radial forces of a ring have no resultant
     lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
     projection = master.pose.to_body(contact.points[active] - pairing.gap[active, None] * lines)
     ours = _Near.of(slave, names[0], pairing.slave_points[active], size, ON_RIM * size)
@@ -73,14 +73,14 @@ def _sentence(contact: ContactFields, body: Body, name: str, share: float) -> st
 
 
 class _Near:
-    """Which points (n,) lie within a face of a rim where the body goes on or ends, and which of them it reaches."""
+    """Points (n,) within a face of a rim where the body continues or ends, and those on it."""
 
     def __init__(self, smooth: Mask, sharp: Mask, reached: Mask) -> None:
         self.smooth, self.sharp, self.reached = smooth, sharp, reached
 
     @classmethod
     def of(cls, body: Body, name: str, points: Array, size: Array, touching: Array) -> _Near:
-        """Of points (n, 3) in the body's axes, by the size (n,) of their own faces and a distance that is contact."""
+        """From points (n, 3) in the body's axes, the size (n,) of their faces and a contact distance."""
         rim: Rim | None = rim_of_surface(body, name)
         none = np.zeros(len(points), bool)
         if rim is None:
@@ -93,7 +93,7 @@ class _Near:
 
 
 def _near_rigid_end(body: Body, name: str, points: Array, normals: Array, size: Array, touching: Array) -> _Near:
-    """Of a rigid surface, which ends where it is asked in vain; measured maps and open facets go on, shapes do not."""
+    """The same for a rigid surface: measured maps and open facets continue beyond their rim, shapes do not."""
     near = ends_near(body, name, points, normals, size)
     none = np.zeros(len(points), bool)
     if body.is_cut_off:

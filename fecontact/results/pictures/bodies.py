@@ -1,7 +1,6 @@
-"""Pictures of bodies: deformed shape with stress, displacement or contact pressure on the outer faces, or on a cut.
+"""Pictures of bodies: deformed shape with stress, displacement or contact pressure on the outer faces, or on a section.
 
-To a file without a screen by `results.pictures.renderer` and matplotlib; on the screen through pyvista, where it is
-installed.
+Files are drawn without a screen by `results.pictures.renderer` and matplotlib; windows need pyvista.
 """
 
 from __future__ import annotations
@@ -33,11 +32,11 @@ FIELDS = (
     *(f"displacement_{c}" for c in COMPONENTS[3]),
     *(f"stress_{c}" for c in COMPONENTS[6]),
 )
-#: Colour tables: fields of one sign from light to dark, so that light and shade are seen; of two signs about white.
+#: Colour maps: fields of one sign from light to dark, so that shading is visible; of two signs about white.
 TABLES = {"displacement": "YlGnBu"}
 ONE_SIGN, TWO_SIGNS = "YlOrRd", "RdBu_r"
 PIXELS = (1100, 820)
-#: Pieces per side into which a curved face is cut for pyvista, which knows flat ones only.
+#: Divisions per side of a curved face for pyvista, which draws flat faces only.
 SUBDIVISION = 6
 
 
@@ -64,33 +63,33 @@ def view(
     ----------
     solids : sequence of Solid
     field : str
-        Such as 'von_mises', 'contact_pressure', 'displacement', 'displacement_z', 'stress_xx'.
+        Field, such as 'von_mises', 'contact_pressure', 'displacement', 'displacement_z', 'stress_xx'.
     path : str or Path, optional
         File to write; the suffix decides the format.
     scale : float
-        By which displacements are exaggerated; 0 shows the bodies undeformed.
+        Factor of the displacements; 0 shows the bodies undeformed.
     direction : str or (azimuth, elevation) in degrees
-        Where the eye stands, see `renderer.VIEWS`; sections are seen along y unless given.
+        Direction of view, see `renderer.VIEWS`; along y for sections unless given.
     only : sequence of str, optional
         Names of the bodies to show.
     where : str, optional
-        Cut: what is to be kept, for instance ``"y>0"``.
+        Part to keep of a cut, for instance ``"y>0"``.
     limits : (low, high), optional
-        Of the colours; what is shown decides unless given.
+        Range of the colours; that of the values shown unless given.
     edges : bool
-        Whether the mesh is drawn.
+        Whether to draw the mesh.
     units, length : str
         Units of the field, and of length.
     title : str, optional
     pixels : (width, height)
-        Of the drawing itself, at most; `PIXELS` unless given.
+        Largest size of the drawing; `PIXELS` unless given.
     rigid : (points, quadrilaterals), optional
         Rigid surfaces, drawn translucent.
 
     Raises
     ------
     InputError
-        Unknown field, body or direction, or a path that cannot be written.
+        For an unknown field, body or direction, or a path that cannot be written.
     """
     if path is not None:
         check_writable(path)
@@ -127,7 +126,7 @@ def view(
 
 
 def view_result(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
-    """Draw the elastic bodies of a result, and what is near of the rigid surfaces they touch; options as in `view`.
+    """Draw the elastic bodies of a result, and the rigid surfaces near their contacts; options as in `view`.
 
     Rigid surfaces are left out of cuts and of pictures of chosen bodies.
 
@@ -163,7 +162,7 @@ def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDA
 
 
 def _outwards(points: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Faces of a closed surface turned outwards if they enclose a negative volume, as those of mirrored cells do."""
+    """Faces of a closed surface, reversed if they enclose a negative volume, as for mirrored cells."""
     corners = points[faces[:, :4]] - points[faces[0, 0]]
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     if np.einsum("fi,fi->", corners.mean(axis=1), normals) >= 0:
@@ -172,7 +171,7 @@ def _outwards(points: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> tuple[Any, Normalize]:
-    """Colour table and its limits for the values shown."""
+    """Colour map and its limits for the values shown."""
     low, high = limits if limits is not None else (float(values.min()), float(values.max()))
     signed = field.rpartition("_")[2] in (*COMPONENTS[3], *COMPONENTS[6])
     if signed and limits is None:
@@ -238,7 +237,7 @@ def show(
     limits: tuple[float, float] | None = None,
     units: str = "",
 ) -> None:
-    """Show bodies in a window of pyvista, to be turned with the mouse, or draw its picture into a file.
+    """Show bodies in an interactive window of pyvista, or write its picture to a file.
 
     Options as in `view`.
 

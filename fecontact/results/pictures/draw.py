@@ -1,4 +1,4 @@
-"""Pictures: pressure maps seen along the contact's normal, and Hertz beside them. Needs matplotlib only."""
+"""Pictures of contacts: pressure and gap maps seen along the contact's normal. Needs matplotlib only."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ STYLES = ("smooth", "sensels")
 COLOURS = {"pressure": "magma_r", "gap": "viridis"}
 #: Cells per side into which a facet is divided for a smooth picture.
 FINENESS = 6
-#: Share of the largest pressure at which a region is outlined and above which a sensel shows its pressure.
+#: Share of the largest pressure at which a region is outlined, and above which a sensel shows its pressure.
 OUTLINE = 0.02
-#: Sensels across a contact unless a pitch is given, and steps of their colours, as on the screens of pressure films.
+#: Sensels across a contact by default, and colour steps, as for pressure-sensitive films.
 SENSELS, STEPS = 24, 13
 
 
@@ -53,7 +53,7 @@ def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | 
     path : str or Path, optional
         File to write; the suffix decides the format.
     **options
-        Of the function that draws it.
+        Options of the function that draws it.
 
     Raises
     ------
@@ -94,18 +94,18 @@ def plot_contacts(
     units, length, force : str
         Units of the field, of lengths and of forces, for labels.
     style : {'smooth', 'sensels'}
-        'sensels' shows the pressure as a film of square sensors would: the force on each over its area.
+        'sensels' shows the pressure on a film of square sensors: the force on each over its area.
     pitch : float, optional
         Side of a sensel; a round length that puts about 24 across the contact unless given.
     contacts : sequence of int, optional
-        Which contacts of the result, by their place; all unless given.
+        Contacts of the result to draw, by number; all unless given.
     same_colours : bool
         Whether all maps share one scale.
 
     Raises
     ------
     InputError
-        Unknown field, style or contact, gaps by sensels, a pitch that is not positive.
+        For an unknown field, style or contact, gaps with sensels, or a pitch that is not positive.
     """
     _check_map(result, what, style, pitch, contacts)
     if style == "sensels" and any(c.is_curve for c in result.contacts):
@@ -155,11 +155,11 @@ def _title(contact: ContactFields, units: Units) -> str:
 
 
 def view_axes(normals: Array, forces: Array) -> Array:
-    """Two directions (2, 3) spanning the plane seen along the mean normal; world axes where they fit."""
+    """Two directions (2, 3) spanning the plane normal to the mean normal; world axes where possible."""
     weights = forces if forces.any() else np.ones(len(forces))
     n = weights @ normals
     n /= np.linalg.norm(n)
-    # the two world axes most nearly in the plane, in their order, so that a contact along z is seen as x against y
+    # the two world axes closest to the plane, in order, so that a contact along z is shown as x against y
     first, second = sorted(np.argsort(np.abs(n))[:2])
     u = np.eye(3)[first] - n[first] * n
     u /= np.linalg.norm(u)
@@ -177,7 +177,7 @@ def draw_field(
     margin: float = 1.3,
     top: float | None = None,
 ) -> None:
-    """Draw a nodal field of a contact with smooth shading, the facets' edges and the scale, which ends at `top`."""
+    """Draw a nodal field of a contact with smooth shading, the facets' edges and a scale up to `top`."""
     names = units or Units()
     plane = view_axes(contact.normals, contact.forces)
     triangles, xy, shades = _shaded(
@@ -197,7 +197,7 @@ def draw_field(
 def draw_sensels(
     axes: Any, contact: ContactFields, pitch: float | None = None, units: Units | None = None, top: float | None = None
 ) -> None:
-    """Draw the pressure as square sensors would feel it: the force on each over its area, in steps of colour."""
+    """Draw the pressure on square sensors: the force on each over its area, in colour steps."""
     names = units or Units()
     plane = view_axes(contact.normals, contact.forces)
     flat = contact.points @ plane.T
@@ -261,7 +261,7 @@ def _frame(axes: Any, contact: ContactFields, plane: Array, units: Units, margin
 
 
 def _window(contact: ContactFields, plane: Array, margin: float = 1.3) -> tuple[Array, Array]:
-    """Lower and upper corner (2,) of what is worth showing: the facets in contact and a margin, or all of them."""
+    """Lower and upper corner (2,) of the picture: the facets in contact and a margin, or all facets."""
     flat = contact.points @ plane.T
     low, high = flat.min(axis=0), flat.max(axis=0)
     loaded = contact.at_nodes @ contact.forces > 0
@@ -276,7 +276,7 @@ def _window(contact: ContactFields, plane: Array, margin: float = 1.3) -> tuple[
 
 
 def _figure_size(contacts: Sequence[ContactFields], columns: int, rows: int) -> tuple[float, float]:
-    """Inches for maps of the contacts' proportions with a colour bar beside and a title over each, or for curves."""
+    """Size in inches for maps with colour bar and title, in the contacts' proportions, or for curves."""
     if any(c.is_curve for c in contacts):
         return 6.4 * columns, 4.6 * rows
     sides = [np.subtract(*reversed(_window(c, view_axes(c.normals, c.forces)))) for c in contacts]
@@ -305,7 +305,7 @@ def _axis_name(direction: Array) -> str:
 
 
 def _shaded(contact: ContactFields, xy: Array, values: Array, beyond: float = 0.0) -> tuple[Array, Array, Array]:
-    """Facets divided into small triangles with interpolated values."""
+    """Facets divided into triangles with interpolated values."""
     t = np.linspace(0.0, 1.0, FINENESS + 1)
     local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
     N, _ = shapes_on_square(contact.facets, local)

@@ -1,7 +1,7 @@
-"""Curved facets drawn into an image: parallel projection, hidden surfaces by depth, light, thin element edges.
+"""Renderer of curved facets: parallel projection, depth buffer, light, element edges.
 
-Every facet is sampled through its own shape functions, densely enough that no pixel is missed, and the sample nearest
-to the eye wins its pixel. Curved faces stay curved, and hidden surfaces are right whatever the bodies' order.
+Every facet is sampled by its shape functions, densely enough that no pixel is missed, and each pixel shows the sample
+nearest to the eye. Curved faces stay curved, and hidden surfaces do not depend on the order of the bodies.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.mesh.facets import shapes_on_square
 
-#: Directions of sight by name, as (azimuth, elevation) in degrees: where the eye stands.
+#: Positions of the eye by name, as (azimuth, elevation) in degrees.
 VIEWS = {
     "iso": (-60.0, 25.0),
     "x": (0.0, 0.0),
@@ -27,22 +27,22 @@ VIEWS = {
     "-z": (-90.0, -90.0),
     "below": (-60.0, -30.0),
 }
-#: Pixels of the drawing per pixel of the image and direction, against jagged edges.
+#: Oversampling of pixels per direction, against jagged edges.
 OVERSAMPLING = 2
 #: Samples per pixel and direction, more than one so that no pixel of a skew facet is missed.
 DENSITY = 1.4
-#: Share of light that comes from everywhere, and the direction of the rest in the eye's axes (right, up, to the eye).
+#: Share of ambient light, and the direction of the rest in the eye's axes (right, up, to the eye).
 AMBIENT = 0.7
 LIGHT = np.array([-0.35, 0.55, 0.76])
-#: Facets smaller than this many pixels lose their edges, larger ones show them fully at five times it.
+#: Size in pixels below which edges of facets are not drawn; they are fully drawn at five times it.
 SMALLEST_OUTLINED = 3.0
 DARKEST = 0.5
-#: Translucent surfaces: their grey and how much of what is behind they hide.
+#: Translucent surfaces: grey level and opacity.
 VEIL = np.array([0.55, 0.6, 0.66])
 OPACITY = 0.4
-#: Depth over the picture's size by which such a surface may lie behind a face and still cover it.
+#: Depth over the picture's size up to which such a surface behind a face still covers it.
 TOUCHING = 0.01
-#: Samples taken together.
+#: Samples per block.
 CHUNK = 200_000
 
 
@@ -60,7 +60,7 @@ class Camera:
 
     @classmethod
     def looking(cls, view: str | tuple[float, float] = "iso") -> Camera:
-        """The eye at an azimuth and an elevation (degrees), z upwards, or at one of `VIEWS`.
+        """Camera at an azimuth and an elevation (degrees), z upwards, or at one of `VIEWS`.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class Image:
     rgba : (height, width, 4) array
         Row 0 at the bottom; transparent where there is nothing.
     extent : (left, right, bottom, top)
-        In lengths along the camera's axes.
+        Extent along the camera's axes, in lengths.
     """
 
     rgba: Array
@@ -118,17 +118,16 @@ def draw_facets(
         As in `fecontact.mesh.facets`.
     values : (n_points,) array
     colours : callable
-        From values (n,) to red, green, blue in [0, 1], (n, 3).
+        Function from values (n,) to red, green, blue in [0, 1], (n, 3).
     camera : Camera
     size : (width, height)
-        Pixels that the drawing may not exceed; what is seen decides which of them it reaches.
+        Largest width and height in pixels.
     edges : bool
-        Whether the sides of the facets are drawn.
+        Whether to draw the sides of the facets.
     closed : bool
-        Whether the facets enclose bodies, corners counter-clockwise seen from outside: those that look away are hidden
-        and left out.
+        Whether the facets enclose bodies, corners counter-clockwise seen from outside: back faces are then left out.
     veil : (points, facets), optional
-        Surfaces drawn as a translucent grey over what they hide.
+        Surfaces drawn translucent over the facets behind them.
 
     Examples
     --------
@@ -163,17 +162,17 @@ def draw_facets(
 
 
 def _draw_veil(canvas: _Canvas, rgba: Array, seen: Array, facets: IntArray) -> None:
-    """Lay a translucent grey over the pixels (n, 4) before which facets stand, with points in the eye's axes."""
+    """Blend a translucent grey over the pixels (n, 4) behind facets, with points in the eye's axes."""
     sheet = _Canvas(canvas.lower, canvas.pixel, canvas.shape)
     patches = _patches(np.column_stack([seen, np.zeros(len(seen))]), facets)
     for xyz, facet, local in _surface_samples(patches, sheet.pixel):
         sheet.add(xyz, facet, local)
-    # where bodies touch, neither hides the other by more than the difference of their faces
+    # in a contact the depths of both bodies differ by the mismatch of their faces only
     touching = TOUCHING * canvas.pixel * max(canvas.shape)
     hit = np.flatnonzero((sheet.facet >= 0) & (sheet.depth > canvas.depth - touching))
     _, light = _value_and_light(patches, sheet.facet[hit], sheet.local[hit])
     under = rgba[hit, 3:]
-    # over the white of the page where nothing stands behind
+    # over white where nothing is behind
     rgba[hit, :3] = OPACITY * VEIL * light[:, None] + (1 - OPACITY) * (under * rgba[hit, :3] + 1 - under)
     rgba[hit, 3] = 1.0
 
@@ -189,12 +188,12 @@ def _patches(nodal: Array, facets: IntArray) -> Array:
 
 
 def subdivided(nodal: Array, facets: IntArray, n: int) -> tuple[Array, IntArray]:
-    """Facets cut into n x n flat quadrilaterals.
+    """Facets divided into n x n flat quadrilaterals.
 
     Parameters
     ----------
     nodal : (n_points, k) array
-        Positions and whatever else is to be interpolated.
+        Positions and other values to interpolate.
     facets : (n_facets, 4 | 8 | 9) int array
     n : int
 
@@ -222,7 +221,7 @@ def _slopes(t: Array) -> Array:
 
 
 class _Canvas:
-    """Depth of every pixel of the oversampled drawing, and the facet and the place on it that are seen there."""
+    """Depth buffer of the oversampled drawing, with the visible facet and its coordinates."""
 
     def __init__(self, lower: Array, pixel: float, shape: tuple[int, int]) -> None:
         self.lower, self.pixel, self.shape = lower, pixel, shape
@@ -231,7 +230,7 @@ class _Canvas:
 
     @classmethod
     def fitting(cls, seen: Array, size: tuple[int, int]) -> _Canvas:
-        """Canvas over the points seen, with a narrow margin."""
+        """Canvas over the visible points, with a narrow margin."""
         low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
         span = np.maximum(high - low, 1e-6 * max((high - low).max(), 1e-300))
         pixel = float((span / (np.array(size) - 2)).max()) / OVERSAMPLING
@@ -244,7 +243,7 @@ class _Canvas:
         return np.clip(place[:, 1], 0, rows - 1) * columns + np.clip(place[:, 0], 0, columns - 1)
 
     def add(self, xyz: Array, facet: IntArray, local: Array) -> None:
-        """Samples of a surface; the nearest one wins its pixel."""
+        """Add samples of a surface; the nearest one is kept in each pixel."""
         pixel = self._pixels(xyz[:, :2])
         np.maximum.at(self.depth, pixel, xyz[:, 2])
         wins = np.flatnonzero(xyz[:, 2] >= self.depth[pixel])
@@ -252,7 +251,7 @@ class _Canvas:
         self.local[pixel[wins]] = local[wins]
 
     def mark(self, dark: Array, xyz: Array, strength: Array) -> None:
-        """Note in `dark` (n_pixels,) where samples of lines darken the picture, unless they are hidden."""
+        """Add to `dark` (n_pixels,) the darkening by visible samples of lines."""
         slack = 4 * self.pixel
         for shift in np.ndindex(OVERSAMPLING, OVERSAMPLING):
             pixel = self._pixels(xyz[:, :2] + self.pixel * (np.array(shift) - 0.5))
@@ -271,7 +270,7 @@ class _Canvas:
 
 
 def _towards_the_eye(patches: Array) -> NDArray[np.bool_]:
-    """Facets (n_facets,) of which any part looks at the eye."""
+    """Mask of facets (n_facets,) with any part facing the eye."""
     s = np.repeat([0.0, 0.5, 1.0], 3)
     t = np.tile([0.0, 0.5, 1.0], 3)
     along = np.einsum("qi,fijk,qj->fqk", _slopes(s), patches[..., :2], _quadratics(t), optimize=True)
@@ -287,14 +286,14 @@ def _extents(patches: Array, pixel: float) -> Array:
 
 
 def _grouped(counts: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
-    """Distinct rows of counts (n, 2), and which rows are equal to them."""
+    """Distinct rows of counts (n, 2), and the rows equal to each."""
     kinds, kind = np.unique(counts, axis=0, return_inverse=True)
     for k, pair in enumerate(kinds):
         yield pair, np.flatnonzero(kind.ravel() == k)
 
 
 def _surface_samples(patches: Array, pixel: float) -> Iterator[tuple[Array, IntArray, Array]]:
-    """Position, facet and local coordinates of samples, by groups of facets of like size."""
+    """Position, facet and local coordinates of samples, by groups of facets of similar size."""
     needed = DENSITY * _extents(patches, pixel) + 2
     # in steps of a third, so that there are few groups
     counts = np.ceil(1.33 ** np.ceil(np.log(needed) / np.log(1.33))).astype(np.int64)
@@ -309,7 +308,7 @@ def _surface_samples(patches: Array, pixel: float) -> Iterator[tuple[Array, IntA
 
 
 def _value_and_light(patches: Array, facet: IntArray, local: Array) -> tuple[Array, Array]:
-    """Field and light (n,) at places on facets."""
+    """Field and light (n,) at points of facets."""
     value, light = np.zeros(len(facet)), np.zeros(len(facet))
     direction = LIGHT / np.linalg.norm(LIGHT)
     for start in range(0, len(facet), CHUNK):

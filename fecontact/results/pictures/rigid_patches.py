@@ -1,4 +1,4 @@
-"""Patches of rigid surfaces to be shown beside the bodies that they touch."""
+"""Patches of rigid surfaces near contacts, for pictures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fecontact.results.solved_scene import SolvedScene
 MARGIN = 1.3
 #: Quadrilaterals per side of a patch.
 PIECES = 24
-#: Side of a quadrilateral over that of the grid in the tangent plane above which a fold or jump is crossed.
+#: Side of a quadrilateral over that of the grid in the tangent plane above which it crosses a fold or jump.
 STRETCH = 3.0
 
 
@@ -24,7 +24,7 @@ def rigid_patches(result: SolvedScene, scale: float) -> tuple[Array, IntArray]:
     ----------
     result : SolvedScene
     scale : float
-        By which displacements are exaggerated, rigid motions too.
+        Factor of displacements and rigid motions.
     """
     points, quads, start = [np.zeros((0, 3))], [np.zeros((0, 4), np.int64)], 0
     for contact in result.contacts:
@@ -40,7 +40,7 @@ def rigid_patches(result: SolvedScene, scale: float) -> tuple[Array, IntArray]:
 
 
 def _patch(contact: ContactFields, body: Body) -> tuple[Array, IntArray]:
-    """Feet of a grid in the tangent plane where the gap is least; quadrilaterals beyond the surface are left out."""
+    """Projection of a grid in the tangent plane at the least gap; quadrilaterals outside the surface are left out."""
     shape = body.surface(contact.surfaces[1])
     nearest = body.pose.to_body(contact.points[[np.argmin(contact.gap)]])
     foot = shape.project(nearest)

@@ -1,4 +1,4 @@
-"""Pictures of the contacts of sections: a field over the curve. Needs matplotlib only."""
+"""Pictures of contacts of sections: a field along the curve. Needs matplotlib only."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
 
-#: Points per side of a section from which its curve is drawn, and how far beyond the contact it is shown.
+#: Points per side of a section for its curve, and margin beyond the contact.
 FINENESS, MARGIN = 16, 1.35
 
 
 def along_axis(contact: ContactFields) -> int:
-    """The coordinate (0: x, 2: z) over which a curve is drawn: the one it extends in most."""
+    """The coordinate (0: x, 2: z) of the horizontal axis: that of the curve's largest extent."""
     extent = np.ptp(contact.points[contact.active] if contact.active.any() else contact.points, axis=0)
     return 2 if extent[2] > extent[0] else 0
 
 
 def draw_curve(axes: Any, contact: ContactFields, what: str, units: Units, top: float | None = None) -> None:
-    """Draw a field of a contact of sections: interpolated in its sides, and at its nodes.
+    """Draw a field of a contact of sections, interpolated along its sides, and at its nodes.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def draw_curve(axes: Any, contact: ContactFields, what: str, units: Units, top: 
 
 
 def _window(contact: ContactFields, k: int) -> tuple[float, float]:
-    """Ends of what is worth showing: the contact and a margin, within the curve; all of it without contact."""
+    """Limits of the picture: the contact and a margin, within the curve; the whole curve without contact."""
     place = contact.points[:, k]
     low, high = float(place.min()), float(place.max())
     if not contact.active.any():

@@ -1,4 +1,4 @@
-"""Bodies to be shown, out of a result or a VTU file: their meshes and fields, chosen and cut open."""
+"""Bodies of a result or a VTU file for pictures: meshes and fields, selection and cuts."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ CUT = re.compile(r"\s*([xyz])\s*([<>])\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*")
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A body to be shown.
+    """A body to show.
 
     Attributes
     ----------
     name : str
     mesh : Mesh or SectionMesh
-        With its points in the world.
+        Mesh with points in the world.
     fields : mapping of str to (n_points,) or (n_points, k) arrays
     """
 
@@ -46,12 +46,12 @@ class Solid:
         return np.asarray(self.mesh.points + scale * self.fields["displacement"])
 
     def scalar(self, name: str) -> Array:
-        """A field (n_points,): as it is, the length of a vector, or a component such as ``stress_xx``.
+        """A scalar field (n_points,): a scalar, the length of a vector, or a component such as ``stress_xx``.
 
         Raises
         ------
         InputError
-            Lists the fields there are.
+            If there is no such field; the message lists the existing ones.
         """
         if name in self.fields and self.fields[name].ndim == 1:
             return self.fields[name]
@@ -117,7 +117,7 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
     numbers = file.cell_data.get("body", [np.zeros(len(block.data), dtype=np.int64) for block in file.cells])
     fields = {name: np.asarray(values, dtype=float) for name, values in file.point_data.items()}
     out: list[Solid] = []
-    # cells of one width are one mesh, whatever their kinds, so that no face between them counts as an outer one
+    # cells with the same number of nodes are one mesh of mixed kinds, so that faces between them are not outer ones
     parts: dict[tuple[int, int], list[NDArray[np.int64]]] = {}
     for block, number in zip(file.cells, numbers, strict=True):
         for k in np.unique(number).tolist():
@@ -138,7 +138,7 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
 
 
 def cut(solid: Solid, where: str) -> Solid | None:
-    """The cells whose centres satisfy a condition such as ``"x<0"``, which lays their inner faces open.
+    """The cells whose centres satisfy a condition such as ``"x<0"``, with their inner faces exposed.
 
     None if no cell does.
 
@@ -162,12 +162,12 @@ def cut(solid: Solid, where: str) -> Solid | None:
 
 
 def chosen(solids: Sequence[Solid], only: Sequence[str] | None, where: str | None) -> tuple[Solid, ...]:
-    """The bodies named, cut.
+    """The named bodies, cut.
 
     Raises
     ------
     InputError
-        Unknown body, or nothing left.
+        For an unknown body, or if no cell is left.
     """
     names = list(dict.fromkeys(s.name for s in solids))
     if unknown := [n for n in only or () if n not in names]:
