@@ -4,7 +4,7 @@ The error of a finite element contact is largest at the edge, where the pressure
 face. Two reconstructions bracket it, and per face the larger difference counts:
 
 - the root of the interpolated squares of the nodal pressures, exact for a square root that begins at a node,
-  with an error as large as that of the pressure itself elsewhere;
+with an error as large as that of the pressure itself elsewhere;
 - the recovered pressure (`results.recovery`), which also shows the roughness of pressures inside the contact
   (Zienkiewicz & Zhu 1992).
 

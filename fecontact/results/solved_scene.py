@@ -50,7 +50,7 @@ class SolvedScene:
     rounds : int
         Number of choices of candidates.
     originals : sequence of Body
-        After a finite motion: the bodies as they were given; `scene` holds them in their final poses.
+        After a finite motion: the bodies as given; `scene` has them in their final poses.
     unrefined : sequence of Body
         Solved to an accuracy: the bodies before their meshes were divided; `scene` holds those of the last division.
     convergence : Convergence, optional

@@ -1,10 +1,10 @@
-"""What solving a scene would take: bodies, degrees of freedom, candidates, the way chosen and why, memory and time.
+"""Estimated cost of solving a scene: degrees of freedom, candidates, route of condensation, memory and time.
 
-Points are paired and candidates chosen as for a solution, so these numbers are exact for its first round. Memory and
-time are estimates. PARDISO's factor of a solid takes about 220 n^(4/3) bytes and of a section 66 n log2(n) (n unknowns;
-the powers are those of nested dissection, George 1973 and Lipton, Rose & Tarjan 1979; the factors were measured on
-spheres and blocks of 6,000 to 37,000 unknowns and on sections of 10,000 to 87,000); SuperLU's is about three times as
-large. The rest is arrays whose sizes are known. Seconds come from a small block that is factorised on the spot.
+Points are paired and candidates chosen as in a solve, so these numbers are exact for its first round. Memory and time
+are estimates. PARDISO's factor of a solid takes about 220 n^(4/3) bytes and of a section 66 n log2(n) (n unknowns; the
+powers are those of nested dissection, George 1973 and Lipton, Rose & Tarjan 1979; the factors were measured on spheres
+and blocks of 6,000 to 37,000 unknowns and on sections of 10,000 to 87,000); SuperLU's is about three times as large.
+The rest is arrays of known size. Seconds are scaled from a small block that is factorised on this machine.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ from fecontact.mesh import shapes
 from fecontact.results.model_size import modelled
 from fecontact.scene.linear import prepared
 
-#: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; how much more its analysis takes.
+#: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; factor for its analysis.
 SOLID_FACTOR, SECTION_FACTOR, ANALYSIS = 220.0, 66.0, 1.35
 #: Bytes while a stiffness is assembled, per pair of nodes in a cell of a solid, and per entry of one of a section.
 PER_PAIR, PER_ENTRY = 490.0, 80.0
-#: MB that loading a factorisation's library takes; how much larger SuperLU's factor is; bytes of a stored entry.
+#: MB of a loaded factorisation library; size of SuperLU's factor over PARDISO's; bytes of a stored entry.
 LIBRARY, SUPERLU, ENTRY = 40.0, 3.0, 12.0
-#: Dense square arrays of retained degrees of freedom, and of candidates, that live at one time.
+#: Numbers of dense square arrays of retained degrees of freedom, and of candidates, at one time.
 DENSE_RETAINED, DENSE_CANDIDATES = 4, 5
-#: Loads that decide about candidates, out of the arguments of `Scene.solve`.
+#: Arguments of `Scene.solve` that affect the candidates.
 LOADS = ("forces", "moments", "motions", "free", "pressures", "gravity")
 
 
 @dataclass(frozen=True)
 class ModelCost:
-    """What condensing one model takes.
+    """Cost of condensing one model.
 
     Attributes
     ----------
     name : str
-        Of the first body that it stands for.
+        Name of its first body.
     n_unknowns, n_retained : int
-        Displacements of its elements; degrees of freedom that the condensation keeps.
+        Displacement unknowns of its elements; degrees of freedom retained by the condensation.
     backend : str
     memory_mb, seconds : float
         Estimates.
@@ -65,23 +65,23 @@ class ModelCost:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What a solution would take.
+    """Estimated cost of a solution.
 
     Attributes
     ----------
     bodies : tuple of str
-        One line for each.
+        One line per body.
     n_dofs : int
-        Of all elastic bodies, as `ContactResult.n_dofs` counts them.
+        Degrees of freedom of all elastic bodies, as in `ContactResult.n_dofs`.
     n_candidates, n_points : int
-        Of the first round; a solution may take in more.
+        Candidates of the first round; a solution may add more.
     contacts : tuple of str
         Coupling of each contact and its candidates.
     models : tuple of ModelCost
     solver : str
     saved : tuple of str
     memory_mb : float
-        Peak of the process, what it has now included.
+        Peak memory of the process, including its present use.
     seconds : float
     """
 
@@ -97,7 +97,7 @@ class Explanation:
     seconds: float
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it, ready for JSON."""
+        """All figures, ready for JSON."""
         return asdict(self)
 
     def __str__(self) -> str:
@@ -118,13 +118,13 @@ class Explanation:
 
 
 def explain(scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: str = "auto") -> Explanation:
-    """Say what solving a scene would take, without assembling or factorising anything of it.
+    """Estimate the cost of solving a scene, without assembly or factorisation.
 
     Parameters
     ----------
     scene : SceneModel
     loads : mapping, optional
-        Arguments of `Scene.solve`; those that are no loads are passed over.
+        Arguments of `Scene.solve`; those other than loads are ignored.
     solver : str
 
     Returns
@@ -184,7 +184,7 @@ def _solver(solver: str, n: int, scene: SceneModel) -> str:
 def _model_costs(
     elastic: Sequence[ElasticBody], conditions: Sequence[UnilateralConstraints], chosen: Sequence[np.ndarray]
 ) -> tuple[ModelCost, ...]:
-    """Costs of all models, each condensed once onto what all its bodies' candidates touch."""
+    """Costs of all models, each condensed once onto the candidates of all its bodies."""
     touched: dict[int, set[int]] = {}
     first: dict[int, ElasticBody] = {}
     for body in elastic:
@@ -224,7 +224,7 @@ def _arrays(body: ElasticBody, model: Model) -> tuple[float, float, float]:
         return PER_ENTRY * n_cells * width**2, ENTRY * 17 * n, SECTION_FACTOR * n * np.log2(max(n, 2))
     functions = body.functions_per_cell
     pairs = n_cells * functions * (functions + 1) / 2
-    # about two fifths of the entries of all cells are left when shared ones have been added up
+    # about two fifths of the entries of all cells remain after shared ones are summed
     return PER_PAIR * pairs, ENTRY * 9 * 0.6 * pairs, SOLID_FACTOR * n ** (4 / 3)
 
 
@@ -241,7 +241,7 @@ def _measured_rate() -> float:
 
 
 def _peak(models: Sequence[ModelCost]) -> float:
-    """MB of the largest model while all others' factors are kept."""
+    """Peak MB of the largest model with all other factors kept."""
     if not models:
         return 0.0
     needed = [m.memory_mb for m in models]

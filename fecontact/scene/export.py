@@ -1,7 +1,7 @@
-"""A contact problem as one neutral file, for other engines: stiffnesses, couplings, gaps, rigid modes.
+"""Export of a contact problem to a neutral file for other engines: stiffnesses, couplings, gaps, rigid modes.
 
-The file is NumPy's .npz: a zip archive of plain arrays. `docs/neutral-file.md` has the meaning of each of them, and
-`examples/petsc/solve.py` is an engine that knows of nothing else.
+The file is NumPy's .npz: a zip archive of plain arrays. `docs/neutral-file.md` defines them, and
+`examples/petsc/solve.py` is an engine that needs nothing else.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from fecontact.contact.loads import make_loading
 from fecontact.contact.model import SceneModel
 from fecontact.scene.linear import prepared
 
-#: Version of the file's meaning.
+#: Version of the file format.
 VERSION = 1
 
 
@@ -39,23 +39,23 @@ def export_problem(
     gravity: Any = None,
     likely: bool = False,
 ) -> Path:
-    """Write the problem that `Scene.solve` would solve, before anything is factorised.
+    """Write the problem that `Scene.solve` would solve, without factorisation.
 
     Parameters
     ----------
     scene : SceneModel
-        Of elastic and rigid bodies.
+        Scene of elastic and rigid bodies.
     path : str or Path
         Ends in ``.npz``.
     forces, moments, motions, free, pressures, gravity
-        As for `Scene.solve`.
+        As in `Scene.solve`.
     likely : bool
-        Whether only the pairs that are likely to touch are written; then the others have to be checked afterwards.
+        Whether to write only pairs that are likely to touch; the others must then be checked afterwards.
 
     Raises
     ------
     InputError
-        A body of another kind, one that is held by its mean position, another suffix, a path that cannot be written.
+        For other kinds of bodies, a body held by its mean position, another suffix, or a path that cannot be written.
     SupportError
         If no contact forces can balance the load.
 

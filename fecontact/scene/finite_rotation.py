@@ -1,9 +1,9 @@
-"""Finite rigid motion: bodies that move and turn far before and while they touch.
+"""Finite rigid motion of bodies: large translations and rotations.
 
-An outer loop round the small-motion problem: solve, carry the rigid motions over into the poses, pair again. The
-condensed compliance lives in the bodies' axes and is reused. It ends when the poses have settled (`solve_finite`: at
-the end the rigid motion within the problem is zero, so nothing of it is linearised), or as soon as what the linearised
-motions leave out does not matter any more (`follow`). Strains stay small by assumption.
+An outer loop round the small-motion problem: solve, update the poses by the rigid motions, pair again. The condensed
+compliance is in the bodies' axes and is reused. It ends when the poses have converged (`solve_finite`: the rigid motion
+in the last problem is zero, so none of it is linearised), or as soon as the error of linearised motions is tolerable
+(`follow`). Strains are assumed small.
 """
 
 from __future__ import annotations
@@ -28,39 +28,40 @@ from fecontact.scene.linear import solved
 from fecontact.scene.local_search import SearchHistory, solve_local_case, sorted_case
 from fecontact.scene.poses import posed_scene
 
-#: Change of pose, relative to the elastic displacements, at which the poses have settled. The last change is still in
-#: the linearised solution, so the error left is of its square.
+#: Change of pose, relative to the elastic displacements, at convergence. The last change is included in the linearised
+#: solution, so the remaining error is of its square.
 SETTLED = 1e-4
-#: Largest turn (radians) of one step, and largest shift or error of a linearised gap (of a body's size), so that a
-#: far-off contact is not overshot.
+#: Largest rotation (radians) of one step, and largest translation or error of a linearised gap (relative to a body's
+#: size), so that a distant contact is not overshot.
 LARGEST_STEP = 0.2
 MOST_STEPS = 60
-#: Steps without a better result after which motions are taken not to settle.
+#: Steps without a better result after which the motions count as not converging.
 PATIENCE = 8
-#: Correction, relative to the first motion, from which motions are taken to run away.
+#: Correction, relative to the first motion, above which the motions count as diverging.
 GROWTH = 3.0
 
 
 def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch) -> ContactResult:
-    """Solve with poses carried along until they settle.
+    """Solve with poses updated until they converge.
 
     Parameters
     ----------
     scene : SceneModel
     arguments : mapping
-        Of `Scene.solve`. Prescribed motions are finite: rotation vectors about the reference point, then translations.
+        Arguments of `Scene.solve`. Prescribed motions are finite: rotation vectors about the reference point, then
+        translations.
     timer : Stopwatch
-        Takes the time of all steps.
+        Timer of all steps.
 
     Returns
     -------
     ContactResult
-        In the final poses; it answers for the original bodies.
+        Result in the final poses, accessed by the original bodies.
 
     Raises
     ------
     SolverError
-        If the poses do not settle.
+        If the poses do not converge.
     """
     path = _Path(scene, arguments, timer)
     change = np.inf
@@ -77,18 +78,18 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwat
 
 
 def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch) -> ContactResult:
-    """A result of small motions, or that of poses carried along where linearised motions leave out more than bearable.
+    """The result of small motions, or one with updated poses where the error of linearised motions is too large.
 
-    Where the motions do not settle, the best of the results found, which warns of it.
+    If the motions do not converge, the best of the results, with a warning.
 
     Parameters
     ----------
     result : ContactResult
-        Of small motions.
+        Result of small motions.
     arguments : mapping
-        Of `Scene.solve`, by which it was found.
+        Arguments of `Scene.solve` of that result.
     timer : Stopwatch
-        That of the result; takes the time of further steps.
+        Timer of the result, also used for further steps.
     """
     best, least = result, linearisation_error(result).worst
     if least <= BEARABLE:
@@ -109,7 +110,7 @@ def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch
                 break
             path.go_on(now)
     except FecontactError:
-        pass  # on the way some pose has no answer: what was found before it stands, with its warning
+        pass  # a pose without a solution: the earlier result is returned with its warning
     return replace(best, originals=result.scene.bodies)
 
 
@@ -123,13 +124,13 @@ def _placed(start: Pose, body: Body, place: Array) -> Pose:
 
 
 def _advance(place: Array, motion: Array) -> Array:
-    """Change of a place (6,) by a further motion (6,); rotations are composed, not added."""
+    """Motion (6,) composed with a further motion (6,); rotations are composed, not added."""
     total = (Rotation.from_rotvec(motion[3:]) * Rotation.from_rotvec(place[3:])).as_rotvec()
     return np.concatenate([motion[:3], total - place[3:]])
 
 
 def _elastic_size(result: ContactResult) -> float:
-    """Largest elastic displacement, but not less than 1e-9 of a body."""
+    """Largest elastic displacement, at least 1e-9 of a body's size."""
     rest = [
         u - frame.modes(motion[:, None])[:, 0]
         for u, frame, motion in zip(
@@ -141,11 +142,11 @@ def _elastic_size(result: ContactResult) -> float:
 
 
 class _Path:
-    """Places visited on the way to rest, and the next one by Anderson's acceleration (Walker & Ni 2011).
+    """Iteration of the bodies' motions to equilibrium, with Anderson acceleration (Walker & Ni 2011).
 
-    A place (6,) is a body's motion since its start, in which prescribed motions are done. The change of normals with
-    the pose is left out of the small-motion problem, so plain repetition converges at a linear rate; the differences
-    of a few earlier steps make up for it.
+    An iterate (6,) is a body's motion since its start, including prescribed motions. The small-motion problem neglects
+    the change of normals with the pose, so plain iteration converges linearly; the differences of a few earlier steps
+    accelerate it.
     """
 
     depth = 5
@@ -167,14 +168,14 @@ class _Path:
         self._steps: list[Array] = []
 
     def solved(self) -> ContactResult:
-        """Solution of small motions from the present places."""
+        """Solution of small motions from the present iterate."""
         bodies = self._scene.bodies
         poses = {b: _placed(s, b, p) for b, s, p in zip(bodies, self._start, self._place, strict=True)}
         self._now = posed_scene(self._scene, poses)
         return solve_local_case(self._now.scene, self._now.loads(self._held), self._guide, self._watch)
 
     def finished(self, result: ContactResult) -> ContactResult:
-        """The result for the original bodies, on whole surfaces if that was asked for."""
+        """The result for the original bodies, on whole surfaces if requested."""
         if self._whole and any(i.region is not None for i in result.interfaces):
             now = self._now.scene
             loading, settings = sorted_case(now, self._now.loads(self._held))
@@ -182,30 +183,30 @@ class _Path:
         return replace(result, originals=self._scene.bodies)
 
     def begin(self, result: ContactResult) -> None:
-        """Go to where a result of small motions leads, besides what is prescribed."""
+        """Set the first iterate from a result of small motions and the prescribed motions."""
         steps = np.stack([m - f.prescribed for m, f in zip(driven_motions(result), result.loading.frames, strict=True)])
         self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
 
     def at_rest(self, result: ContactResult) -> bool:
-        """Whether the poses have settled."""
+        """Whether the poses have converged."""
         return self.size_of(self.steps(result)) <= SETTLED * _elastic_size(result)
 
     def runs_away(self, result: ContactResult) -> bool:
-        """Whether the next step is far larger than the motion it is to correct, and than a step may be."""
+        """Whether the next step is far larger than the motion it corrects and than the step limit."""
         relative = np.abs(self.steps(result) * self._scale) / self._scale[:, 3:4]
         return bool(self.size_of(self.steps(result)) > GROWTH * self._first and relative.max() > LARGEST_STEP)
 
     def steps(self, result: ContactResult) -> Array:
-        """Change of the places (n_bodies, 6) that the present problem asks for."""
+        """Change of the iterate (n_bodies, 6) by the present problem."""
         return np.stack([_advance(p, m) for p, m in zip(self._place, driven_motions(result), strict=True)])
 
     def size_of(self, steps: Array) -> float:
-        """Largest displacement that steps (n_bodies, 6) mean."""
+        """Largest displacement due to steps (n_bodies, 6)."""
         return float(np.abs(steps * self._scale).max())
 
     def _share(self, steps: Array, result: ContactResult) -> float:
-        """Share of steps that can be gone at once: the whole of shifts whose linearised gaps come true."""
+        """Admissible share of a step, limited by rotation, translation and the error of linearised gaps."""
         relative = np.abs(steps * self._scale) / self._scale[:, 3:4]
         shift, turn = float(relative[:, :3].max()), float(relative[:, 3:].max())
         if max(shift, turn) <= LARGEST_STEP:
@@ -217,7 +218,7 @@ class _Path:
         return min(max(far, LARGEST_STEP / shift if shift else 1.0), LARGEST_STEP / turn if turn else 1.0)
 
     def go_on(self, result: ContactResult) -> None:
-        """To the next places, from these and the steps that the problem asks for."""
+        """Set the next iterate from the present one and its step."""
         steps, places = self.steps(result), self._place
         self._guide.settle()
         share = self._share(steps, result)

@@ -3,7 +3,7 @@
     minimise 1/2 l^T S l + g^T l   subject to   l >= 0,  B l = F
     S = sum_b C_b K_b^+ C_b^T,   g = gaps + sum_b C_b (K_b^+ f_b + prescribed motions),   B = [R_b^T C_b^T]
 
-It goes: pair - choose candidates - condense - solve - look for penetration outside - perhaps grow, again.
+Steps: pair, choose candidates, condense, solve, check for penetration outside the candidates, enlarge these if needed.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from fecontact.results.result import ContactResult, make_result
 from fecontact.scene.settings import Settings
 from fecontact.solvers import InfeasibleLoadError, solve
 
-#: Largest number of times the candidates are enlarged before the search is given up.
+#: Largest number of enlargements of the candidates.
 MOST_ROUNDS = 12
-#: Penetration outside the candidates that is taken for rounding, relative to the largest displacement of the surfaces.
+#: Penetration outside the candidates, relative to the largest displacement of the surfaces, that counts as rounding.
 OUTSIDE_TOLERANCE = 1e-9
-#: Names of solvers that need products with the compliance only.
+#: Solvers that need products with the compliance only.
 MATRIX_FREE = ("auto", "projected-cg")
 
 
@@ -52,9 +52,9 @@ def solved(
     ----------
     model, loading, settings, timer
     search_radii : sequence of SearchRadius or None
-        Up to where the surfaces of each contact are paired; None: all of them.
+        Search radius of each contact; None: whole surfaces.
     known : sequence of KnownContact or None, optional
-        What a similar case tells of each contact; it saves time and changes no answer.
+        Data of each contact from a similar case; they save time and do not change the solution.
     """
     solver, tolerance, options = settings.solver, settings.tolerance, settings.options
     with timer("pair"):
@@ -70,7 +70,7 @@ def solved(
             with timer("solve"):
                 solution = solve(condensed.problem, solver, start=start, tolerance=tolerance, **options)
         except InfeasibleLoadError:
-            # all pairs together balance the load, the candidates alone do not: there are too few of them
+            # all pairs together can balance the load, the candidates cannot: there are too few
             wider = [widen(c, o) for c, o in zip(chosen, opening, strict=True)]
             if rounds == MOST_ROUNDS or all(len(w) == len(c) for w, c in zip(wider, chosen, strict=True)):
                 raise
@@ -79,7 +79,7 @@ def solved(
         except SolverError:
             if not condensed.by_products:
                 raise
-            dense = True  # conjugate gradients did not do; the exact solvers want an array
+            dense = True  # CG failed; direct solvers need a dense S
             continue
         with timer("certify"):
             state = condensed.state(solution)
@@ -102,7 +102,7 @@ def prepared(
 ) -> tuple[list[UnilateralConstraints], list[Array], list[IntArray]]:
     """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each.
 
-    `search_radii` says for each contact up to where its surfaces are paired; None: all of them.
+    `search_radii` are the search radii of the contacts; None: whole surfaces.
     """
     if search_radii is None:
         paired = model.interfaces
@@ -129,7 +129,7 @@ def prepared(
 def _from_known(
     conditions: Sequence[UnilateralConstraints], chosen: list[IntArray], known: Sequence[KnownContact | None]
 ) -> tuple[list[IntArray], Mask | None]:
-    """First candidates and their active set as a similar case tells them; as they are where it tells nothing."""
+    """First candidates and their active set from a similar case; the given ones where it has none."""
     if not any(known):
         return chosen, None
     start = [np.zeros(len(c), bool) for c in chosen]
@@ -142,14 +142,14 @@ def _from_known(
 
 
 def _outside(chosen: IntArray, gaps: Array, scale: float) -> NDArray[np.bool_]:
-    """Pairs that are no candidates and penetrate."""
+    """Penetrating pairs that are not candidates."""
     penetrating = gaps < -OUTSIDE_TOLERANCE * scale
     penetrating[chosen] = False
     return penetrating
 
 
 def _warm_start(before: list[IntArray], after: list[IntArray], active: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The active set of smaller candidate sets on larger ones."""
+    """Active set of smaller candidate sets, mapped to larger ones."""
     ends = np.cumsum([0] + [len(b) for b in before])
     parts = [np.isin(a, b[active[s:e]]) for a, b, s, e in zip(after, before, ends[:-1], ends[1:], strict=True)]
     return np.concatenate(parts)

@@ -1,7 +1,7 @@
-"""Solutions on near parts of surfaces: pair what may touch, solve, prove that nothing else can have, or pair more.
+"""Local search: pair the parts that may touch, solve, check that no other part can have touched, else pair more.
 
-What is known of a similar case, the rigid motion and the size of the elastic displacements, tells which parts those
-are. It decides the time and never the answer: the proof is that of `fecontact.contact.search.region`.
+The parts are predicted from a similar case, by its rigid motion and the size of its elastic displacements. The
+prediction affects the time but not the solution, by the check of `fecontact.contact.search.region`.
 """
 
 from __future__ import annotations
@@ -23,38 +23,38 @@ from fecontact.scene.search_radius import check_search_region, first_radius, pre
 from fecontact.scene.settings import Settings
 from fecontact.solvers import TOLERANCE
 
-#: Number of reaches that are tried before whole surfaces are paired.
+#: Number of search radii tried before whole surfaces are paired.
 MOST_REACHES = 4
 
 
 @dataclass
 class SearchHistory:
-    """What the last of a row of similar cases asked for, contact by contact; `solve_local` keeps it up to date."""
+    """Search radii needed by the last of a series of similar cases, by contact; updated by `solve_local`."""
 
     search_radii: Sequence[SearchRadius | None] = ()
 
     def settle(self) -> None:
-        """Take the drift as done: the poses have followed it."""
+        """Reset the predicted motion."""
         self.search_radii = [None if r is None else replace(r, increment=STILL) for r in self.search_radii]
 
 
 def solve_local_case(
     scene: SceneModel, arguments: Mapping[str, Any], history: SearchHistory, timer: Stopwatch
 ) -> ContactResult:
-    """`Scene.solve` of near parts for one of a row of similar cases; small motions.
+    """`Scene.solve` with local search for one of a series of similar cases; small motions.
 
     Parameters
     ----------
     scene : SceneModel
     arguments : mapping
-        Of `Scene.solve`, except `finite_motion` and `search`.
+        Arguments of `Scene.solve`, except `finite_motion` and `search`.
     history : SearchHistory
     """
     return solve_local(scene, *sorted_case(scene, arguments), timer, history)
 
 
 def sorted_case(scene: SceneModel, arguments: Mapping[str, Any]) -> tuple[Loading, Settings]:
-    """Loads and settings of a case, from the arguments of `Scene.solve` but `finite_motion` and `search`."""
+    """Loads and settings of a case, from the arguments of `Scene.solve` except `finite_motion` and `search`."""
     rest = dict(arguments)
     loads = {name: rest.pop(name, None) for name in (*KEYED, "gravity")}
     settings = Settings(rest.pop("solver", "auto"), rest.pop("tolerance", TOLERANCE), rest)
@@ -65,7 +65,7 @@ def sorted_case(scene: SceneModel, arguments: Mapping[str, Any]) -> tuple[Loadin
 def solve_local(
     scene: SceneModel, loading: Loading, settings: Settings, timer: Stopwatch, history: SearchHistory | None = None
 ) -> ContactResult:
-    """Solution with only near parts paired, or all where these do not do.
+    """Solution with the near parts paired, or with all parts if these do not suffice.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def solve_local(
     settings : Settings
     timer : Stopwatch
     history : SearchHistory, optional
-        What is known of a similar case; replaced by what is known of this one.
+        History of a similar case; updated by this one.
     """
     search_radii = [first_radius(c, loading) for c in scene.contacts]
     if history is not None and history.search_radii:
@@ -86,7 +86,7 @@ def solve_local(
         try:
             result = solved(scene, loading, search_radii, settings, timer)
         except FecontactError:
-            # what was left out may be what carries the load; if not, the whole surfaces say so again
+            # omitted parts may carry the load; if not, whole surfaces give the error again
             break
         enough, search_radii = check_search_region(result)
         if enough:

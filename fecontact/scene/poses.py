@@ -20,7 +20,7 @@ def posed_scene(scene: SceneModel, poses: Mapping[Body, Pose]) -> CarriedScene:
     Raises
     ------
     InputError
-        If a pose is given for something else than a body of the scene, or is none.
+        If a key is not a body of the scene, or a value is not a pose.
     """
     for body, pose in poses.items():
         check_member(body, scene.bodies, "A pose")
@@ -32,7 +32,7 @@ def posed_scene(scene: SceneModel, poses: Mapping[Body, Pose]) -> CarriedScene:
 
 
 def _posed(body: Any, pose: Pose) -> Any:
-    """The same body elsewhere: what it has worked out in its own axes stays."""
+    """The same body in another pose; cached results in its own axes are kept."""
     other = copy.copy(body)
     object.__setattr__(other, "pose", pose)
     return other

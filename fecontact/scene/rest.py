@@ -1,4 +1,4 @@
-"""Whether bodies have found rest: motions larger than their scene knows of are refused by name."""
+"""Check that bodies are in equilibrium: motions larger than any length of their scene are refused."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ import numpy as np
 from fecontact.common.errors import SupportError
 from fecontact.results.result import ContactResult
 
-#: Rotation (radians) and translation (of the largest body, gap and elastic displacement) by which a body that contacts
-#: hold at rest can have moved; beyond, nothing but rounding or the corners of facets has stopped it.
+#: Largest rotation (radians) and translation (relative to the largest body, gap and elastic displacement) of a body
+#: held by contacts; a larger motion was resisted by rounding or the corners of facets only.
 LARGEST_TURN, LARGEST_SHIFT = 1.0, 1e3
 
 
 def check_rest(result: ContactResult) -> ContactResult:
-    """The result, unless a body has found no rest within any distance that its scene knows of.
+    """The result; refused if a body moved further than any length of its scene.
 
-    A load that drives a motion which only rounding or the corners of facets resist (a ring on a round shaft that does
-    not match it) has an answer by the algebra: the body turns until a slope of 1e-8 has given way.
+    A load along a motion resisted only by rounding or the corners of facets (a ring on a round shaft with a
+    non-matching mesh) has an algebraic solution: the body rotates until a slope of 1e-8 balances the load.
 
     Raises
     ------
     SupportError
-        Names the motion in words.
+        Describes the motion.
     """
     bodies, frames, state = result.scene.bodies, result.loading.frames, result.state
     sizes = [b.size for b in bodies if not b.is_rigid] or [b.size for b in bodies]
@@ -31,7 +31,7 @@ def check_rest(result: ContactResult) -> ContactResult:
     shifts, turns = np.linalg.norm(np.reshape(found, (-1, 2, 3)), axis=2).T
     if turns.max() <= LARGEST_TURN and shifts.max() <= LARGEST_SHIFT * known:
         return result
-    # under a load that deforms the bodies by as much there is a rest, though an absurd one; strains tell of that
+    # a load that deforms the bodies by as much has an equilibrium, if an absurd one; strains are warned of
     rest = [u - f.modes(m[:, None])[:, 0] for u, f, m in zip(state.displacements, frames, state.motions, strict=True)]
     elastic = max(float(np.abs(r).max(initial=0.0)) for r in rest)
     texts = []

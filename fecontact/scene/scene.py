@@ -1,4 +1,4 @@
-"""The scene: bodies and the contacts between them, and what can be asked of them."""
+"""Scene: bodies and the contacts between them, with methods to solve and sweep."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Scene(SceneModel):
     Raises
     ------
     InputError
-        Bodies named twice or missing, no contact.
+        For repeated or missing bodies, or no contact.
 
     Examples
     --------
@@ -69,26 +69,25 @@ class Scene(SceneModel):
         Parameters
         ----------
         forces : mapping, optional
-            Force (3,) in world axes on a body as a whole, on one of its boundaries with the key
-            ``(body, "boundary")``, spread evenly over it, or at a point of its own axes with ``(body, (x, y, z))``: a
-            node, or any point of the frame that its supports stand for. A force on the body as a whole moves the frame
-            along itself, across it the frame is held; a component that no contact resists is refused. At a point of a
-            rigid body a force acts as through a ball joint: the body also turns about the point.
+            Force (3,) in world axes on a body as a whole; on one of its boundaries with the key ``(body, "boundary")``,
+            uniform over it; or at a point in its own axes with ``(body, (x, y, z))``: a node, or any point of the frame
+            of its supports. A force on the body as a whole frees the frame along itself and holds it across; a
+            component that no contact resists is refused. At a point of a rigid body a force acts as through a ball
+            joint: the body may also rotate about the point.
         moments : mapping of Body to (3,), optional
-            About the body's reference point (its centre of mass).
+            Moments about the body's reference point (its centre of mass).
         motions : mapping of Body to {component: value}, optional
             Prescribed rigid components out of x, y, z, rx, ry, rz.
         free : mapping of Body to str, optional
-            Components to release although supports resist them, such as ``"rx ry"``.
+            Components to free although supports resist them, such as ``"rx ry"``.
         pressures : mapping of (Body, boundary) to float, optional
             Pressures against boundaries.
         gravity : (3,), optional
             Acceleration; bodies need densities.
         finite_motion : {'auto', True, False}
-            Whether bodies move and turn far. True: poses are carried along until they settle, and prescribed motions
-            are finite (rotation vectors). False: motions are small and linearised. 'auto': poses are carried along
-            where linearised motions would change gaps or lines of action by more than 1e-3 of the approach, until
-            they do no more (see `linearisation`).
+            Whether rigid motions are finite. True: poses are updated until they converge, and prescribed motions are
+            finite (rotation vectors). False: motions are small and linearised. 'auto': poses are updated while
+            linearised motions change gaps or lines of action by more than 1e-3 of the approach (see `linearisation`).
         accuracy : float, optional
             Relative error of the contact pressure (L2) to reach, such as 0.02: meshes of elastic bodies are divided
             where the pressure needs it, until the estimated error is within it. The fields belong to the divided
@@ -96,14 +95,14 @@ class Scene(SceneModel):
         max_dofs, max_seconds : int and float, optional
             Limits of the way there. The result is then the best one, and says what stopped it.
         solver : str or callable
-            'auto', one of `available_solvers()`, or a function ``solver(problem, **options)`` of the user's own that
-            returns the forces and motions (forces, q) of a `solvers.ComplementarityProblem`; see docs/extending.md.
+            'auto', one of `available_solvers()`, or a function ``solver(problem, **options)`` that returns the forces
+            and motions (forces, q) of a `solvers.ComplementarityProblem`; see docs/extending.md.
         tolerance : float
-            Of the certificate, see `solvers.Residuals`.
+            Tolerance of the certificate, see `solvers.Residuals`.
         search : {'global', 'local'}
-            What is paired: the whole surfaces, or only the parts that can come near enough to touch. The latter takes
-            a fraction of the time and gives the same forces (see `contact.search.region`), but gaps elsewhere are not
-            known; it is what cases of a sweep use unless they say otherwise.
+            'global' pairs whole surfaces, 'local' only the parts that may touch. The latter takes a fraction of the
+            time and gives the same forces (see `contact.search.region`), without gaps elsewhere. It is the default of
+            cases of a sweep.
         **options
             Passed to the solver. The former name of ``search``, ``whole=True`` or ``False``, still works and warns.
 
@@ -114,7 +113,7 @@ class Scene(SceneModel):
         Raises
         ------
         InputError, SupportError, SolverError
-            With what was found, what was expected and what to do.
+            The message says what was found, what was expected and what to do.
         """
         return solve_scene(
             self, forces, moments=moments, motions=motions, free=free, pressures=pressures, gravity=gravity,

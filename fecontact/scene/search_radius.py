@@ -1,4 +1,4 @@
-"""Search radii of a scene's contacts: first guesses, what solutions ask for, and the check that nothing was missed."""
+"""Search radii of a scene's contacts: initial values, prediction for further cases, check for missed parts."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from fecontact.contact.search.region import RigidIncrement, find_missed, with_ri
 from fecontact.results.result import ContactResult
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
-#: Rings of facets added round those that may touch: condensing again costs more than a few nodes in excess.
+#: Rings of facets added round those that may touch: a few extra nodes cost less than another condensation.
 RINGS = 2
 
 
-#: First reach, in estimated approaches of the bodies: both sides move, and a tilt adds to the approach.
+#: Initial search radius in estimated approaches of the bodies: both sides move, and a tilt adds to the approach.
 APPROACHES = 2.0
 
 
-#: By how much a reach that fell short is made larger than what turned out to be needed.
+#: Margin of an enlarged search radius over the one needed.
 SPARE = 1.25
 
 
-#: Displacements besides the drift that the next pose is given, in those of this one.
+#: Elastic displacements allowed in the next pose, relative to those of this one.
 FOLLOWING = 1.5
 
 
 def centroid_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translation: Array) -> Array:
     """Offsets (n_facets,) of one surface's facets from another; `rotation`, `translation` place it in the other's axes.
 
-    Facets whose centre lies further aside than the nearest facet is long face nothing: infinite.
+    Infinite for facets whose centre is offset tangentially by more than the size of the nearest facet.
     """
     centres = bounds_of(one).centre @ rotation.T + translation
     theirs = bounds_of(other)
@@ -54,9 +54,9 @@ def centroid_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, trans
 def near_nodes(
     bodies: Sequence[Body], surfaces: Sequence[FacetSurface], loading: Loading, known: SearchRadius | None = None
 ) -> list[IntArray]:
-    """Nodes of both surfaces of a contact that may touch under a load, rings of facets round them included.
+    """Nodes of both surfaces of a contact that may touch under a load, including rings of facets round them.
 
-    With a known reach of a similar case: those that come that near after its drift.
+    With the search radius of a similar case: those within it after its predicted motion.
     """
     out = []
     poses = [b.pose for b in bodies]
@@ -82,12 +82,12 @@ def near_nodes(
 
 
 def _finite(increment: RigidIncrement) -> tuple[Array, Array]:
-    """Rotation (3, 3) about the world's origin and translation (3,) of a drift that is not small."""
+    """Rotation (3, 3) about the world's origin and translation (3,) of a predicted motion that is not small."""
     return Rotation.from_rotvec(increment.turn).as_matrix(), increment.shift
 
 
 def _travel(bodies: Sequence[Body], loading: Loading) -> float:
-    """Largest way by which prescribed motions can bring two bodies nearer to each other."""
+    """Largest distance by which prescribed motions can bring two bodies together."""
     return sum(
         float(np.linalg.norm(frame.prescribed[:3]) + np.linalg.norm(frame.prescribed[3:]) * frame.body.size)
         for frame in loading.frames
@@ -107,9 +107,9 @@ def _approach(surface: FacetSurface, gap: Array, softness: float, loading: Loadi
 
 
 def first_radius(contact: Contact, loading: Loading) -> SearchRadius | None:
-    """Reach that a contact is worth pairing up to; None where that cannot be told beforehand.
+    """Initial search radius; None if it cannot be estimated.
 
-    A guess: `check_search_region` finds afterwards whether it was enough.
+    `check_search_region` checks afterwards whether it sufficed.
     """
     assert contact.surfaces is not None
     bodies = (contact.slave, contact.master)
@@ -128,9 +128,9 @@ def first_radius(contact: Contact, loading: Loading) -> SearchRadius | None:
 
 
 def check_search_region(result: ContactResult) -> tuple[bool, list[SearchRadius | None]]:
-    """Whether nothing was left out of a result that could have met the other surface, and the reaches it asks for.
+    """Check that no omitted facet can have touched; return the radii needed.
 
-    The reaches are those that would have done for each contact with `SPARE`, the sides as the contact was given.
+    The radii include the margin `SPARE`; sides are as in the given contact.
     """
     enough, out = True, []
     for interface, contact in zip(result.interfaces, result.scene.contacts, strict=True):
@@ -157,14 +157,14 @@ def check_search_region(result: ContactResult) -> tuple[bool, list[SearchRadius 
 
 
 def predict_radius(search_radius: SearchRadius | None, first: SearchRadius | None) -> SearchRadius | None:
-    """Reach for the next pose of a sweep, from what the last one asked for and a first guess."""
+    """Search radius for the next pose of a sweep, from that of the last one and an initial value."""
     if search_radius is None or first is None or search_radius.increment is None:
         return first
     return SearchRadius(first.distance, FOLLOWING / SPARE * search_radius.elastic, search_radius.increment)
 
 
 def _movement(result: ContactResult, interface: Interface) -> tuple[RigidIncrement, list[Array]]:
-    """Rigid motion of the slave seen from the master, in world axes, and both sides' displacements (n, 3) besides."""
+    """Rigid motion of the slave relative to the master, in world axes, and both sides' elastic displacements (n, 3)."""
     shift, turn, elastic = np.zeros(3), np.zeros(3), []
     for body, sign in zip(elastic_among((interface.slave, interface.master)), (1.0, -1.0), strict=True):
         k = next(k for k, b in enumerate(result.scene.bodies) if b is body)

@@ -1,7 +1,7 @@
-"""Scenes and cases by value: what another process needs to solve a case, as bytes, and the function that does it there.
+"""Serialised scenes and cases for other processes, and the function that solves them there.
 
-A scene goes without factors (`Model.__getstate__`); the inverse of its condensed stiffness goes with it. A process
-keeps the scene that it was sent last, so that further cases come alone; one that does not have it asks for it.
+A scene is sent without factors (`Model.__getstate__`) but with the inverse of its condensed stiffness. A process keeps
+the last scene, so that further cases are sent alone; a process without the scene requests it.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ REMEDY = (
     "leave out processes= and executor=."
 )
 
-#: The scene that this thread was sent last and what it knows from the case solved last, with the scene's token.
+#: Last scene sent to this thread and its search history, with the scene's token.
 _KEPT = threading.local()
 
 
 class _Pickler(pickle.Pickler):
-    """Bodies that the other side has go by their number; what only the main script knows is refused."""
+    """Bodies known to the receiver are sent as numbers; objects of the main script are refused."""
 
     def __init__(self, file: io.BytesIO, bodies: Sequence[Body]) -> None:
         super().__init__(file, pickle.HIGHEST_PROTOCOL)
@@ -59,12 +59,12 @@ def _packed(thing: Any, bodies: Sequence[Body] = ()) -> bytes:
 
 
 def packed_scene(scene: SceneModel, history: SearchHistory) -> bytes:
-    """A scene and what is known of where it touches.
+    """Scene and search history as bytes.
 
     Raises
     ------
     InputError
-        If it cannot be sent; names the body that cannot.
+        If it cannot be sent; the message names the body.
     """
     try:
         return _packed((scene, history))
@@ -78,7 +78,7 @@ def packed_scene(scene: SceneModel, history: SearchHistory) -> bytes:
 
 
 def packed_case(name: str, case: Mapping[str, Any], bodies: Sequence[Body]) -> bytes:
-    """A case whose bodies are those of a scene that the other side has.
+    """Case as bytes, for a receiver that has its scene.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def packed_case(name: str, case: Mapping[str, Any], bodies: Sequence[Body]) -> b
 
 
 def solved_there(token: str, case: bytes, scene: bytes | None = None) -> dict[str, Any] | None:
-    """Summary of a case, by the scene that goes by a token; None if that is neither sent nor kept here."""
+    """Summary of a case for the scene of a token; None if the scene is neither sent nor kept."""
     if getattr(_KEPT, "token", None) != token:
         if scene is None:
             return None

@@ -1,4 +1,4 @@
-"""How a problem is to be solved, checked before any work."""
+"""Settings of a solve, checked before any work."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fecontact.solvers import CustomSolver, validate_options
 
 @dataclass(frozen=True)
 class Settings:
-    """How a problem is to be solved: `solver`, `tolerance` of the certificate, and the solver's `options`."""
+    """Settings of a solve: `solver`, `tolerance` of the certificate, and the solver's `options`."""
 
     solver: str | CustomSolver
     tolerance: float
@@ -32,7 +32,7 @@ SEARCHES = ("global", "local")
 
 
 def renamed(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments of `Scene.solve` or of a case with ``search``, checked, in place of the former ``whole``, which warns.
+    """Arguments of `Scene.solve` or of a case with a checked ``search``, in place of the former ``whole``, which warns.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Many load cases and poses on the same bodies: one condensation, one row per case, nothing lost on the way."""
+"""Sweeps: many load cases and poses of the same bodies, with one condensation, one row per case; resumable."""
 
 from __future__ import annotations
 
@@ -41,40 +41,40 @@ def run_sweep(
 ) -> list[dict[str, Any]]:
     """Solve all cases.
 
-    The case with the largest load is solved first. What it touches tells what all cases may touch, onto which every
-    model is then condensed once; a case that touches more condenses again.
+    The case with the largest load is solved first. From its contact the nodes that all cases may touch are estimated,
+    and every model is condensed onto them once; a case with more candidates condenses again.
 
     Parameters
     ----------
     scene : SceneModel
     cases : sequence of mappings
-        Arguments of `Scene.solve`, and optionally ``name`` (a number otherwise) and ``poses``, a mapping of Body to
+        Arguments of `Scene.solve`, and optionally ``name`` (default: a number) and ``poses``, a mapping of Body to
         Pose.
     path : str or Path, optional
-        File of JSON lines, one per case, written as cases are done. Cases whose name it already holds are not solved
-        again, so an interrupted sweep goes on where it stopped. Every row has a fingerprint of its model, its case and
-        its settings; a row of the same name with another one is refused.
+        File of JSON lines, one per case, written as cases are done. Cases already in it are not solved again, so that
+        an interrupted sweep is resumed. Every row has a fingerprint of its model, case and settings; a row of the same
+        name with another fingerprint is refused.
     processes : int
-        Cases under way at a time. More than one are solved by as many worker processes on this machine, which are
-        sent the scene with its condensed compliance (`scene.workers`, `scene.sending`): so what only the main
-        script knows, such as a rigid surface by a lambda, is refused. No ``__main__`` guard is needed.
+        Number of concurrent cases. More than one are solved by worker processes on this machine, which are sent the
+        scene with its condensed compliance (`scene.workers`, `scene.sending`). Objects defined in the main script, such
+        as a lambda for a rigid surface, are therefore refused. No ``__main__`` guard is needed.
     executor : concurrent.futures.Executor, optional
-        Has the cases solved elsewhere: a pool of the standard library (not one that forks), loky's, the one that
-        ``dask.distributed.Client.get_executor()`` gives, mpi4py's. Cases under way are then `processes`, or its
-        number of workers if that is 1. It is not shut down.
+        Executor that solves the cases: a pool of the standard library (without fork), of loky, of
+        ``dask.distributed.Client.get_executor()``, or of mpi4py. The number of concurrent cases is then `processes`, or
+        its number of workers if that is 1. It is not shut down.
 
     Returns
     -------
     list of dict
-        `ContactResult.summary` of each case with its ``name`` and ``fingerprint``, in the order of the cases. Answers
-        are the same whoever finds them; what a row says of the way there (candidates, rounds, iterations, seconds,
-        memory) depends on the case solved before. In the file rows stand in the order in which they were done.
+        `ContactResult.summary` of each case with its ``name`` and ``fingerprint``, in the order of the cases. Results
+        do not depend on the process; figures of the solve (candidates, rounds, iterations, seconds, memory) depend on
+        the previous case. Rows of the file are in order of completion.
 
     Raises
     ------
     InputError
-        If two cases have one name, a case names bodies that are not in the scene, the file is not of this kind or of
-        other cases, the number of processes makes no sense, or the scene cannot be sent to other processes.
+        If two cases have the same name, a case has bodies that are not in the scene, the file is of another kind or of
+        other cases, the number of processes is invalid, or the scene cannot be sent to other processes.
     """
     named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
     if len(named) != len(cases):
@@ -104,10 +104,9 @@ Rows = Iterator[tuple[str, dict[str, Any]]]
 
 
 def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executor: Executor | None) -> Rows:
-    """Rows as they are done: the case of the largest load first, as it tells what the others may touch.
+    """Rows in order of completion; the case of the largest load first, to find the nodes that the others may touch.
 
-    What a process has found for one pose tells it where to look in the next, and no more: answers do not depend on who
-    finds them.
+    The search history of one pose is used as a prediction for the next only: results do not depend on the process.
     """
     posed, loadings = {}, {}
     for name, case in left.items():
@@ -119,7 +118,7 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
     history = SearchHistory()
     away = bool(rest) and (executor is not None or processes > 1)
     if away:
-        # what cannot be sent is refused before any work
+        # unserialisable objects are refused before any work
         packed_scene(scene, history)
         packed = {name: packed_case(name, case, scene.bodies) for name, case in rest.items()}
     yield lead, _row(scene, lead, left[lead], history)
@@ -142,7 +141,7 @@ def _row(scene: SceneModel, name: str, case: Case, history: SearchHistory) -> di
 
 
 def _check_executor(executor: Executor) -> None:
-    """Refuse a pool of forks: threads of the numerical libraries live here, and their locks would hold for ever."""
+    """Refuse a pool that forks: locks of the numerical libraries' threads would never be released in the children."""
     context = getattr(executor, "_mp_context", None)
     if isinstance(executor, ProcessPoolExecutor) and context is not None and context.get_start_method() == "fork":
         raise InputError(
@@ -152,13 +151,13 @@ def _check_executor(executor: Executor) -> None:
 
 
 def _lanes(executor: Executor, processes: int) -> int:
-    """Cases to be under way at a time."""
+    """Number of concurrent cases."""
     told = (getattr(executor, name, None) for name in ("_max_workers", "num_workers"))
     return processes if processes > 1 else next((n for n in told if isinstance(n, int) and n > 0), os.cpu_count() or 1)
 
 
 def _carried(scene: bytes, packed: Mapping[str, bytes], executor: Executor, lanes: int) -> Rows:
-    """Rows from an executor. The scene goes with the first cases, and with those that meet a process without it."""
+    """Rows from an executor. The scene is sent with the first cases and to processes without it."""
     token = uuid.uuid4().hex
     waiting = iter(packed)
     under_way = {executor.submit(solved_there, token, packed[k], scene): k for k in islice(waiting, lanes)}
@@ -180,7 +179,7 @@ def _carried(scene: bytes, packed: Mapping[str, bytes], executor: Executor, lane
 
 
 def _condense_all(left: Mapping[str, tuple[SceneModel, Loading]], history: SearchHistory) -> None:
-    """Condense every model once onto what all cases may need, and take its compliance, which all of them use."""
+    """Condense every model once onto the nodes of all cases, and form its compliance."""
     nodes: dict[int, list[IntArray]] = {}
     models: dict[int, Model] = {}
     for scene, loading in left.values():
@@ -219,7 +218,7 @@ def _touched_by_springs(scene: SceneModel) -> list[tuple[ElasticBody, IntArray]]
 
 
 def _touched_when_paired(scene: SceneModel, loading: Loading) -> list[tuple[ElasticBody, IntArray]]:
-    """The same from the pairs themselves, where a surface has no facets or no nodes of the usual kind."""
+    """The same from the pairs, where a surface has no facets or no nodal displacements."""
     conditions, _, chosen = prepared(scene, loading)
     return [
         (body, body.model.touched(rows[c]))

@@ -1,4 +1,4 @@
-"""One case of a sweep: its scene in its poses, its loads, its summary, and what tells it from other cases."""
+"""One case of a sweep: its posed scene, loads, summary and fingerprints."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from fecontact.scene.solve import solve_scene
 from fecontact.solvers import TOLERANCE
 
 Case = Mapping[str, Any]
-#: Arguments of `Scene.solve` that are no loads, and those that are no settings of the solver.
+#: Arguments of `Scene.solve` that are not loads, and those that are not settings of the solver.
 _OTHER = ("search", "finite_motion")
 
 
@@ -38,9 +38,9 @@ class Posed:
     Attributes
     ----------
     scene : SceneModel
-        Of the moved bodies.
+        Scene of the moved bodies.
     arguments : dict
-        Of `Scene.solve`, for the moved bodies.
+        Arguments of `Scene.solve` for the moved bodies.
     """
 
     scene: SceneModel
@@ -48,7 +48,7 @@ class Posed:
 
     @classmethod
     def of(cls, scene: SceneModel, case: Case) -> Posed:
-        """The case put into effect."""
+        """The posed scene of a case."""
         now = posed_scene(scene, case.get("poses") or {})
         return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in ("name", "poses")}))
 
@@ -61,7 +61,7 @@ class Posed:
 
 
 def summary_of(scene: SceneModel, case: Case, history: SearchHistory) -> dict[str, Any]:
-    """`ContactResult.summary` of a case; near parts of surfaces suffice unless it says otherwise."""
+    """`ContactResult.summary` of a case, with local search by default."""
     posed = Posed.of(scene, case)
     arguments = {"search": "local", **posed.arguments}
     finite = arguments.get("finite_motion", "auto")
@@ -77,7 +77,7 @@ def summary_of(scene: SceneModel, case: Case, history: SearchHistory) -> dict[st
 
 @contextmanager
 def naming(name: str) -> Iterator[None]:
-    """Put the name of a case in front of what it is refused or fails for."""
+    """Context: prefix error messages with the name of a case."""
     try:
         yield
     except FecontactError as error:
@@ -87,7 +87,7 @@ def naming(name: str) -> Iterator[None]:
 
 
 def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict[str, str]]:
-    """Fingerprints of what makes each case, by what it is: each body, contacts, springs, and every argument."""
+    """Fingerprints of each case by part: bodies, contacts, springs, and every argument."""
     bodies = scene.bodies
     model = {"fecontact": VERSION}
     for name in dict.fromkeys(b.name for b in bodies):
@@ -106,7 +106,7 @@ def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict
 
 
 def _numbered(thing: Any, bodies: Sequence[Body]) -> Any:
-    """The same with the bodies of a scene by their numbers, which are quicker to compare than they are."""
+    """The same with bodies as numbers, which are faster to compare."""
     for k, body in enumerate(bodies):
         if thing is body:
             return ("body", k)
@@ -118,7 +118,7 @@ def _numbered(thing: Any, bodies: Sequence[Body]) -> Any:
 
 
 def finished(path: str | Path | None, prints: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, Any]]:
-    """Rows of an earlier run that are of these cases.
+    """Rows of an earlier run of these cases.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def finished(path: str | Path | None, prints: Mapping[str, Mapping[str, str]]) -
     Raises
     ------
     InputError
-        If a row with the name of a case is of another model or case, or does not tell.
+        If a row with the name of a case is of another model or case, or has no fingerprint.
     """
     rows = {} if path is None else read_rows(path, "name", "a row of a sweep")
     remedy = "Give another path, or delete that line of the file to have the case solved again."

@@ -1,9 +1,8 @@
-"""A local pool of worker processes, each a fresh interpreter that imports and inherits nothing.
+"""Pool of local worker processes, each a new interpreter that neither forks nor runs the main script.
 
 The pools of the standard library either fork, which a process with running threads (MKL, OpenMP) must not do, or run
 the main script again in every worker, which needs a ``__main__`` guard and fails from standard input. Here a worker is
-``python -c`` that reads tasks from its standard input and writes replies: so it ends when its parent does, however
-that one ends.
+``python -c`` that reads tasks from its standard input and writes replies, so that it ends with its parent in any case.
 """
 
 from __future__ import annotations
@@ -24,17 +23,17 @@ from typing import IO, Any
 
 from fecontact.common.errors import FecontactError, InputError
 
-#: Variables that say how many threads the numerical libraries start.
+#: Environment variables for the number of threads of the numerical libraries.
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 _START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from fecontact.scene.workers import serve; serve()"
 
 
 class FreshInterpreters(Executor):
-    """An executor whose workers are interpreters of their own.
+    """An executor whose workers are separate interpreters.
 
-    They share the cores: unless the environment says otherwise, each of n workers starts cores / n threads. What is
-    submitted must be importable; nothing of the main script is.
+    They share the cores: by default each of n workers starts cores / n threads. Submitted functions must be importable;
+    those of the main script are not.
 
     Parameters
     ----------
@@ -61,11 +60,11 @@ class FreshInterpreters(Executor):
         self._threads = ThreadPoolExecutor(workers, "fecontact-worker")
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Have a worker call a function."""
+        """Call a function in a worker."""
         return self._threads.submit(self._asked, fn, args, kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers when they have done what was submitted."""
+        """End the workers after the submitted tasks."""
         self._threads.shutdown(wait, cancel_futures=cancel_futures)
         if wait:
             for process in self._started:
@@ -73,7 +72,7 @@ class FreshInterpreters(Executor):
 
     def __exit__(self, kind: Any, value: Any, trace: Any) -> None:
         if kind is not None:
-            # nobody waits for what is under way any more
+            # running tasks are no longer awaited
             for process in self._started:
                 process.kill()
         self.shutdown(cancel_futures=kind is not None)
@@ -111,16 +110,16 @@ class FreshInterpreters(Executor):
 def _close(process: subprocess.Popen[bytes]) -> None:
     for pipe in (process.stdin, process.stdout):
         assert pipe is not None
-        with suppress(OSError):  # the worker has gone with something still unread
+        with suppress(OSError):  # the worker has ended with unread input
             pipe.close()
     process.wait()
 
 
 def serve() -> None:
-    """Do tasks from standard input, one after the other, until it ends; then leave at once, whatever is under way."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides, and takes its workers with it
+    """Run tasks from standard input in turn until it ends; then exit at once."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # interrupts are handled by the parent
     tasks, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    # what libraries print or read is none of the exchange
+    # output and input of libraries must not mix with the messages
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
     os.dup2(2, 1)
