@@ -2,7 +2,7 @@
 
 Threads of a few microseconds' work each cost more than they do, most of all where processes outnumber the cores. The
 libraries read these variables when they are loaded, so this stands where pytest comes by before anything imports them.
-Whatever is set already stays. `tests/unit/test_sweep_processes.py` runs with two threads all the same.
+Whatever is set already stays. `tests/unit/scene/test_sweep_processes.py` runs with two threads all the same.
 """
 
 import os

@@ -35,26 +35,12 @@ from touching import Touching  # noqa: E402
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 TESTS = (
-    "tests/unit/solvers",
-    "tests/unit/interface",
-    "tests/unit/bodies",
-    "tests/unit/*.py",
+    *(f"tests/unit/{room}" for room in ("solvers", "surfaces", "bodies", "contact", "results", "scene")),
     "tests/verification/test_finite_motion.py",
 )
 """Tests of the contact pipeline that are fast; those not in here may kill no mutant."""
 
-SLOW = (
-    "docs",
-    "examples",
-    "cli",
-    "view",
-    "explain",
-    "export",
-    "scenefile",
-    "savings",
-    "fingerprint",
-    "processes",
-)
+SLOW = ("halfspace", "pictures", "model_size", "cost", "export", "processes")
 """Words in the names of test files that are about something else."""
 
 

@@ -239,7 +239,7 @@ def test_sweep_refuses_equal_names_and_foreign_files(tmp_path):
 
 def knee():
     """The knee of the examples, coarse: condyles on plateaus, free to tilt, coupled by mortar."""
-    path = Path(__file__).parents[2] / "examples" / "knee.py"
+    path = Path(__file__).parents[3] / "examples" / "knee.py"
     spec = importlib.util.spec_from_file_location("knee", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

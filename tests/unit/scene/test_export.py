@@ -13,7 +13,7 @@ import fecontact as fc
 from fecontact.common.errors import InputError
 from fecontact.scene.export import export_problem
 
-SCRIPT = Path(__file__).parents[2] / "examples" / "petsc" / "solve.py"
+SCRIPT = Path(__file__).parents[3] / "examples" / "petsc" / "solve.py"
 PYTHON = "/usr/bin/python3"
 
 
