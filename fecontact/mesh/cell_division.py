@@ -25,6 +25,7 @@ from fecontact.common.errors import MeshError
 from fecontact.mesh.element.degenerate import Pattern, element_basis
 from fecontact.mesh.element.hexahedron import CORNERS, EDGES, FACES, QUAD_CORNERS, QUAD_EDGES, quad_shapes
 from fecontact.mesh.element.quadrature import PYRAMID, TETRAHEDRON, WEDGE
+from fecontact.mesh.hanging_nodes import TABLES
 
 #: A set of the parent's corners, or a set of such sets.
 Name = frozenset[Any]
@@ -269,7 +270,7 @@ def _facets(parent: _Parent, children: list[list[Name]], sides: IntArray) -> Int
 
 def _hanging(parent: _Parent, index: dict[Name, int]) -> dict[str, IntArray]:
     """Tables of edges, quads and triangles; empty for a star, which divides no edges and faces."""
-    found: dict[str, list[list[Name]]] = {"edges": [], "quads": [], "triangles": []}
+    found: dict[str, list[list[Name]]] = {kind: [] for kind in TABLES}
     for a, b in (e for e in parent.edges if _set(*e) in index):
         m = _set(a, b)
         found["edges"].append([_set(a), m, _set(b), frozenset({_set(a), m}), frozenset({m, _set(b)})])
@@ -282,9 +283,8 @@ def _hanging(parent: _Parent, index: dict[Name, int]) -> dict[str, IntArray]:
             centre = frozenset(ring)
             quarters = [frozenset({corners[k], middles[k], centre, middles[k - 1]}) for k in range(4)]
             found["quads"].append([*corners, *middles, centre, *(frozenset({m, centre}) for m in middles), *quarters])
-    widths = {"edges": 5, "quads": 17, "triangles": 9}
     return {
-        kind: np.array([[index.get(n, -1) for n in row] for row in rows], dtype=np.int64).reshape(-1, widths[kind])
+        kind: np.array([[index.get(n, -1) for n in row] for row in rows], dtype=np.int64).reshape(-1, TABLES[kind])
         for kind, rows in found.items()
     }
 

@@ -22,7 +22,7 @@ from fecontact.mesh.cut import Part, cut
 from fecontact.mesh.element.degenerate import Pattern
 from fecontact.mesh.element.hexahedron import EDGES, FACES, QUAD_EDGES
 from fecontact.mesh.entities import Keys, edge_keys, face_keys, found
-from fecontact.mesh.hanging_nodes import HangingNodes, tied
+from fecontact.mesh.hanging_nodes import TABLES, HangingNodes, tied
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SIDES, SectionMesh
 
@@ -63,7 +63,8 @@ def refined(mesh: M, cells: ArrayLike) -> M:
     Raises
     ------
     InputError
-        If there is no such cell, or a collapsed cell of 27 nodes would be divided.
+        If there is no such cell, a collapsed cell of 27 nodes would be divided, or hanging nodes are not on the edges
+        and faces that `mesh.hanging` lists as divided.
 
     Examples
     --------
@@ -75,6 +76,7 @@ def refined(mesh: M, cells: ArrayLike) -> M:
     chosen = _chosen(mesh, cells)
     if not chosen.any():
         return mesh
+    _refuse_other_ties(mesh)
     if isinstance(mesh, SectionMesh):
         chosen = _balanced(mesh, chosen)
         return _divided(mesh, [(np.flatnonzero(chosen), section_division(mesh.cells.shape[1]))])
@@ -124,11 +126,9 @@ def _with_middles(mesh: Mesh | SectionMesh) -> IntArray:
     """Nodes of the cells; for linear cells with the middles of edges divided by neighbours, -1 for none."""
     if mesh.cells.shape[1] != 8 or isinstance(mesh, SectionMesh):
         return mesh.cells
-    middle = np.full((len(mesh.cells), len(EDGES)), -1)
-    if mesh.hanging is not None:
-        row = found(edge_keys(mesh.cells[:, EDGES]), edge_keys(mesh.hanging.edges[:, [0, 2]]))
-        middle = np.where(row < 0, -1, mesh.hanging.edges[row, 1])
-    return np.concatenate([mesh.cells, middle], axis=1)
+    edges = np.empty((0, 5), np.int64) if mesh.hanging is None else mesh.hanging.edges
+    row = found(edge_keys(mesh.cells[:, EDGES]), edge_keys(edges[:, [0, 2]]))
+    return np.concatenate([mesh.cells, np.append(edges[:, 1], -1)[row]], axis=1)
 
 
 def _chosen(mesh: Mesh | SectionMesh, cells: ArrayLike) -> Mask:
@@ -144,6 +144,20 @@ def _chosen(mesh: Mesh | SectionMesh, cells: ArrayLike) -> Mask:
             raise InputError(f"Cells to divide are a list of cell numbers 0 ... {n - 1}; found {cells!r:.200}.")
         out[given] = True
     return out
+
+
+def _refuse_other_ties(mesh: Mesh | SectionMesh) -> None:
+    """Refuse hanging nodes that are not those of the divided edges and faces; a division would forget them."""
+    if mesh.hanging is None:
+        return
+    tables = {name: getattr(mesh.hanging, name) for name in TABLES}
+    own = tied(**tables, face_nodes=_face_nodes(mesh), n_points=len(mesh.points))
+    other = np.setxor1d(mesh.hanging.nodes, [] if own is None else own.nodes)
+    if len(other):
+        raise InputError(
+            f"{len(other)} hanging nodes, the first of them point {other[0]:.0f}, are not those of the divided edges "
+            "and faces that the mesh lists; only meshes whose hanging nodes come from `refined` can be divided."
+        )
 
 
 def _balanced(mesh: Mesh | SectionMesh, chosen: Mask) -> Mask:
@@ -243,9 +257,12 @@ def _divided(mesh: M, parts: list[Part]) -> M:
     for name in _WHOLE:
         rows = [_rows(lattice, getattr(division, name)) for lattice, (_, division) in zip(lattices, parts, strict=True)]
         tables[name] = _one_sided(name, np.concatenate(rows), there[name], mesh.hanging)
-    width = mesh.cells.shape[1]
-    face_nodes = {8: 4, 20: 8, 27: 9}[width] if isinstance(mesh, Mesh) else 8
-    return replace(out, hanging=tied(**tables, face_nodes=face_nodes, n_points=len(out.points)))
+    return replace(out, hanging=tied(**tables, face_nodes=_face_nodes(mesh), n_points=len(out.points)))
+
+
+def _face_nodes(mesh: Mesh | SectionMesh) -> int:
+    """Nodes of a quadrilateral, as in `tied`; of sections only the edges count, which are quadratic."""
+    return {8: 4, 20: 8, 27: 9}[mesh.cells.shape[1]] if isinstance(mesh, Mesh) else 8
 
 
 def _rows(lattice: IntArray, table: IntArray) -> IntArray:

@@ -14,6 +14,7 @@ from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.facets import facet_integrals, nodal_areas
+from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import neighbouring_sides
 from fecontact.mesh.refine import refined, touching
@@ -395,6 +396,16 @@ def test_collapsed_cells_of_27_nodes_are_refused():
     cells[0, [2, 9]] = cells[0, 1]
     with pytest.raises(InputError, match=r"Cell 0 is a collapsed cell of 27 nodes"):
         refined(Mesh(plain.points, cells), [0])
+
+
+def test_hanging_nodes_that_no_division_made_are_refused():
+    mesh = corner(levels=1)
+    ties = HangingNodes(mesh.hanging.nodes, mesh.hanging.weights)
+    other = replace(mesh, hanging=ties)
+    with pytest.raises(InputError, match=rf"{len(ties.nodes)} hanging nodes, the first of them point \d+, are not"):
+        refined(other, [0])
+    assert refined(other, []) is other
+    assert len(touching(other, other.faces("top"))) > 0
 
 
 def test_points_put_elsewhere_take_hanging_nodes_along():
