@@ -1,6 +1,6 @@
 """Command line: ``fecontact hertz``, ``halfspace``, ``solve``, ``explain``, ``view`` and ``compare``.
 
-Only the options are here, so that help needs none of the numerical packages; what the commands do is in `commands`.
+Only the options are defined here, so that help needs no numerical package; `commands` runs them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fecontact.common.version import VERSION
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status (0 success, 2 an error that was explained)."""
+    """Run the command line; returns the exit status (0 success, 2 an error with a message)."""
     options = _parser().parse_args(arguments)
     from fecontact.app import commands
 
@@ -39,7 +39,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
-    """Tells defaults that are a name or a number."""
+    """Help formatter that shows defaults that are names or numbers."""
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
         told = isinstance(action.default, str | int | float) and action.default not in ("", False)
@@ -86,7 +86,7 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     form = parser.add_argument_group("shape")
     form.add_argument("--radius", type=float, help="sphere, cylinder, flat, paraboloid")
     form.add_argument("--radius-y", type=float, help="paraboloid, if another one")
-    form.add_argument("--length", type=float, help="cylinder, along y; endless unless given")
+    form.add_argument("--length", type=float, help="cylinder, along y; infinite unless given")
     form.add_argument("--angle", type=float, help="cone, between flank and surface, degrees")
     form.add_argument("--sides", nargs=2, type=float, metavar=("A", "B"), help="flat, rectangular")
     form.add_argument("--semi-axes", nargs=3, type=float, metavar=("A", "B", "C"), help="ellipsoid")
@@ -96,7 +96,7 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--wavelength", type=float, help="wave; the period unless given")
     form.add_argument("--file", help="heights (.npy .txt .csv .xyz .asc) or a surface (.stl .ply .obj), facing down")
     form.add_argument("--peaks-up", action="store_true", help="heights as measured: the highest touch, not the lowest")
-    form.add_argument("--trend", default="none", help="mean, plane or quadratic, taken off the heights")
+    form.add_argument("--trend", default="none", help="mean, plane or quadratic, subtracted from the heights")
     form.add_argument("--hurst", type=float, default=0.8, help="rough")
     form.add_argument("--rms-slope", type=float, help="rough; this or --rms-height")
     form.add_argument("--rms-height", type=float, help="rough")
@@ -113,7 +113,7 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
 
 def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.toml")
-    parser.add_argument("--dry-run", action="store_true", help="check the file, say what it asks for, and stop")
+    parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")
     _json(parser)
     parser.add_argument("--out", metavar="FOLDER", help="folder for outputs instead of the scene's; made if missing")
 
@@ -127,9 +127,9 @@ def _view(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("result", metavar="RESULT.vtu")
     parser.add_argument("--field", default="von_mises", help="von_mises, contact_pressure, displacement_z, stress_xx")
     parser.add_argument("--out", metavar="PICTURE", help="file to write; the result's name with .png unless given")
-    parser.add_argument("--scale", default=1.0, type=float, help="by which displacements are exaggerated; 0 undeformed")
+    parser.add_argument("--scale", default=1.0, type=float, help="factor of the displacements; 0 undeformed")
     parser.add_argument("--view", default="iso", help="iso, below, x, -x, y, -y, z, -z or AZIMUTH,ELEVATION in degrees")
-    parser.add_argument("--cut", metavar="'x<0'", help="what is to be kept")
+    parser.add_argument("--cut", metavar="'x<0'", help="part to keep")
     parser.add_argument("--bodies", metavar="0,1", help="numbers of the bodies to show, separated by commas")
     parser.add_argument("--limits", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the colours")
     parser.add_argument("--units", default="", help="unit of the field, for the colour bar")
@@ -146,7 +146,7 @@ def _compare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="FILE", help="write the picture there instead")
 
 
-#: What each command is for, in a line and in a few, and what adds its options.
+#: Short and long help of each command, and the function that adds its options.
 COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] = {
     "hertz": (
         "two spheres pressed together, beside Hertz's solution",
@@ -161,12 +161,12 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
     ),
     "solve": (
         "a scene described in a TOML file",
-        "Solve the scene in a TOML file. All of the file is checked before anything is solved; whatever "
-        "is wrong is told at once. The outputs that the file names are written.",
+        "Solve the scene in a TOML file. The whole file is checked before the solve; all errors "
+        "are reported together. The outputs that the file names are written.",
         _solve,
     ),
     "explain": (
-        "what a scene in a TOML file would take, before it is solved",
+        "estimated cost of a scene in a TOML file, before it is solved",
         "Say which bodies, unknowns and candidates a scene has, which methods are chosen and why, and "
         "estimate memory and time. Nothing of the scene is assembled or solved.",
         _explain,
@@ -179,7 +179,7 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
     "compare": (
         "error against time of a scene in a TOML file at several refinements",
         "Solve a scene at several refinements and show the errors against the finest over time and size. "
-        "Finished runs are kept in --out: an interrupted command goes on where it stopped.",
+        "Finished runs are kept in --out: an interrupted command can be resumed.",
         _compare,
     ),
 }

@@ -1,4 +1,4 @@
-"""What the commands of the command line do: each takes its options and returns the exit status."""
+"""Commands of the command line: each takes its options and returns the exit status."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from fecontact.common.text_files import check_writable, make_folder, save_json
 
 
 def _check_files(*paths: str | None) -> None:
-    """Refuse files that cannot be written before any work."""
+    """Refuse files that cannot be written, before any work."""
     for path in paths:
         if path not in (None, "-"):
             check_writable(path)
 
 
 def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
-    """Print a result and save its figures, or print the figures alone where they go to '-'; says where remarks go."""
+    """Print a result and save its figures, or print only figures if they go to '-'; return the stream for remarks."""
     if to == "-":
         json.dump(figures, sys.stdout, indent=2)
         print()
@@ -35,12 +35,12 @@ def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
 
 
 def _titled(scene: SceneFile, text: object) -> str:
-    """What is to be printed, under the scene's title."""
+    """Printed text with the scene's title."""
     return f"{scene.title}\n{text}" if scene.title else str(text)
 
 
 def hertz(options: argparse.Namespace) -> int:
-    """Two spheres beside Hertz's solution."""
+    """Solve two spheres and compare with Hertz."""
     from fecontact.app.spheres.report import report_table
     from fecontact.app.spheres.spheres import solve_spheres
 
@@ -72,7 +72,7 @@ def hertz(options: argparse.Namespace) -> int:
 
 
 def halfspace(options: argparse.Namespace) -> int:
-    """A shape on a half-space."""
+    """Press a shape on a half-space."""
     from fecontact.app.indentation.command import run
 
     _check_files(options.plot, options.csv, options.json)
@@ -87,7 +87,7 @@ def halfspace(options: argparse.Namespace) -> int:
 
 
 def solve(options: argparse.Namespace) -> int:
-    """A scene file."""
+    """Solve a scene file."""
     _check_files(options.json)
     scene = read_scene(options.scene, out=None if options.out is None else make_folder(options.out))
     if options.dry_run:
@@ -111,7 +111,7 @@ def _sweep(scene: SceneFile, to: str | None) -> int:
 
 
 def explain(options: argparse.Namespace) -> int:
-    """What a scene would take."""
+    """Estimate the cost of a scene."""
     from fecontact.scene.cost import explain
 
     _check_files(options.json)
@@ -122,7 +122,7 @@ def explain(options: argparse.Namespace) -> int:
 
 
 def view(options: argparse.Namespace) -> int:
-    """A picture of a result."""
+    """Draw a result."""
     from fecontact.results.pictures import bodies as view
     from fecontact.results.pictures.solids import solids_of_file
 
@@ -156,7 +156,7 @@ def _direction(text: str) -> str | tuple[float, float]:
 
 
 def compare(options: argparse.Namespace) -> int:
-    """A scene, refined: error against time and size."""
+    """Solve a scene at several refinements: error against time and size."""
     if options.scene is None or not options.scene.endswith(".toml"):
         found = "no scene" if options.scene is None else repr(options.scene)
         raise InputError(
@@ -178,7 +178,7 @@ def compare(options: argparse.Namespace) -> int:
     return 0
 
 
-#: The commands by their names.
+#: The commands by name.
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
     run.__name__: run for run in (hertz, halfspace, solve, explain, view, compare)
 }

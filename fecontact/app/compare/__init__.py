@@ -1,1 +1,1 @@
-"""A user's own scene, refined: error against processor time and against degrees of freedom."""
+"""Refinement study of a user's scene: error against processor time and against degrees of freedom."""

@@ -1,4 +1,4 @@
-"""Files of a comparison: where they go, checked before any run, and what is in them."""
+"""Files of a comparison: paths, checked before any run, and contents."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from fecontact.app.compare.picture import draw
 from fecontact.app.compare.table import Row, conditions, save_csv
 from fecontact.common.text_files import check_writable, make_folder, save_json, write_atomically
 
-#: Kinds of files; 'rows' are JSON lines, added to as runs are finished, and what a repeated command does not run again.
+#: Kinds of files; 'rows' are JSON lines of finished runs, which a repeated command does not run again.
 SUFFIXES = {"rows": ".jsonl", "json": ".json", "csv": ".csv", "picture": ".png", "page": ".md"}
 
 
 def places(name: str, folder: str | Path | None = None, **own: str | Path | None) -> dict[str, Path]:
-    """Paths by kind of file: all in a folder, which is made if it is missing, but for those given by themselves.
+    """Paths by kind of file: in a folder, which is made if missing, except those given explicitly.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def places(name: str, folder: str | Path | None = None, **own: str | Path | None
 def write(
     paths: Mapping[str, Path], rows: Sequence[Row], title: str, page: str, drawn: Sequence[Row] | None = None
 ) -> list[str]:
-    """Write files and name them.
+    """Write the files and list them.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ def write(
     rows : sequence of dict
         As in `table`.
     title, page : str
-        Of the picture; and the whole text of the page.
+        Title of the picture, and text of the page.
     drawn : sequence of dict, optional
-        Rows of the picture, if they are others.
+        Rows of the picture, if different.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What a measurement was made on: processor, threads, and the package's code as it is."""
+"""Benchmark conditions: processor, threads, and version of the package's code."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fecontact.common.fingerprint import fingerprint
 
-#: Variables that tell the libraries how many threads to use; read when they are loaded.
+#: Environment variables for the number of threads of the libraries; read when these are loaded.
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NGS_NUM_THREADS")
 
 
@@ -26,7 +26,7 @@ def machine() -> str:
 
 @cache
 def code() -> str:
-    """Fingerprint of the package's sources: what is measured is what they do now."""
+    """Fingerprint of the package's present sources."""
     return of_sources(Path(__file__).parents[2])
 
 
@@ -37,12 +37,12 @@ def of_sources(folder: Path) -> str:
 
 
 def threads_as_set() -> dict[str, str | None]:
-    """The variables that tell the libraries how many threads to use."""
+    """Environment variables for the number of threads, as set."""
     return {name: os.environ.get(name) for name in THREADS}
 
 
 def _processor() -> str:
-    """Model of the processor, or its architecture where the system does not tell."""
+    """Model of the processor, or its architecture where the model is unknown."""
     file = Path("/proc/cpuinfo")
     if file.is_file():
         for line in file.read_text(encoding="utf-8", errors="replace").splitlines():

@@ -16,7 +16,7 @@ from fecontact.results.pictures.draw import save_figure
 
 MARKERS = "osD^vP*X<>hp"
 AXES = (("seconds", "processor time [s]"), ("dofs", "degrees of freedom"))
-#: Pressure errors at which a line is drawn.
+#: Pressure errors marked by a line.
 TARGETS = (0.05, 0.01, 0.001)
 
 

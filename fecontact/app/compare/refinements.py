@@ -1,4 +1,4 @@
-"""A user's scene, refined: the run with the most unknowns is the reference for the others."""
+"""Refinements of a user's scene; the run with the most unknowns is the reference."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fecontact.common.json_lines import append_row, read_rows
 from fecontact.common.stopwatch import peak_memory
 from fecontact.mesh.shapes import LEVELS
 
-#: Samples per side of a facet; the reference is looked up at its nearest sample.
+#: Samples per side of a facet; the reference is evaluated at its nearest sample.
 SAMPLES = 12
 
 
@@ -34,12 +34,12 @@ def refined(values: Mapping[str, Any], k: int) -> None:
     values : mapping
         Of the scene file.
     k : int
-        1 leaves all as it is.
+        1: unchanged.
 
     Raises
     ------
     InputError
-        If no body can be refined, or one not so far.
+        If no body can be refined, or one not to this level.
 
     Examples
     --------
@@ -70,14 +70,14 @@ def refined(values: Mapping[str, Any], k: int) -> None:
 
 
 def _divided(division: Any, k: int) -> Any:
-    """A count times k; positions with every interval cut into k."""
+    """A count times k; positions with every interval divided into k."""
     if not isinstance(division, list):
         return division * k
     x = np.asarray(division, dtype=float)
     return np.interp(np.arange(k * (len(x) - 1) + 1) / k, np.arange(len(x)), x).tolist()
 
 
-#: Ways to refine, one curve each: what a way changes in the values of the scene file for its run k = 1, 2, ...
+#: Kinds of refinement, one curve each: changes of the scene file's values for run k = 1, 2, ...
 WAYS: Mapping[str, Callable[..., None]] = {"uniform refinement": refined}
 
 
@@ -91,8 +91,8 @@ def compare_scene(path: str | Path, refinements: int = 3, rows_path: str | Path 
     refinements : int
         At least two.
     rows_path : str or Path, optional
-        File of JSON lines with finished runs, their sampled pressures beside it; these are not done again. What the
-        scene says and the meshes it reads, the package's code, machine and number of threads have to be the same.
+        File of JSON lines with finished runs, which are not repeated; sampled pressures are stored next to it. The
+        scene, its mesh files, the package's code, machine and number of threads have to be the same.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def compare_scene(path: str | Path, refinements: int = 3, rows_path: str | Path 
         raise InputError(f"A scene needs at least 2 refinements, the finest being the reference; found {refinements}.")
     path = Path(path)
     runs = [(way, k, partial(change, k=k)) for way, change in WAYS.items() for k in range(1, refinements + 1)]
-    # all are read before the first is solved: what is wrong with the finest is told at once
+    # all are read before the first is solved, to report errors of the finest at once
     keys = [_key(read_scene(path, change=change), way, k) for way, k, change in runs]
     done = {} if rows_path is None else read_rows(rows_path, "key", "a row of a comparison")
     rows: list[Row] = []
@@ -136,7 +136,7 @@ def compare_scene(path: str | Path, refinements: int = 3, rows_path: str | Path 
 
 
 def _key(scene: SceneFile, way: str, k: int) -> str:
-    """What tells a run apart from others; scenes that cannot be compared are refused."""
+    """Key that identifies a run; scenes that cannot be compared are refused."""
     if scene.cases:
         raise InputError(
             f"{scene.path} has {len(scene.cases)} cases, and one is compared: leave [[cases]] out and give its loads "
@@ -148,7 +148,7 @@ def _key(scene: SceneFile, way: str, k: int) -> str:
 
 
 def _stored(beside: Path | None, key: str) -> list[Array] | None:
-    """Sampled pressures that were kept for this very run; the file may by now hold those of another."""
+    """Stored pressures of this run; None if the file now has those of another."""
     if beside is None or not beside.is_file():
         return None
     with np.load(beside) as stored:
@@ -158,7 +158,7 @@ def _stored(beside: Path | None, key: str) -> list[Array] | None:
 
 
 def _solved(path: Path, change: Callable[[Mapping[str, Any]], None]) -> tuple[Row, list[Array]]:
-    """One run: its figures, and points, pressures and areas (n, 5) sampled on each contact."""
+    """Figures of one run, and points, pressures and areas (n, 5) sampled on each contact."""
     began, cpu = time.perf_counter(), time.process_time()
     scene = read_scene(path, change=change)
     result = scene.solve()
@@ -190,7 +190,7 @@ def _solved(path: Path, change: Callable[[Mapping[str, Any]], None]) -> tuple[Ro
 
 
 def _with_errors(row: Row, samples: Sequence[Array], finest: Row, reference: Sequence[Array]) -> Row:
-    """Errors against the finest run."""
+    """Rows with errors relative to the finest run."""
     miss = norm = 0.0
     for ours, theirs in zip(samples, reference, strict=True):
         _, nearest = cKDTree(theirs[:, :3]).query(ours[:, :3])

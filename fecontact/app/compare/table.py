@@ -28,7 +28,7 @@ ERRORS = {
     "max_pressure": "largest",
     "area": "area",
 }
-#: What else a CSV file tells of a run.
+#: Further columns of a CSV file.
 PLAIN = (
     *("problem", "spec", "method", "kind", "peer", "setting", "dofs", "candidates", "residual", "seconds"),
     *("wall", "repeats", "peak_mb", "threads", "machine", "failed"),
@@ -36,7 +36,7 @@ PLAIN = (
 
 
 def curves(rows: Iterable[Row]) -> dict[str, list[Row]]:
-    """Rows with figures by method, in their order."""
+    """Rows with figures by method, in order."""
     out: dict[str, list[Row]] = {}
     for row in rows:
         if not row["failed"]:
@@ -92,7 +92,7 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def markdown(rows: Sequence[Row]) -> str:
-    """The same for a page, without the orders."""
+    """Markdown table of runs, without the orders."""
     head, *cells = _cells(rows)
     filled = [[*line, *[""] * (len(head) - len(line))] for line in cells]
     lines = [f"| {' | '.join(line)} |" for line in (head, *filled)]
@@ -100,7 +100,7 @@ def markdown(rows: Sequence[Row]) -> str:
 
 
 def _cells(rows: Sequence[Row]) -> list[list[str]]:
-    """Texts of the head and of one line per run; a line without figures ends with the reason."""
+    """Cells of the head and of one line per run; a line without figures ends with the reason."""
     known = {key for row in rows for key, value in (row.get("errors") or {}).items() if value is not None}
     shown = {key: name for key, name in ERRORS.items() if key in known}
     cells = [["method", "setting", "dofs", "points", *shown.values(), "CPU s", "wall s", "MB"]]

@@ -1,4 +1,4 @@
-"""Closed forms beside which a contact on a half-space stands, by the shape of the indenter; none for most of them."""
+"""Closed forms for comparison with a contact on a half-space, by the shape of the indenter, where they exist."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from fecontact.common.material import Material
 from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
 
 SINGULAR = 0.8
-"""Share of the radius of a punch or a cone within which pressures are compared; they are infinite on it, or at 0."""
+"""Share of the radius of a punch or a cone within which pressures are compared; they are singular at it, or at 0."""
 
 WIDEST = 0.7
-"""Contact radius over that of a sphere beyond which a half-space is no picture of the contact."""
+"""Contact radius over that of a sphere beyond which a half-space is not a valid model."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Wave(Indenter):
             positive(f"a wave's {name}", value)
 
     def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its own among closed forms."""
+        """Its closed form."""
         return forms.wave(self.amplitude, self.wavelength)
 
     def heights(self, x: Array, y: Array) -> Array:
@@ -60,16 +60,16 @@ class Exact:
     Attributes
     ----------
     source : str
-        Whose solution it is, and what it leaves out.
+        Source of the solution, and its assumptions.
     half_widths : (float, float)
-        Of the contact along x and y.
+        Half-widths of the contact along x and y.
     figures : dict of str to float
-        By the names of `indent.FIGURES`.
+        Figures by the names of `indent.FIGURES`.
     pressure : function of x, y, or None
     compared : function of x, y
-        Where pressures are compared.
+        Range in which pressures are compared.
     sharp : bool
-        Whether the contact ends at the shape's own edge, which need not be looked for.
+        Whether the contact ends at the shape's own edge, which is then known.
     """
 
     source: str
@@ -92,7 +92,7 @@ def closed_form(
     force, approach : float or None
         Exactly one.
     offset : (float, float), optional
-        Where the force acts, if the shape is free to tilt.
+        Point of action of the force, if the shape is free to tilt.
     """
     load: dict[str, Any] = {"force": force} if force is not None else {"approach": approach}
     if half.pressure != "uniform":
@@ -105,12 +105,12 @@ def closed_form(
 
 
 def asked(shape: Any) -> Indenter:
-    """What answers for a shape: itself, or the defaults for the user's own and for arrays of heights."""
+    """The object with a shape's closed form: the shape, or defaults for user-defined shapes and heights."""
     return shape if isinstance(shape, Indenter) else Indenter()
 
 
 def _unit(modulus: float) -> Material:
-    """A material whose E/(1 - nu^2) is the given one."""
+    """A material with the given E/(1 - nu^2)."""
     return Material(E=modulus, nu=0.0)
 
 
@@ -121,7 +121,7 @@ def _round(
     extra: dict[str, float] | None = None,
     **more: Any,
 ) -> Exact:
-    """Of a round contact with force, approach, a and stiffness."""
+    """Closed form of a circular contact with force, approach, a and stiffness."""
     known = {
         "force": figures.force,
         "approach": figures.approach,
@@ -143,7 +143,7 @@ def _within(radius: float) -> Callable[[Array, Array], NDArray[np.bool_]]:
 
 @dataclass(frozen=True)
 class _OnHalfSpace(ClosedForms[Exact]):
-    """A half-space without end, the load off the middle by an offset unless the shape is kept upright."""
+    """A free half-space; the load may have an offset if the shape can tilt."""
 
     modulus: float
     load: dict[str, Any]
@@ -242,7 +242,7 @@ class _OnLayer(ClosedForms[Exact]):
     load: dict[str, Any]
 
     def sphere(self, radius: float) -> Exact | None:
-        """As its paraboloid."""
+        """As the paraboloid of its curvature."""
         return self.paraboloid((radius, radius), ", for the sphere's paraboloid")
 
     def paraboloid(self, radii: tuple[float, float], note: str = "") -> Exact | None:
@@ -256,7 +256,7 @@ class _OnLayer(ClosedForms[Exact]):
             exact = layer.paraboloid(
                 radius=radii[0], thickness=only.thickness, material=only.material, base=base, **self.load
             )
-        except InputError:  # wider than its method reaches
+        except InputError:  # wider than the range of the method
             return None
         return Exact(
             f"layer on a rigid base (Lebedev & Ufliand){note}",
@@ -273,13 +273,13 @@ class _OnLayer(ClosedForms[Exact]):
 
 @dataclass(frozen=True)
 class _OnPeriod(ClosedForms[Exact]):
-    """A half-space whose surface repeats, under a force on each period."""
+    """A periodic half-space, under a force on each period."""
 
     half: HalfSpace
     force: float
 
     def endless_cylinder(self, radius: float) -> Exact | None:
-        """Hertz's line contact, whose force on the length of the grid is known."""
+        """Hertz's line contact, with the force on the length of the grid."""
         half = self.half
         exact = hertz.line(
             (radius, math.inf), (_unit(half.compliance.modulus), None), force=self.force / half.grid.size[1]

@@ -1,4 +1,4 @@
-"""The job of ``fecontact halfspace``: from options, as a mapping, to an indentation or a curve."""
+"""The command ``fecontact halfspace``: an indentation or a curve from options, as a mapping."""
 
 from __future__ import annotations
 
@@ -33,12 +33,11 @@ from fecontact.surfaces import (
 Options = Mapping[str, Any]
 Size = tuple[float, float]
 Cells = tuple[int, int]
-#: A shape, and the size of the grid if it ends by itself and no closed form tells how wide its contact is.
+#: A shape, and the size of the grid for finite shapes without a closed form for the contact width.
 Made = tuple[Any, Size | None]
 
 LONGEST, SHORTEST = 4, 8
-"""Longest wave of a rough surface as a share of its size, and shortest in cells, unless given: the contact of the one
-is felt as a whole, that of the other is resolved."""
+"""Defaults for a rough surface: its size over the longest wave, and the shortest wave in cells."""
 
 
 def run(options: Options) -> Indentation | Curve:
@@ -47,7 +46,7 @@ def run(options: Options) -> Indentation | Curve:
     Parameters
     ----------
     options : mapping
-        As ``fecontact halfspace --help`` has them, with underscores; what is left out is None.
+        Options of ``fecontact halfspace --help``, with underscores; omitted ones are None.
 
     Returns
     -------
@@ -57,7 +56,7 @@ def run(options: Options) -> Indentation | Curve:
     Raises
     ------
     InputError
-        An option that is missing, has no use here, or holds a value that cannot be used.
+        If an option is missing, does not apply, or has an invalid value.
 
     Examples
     --------
@@ -158,7 +157,7 @@ def _torus(given: Options) -> Made:
     return shape, (1.1 * shape.size, 1.1 * shape.size)
 
 
-#: How simple shapes are made.
+#: Constructors of simple shapes.
 MADE: dict[str, Callable[[Options], Made]] = {
     "sphere": lambda given: (Sphere(*_need(given, "radius")), None),
     "paraboloid": lambda given: (Paraboloid(_need(given, "radius")[0], given.get("radius_y")), None),
@@ -171,7 +170,7 @@ MADE: dict[str, Callable[[Options], Made]] = {
 
 
 def _refuse_foreign(shape: str, given: Options) -> None:
-    """An option that the shape does not know is a mistake, not to be passed over."""
+    """Refuse options that do not apply to the shape."""
     every = {name for names in OWN.values() for name in names}
     if foreign := sorted((every - set(OWN[shape])) & set(given)):
         known = ", ".join("--" + name.replace("_", "-") for name in OWN[shape])
@@ -183,7 +182,7 @@ def _refuse_foreign(shape: str, given: Options) -> None:
 def _shape(
     name: str, given: Options, cells: Cells, size: Size | None, periodic: bool
 ) -> tuple[Any, Cells, Size | None]:
-    """The shape, and the cells and size of the grid, which some bring with them."""
+    """The shape, and the cells and size of the grid, which some shapes define."""
     if name in MADE:
         shape, own_size = MADE[name](given)
         return shape, cells, size or own_size

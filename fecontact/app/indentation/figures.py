@@ -27,7 +27,7 @@ FIGURES = (
 
 
 def _finite(figures: dict[str, float]) -> dict[str, float | None]:
-    """JSON has no infinity."""
+    """The value, None if not finite, for JSON."""
     return {name: float(value) if math.isfinite(value) else None for name, value in figures.items()}
 
 
@@ -67,12 +67,12 @@ class CurveFigures:
 
 @dataclass(frozen=True, eq=False)
 class IndentationFigures:
-    """A contact with the half-space and the shape that made it; made by `indent`.
+    """A contact with its half-space and shape; made by `indent`.
 
     Attributes
     ----------
     name : str
-        Of the shape.
+        Name of the shape.
     shape : surface with `heights`, or (nx, ny) array
     half : HalfSpace
     contact : HalfSpaceContact
@@ -87,7 +87,7 @@ class IndentationFigures:
 
     @cached_property
     def figures(self) -> dict[str, float]:
-        """Figures of the contact by the names in `FIGURES`, and the tilt where the load was off the middle."""
+        """Figures of the contact by the names in `FIGURES`, with the tilt under an eccentric load."""
         c = self.contact
         found = {
             "force": c.force,
@@ -105,11 +105,11 @@ class IndentationFigures:
 
     @cached_property
     def errors(self) -> dict[str, float]:
-        """Relative differences from the closed form, and that of the pressure in the L2 norm."""
+        """Relative errors against the closed form, and that of the pressure in the L2 norm."""
         if self.exact is None:
             return {}
         known = dict(self.exact.figures)
-        if not self.exact.sharp:  # elsewhere the edge is looked for
+        if not self.exact.sharp:  # for others the edge is unknown
             known["area, edge fitted"] = known["contact area"]
         out = {name: self.figures[name] / value - 1 for name, value in known.items() if value and name in self.figures}
         if self.exact.pressure is not None:

@@ -1,4 +1,4 @@
-"""A rigid shape pressed on a half-space: solved, beside its closed form where there is one, and over many loads."""
+"""Indentation of a half-space by a rigid shape, with its closed form where there is one, for one or several loads."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from fecontact.common.errors import InputError
 from fecontact.common.text_files import write_atomically
 
 BOX = 3.0
-"""Side of a grid whose size is not given, in half-widths of the contact."""
+"""Default side of a grid, in half-widths of the contact."""
 
 SMALLEST_BOX = 2.2
-"""Side of a free grid in half-widths of the contact below which it is refused before anything is solved."""
+"""Least side of a free grid in half-widths of the contact; less is refused before a solve."""
 
 STEEP = 5.0
 """Jump of heights across the border of a period, in rms differences of neighbours, above which they do not repeat."""
@@ -30,7 +30,7 @@ STEEP = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Indentation(IndentationFigures):
-    """One indentation, with what a person does with it: draw, save."""
+    """One indentation, with methods to draw and save it."""
 
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
         """Pressure, gap, displacement and stress inside, see `pictures.plot_indentation`."""
@@ -46,7 +46,7 @@ class Indentation(IndentationFigures):
 
 @dataclass(frozen=True, eq=False)
 class Curve(CurveFigures):
-    """Indentations by several loads, with what a person does with them: draw, save."""
+    """Indentations by several loads, with methods to draw and save them."""
 
     def save(self, path: str | Path) -> Path:
         """Write a CSV file, one row per load."""
@@ -82,11 +82,11 @@ def indent(
     ground : Ground
     load : IndentationLoad
     cells : (int, int)
-        Of the grid; an array of heights brings its own.
+        Cells of the grid; an array of heights defines its own.
     size : (float, float), optional
-        Of the grid; three half-widths of the contact where a closed form tells them.
+        Size of the grid; by default three half-widths of the contact from the closed form.
     name : str, optional
-        Of the shape, for the table.
+        Name of the shape, for the table.
     tolerance : float
 
     Returns
@@ -96,8 +96,8 @@ def indent(
     Raises
     ------
     InputError
-        A grid smaller than the contact (with the size needed), one without size where none can be guessed, periodic
-        and free confused, a load beyond what the geometry allows.
+        If the grid is smaller than the contact (the message gives the size needed) or has no size and no closed form,
+        if periodic and free are mixed up, or if the load is too large for the geometry.
 
     Examples
     --------
@@ -123,7 +123,7 @@ def indent(
 def _grid(
     shape: Any, ground: Ground, load: IndentationLoad, cells: tuple[int, int], size: tuple[float, float] | None
 ) -> HalfSpace:
-    """The half-space with a grid that holds the contact."""
+    """The half-space with a grid that contains the contact."""
     if ground.periodic:
         if size is None:
             raise InputError("A periodic half-space needs a size: that of its period.")
@@ -134,7 +134,7 @@ def _grid(
             "An endless cylinder on a free half-space would touch it to the border of any grid: give it a length, or "
             "make the half-space periodic."
         )
-    # the grid of a trial half-space does not matter to the closed form
+    # the closed form does not depend on the trial half-space's grid
     trial = closed_form(shape, ground.softest.on((1.0, 1.0), (2, 2)), load.force, load.approach)
     if size is None and trial is None:
         raise InputError(
@@ -158,9 +158,9 @@ def _grid(
 
 
 def _check_repeats(shape: Any) -> None:
-    """Refuse heights whose opposite borders do not meet."""
+    """Refuse heights that are not periodic."""
     if np.ndim(shape) != 2 or not np.isfinite(z := np.asarray(shape, dtype=float)).all():
-        return  # a shape has no borders, and other arrays are told better when they are pressed
+        return  # a shape has no borders; other arrays are checked later
     for axis in (0, 1):
         usual = float(np.sqrt((np.diff(z, axis=axis) ** 2).mean()))
         lines = np.moveaxis(z, axis, 0)
@@ -174,18 +174,18 @@ def _check_repeats(shape: Any) -> None:
 
 
 def _check_depth(ground: Ground, load: IndentationLoad) -> None:
-    """Refuse an approach that leaves nothing of the layers on a rigid base."""
+    """Refuse an approach comparable to the thickness of layers on a rigid base."""
     total = sum(layer.thickness for layer in ground.layers)
     if ground.material is None and load.approach is not None and load.approach >= total:
         raise InputError(
             f"The load is beyond what the geometry allows: an approach of {load.approach:g} through layers of "
-            f"{total:g} on a rigid base. Small strains want a fraction of the thickness."
+            f"{total:g} on a rigid base. Small strains need a fraction of the thickness."
         )
 
 
 def _check_outline(shape: Any, contact: HalfSpaceContact) -> None:
-    """Refuse a round shape that is in contact up to where its lower half ends."""
-    if np.ndim(shape):  # an array of heights ends where it is told to
+    """Refuse a contact that reaches the outline of a round shape."""
+    if np.ndim(shape):  # not for an array of heights
         return
     none = ~np.isfinite(contact.gap)
     active = contact.active
@@ -201,7 +201,7 @@ def _check_outline(shape: Any, contact: HalfSpaceContact) -> None:
 
 
 def curve(shape: Any, ground: Ground, loads: Sequence[IndentationLoad], **options: Any) -> Curve:
-    """Press a shape with several loads; options as in `indent`, one grid that holds the largest for all.
+    """Press a shape with several loads; options as in `indent`, with one grid for the largest load.
 
     Examples
     --------

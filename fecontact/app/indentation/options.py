@@ -1,4 +1,4 @@
-"""The shapes that ``fecontact halfspace`` presses, and the options that describe each; needs no numerical package."""
+"""Shapes of ``fecontact halfspace`` and their options; needs no numerical package."""
 
 from __future__ import annotations
 

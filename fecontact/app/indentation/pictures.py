@@ -17,13 +17,13 @@ from fecontact.fem.stress import von_mises
 from fecontact.results.pictures.draw import save_figure
 
 SECTION = (61, 31)
-"""Points of the section through the body, along it and downwards."""
+"""Points of the section through the body, along the surface and downwards."""
 
 SECTION_CELLS = 32
-"""Cells per side to which the pressures of a free half-space are gathered for the section."""
+"""Cells per side onto which the pressures of a free half-space are aggregated for the section."""
 
 FEWEST = 0.02
-"""Share of a cell below which no point of the section lies."""
+"""Least depth of the section's points, as a share of a cell."""
 
 
 def plot_indentation(found: IndentationFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
@@ -35,13 +35,13 @@ def plot_indentation(found: IndentationFigures, path: str | Path | None = None, 
     path : str or Path, optional
         File to write; the suffix decides the format.
     units : plot.Units, optional
-        For labels.
+        Units for labels.
     """
     names, contact = units or Units(), found.contact
     figure = Figure(figsize=(11.6, 8.6), layout="compressed")
     (first, second), (third, fourth) = figure.subplots(2, 2)
     gap = np.where(np.isfinite(contact.gap), contact.gap, np.nan)
-    # far from the contact the gap of a round shape would hide all near it
+    # limit the scale: the gap of a round shape is large far from the contact
     limit = float(np.nanquantile(gap, 0.9)) if not contact.periodic else None
     draw_map(first, contact, contact.pressure, "magma_r", names.after("pressure", "stress"), names)
     draw_map(second, contact, gap, "viridis", names.after("gap", "length"), names, limit)
@@ -102,14 +102,13 @@ def section(contact: HalfSpaceContact, y: float = 0.0, depth: float | None = Non
     contact : HalfSpaceContact
     y : float
     depth : float, optional
-        To which it reaches; half the grid's side (a fifth where it is periodic) or, on a rigid base, the layers unless
-        given.
+        Depth of the section; by default half the grid's side (a fifth if periodic) or, on a rigid base, the layers.
 
     Returns
     -------
     x : (n,) array
     z : (m,) array
-        Not positive.
+        If the depth is not positive.
     stress : (n, m, 6) array
         xx, yy, zz, xy, yz, xz, tension positive.
     """
@@ -126,7 +125,7 @@ def section(contact: HalfSpaceContact, y: float = 0.0, depth: float | None = Non
 
 
 def _gathered(contact: HalfSpaceContact) -> HalfSpaceContact:
-    """The contact on larger cells, with the same force on each: what is seen at a depth does not tell them apart."""
+    """The contact on larger cells with the same forces, for stresses at a depth."""
     while (
         not contact.periodic and max(contact.grid.shape) > SECTION_CELLS and not any(n % 2 for n in contact.grid.shape)
     ):
@@ -154,7 +153,7 @@ def draw_section(axes: Any, contact: HalfSpaceContact, names: Units) -> None:
 
 
 def plot_curve(found: CurveFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
-    """Approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
+    """Plot approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
     names = units or Units()
     figure = Figure(figsize=(10.0, 7.6), layout="constrained")
     force = found.column("force")

@@ -1,4 +1,4 @@
-"""What is pressed, and how: the ground and the load."""
+"""Half-space and load of an indentation."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from fecontact.common.material import Material
 
 @dataclass(frozen=True)
 class Ground:
-    """A half-space yet without its grid.
+    """A half-space without its grid.
 
     Attributes
     ----------
     material : Material or None
-        None: rigid, under layers.
+        None: a rigid base under layers.
     layers : tuple of Layer
     against : Material or None
-        Of an elastic counter-body.
+        Material of an elastic counter-body.
     periodic : bool
     """
 
@@ -35,7 +35,7 @@ class Ground:
 
     @property
     def softest(self) -> Ground:
-        """The homogeneous half-space of its softest part, in which a contact is at its widest."""
+        """The homogeneous half-space of its softest material, for the widest contact."""
         materials = [m for m in (self.material, *(layer.material for layer in self.layers)) if m is not None]
         soft = min(materials, key=lambda m: m.plane_strain_modulus)
         return Ground(soft, (), self.against, False)
@@ -43,13 +43,13 @@ class Ground:
 
 @dataclass(frozen=True)
 class IndentationLoad:
-    """Force or approach, and the moment of the force about the origin or the point where it acts.
+    """Force or approach, and the moment of the force about the origin or its point of action.
 
     Attributes
     ----------
     force, approach : float or None
     point : (float, float) or None
-        Where the force acts; the shape is then free to tilt.
+        Point of action of the force; the shape is then free to tilt.
     """
 
     force: float | None = None

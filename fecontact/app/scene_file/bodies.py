@@ -70,7 +70,7 @@ RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
 _INTEGRATED: Arguments = {"integration": choice(INTEGRATIONS)}
 _SECTION: Arguments = {"backend": choice(("auto", *DIRECT)), **_INTEGRATED}
 
-#: Bodies with a mesh, and the keys that are theirs alone.
+#: Bodies with a mesh, and their specific keys.
 MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
     "elastic": (
         ElasticBody,
@@ -91,7 +91,7 @@ Materials = Mapping[str, Material | None]
 
 
 def read_materials(table: Table) -> dict[str, Material | None]:
-    """Materials by name; None for those that could not be made."""
+    """Materials by name; None for invalid ones."""
     out: dict[str, Material | None] = {}
     for name, entry in table.subtables():
         E, nu = entry.number("E", required=True), entry.number("nu", required=True)
@@ -104,7 +104,7 @@ def read_materials(table: Table) -> dict[str, Material | None]:
 
 
 def read_bodies(table: Table, materials: Materials, folder: Path) -> dict[str, AnyBody | None]:
-    """Bodies by name; None for those that could not be made."""
+    """Bodies by name; None for invalid ones."""
     out: dict[str, AnyBody | None] = {}
     for name, entry in table.subtables():
         kind = entry.text("type", TYPES) or "elastic"
@@ -126,7 +126,7 @@ def read_bodies(table: Table, materials: Materials, folder: Path) -> dict[str, A
 def _meshed(
     name: str, kind: str, table: Table, materials: Materials, folder: Path, bodies: Mapping[str, Any]
 ) -> ElasticBody | None:
-    """A body of finite elements: a solid, or a section of one."""
+    """A body of finite elements: a solid or a section."""
     make, arguments = MESHED[kind]
     mesh: Mesh | SectionMesh | None
     held = table.table("supports")
@@ -152,7 +152,7 @@ def _meshed(
 def _material_of(
     table: Table, materials: Materials, mesh: Mesh | SectionMesh | None
 ) -> Material | dict[str, Material] | None:
-    """One material by its name, or a table of them by element set; None if any could not be made."""
+    """One material by name, or materials by element set; None if any is invalid."""
     given = table.raw("material", required=True)
     if given is None:
         return None
@@ -172,7 +172,7 @@ def _material_of(
 
 
 def _named(table: Table, key: str, materials: Materials, required: bool = False) -> Material | None:
-    """The material that a key names; None if there is none or it could not be made."""
+    """The material that a key names; None if it is unknown or invalid."""
     name = table.text(key, required=required)
     if name is None:
         return None
@@ -263,7 +263,7 @@ def _half_space(name: str, table: Table, materials: Materials) -> HalfSpace | No
 
 
 def _stacked(table: Table, materials: Materials) -> Layer | None:
-    """One of a half-space's layers."""
+    """One layer of a half-space."""
     material, thickness = _named(table, "material", materials, True), table.number("thickness", required=True)
     interface = table.text("interface", ("bonded", "frictionless")) or "bonded"
     table.finish()
@@ -286,13 +286,13 @@ def _layer(
 
 
 def pose_of(table: Table) -> Pose | None:
-    """The pose that a table of translation and rotation describes; None if wrong."""
+    """Pose from a table of translation and rotation; None if invalid."""
     given = _pose(table)
     return None if given is None else Pose(given[1], np.asarray(given[0], dtype=float))
 
 
 def _pose(table: Table) -> tuple[Any, Any] | None:
-    """Translation and rotation matrix; None if wrong."""
+    """Translation and rotation matrix; None if invalid."""
     translation = table.numbers("translation") or (0.0, 0.0, 0.0)
     rotation = np.eye(3)
     if "rotation" in table:

@@ -1,4 +1,4 @@
-"""Files of the cases of a sweep: a row per case for spreadsheets, or a line of JSON with everything."""
+"""Files of the cases of a sweep: a CSV row or a JSON line per case."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def save_cases(path: Path, rows: Sequence[Mapping[str, Any]]) -> Path:
 
 
 def flat_row(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Figures of a case by column: those of every contact, body and spring carry its name.
+    """Figures of a case by column, with the name of the contact, body or spring.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Meshes of a scene file: from a file, a shape or a layer grown on a surface, with boundaries picked on them."""
+"""Meshes of a scene file: from a file, a shape or a layer extruded from a surface, with further boundaries."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ELEMENTS = ("hex8", "hex20", "hex27")
 SECTORS = tuple(shapes.SECTORS)
 SOURCES = ("mesh", "shape", "extrude")
 
-#: How each argument of a shape is read; a name that ends in ! must be given.
+#: Readers of the arguments of shapes; a name that ends in ! is required.
 Arguments = Mapping[str, Callable[[Table, str, bool], Any]]
 
 
@@ -29,22 +29,22 @@ def number(table: Table, key: str, required: bool) -> Any:
 
 
 def integer(table: Table, key: str, required: bool) -> Any:
-    """A whole number."""
+    """An integer."""
     return table.integer(key, required)
 
 
 def numbers(count: int) -> Callable[[Table, str, bool], Any]:
-    """So many finite numbers."""
+    """A list of given length of finite numbers."""
     return lambda table, key, required: table.numbers(key, count, required)
 
 
 def choice(choices: Sequence[str]) -> Callable[[Table, str, bool], Any]:
-    """One of some texts."""
+    """One of given texts."""
     return lambda table, key, required: table.text(key, choices, required)
 
 
 def divisions(count: int) -> Callable[[Table, str, bool], Any]:
-    """Two or three counts, or lists of positions in their place."""
+    """Two or three counts or lists of positions."""
 
     def read(table: Table, key: str, required: bool) -> Any:
         value = table.raw(key, required)
@@ -96,14 +96,14 @@ ELASTIC_SHAPES: dict[str, tuple[Callable[..., Mesh], Arguments]] = {
 
 
 def arguments_of(table: Table, arguments: Arguments) -> dict[str, Any]:
-    """What a table gives of the arguments."""
+    """Arguments given in a table."""
     names = {name.rstrip("!"): name.endswith("!") for name in arguments}
     given = {name: read(table, name, names[name]) for name, read in zip(names, arguments.values(), strict=True)}
     return {name: value for name, value in given.items() if value is not None}
 
 
 def shape_of(table: Table, known: Mapping[str, tuple[Callable[..., Any], Arguments]]) -> Any:
-    """The shape that a table describes, or None."""
+    """The shape of a table, or None."""
     kind = table.text("kind", tuple(known), required=True)
     if kind is None:
         return None
@@ -114,7 +114,7 @@ def shape_of(table: Table, known: Mapping[str, tuple[Callable[..., Any], Argumen
 
 
 def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | None:
-    """From a file, a shape or a surface, whichever is given, with the boundaries that the table adds."""
+    """Mesh from a file, a shape or a surface, with the boundaries that the table adds."""
     given = [key for key in SOURCES if key in table]
     if len(given) != 1:
         found = " and ".join(given) or "none"
@@ -137,7 +137,7 @@ def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | Non
 
 
 def existing(table: Table, key: str, folder: Path) -> Path | None:
-    """The file that a key names, if there is one."""
+    """The existing file that a key names, else None."""
     file = table.text(key, required=True)
     if file is None:
         return None
@@ -149,7 +149,7 @@ def existing(table: Table, key: str, folder: Path) -> Path | None:
 
 
 def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | None:
-    """A layer on a surface from a file, or on the boundary of a body that the file declares before."""
+    """A layer on a surface from a file, or on the boundary of a body declared earlier."""
     surface: SurfaceMesh | None = None
     if ("surface" in table) == ("body" in table):
         table.fault(None, "needs either surface (a file) or body with boundary.")
@@ -175,7 +175,7 @@ def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | N
 
 
 def _with_boundaries(table: Table, mesh: Mesh | None) -> Mesh | None:
-    """The mesh with further boundaries: outer faces that all conditions of a table hold for."""
+    """The mesh with further boundaries: outer faces that satisfy all conditions of a table."""
     for name, entry in table.subtables():
         picks = _picks(entry)
         if not picks and not entry.faulty:
@@ -217,6 +217,6 @@ def _picks(table: Table) -> list[Pick]:
 
 
 def check_name(table: Table, key: str, name: str, known: Mapping[str, Any], what: str) -> None:
-    """Note a name that a mesh does not have."""
+    """Record a fault if a mesh does not have a name."""
     if name not in known:
         table.fault(key, f"the mesh has no {what} {name!r}{did_you_mean(name, known)}; there are: {listed(known)}.")

@@ -1,4 +1,4 @@
-"""Files that a scene file asks for: checked before anything is solved, and written afterwards."""
+"""Output files of a scene file: checked before the solve, written afterwards."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class Output:
 
 
 def unknown_body(name: str, bodies: Mapping[str, Any]) -> str:
-    """What is said about a name that no body has."""
+    """Message about an unknown body."""
     return f"unknown body {name!r}{did_you_mean(name, bodies)}; the bodies are: {listed(bodies)}."
 
 
 def read_outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: bool) -> tuple[Output, ...]:
-    """The files asked for, each checked to be writable; of a sweep, a table of its cases only."""
+    """The requested files, checked to be writable; for a sweep, a table of its cases only."""
     out: list[Output] = []
     taken: dict[Path, str] = {}
     if sweep and (others := sorted(set(table.values) - {"cases"})):
@@ -70,7 +70,7 @@ def read_outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: b
 
 
 def _picture_options(table: Table, kind: str, bodies: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a picture: of `plot.plot_contacts` or of `view.view`."""
+    """Options of a picture: of `plot_contacts` or of `view`."""
     found: dict[str, Any]
     if kind in CONTACT_PICTURES:
         found = {"style": table.text("style", ("smooth", "sensels")), "pitch": table.number("pitch")}
@@ -109,7 +109,7 @@ def _cut(table: Table) -> str | None:
 
 
 def write_output(output: Output, result: ContactResult, units: Units, summary: Mapping[str, Any]) -> Path:
-    """Write one output: with names of units, and the summary for a JSON file."""
+    """Write one output, with units, and the summary for a JSON file."""
     if output.kind == "json":
         return save_json(output.path, dict(summary))
     if output.kind == "table":

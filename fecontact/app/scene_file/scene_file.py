@@ -1,7 +1,7 @@
-"""Scenes in TOML files: read, checked as a whole, solved, and written out.
+"""Scenes in TOML files: reading, checks, solution and output.
 
-Everything that is wrong is told at once, each fault with its line and place. Only then is anything solved. Relative
-paths are relative to the file. `docs/scene-file.md` has all keys.
+All faults are reported together, each with its line and place, before any solve. Relative paths are relative to the
+file. `docs/scene-file.md` has all keys.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from fecontact.solvers import available_solvers
 
 @dataclass(frozen=True, eq=False)
 class SceneFile:
-    """A scene file that has been found good.
+    """A checked scene file.
 
     Attributes
     ----------
@@ -41,10 +41,10 @@ class SceneFile:
     loads : dict
         Arguments of `Scene.solve`.
     options : dict
-        Its solver, tolerance and finite_motion, where given.
+        Solver, tolerance and finite_motion, where given.
     outputs : tuple of Output
     cases : tuple of dict
-        Of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty where there is one case only.
+        Cases of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty for a single case.
     """
 
     path: Path
@@ -58,26 +58,26 @@ class SceneFile:
     cases: tuple[dict[str, Any], ...] = ()
 
     def solve(self) -> ContactResult:
-        """Solve the scene under its loads, see `Scene.solve`; the cases of a sweep are for `sweep`."""
+        """Solve the scene under its loads, see `Scene.solve`; for the cases of a sweep use `sweep`."""
         return self.scene.solve(**self.loads, **self.options)
 
     def sweep(self) -> list[dict[str, Any]]:
-        """Solve all cases and write the files for them; one summary each, see `sweep.run_sweep`."""
+        """Solve all cases and write their files; returns one summary each, see `sweep.run_sweep`."""
         rows = self.scene.sweep([{**self.options, **case} for case in self.cases])
         for output in self.outputs:
             save_cases(output.path, rows)
         return rows
 
     def write(self, result: ContactResult) -> list[Path]:
-        """Write all outputs; gives back their paths."""
+        """Write all outputs; returns their paths."""
         return [write_output(output, result, self.units, self.summary(result)) for output in self.outputs]
 
     def summary(self, result: ContactResult) -> dict[str, Any]:
-        """Numbers for scripts: those of the result, with title and units."""
+        """Figures of the result for scripts, with title and units."""
         return {"title": self.title, "units": vars(self.units), **result.summary()}
 
     def describe(self) -> str:
-        """What the file asks for, in a few lines."""
+        """Summary of the file in a few lines."""
         lines = [f"{self.path}: {self.title or 'a scene'}"]
         lines += [f"  body     {b.describe()}" for b in self.scene.bodies]
         lines += [
@@ -95,21 +95,21 @@ class SceneFile:
 def read_scene(
     path: str | Path, out: str | Path | None = None, change: Callable[[Mapping[str, Any]], object] | None = None
 ) -> SceneFile:
-    """Read a scene file and check all of it, up to the boundaries of meshes and whether outputs can be written.
+    """Read a scene file and check all of it, including boundaries of meshes and output paths.
 
     Parameters
     ----------
     path : str or Path
         TOML file; relative paths in it are relative to its folder.
     out : str or Path, optional
-        Folder to which relative paths of outputs are relative instead.
+        Base folder of relative output paths instead.
     change : callable, optional
-        Called with what is in the file before it is checked, to change it in place.
+        Function that modifies the file's contents in place before the checks.
 
     Raises
     ------
     InputError
-        Lists all faults, each with its line and place.
+        If the file has faults; the message lists all, each with its line and place.
 
     Examples
     --------
@@ -175,7 +175,7 @@ def _units(table: Table) -> Units:
 
 
 def _body(table: Table, key: str, bodies: Mapping[str, AnyBody | None], required: bool = True) -> str | None:
-    """The name of a body that the file declares."""
+    """Name of a declared body."""
     name = table.text(key, required=required)
     if name is None or name in bodies:
         return name
@@ -215,7 +215,7 @@ def _spring(table: Table, bodies: Mapping[str, AnyBody | None]) -> Spring | None
 
 
 def _end(table: Table, bodies: Mapping[str, AnyBody | None]) -> tuple[AnyBody | None, Any, bool]:
-    """Body (None: the ground) and point of a spring's end, and whether the body could not be made."""
+    """Body (None: the ground) and point of a spring's end, and whether the body is invalid."""
     name = _body(table, "body", bodies, required=False)
     point = table.numbers("point", required=bool(table.values))
     table.finish()
@@ -224,7 +224,7 @@ def _end(table: Table, bodies: Mapping[str, AnyBody | None]) -> tuple[AnyBody | 
 
 
 def _case(table: Table, number: int, bodies: Mapping[str, AnyBody | None], loads: Mapping[str, Any]) -> dict[str, Any]:
-    """One case of a sweep: what it gives takes the place of the same kind under [loads]."""
+    """One case of a sweep: its loads replace those of the same kind under [loads]."""
     name = table.text("name") or str(number)
     poses = {}
     entries = table.table("poses")
@@ -239,7 +239,7 @@ def _case(table: Table, number: int, bodies: Mapping[str, AnyBody | None], loads
 
 
 def _loads(table: Table, bodies: Mapping[str, AnyBody | None]) -> dict[str, Any]:
-    """Arguments of `Scene.solve`; bodies that could not be made are left out."""
+    """Arguments of `Scene.solve`, without invalid bodies."""
 
     def vector(entry: Table, key: str) -> Any:
         return entry.numbers(key)
@@ -303,7 +303,7 @@ def _by_body(
 
 
 def _has_boundary(table: Table, key: str, body: AnyBody | None, boundary: str | None) -> bool:
-    """Whether a body could be made and has the boundary, if one is named."""
+    """Whether a body is valid and has the boundary, if one is named."""
     if body is None or boundary is None:
         return body is not None
     elastic = elastic_among([body])
@@ -318,7 +318,7 @@ def _has_boundary(table: Table, key: str, body: AnyBody | None, boundary: str | 
 
 
 def _check_loads(root: Table, bodies: Mapping[str, AnyBody], loads: Mapping[str, Any]) -> None:
-    """What only the loads together show: components both loaded and moved, gravity without density."""
+    """Check the loads together: components both loaded and prescribed, gravity without density."""
     names = ("forces", "moments", "motions", "free", "pressures", "gravity")
     given = (loads.get(name) for name in names)
     root.attempt(lambda: make_loading(list(bodies.values()), *given), "loads" if "loads" in root else None)
@@ -337,7 +337,7 @@ def _solve_options(table: Table) -> dict[str, Any]:
 
 
 def _targets(value: Any) -> str:
-    """Bodies and boundaries that a kind of load acts on, with its numbers."""
+    """Bodies and boundaries under a kind of load, with its values."""
     if not isinstance(value, Mapping):
         return str(value)
     names = [f"{k[0].name}.{k[1]}" if isinstance(k, tuple) else k.name for k in value]

@@ -1,4 +1,4 @@
-"""Tables of a TOML file, read key by key: every fault is noted with its place, and all are told together."""
+"""Tables of a TOML file, read key by key; faults are recorded with their place and reported together."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names one after the other, or 'none'."""
+    """Names as a list in one line, or 'none'."""
     return ", ".join(names) or "none"
 
 
 @dataclass(frozen=True, eq=False)
 class Faults:
-    """What is wrong in a file, in the order it is found."""
+    """Faults of a file, in order of discovery."""
 
     path: Path
     lines: Mapping[Place, int]
     found: list[tuple[Place, str]] = field(default_factory=list)
 
     def add(self, place: Place, text: str) -> None:
-        """Note a fault."""
+        """Record a fault."""
         self.found.append((place, text))
 
     def touched(self, place: Place) -> bool:
@@ -64,7 +64,7 @@ class Faults:
         return None
 
     def check(self) -> None:
-        """Tell all faults together.
+        """Raise an error with all faults.
 
         Raises
         ------
@@ -92,7 +92,7 @@ def read_toml(path: str | Path) -> Table:
     Raises
     ------
     InputError
-        If it does not exist, cannot be read, or is not TOML; the message tells the line.
+        If it does not exist, cannot be read, or is not TOML; the message gives the line.
     """
     path = Path(path)
     try:
@@ -108,7 +108,7 @@ def read_toml(path: str | Path) -> Table:
 
 
 def _lines(text: str) -> dict[Place, int]:
-    """Lines on which tables begin and keys stand; those inside inline tables are left out."""
+    """Lines of tables and keys, except keys inside inline tables."""
     lines: dict[Place, int] = {}
     count: dict[tuple[str, ...], int] = {}
     inside: Place = ()
@@ -136,9 +136,9 @@ def _split(dotted: str) -> tuple[str, ...]:
 
 
 class Table:
-    """Keys of a table, taken one by one; `finish` finds those that nobody took.
+    """Keys of a table, read one by one; `finish` reports unused ones.
 
-    A method that takes a key returns None if it is missing or wrong, and has then noted the fault.
+    A method that reads a key returns None if it is missing or wrong, and records the fault.
     """
 
     def __init__(self, values: Mapping[str, Any], place: Place, faults: Faults) -> None:
@@ -149,7 +149,7 @@ class Table:
         return key in self.values
 
     def fault(self, key: str | None, text: str) -> None:
-        """Note a fault at a key, or at the table itself."""
+        """Record a fault at a key, or at the table itself."""
         self.faults.add(self.place if key is None else (*self.place, key), text)
 
     @property
@@ -158,7 +158,7 @@ class Table:
         return self.faults.touched(self.place)
 
     def attempt(self, make: Callable[[], Made], key: str | None = None) -> Made | None:
-        """What `make` makes; its refusal is a fault at the key, or at the table itself."""
+        """Result of `make`; its refusal is recorded as a fault at the key, or at the table itself."""
         try:
             return make()
         except FecontactError as error:
@@ -166,7 +166,7 @@ class Table:
             return None
 
     def finish(self) -> None:
-        """Note the keys that nobody asked for."""
+        """Record unknown keys as faults."""
         for key in self.values:
             if key not in self._asked:
                 hint = did_you_mean(key, self._asked)
@@ -213,7 +213,7 @@ class Table:
         return value
 
     def flag(self, key: str, word: str | None = None) -> bool | str | None:
-        """True or false, or a word that stands for neither."""
+        """True or false, or a given third word."""
         value = self._take(key, False)
         if value is not None and not isinstance(value, bool) and (word is None or value != word):
             self._wrong(key, "true or false" if word is None else f'true, false or "{word}"')
@@ -221,7 +221,7 @@ class Table:
         return value
 
     def numbers(self, key: str, count: int = 3, required: bool = False) -> tuple[float, ...] | None:
-        """A list of so many finite numbers."""
+        """A list of `count` finite numbers."""
         value = self._take(key, required)
         if value is None:
             return None
@@ -242,11 +242,11 @@ class Table:
         return tuple(many)
 
     def raw(self, key: str, required: bool = False) -> Any:
-        """Whatever stands there."""
+        """The value without a check."""
         return self._take(key, required)
 
     def table(self, key: str, required: bool = False) -> Table:
-        """A table within; an empty one if it is missing or wrong."""
+        """A nested table; empty if it is missing or wrong."""
         value = self._take(key, required)
         if value is not None and not isinstance(value, dict):
             self._wrong(key, "a table")

@@ -1,1 +1,1 @@
-"""Two spheres pressed together: the main job."""
+"""Two spheres pressed together, compared with Hertz."""

@@ -1,4 +1,4 @@
-"""The cases: two spheres, their load, and Hertz's answer."""
+"""Cases of two spheres, their load, and Hertz's solution."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class Spheres:
     ----------
     name : str
     radii : (float, float)
-        The smaller of them may be the first or the second; both are convex.
+        Either may be the smaller; both are convex.
     force : float
     material : Material
     length, unit_force : str
-        Names of the units, for tables.
+        Units, for tables.
     """
 
     name: str

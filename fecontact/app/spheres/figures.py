@@ -1,4 +1,4 @@
-"""Figures of two spheres beside Hertz's."""
+"""Figures of two spheres compared with Hertz."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ def moment_radius(contact: ContactFields, radius: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class SpheresFigures:
-    """Solution of two spheres beside Hertz's.
+    """Solution of two spheres compared with Hertz.
 
     Attributes
     ----------
     case : Spheres
     options : dict
-        As chosen: element, pressure, model, level, edge_fit.
+        Options: element, pressure, model, level, edge_fit.
     result : ContactResult
     upper : ElasticBody
-        The sphere that is pressed down.
+        The upper sphere, which is pressed down.
     fitted_radius : float
-        Where the mesh has its ring.
+        Radius of the mesh ring.
     seconds : dict
         Wall time by stage of the main pass, 'first_pass' and 'total'.
     """

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-#: Radii and load of the report's test problems (Elangovan 1978, section IV), in cm and kgf; 'light' is the load that it
-#: could not solve.
+#: Radii and load of the report's test problems (Elangovan 1978, section IV), in cm and kgf; 'light' is the load without
+#: a solution in the report.
 CASES = {"equal": ((25.0, 25.0), 726.4), "unequal": ((25.0, 2.5), 454.0), "light": ((25.0, 25.0), 45.4)}
 
 ELEMENTS = ("hex8", "hex20", "hex27", "ancf")

@@ -1,4 +1,4 @@
-"""Pictures of two spheres: pressure beside Hertz, and the map."""
+"""Pictures of two spheres: pressure against Hertz, and pressure map."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fecontact.results.pictures.section_curve import draw_curve
 
 
 def plot_spheres(out: SpheresFigures, path: str | Path | None = None) -> Figure:
-    """Pressure over the radius beside Hertz, and the pressure map of the quarter or the gap of the section."""
+    """Plot pressure over the radius with Hertz, and the pressure map of the quarter or the gap of the section."""
     case, exact, contact = out.case, out.case.hertz, out.contact
     figure = Figure(figsize=(12.0, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))

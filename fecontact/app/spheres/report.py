@@ -1,4 +1,4 @@
-"""The report's own cases, beside its figures."""
+"""Cases of the report, compared with its figures."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from fecontact.app.spheres.spheres import solve_spheres
 
 
 def report_table(level: int = 2, **options: Any) -> str:
-    """All cases of the report beside its own figures and Hertz.
+    """Table of all cases of the report, with its figures and Hertz.
 
-    The report's figures for 726.4 kgf (a = 1.7845 mm, p0 = 9990 kgf/cm2, approach 0.02548 mm) all three are Hertz's for
-    666 kgf; they are shown, not aimed at.
+    The report's three figures for 726.4 kgf (a = 1.7845 mm, p0 = 9990 kgf/cm2, approach 0.02548 mm) are Hertz's for 666
+    kgf. They are shown but are not a target.
     """
     cases = [
         Spheres("equal, 454 kgf", (25.0, 25.0), 454.0, STEEL),

@@ -1,9 +1,9 @@
-"""The main job: two solid spheres pressed together, solved by finite elements and compared with Hertz.
+"""Two solid spheres pressed together, solved by finite elements and compared with Hertz.
 
-The mesh of each sphere is fitted to the edge of the contact, which nobody knows beforehand. So a first, coarse pass
-finds it: the size of the contact follows from dimensional analysis to within a factor, a coarse ring mesh of that
-size is solved, and the second moment of its contact forces gives the radius to some tenths of a percent. Hertz's
-formulas are used for comparison only.
+The mesh of each sphere is fitted to the edge of the contact, which is found by a first, coarse pass: dimensional
+analysis gives the size of the contact to within a factor, a coarse ring mesh of that size is solved, and the second
+moment of its contact forces gives the radius to some tenths of a percent. Hertz's formulas are used for comparison
+only.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from fecontact.mesh.shapes import Level
 from fecontact.results.result import ContactResult
 from fecontact.scene.scene import Scene
 
-#: What the section of a hexahedron is cut into.
+#: Section element of each hexahedron.
 SECTIONS = {"hex20": "quad8", "hex27": "quad9"}
 
 
-#: The first pass: coarse, but its contact radius is right to some tenths of a percent.
+#: The first pass: coarse, with a contact radius accurate to some tenths of a percent.
 FIRST_PASS = Level(core=2, rings=3, edge=0.1, layer=0.3, growth=2.0)
 #: The second pass of the axisymmetric model.
 SECOND_PASS = shapes.LEVELS[2]
@@ -42,7 +42,7 @@ SECOND_PASS = shapes.LEVELS[2]
 
 @dataclass(frozen=True, eq=False)
 class SpheresResult(SpheresFigures):
-    """Two spheres solved, with what a person does with it: print, draw."""
+    """Solution of two spheres, with methods to print and draw it."""
 
     def __str__(self) -> str:
         from fecontact.app.spheres.table import table
@@ -50,7 +50,7 @@ class SpheresResult(SpheresFigures):
         return table(self)
 
     def plot(self, path: str | Path | None = None) -> Any:
-        """Pressure against radius beside Hertz, and the pressure map; written to `path` if given."""
+        """Plot pressure against radius with Hertz, and the pressure map; written to `path` if given."""
         from fecontact.app.spheres.pictures import plot_spheres
 
         return plot_spheres(self, path)
@@ -73,14 +73,14 @@ def solve_spheres(
     Parameters
     ----------
     case : str or Spheres
-        'equal', 'unequal', 'light' or one's own.
+        'equal', 'unequal', 'light' or a `Spheres` object.
     element : {'hex20', 'hex8', 'hex27', 'ancf'}
         'ancf': bricks with gradient coordinates, on the geometry of 20-node ones.
     pressure : {'midface', 'nodal'}
         Contact faces with a ninth node, or the report's plain 20-node faces.
     model : {'two-bodies', 'symmetric', 'axisymmetric'}
-        'symmetric': equal spheres are one sphere on a rigid plane; 'axisymmetric': the section of both, of
-        quadrilaterals that are the sections of the hexahedra (8 nodes for 20, 9 for 27).
+        'symmetric': one sphere on a rigid plane, for equal spheres; 'axisymmetric': sections of both, of the
+        quadrilaterals that are sections of the hexahedra (8 nodes for 20, 9 for 27).
     level : int or Level
         1 (coarse) to 5 (fine).
     solver, backend : str
@@ -97,7 +97,7 @@ def solve_spheres(
     Raises
     ------
     InputError
-        If an option is unknown, or spheres of different size are asked for as a symmetric model.
+        If an option is unknown, or the symmetric model is requested for spheres of different size.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def solve_spheres(
     seconds: dict[str, float] = {"first_pass": 0.0}
     if edge_fit:
         options = {"element": "hex20", "pressure": "midface", "model": model, "backend": backend}
-        # a section is so cheap that a second pass, from where the first one ended, costs nothing
+        # for a section the cost of a second pass, started from the first one, is negligible
         for cut in (FIRST_PASS, SECOND_PASS) if model == "axisymmetric" else (FIRST_PASS,):
             first = _press(spheres, fitted, cut, "auto", **options)[0].contacts[0]
             fitted = moment_radius(first, np.hypot(first.points[:, 0], first.points[:, 1]))
@@ -143,7 +143,7 @@ def solve_spheres(
 
 
 def _pressures_of(element: str, pressure: str, model: str) -> str:
-    """What the pressures live on, for tables."""
+    """Kind of pressure points, for tables."""
     if model == "axisymmetric":
         return "sides"
     return {"hex20": pressure, "ancf": "eight"}.get(element, "nodal")
@@ -186,11 +186,11 @@ def _press(
     backend: str,
     coupling: str = "auto",
 ) -> tuple[ContactResult, ElasticBody, float]:
-    """Mesh quarters of both spheres, set them on each other at the origin and press the upper one down."""
+    """Mesh quarters of both spheres, place them in contact at the origin and press the upper one down."""
     if model == "axisymmetric":
         return _press_sections(spheres, ring, level, solver, SECTIONS[element], backend, coupling)
     began = time.perf_counter()
-    # a half turn about the line x = y brings a quarter with its body above into the same quarter with its body below
+    # a rotation by pi about the line x = y maps a quarter with its body above to the same quarter with its body below
     downwards = rotation_about((1.0, 1.0, 0.0), math.pi)
 
     def body(radius: float, name: str) -> ElasticBody:
@@ -217,7 +217,7 @@ def _press(
 def _press_sections(
     spheres: Spheres, ring: float, level: Level, solver: str, element: str, backend: str, coupling: str
 ) -> tuple[ContactResult, ElasticBody, float]:
-    """The same of the spheres' sections, with the force on the whole of them."""
+    """The same for the spheres' sections, with the force on the whole spheres."""
     began = time.perf_counter()
     downwards = rotation_about((1.0, 0.0, 0.0), math.pi)
 

@@ -1,4 +1,4 @@
-"""Tables of two spheres beside Hertz: one solution, and the report's own cases."""
+"""Table of two spheres compared with Hertz."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from fecontact.app.spheres.figures import SpheresFigures
 
 
 def table(out: SpheresFigures) -> str:
-    """Figures beside Hertz's, residuals and time, aligned."""
+    """Aligned table of figures with Hertz's, residuals and time."""
     case, exact, o = out.case, out.case.hertz, out.options
     r, e = out.result.residuals(), out.errors
     length, force = case.length, case.unit_force
@@ -38,7 +38,7 @@ def _row(name: str, value: float, exact: float, error: float) -> str:
 
 
 def _saved(out: SpheresFigures) -> str:
-    """What was not modelled, and why it was not needed."""
+    """Line on the modelled part and the reductions by symmetry and shared models."""
     n, once = out.result.n_dofs, out.result.n_dofs_factorised
     if out.options["model"] == "axisymmetric":
         shared = f"; {once} factorised, as the lower is the upper in another pose" if once < n else ""
