@@ -9,9 +9,9 @@ from typing import ClassVar
 import scipy.sparse as sp
 
 from fecontact.ancf.model import AncfModel, twenty_nodes
+from fecontact.ancf.space import check_bricks
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import MeshError
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
@@ -64,11 +64,7 @@ class AncfBody(ElasticBody):
 
     def _checked_mesh(self, names: tuple[str, ...]) -> Mesh:
         check_skin(self.mesh, names)
-        if self.mesh.has_coalesced:
-            raise MeshError(
-                f"An AncfBody needs hexahedra with eight distinct corners; this mesh has {self.mesh!r}. "
-                "Use ElasticBody for it."
-            )
+        check_bricks(self.mesh)
         return twenty_nodes(self.mesh)
 
     @cached_property

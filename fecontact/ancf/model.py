@@ -27,7 +27,6 @@ from fecontact.fem.stress import hooke
 from fecontact.fem.support import Support
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element.hexahedron import hex_nodes, hex_quadrature
-from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
 
 #: Poisson's ratio above which the divergence is projected on linear functions in each cell; below it contact pressures
@@ -187,7 +186,6 @@ class AncfModel(Model):
 
 def twenty_nodes(mesh: Mesh) -> Mesh:
     """The mesh with 20-node cells: straight edges added, or mid-face and centre nodes removed."""
-    refuse_hanging(mesh.hanging, "used with gradient coordinates")
     if mesh.cells.shape[1] == 8:
         return mesh.upgraded(20)
     if mesh.cells.shape[1] == 20 and mesh.midface is None:

@@ -29,6 +29,7 @@ from fecontact.common.errors import MeshError
 from fecontact.fem.stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.mesh.check import check_cells
 from fecontact.mesh.element.hexahedron import CORNERS, hex_shapes
+from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
 
 #: Cells per batch; with 64 points its shape functions take some 12 MB.
@@ -58,6 +59,22 @@ class GradientBatch:
     dV: Array
 
 
+def check_bricks(mesh: Mesh) -> None:
+    """Refuse meshes that bricks with gradient coordinates cannot be made of.
+
+    Raises
+    ------
+    MeshError, InputError
+        For degenerate cells; for hanging nodes.
+    """
+    if mesh.has_coalesced:
+        raise MeshError(
+            "The brick with gradient coordinates needs hexahedra with eight distinct corners; the mesh has "
+            f"degenerate cells ({', '.join(mesh.kinds)}). Use ElasticBody, or a mesh of hexahedra only."
+        )
+    refuse_hanging(mesh.hanging, "used with gradient coordinates")
+
+
 @dataclass(frozen=True, eq=False)
 class AncfSpace:
     """Coordinates of a mesh of eight-node bricks: twelve per node.
@@ -77,8 +94,8 @@ class AncfSpace:
 
     Raises
     ------
-    MeshError
-        For degenerate, inverted or folded cells.
+    MeshError, InputError
+        For degenerate, inverted or folded cells; for hanging nodes.
 
     Examples
     --------
@@ -92,11 +109,7 @@ class AncfSpace:
     sides: IntArray | None = None
 
     def __post_init__(self) -> None:
-        if self.mesh.has_coalesced:
-            raise MeshError(
-                "The brick with gradient coordinates needs hexahedra with eight distinct corners; the mesh has "
-                f"degenerate cells ({', '.join(self.mesh.kinds)}). Use ElasticBody, or a mesh of hexahedra only."
-            )
+        check_bricks(self.mesh)
         check_cells(self.mesh)
 
     @cached_property

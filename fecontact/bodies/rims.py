@@ -105,7 +105,7 @@ def _goes_on(mesh: Mesh, name: str, sides: IntArray) -> Mask:
     number = outer @ np.array([6, 1])
     inside = np.isin(number, mesh.faces(name) @ np.array([6, 1]))
     across = (cosine >= SMOOTH) & (inside[first // 4] != inside[second // 4])
-    facets, side = mesh.face_nodes(outer), first[across]
+    facets, side = mesh.face_nodes(outer), np.concatenate([first[across], second[across]])
     ends = np.stack([facets[side // 4, side % 4], facets[side // 4, (side % 4 + 1) % 4]], axis=1)
     n = len(mesh.points)
     return np.isin(np.sort(sides, axis=1) @ np.array([n, 1]), np.sort(ends, axis=1) @ np.array([n, 1]))

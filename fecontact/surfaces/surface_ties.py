@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.entities import edge_keys, found
 from fecontact.mesh.hanging_nodes import HangingNodes
 
 
@@ -102,14 +103,8 @@ def surface_ties(facets: IntArray, hanging: HangingNodes | None) -> SurfaceTies 
     rows = np.flatnonzero(on[hanging.nodes])
     if len(rows) == 0:
         return None
-    n = hanging.n_points
-    sides = np.sort(np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    keys = sides @ np.array([n, 1])
-    order = np.argsort(keys, kind="stable")
-    ends = hanging.edges[:, [[0, 2], [0, 1], [1, 2]]]
-    wanted = np.sort(ends, axis=2) @ np.array([n, 1])
-    place = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)
-    found = np.where(keys[order[place]] == wanted, order[place], -1)
-    there = (found >= 0).any(axis=1)
-    found = found[there]
-    return SurfaceTies(hanging.nodes[rows], hanging.weights[rows], hanging.edges[there], found[:, 0], found[:, 1:])
+    sides = edge_keys(np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2))
+    along = found(edge_keys(hanging.edges[:, [[0, 2], [0, 1], [1, 2]]]), sides)
+    there = (along >= 0).any(axis=1)
+    along = along[there]
+    return SurfaceTies(hanging.nodes[rows], hanging.weights[rows], hanging.edges[there], along[:, 0], along[:, 1:])

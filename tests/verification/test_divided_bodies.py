@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from hanging_meshes import SPATIAL, boxed, joined, part, section_step, stairs, step
+from refine_cases import CASES, locally_refined, mesh_of, refined_near
 
 import fecontact as fc
 from fecontact.fem.factor import factorise
@@ -305,3 +306,45 @@ def test_a_divided_layer_gives_evenly(row):
         # two springs in series, 0.5 / 1 and 2 / 4 per area
         error = np.abs(result.contacts[0].pressure / 1e-2 - 1).max()
         row(f"block on a divided layer, {kind}", "largest pressure error", 0.0, error, PATCH)
+
+
+# meshes that the package divides itself: every kind of cell, and all of them side by side
+
+
+@pytest.mark.parametrize(("kind", "width"), CASES)
+def test_linear_displacements_pass_divided_cells_of_every_kind(kind, width, row):
+    """Cells of three sizes of every kind, alone and side by side, curved, under linear displacements.
+
+    Source: a linear field, exact in any isoparametric element whose hanging nodes lie where they follow.
+    """
+    mesh = locally_refined(kind, width)
+    outside = on_box(mesh.points)
+    mesh = mesh.mapped(bent)
+    model = Model(mesh, ELASTIC, {})
+    u = mesh.points @ GRADIENT.T
+    error = np.abs(solved(model, u, outside, np.zeros(model.n_dofs)) - u).max()
+    row(f"divided {kind} of {width} nodes", "largest displacement error", 0.0, error, PATCH)
+
+
+@pytest.mark.parametrize(("kind", "width"), CASES)
+def test_uniform_pressure_passes_divided_faces_of_every_kind(kind, width, row):
+    """A body of every kind of cell, its contact face of three sizes, on a flat and on a block that does not match it.
+
+    Source: uniform stress. The face is the side of layers of all kinds of cells, quadrilaterals beside triangles.
+    """
+    mesh = boxed(refined_near(mesh_of(kind, width), [3.0, 1.2, 1.4], [1.2, 0.7]))
+    body = fc.ElasticBody(mesh, ELASTIC, "x_max", {"y_min": "y", "bottom": "z"}, name="body")
+    plane = fc.RigidBody(fc.Plane()).placed((3.0, 0, 0), fc.rotation_about((0, 1, 0), -np.pi / 2))
+    height = np.ptp(mesh.points[:, 2])
+    other = boxed(part("hex20", (3, 0, 0), (5, 3, height), (1, 2, 2)))
+    block = fc.ElasticBody(other, ELASTIC, "x_min", {"y_min": "y", "bottom": "z", "x_max": "x"}, name="block")
+    for slave, master in ((body, plane), (body, block), (block, body)):
+        coupling = "nodal" if master is plane else "mortar"
+        scene = fc.Scene([slave, master], [fc.Contact(slave, master, swap="never", coupling=coupling)])
+        result = scene.solve(pressures={(body, "x_min"): 1.0}, finite_motion=False)
+        contact = result.contacts[0]
+        error = np.abs(contact.at_nodes @ contact.pressure - 1).max()
+        case = f"divided {kind} of {width} nodes, {slave.name} on {'a flat' if master is plane else master.name}"
+        row(case, "largest pressure error", 0.0, error, PATCH)
+        assert abs(contact.area - 3 * height) < PATCH
+        assert len(body.surface("x_max").ties.nodes) > 0

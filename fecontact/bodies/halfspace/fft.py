@@ -31,9 +31,6 @@ STRIP = 1 << 17
 ROUGHNESS = 2e-6
 """Error of a product in single precision relative to its largest value: some ten roundings of 6e-8, with a margin."""
 
-ROUNDING = 1e-15
-"""The same in double precision."""
-
 
 @dataclass(eq=False)
 class Tally:
@@ -130,15 +127,6 @@ class Convolution:
         largest = float(np.abs(self.spectrum).max())
         factor = largest if largest > 0 else 1.0
         return replace(self, spectrum=(self.spectrum / factor).astype(np.float32), factor=self.factor * factor)
-
-    @property
-    def error(self) -> float:
-        """Error of a product relative to its largest value."""
-        return ROUGHNESS if self.spectrum.dtype == np.float32 else ROUNDING
-
-    def flat(self, values: Array) -> Array:
-        """Convolution (nx ny,) of values (nx ny,)."""
-        return self.apply(values.reshape(self.shape)).ravel()
 
     def apply(self, values: Array) -> Array:
         """Convolution (nx, ny) of values (nx, ny)."""

@@ -13,10 +13,10 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from fecontact.bodies.halfspace.cg import GridIterate, GridProblem, solve_on_grid
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.common.arrays import Array, Mask
-from fecontact.solvers.operator_cg import Iterate, OperatorProblem, solve_with_operator
 
 COARSEST = 24
 """Largest number of cells per side of the coarsest grid."""
@@ -147,7 +147,7 @@ def around(active: Mask, symmetric: Even) -> tuple[slice, slice]:
 
 def solve_level(
     level: GridLevel, start: Array, active: Mask, tolerance: float, tally: Tally, workers: int | None
-) -> Iterate:
+) -> GridIterate:
     """Solve on the part of a grid round the start's contact, enlarged while contact reaches its border."""
     part = level.whole if level.periodic else around(active, level.symmetric)
     if _share(part, level) > WORTHWHILE:
@@ -157,28 +157,33 @@ def solve_level(
         rough = exact
         if not level.periodic:  # for a periodic one the preconditioner is the exact inverse, and the start may be exact
             rough, inverse = exact.rough(), inverse.rough()
-        product = exact if tolerance < ROUGH_ENOUGH else rough
-        g, allowed = level.g[part].ravel(), level.allowed[part].ravel()
-        B = level.B[:, *part].reshape(len(level.F), len(g))
-        problem = OperatorProblem(
-            product.flat, g, B, level.F, allowed, rough.flat, inverse.flat, product.error, rough.error
+        problem = GridProblem(
+            exact if tolerance < ROUGH_ENOUGH else rough,
+            rough,
+            inverse,
+            level.g[part],
+            level.allowed[part],
+            level.B[:, *part],
+            level.F,
         )
-        at = solve_with_operator(problem, start[part].ravel(), active[part].ravel(), tolerance)
-        at = _on_grid(at, level, part)
-        if part == level.whole or not _reaches_border(at.active, part, level):
+        at = solve_on_grid(problem, start[part], active[part], tolerance)
+        if part == level.whole:
             return at
-        start, active, part = at.x, at.active, level.whole
+        at = _spread(at, level, part)
+        if not _reaches_border(at.active, part, level):
+            return at
+        start, active, part = at.p, at.active, level.whole
 
 
 def _share(part: tuple[slice, slice], level: GridLevel) -> float:
     return (part[0].stop - part[0].start) * (part[1].stop - part[1].start) / level.g.size
 
 
-def _on_grid(at: Iterate, level: GridLevel, part: tuple[slice, slice]) -> Iterate:
-    """Solution on a part with pressures and active cells as arrays over the whole grid."""
-    p, active = np.zeros(level.g.shape), np.zeros(level.g.shape, bool)
-    p[part], active[part] = at.x.reshape(p[part].shape), at.active.reshape(p[part].shape)
-    return replace(at, x=p, active=active)
+def _spread(at: GridIterate, level: GridLevel, part: tuple[slice, slice]) -> GridIterate:
+    """Solution on a part as arrays over the whole grid; displacements outside are zero."""
+    p, u, active = np.zeros(level.g.shape), np.zeros(level.g.shape), np.zeros(level.g.shape, bool)
+    p[part], u[part], active[part] = at.p, at.u, at.active
+    return replace(at, p=p, u=u, active=active)
 
 
 def _reaches_border(active: Mask, part: tuple[slice, slice], level: GridLevel) -> bool:
@@ -198,7 +203,7 @@ def solve_nested(
     tolerance: float,
     tally: Tally,
     workers: int | None = None,
-) -> tuple[Iterate, int]:
+) -> tuple[GridIterate, int]:
     """Solve on a grid, starting from coarser ones.
 
     Parameters
@@ -208,13 +213,13 @@ def solve_nested(
     kernel_of : function of int
         Kernel of the grid coarsened that many times by two.
     tolerance : float
-        See `solve_with_operator`.
+        See `solve_on_grid`.
     tally : Tally
     workers : int, optional
 
     Returns
     -------
-    iterate : Iterate
+    iterate : GridIterate
         Solution on the finest grid.
     n_levels : int
     """
@@ -224,7 +229,7 @@ def solve_nested(
     start, active = np.zeros(levels[-1].g.shape), _first_guess(levels[-1])
     for k in range(len(levels) - 1, 0, -1):
         at = solve_level(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
-        start = finer(at.x, levels[k - 1].g.shape, level.symmetric, level.periodic)
+        start = finer(np.maximum(at.p, 0.0), levels[k - 1].g.shape, level.symmetric, level.periodic)
         active = (start > 0) & levels[k - 1].allowed
     return solve_level(level, start, active, tolerance, tally, workers), len(levels)
 

@@ -8,13 +8,13 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
+from fecontact.bodies.halfspace.cg import GridIterate
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.nested import GridLevel, solve_nested
 from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
 from fecontact.common.arrays import Array, IntArray
 from fecontact.solvers import ComplementarityProblem, Status
-from fecontact.solvers.operator_cg import Iterate
 from fecontact.solvers.outcome import Outcome
 
 MOST_CELLS = 3000
@@ -111,7 +111,7 @@ class GridCompliance(LinearOperator):
             at, q = _solve(self.body, self.cells[owner], problem, owner, tolerance)
             nit += at.nit
             forces = np.zeros(problem.n)
-            forces[owner] = at.x.ravel()[self.cells[owner]] * self.body.grid.area
+            forces[owner] = np.maximum(at.p, 0.0).ravel()[self.cells[owner]] * self.body.grid.area
             if not at.converged:
                 break
             if not several:
@@ -129,7 +129,7 @@ class GridCompliance(LinearOperator):
 
 def _solve(
     body: SurfaceCompliance, cells: IntArray, problem: ComplementarityProblem, owner: IntArray, tolerance: float
-) -> tuple[Iterate, Array]:
+) -> tuple[GridIterate, Array]:
     """Solve with the given rows only; the pressures are those of the whole grid."""
     grid = body.grid
     allowed = np.zeros(grid.n_cells, bool)
@@ -154,4 +154,4 @@ def _solve(
         symmetric=symmetric,
     )
     at, _ = solve_nested(level, body.kernel, tolerance, Tally(4 * grid.n_cells))
-    return replace(at, x=unfold(at.x, symmetric)), at.q / scale
+    return replace(at, p=unfold(at.p, symmetric)), at.q / scale

@@ -105,9 +105,9 @@ def press(
         _check_load_point(body.grid, allowed, load.point)
     at, n_levels = solve_nested(level, body.kernel, tolerance, tally, workers)
     if not body.periodic and boxed:
-        _check_box(body.grid, at.active, at.x, symmetric)
+        _check_box(body.grid, at.active, at.p, symmetric)
     operator = compliance(level, level.whole, tally, workers)
-    p = np.where(at.active, at.x, 0.0)
+    p = np.where(at.active, np.maximum(at.p, 0.0), 0.0)
     u = operator.apply(p)
     residuals = _residuals(level, operator, p, at.q)
     if not (at.converged and residuals.within(tolerance)):

@@ -1,11 +1,11 @@
 """Multipliers at hanging nodes: what keeps the pressure continuous where one slave facet lies beside two.
 
-A hat at a node whose displacement follows from others has no displacement of its own to act on, and a pressure that
-jumps across the divided side is a better answer to nothing: on two blocks of 20-node hexahedra peaks are 23 to 68 % too
-high. So the pressure along a divided side is that of the facet beside its undivided edge. Its hats are linear on the
-edge's halves where they stand at its middle too (`mortar_basis`), which ties the points halfway between end and middle
-by halves; linear over the whole edge on triangles and four-node facets, which ties the middle as well. Hats still sum
-to one, so uniform pressure stays exact.
+The displacement of a hanging node follows from others, so a multiplier of its own there has nothing to act on: left to
+themselves such multipliers make peaks 20 % too high where a contact runs over divided sides (paraboloids of 20-node
+hexahedra, `tests/verification/test_divided_hertz.py`). So the pressure along a divided side is that of the facet beside
+its undivided edge. It is linear on either half of the edge where a multiplier stands at its middle (`mortar_basis`),
+which ties the points halfway between ends and middle by halves; on triangles and four-node facets it is linear over the
+whole edge, which ties the middle as well. The shapes still sum to one, so uniform pressure stays exact.
 """
 
 from __future__ import annotations

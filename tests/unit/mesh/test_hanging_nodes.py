@@ -9,7 +9,7 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.ancf.model import twenty_nodes
+from fecontact.ancf.space import AncfSpace
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh import tet_to_hex
 from fecontact.mesh.hanging_nodes import HangingNodes
@@ -152,4 +152,4 @@ def test_what_makes_no_sense_with_hanging_nodes_is_refused():
     with pytest.raises(InputError, match=r"cannot be divided into hexahedra"):
         tet_to_hex.divided(mesh)
     with pytest.raises(InputError, match=r"cannot be used with gradient coordinates"):
-        twenty_nodes(mesh)
+        AncfSpace(mesh)
