@@ -252,7 +252,10 @@ def _parts(mesh: Mesh, chosen: Mask) -> list[Part]:
 def _divided(mesh: M, parts: list[Part]) -> M:
     """Replace cells by their children and tie the hanging nodes."""
     out, lattices = cut(mesh, parts)
-    there = _keys(mesh, out.cells[: len(mesh.cells) - sum(len(cells) for cells, _ in parts)])
+    n_whole = len(mesh.cells) - sum(len(cells) for cells, _ in parts)
+    if n_whole == 0:
+        return out
+    there = _keys(mesh, out.cells[:n_whole])
     tables = {}
     for name in _WHOLE:
         rows = [_rows(lattice, getattr(division, name)) for lattice, (_, division) in zip(lattices, parts, strict=True)]
