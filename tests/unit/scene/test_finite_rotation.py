@@ -34,7 +34,7 @@ class Found:
 
 def moving(x=0.0, ry=0.0, error=0.0, moved=0.0):
     """A result that asks for a shift and a turn of one body."""
-    frame = SimpleNamespace(moved=np.array([moved, 0, 0, 0, 0, 0]))
+    frame = SimpleNamespace(prescribed=np.array([moved, 0, 0, 0, 0, 0]))
     return Found(error, (np.array([x, 0, 0, 0, ry, 0]),), SimpleNamespace(frames=(frame,)))
 
 
