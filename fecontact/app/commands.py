@@ -34,6 +34,13 @@ def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
     return sys.stdout
 
 
+def _write(to: str | None, write: Callable[[str], object], remarks: TextIO) -> None:
+    """Write a file that is asked for, and say so."""
+    if to:
+        write(to)
+        print(f"wrote {Path(to)}", file=remarks)
+
+
 def _titled(scene: SceneFile, text: object) -> str:
     """Printed text with the scene's title."""
     return f"{scene.title}\n{text}" if scene.title else str(text)
@@ -63,11 +70,8 @@ def hertz(options: argparse.Namespace) -> int:
         return 0
     out = solve_spheres(options.case, **chosen)
     remarks = _show(out, out.as_dict(), options.json)
-    if options.plot:
-        out.plot(options.plot)
-        print(f"wrote {Path(options.plot)}", file=remarks)
-    if options.vtu:
-        print(f"wrote {out.result.save(options.vtu)}", file=remarks)
+    _write(options.plot, out.plot, remarks)
+    _write(options.vtu, out.result.save, remarks)
     return 0
 
 
@@ -78,11 +82,8 @@ def halfspace(options: argparse.Namespace) -> int:
     _check_files(options.plot, options.csv, options.json)
     found = run(vars(options))
     remarks = _show(found, found.as_dict(), options.json)
-    if options.csv:
-        print(f"wrote {found.save(options.csv)}", file=remarks)
-    if options.plot:
-        found.plot(options.plot, *options.units)
-        print(f"wrote {Path(options.plot)}", file=remarks)
+    _write(options.csv, found.save, remarks)
+    _write(options.plot, lambda to: found.plot(to, *options.units), remarks)
     return 0
 
 
