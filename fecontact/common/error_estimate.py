@@ -14,6 +14,9 @@ class ErrorEstimate:
     ----------
     pressure : float
         Of the pressure in the mean over the contact (L2 norm); NaN without contact.
+    geometry : float
+        Of it, what faces bring in that depart from the smooth shape they stand for; finer faces of the same shape do
+        not mend it.
     peak : float
         Of the largest pressure.
     area : float
@@ -23,11 +26,12 @@ class ErrorEstimate:
 
     Examples
     --------
-    >>> print(ErrorEstimate(0.0712, 0.018, 0.031, 5.2))
+    >>> print(ErrorEstimate(0.0712, 0.01, 0.018, 0.031, 5.2))
     pressure: about 7 % (peak 2 %, area 3 %), resolved by 5.2 faces across
     """
 
     pressure: float
+    geometry: float
     peak: float
     area: float
     faces_across: float

@@ -220,7 +220,7 @@ def shared_sides(
     """
     corners = facets[:, :4]
     ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
-    normals = _side_normals(points, facets, triangular(facets)).reshape(-1, 3)
+    normals = side_normals(points, facets, triangular(facets)).reshape(-1, 3)
     keys, half = edge_keys(ends), np.zeros(len(ends), bool)
     if hanging is not None:
         divided = hanging.edges[found(edge_keys(hanging.edges[:, [0, 2]]), keys) >= 0]
@@ -236,7 +236,7 @@ def shared_sides(
     return a, b, np.einsum("ni,ni->n", normals[a], normals[b])
 
 
-def _side_normals(points: Array, facets: IntArray, triangle: Mask) -> Array:
+def side_normals(points: Array, facets: IntArray, triangle: Mask) -> Array:
     """Unit normals (n_facets, 4, 3) of facets at the middles of their sides; the third of a triangle is meaningless."""
     quad = np.array([[0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]])
     tri = np.array([[0.5, 0.0], [0.5, 0.5], [0.25, 0.25], [0.0, 0.5]])

@@ -12,7 +12,7 @@ import numpy as np
 from fecontact.results.checks.held_across import held_across
 from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 from fecontact.results.checks.overlaps import undeclared_overlaps
-from fecontact.results.checks.resolution import chords, coarse_pressures, overlap_left
+from fecontact.results.checks.resolution import coarse_pressures, overlap_left
 from fecontact.results.checks.rims import contact_at_rims
 from fecontact.results.solved_scene import SolvedScene
 
@@ -77,7 +77,7 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     coarse_pressures,
     missed_accuracy,
 )
-NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, chords)
+NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended,)
 
 
 def warnings_of(result: SolvedScene) -> tuple[str, ...]:

@@ -348,6 +348,11 @@ def facets_of(surface: Surface) -> FacetSurface | None:
     return surface if isinstance(surface, FacetSurface) else None
 
 
+def own_facets(surface: Surface) -> FacetSurface | None:
+    """Facets of a surface, those of a rigid body included; None for smooth shapes."""
+    return getattr(surface, "facet_surface", None) or facets_of(surface)
+
+
 def with_nodes(surface: Surface) -> FacetSurface:
     """The surface, typed as one with nodes, as every slave's is."""
     assert isinstance(surface, FacetSurface)

@@ -22,6 +22,8 @@ from fecontact.contact.search.region import SearchRegion, search_region
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
 from fecontact.surfaces.nodal_weights import contact_weights
 
+#: Note on a contact whose slave faces each lie within one of the master's.
+NESTED = "faces match or nest, nodal forces"
 #: Ratio of face sizes above which one side counts as coarser.
 COARSER = 1.1
 #: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure
@@ -114,7 +116,7 @@ def choose_coupling(interface: Interface, near: IntArray, contact: Contact) -> I
     grid = cells_ours or cells_theirs
     ring = pairing.coupling == "mortar"
     if not grid and not ring and nested(s, m, pairing, near):
-        return replace(interface, note="faces match or nest, nodal forces")
+        return replace(interface, note=NESTED)
     touched = np.isin(s.facets, pairing.nodes_at(near)).all(axis=1)
     ours = s.mean_facet_size[touched]
     projection = pairing.projection.facet[near] if not (grid or ring) and pairing.projection.facet is not None else None

@@ -1,4 +1,4 @@
-"""Checks of the resolution of a contact: remaining overlaps, errors of pressures, chords of round faces."""
+"""Checks of the resolution of a contact: remaining overlaps, errors of pressures."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.error_estimate import percent
+from fecontact.common.arrays import Array, Mask
+from fecontact.common.error_estimate import ErrorEstimate, percent
 from fecontact.contact.coupling.facing import STEEPEST, opposition
 from fecontact.contact.search.region import with_rings
-from fecontact.mesh.facets import facet_centres
-from fecontact.mesh.pick import shared_sides
 from fecontact.results.checks.rims import node_sizes
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -25,11 +23,6 @@ from fecontact.surfaces.facet_surface import FacetSurface
 LEAST_OVERLAP, ROUNDING = 0.2, 1e-4
 #: Estimated error of the pressure above which a result warns.
 LARGEST_ERROR = 0.1
-#: Distance of faces from the round shape they represent, relative to the elastic displacement, above which a note is
-#: given.
-LEAST_CHORD = 0.15
-#: Cosine of the angle between neighbouring faces below which they form an edge.
-EDGE = np.cos(np.radians(40.0))
 
 
 class _Side(NamedTuple):
@@ -105,13 +98,13 @@ def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, floa
 def coarse_pressures(result: SolvedScene) -> Iterator[str]:
     """Warnings of contacts whose estimated pressure error exceeds `LARGEST_ERROR`."""
     for contact in result.contacts:
-        # a contact that fills its faces is as wide as they are, and not sought
-        if not contact.active.any() or contact.active.all():
+        if not contact.active.any():
             continue
         between = f"{contact.slave.name!r} and {contact.master.name!r}"
         number = int(contact.active.sum())
         estimate = contact.error_estimate
-        if number <= 3:
+        # a contact that fills its faces is as wide as they are
+        if number <= 3 and not contact.active.all():
             yield (
                 f"The contact of {between} is carried by {number} {'point' if number == 1 else 'points'} only: forces "
                 "and approach may be off by tens of percent, pressures more. Refine the faces there."
@@ -119,69 +112,15 @@ def coarse_pressures(result: SolvedScene) -> Iterator[str]:
         elif estimate.pressure > LARGEST_ERROR:
             yield (
                 f"The pressure between {between} may be off by about {percent(estimate.pressure)} in the mean and "
-                f"{percent(estimate.peak)} at its peak: {estimate.faces_across:.2g} faces across resolve it. Refine "
-                "the faces there."
+                f"{percent(estimate.peak)} at its peak: {_cause(estimate)}"
             )
 
 
-def chords(result: SolvedScene) -> Iterator[str]:
-    """Notes of contacts of round faces whose chord error is comparable to the elastic displacement."""
-    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
-        if not contact.active.any() or interface.note.startswith("faces match or nest"):
-            continue
-        chord, given = 0.0, 0.0
-        nodes = interface.pairing.nodes[contact.active]
-        for body, name in zip((interface.slave, interface.master), interface.surfaces, strict=True):
-            side = _side(result, body, name)
-            if side is None:
-                continue
-            if body is interface.slave:
-                touched: Mask = np.asarray(np.isin(side.before.facets, nodes).any(axis=1))
-            else:
-                relative = interface.slave.pose.relative_to(body.pose)
-                points = interface.pairing.slave_points[contact.active] @ relative.rotation.T + relative.translation
-                touched = np.zeros(len(side.before.facets), bool)
-                touched[side.before.project(points).facet] = True
-            chord += _chord(side.before, touched)
-            given += float(np.linalg.norm(side.elastic[np.unique(side.before.facets[touched])], axis=1).max())
-        if chord > LEAST_CHORD * given:
-            yield (
-                f"Faces of {contact.slave.name!r} and {contact.master.name!r} depart from the round shapes they stand "
-                f"for by about {chord:.2g}, {100 * chord / given:.0f} % of the elastic displacement there: pressures "
-                "may vary by as much about their mean. Take finer faces, or quadratic ones."
-            )
-
-
-def _chord(surface: FacetSurface, chosen: Mask) -> float:
-    """Mean over chosen facets of their distance from a round shape through their sides."""
-    return float(surface.once(_sagittas)[chosen].mean())
-
-
-def _sagittas(surface: FacetSurface) -> Array:
-    """Distance (n_facets,) of each facet from its arc: step to a neighbour times the angle between them over 8.
-
-    The largest over the sides counts; edges are ignored.
-    """
-    if surface.out_of_plane is not None:
-        a, b, cosine = _shared_ends(surface)
-    else:
-        a, b, cosine = shared_sides(surface.points, surface.facets, surface.hanging)
-        a, b = a // 4, b // 4
-    centres = surface.evaluate(np.arange(len(surface.facets)), facet_centres(surface.triangle))[0]
-    angle = np.where(cosine >= EDGE, np.arccos(np.clip(cosine, -1.0, 1.0)), 0.0)
-    sagitta = np.linalg.norm(centres[a] - centres[b], axis=1) * angle / 8
-    out = np.zeros(len(surface.facets))
-    np.maximum.at(out, a, sagitta)
-    np.maximum.at(out, b, sagitta)
-    return out
-
-
-def _shared_ends(surface: FacetSurface) -> tuple[IntArray, IntArray, Array]:
-    """Pairs of adjacent sides, and the cosine between their tangents there."""
-    order = np.argsort(surface.facets[:, 0])
-    place = np.searchsorted(surface.facets[order, 0], surface.facets[:, 1])
-    place = np.minimum(place, len(order) - 1)
-    a = np.flatnonzero(surface.facets[order[place], 0] == surface.facets[:, 1])
-    b = order[place[a]]
-    ends = [np.tile([s, 0.5], (len(a), 1)) for s in (1.0, 0.0)]
-    return a, b, np.einsum("ni,ni->n", surface.normals(a, ends[0]), surface.normals(b, ends[1]))
+def _cause(estimate: ErrorEstimate) -> str:
+    """What the larger part of the error comes from, and what mends it."""
+    if 2 * estimate.geometry**2 > estimate.pressure**2:
+        return (
+            "the faces depart from the round shape that they stand for, and pressures follow their kinks. Mesh the "
+            "shape anew with finer or quadratic faces; dividing the faces that there are does not mend it."
+        )
+    return f"{estimate.faces_across:.2g} faces across resolve it. Refine the faces there."

@@ -47,7 +47,8 @@ class Facets:
             raise InputError(f"Expected a SurfaceMesh (see fc.read_surface); found {type(self.mesh).__name__}.")
 
     @cached_property
-    def _facets(self) -> FacetSurface:
+    def facet_surface(self) -> FacetSurface:
+        """The facets as a surface that points are projected on."""
         return FacetSurface(self.mesh.points, self.mesh.facets, "rigid surface")
 
     @cached_property
@@ -63,16 +64,16 @@ class Facets:
     @cached_property
     def size(self) -> float:
         """Diagonal of the bounding box."""
-        return self._facets.size
+        return self.facet_surface.size
 
     @property
     def is_open(self) -> bool:
         """Whether some sides belong to one facet only, so that the facets enclose no volume."""
-        return len(self._facets.rim_sides[0]) > 0
+        return len(self.facet_surface.rim_sides[0]) > 0
 
     def project(self, points: Array) -> Projection:
         """Projection of points (n, 3) on the facets."""
-        found = self._facets.project(points, n_near=6)
+        found = self.facet_surface.project(points, n_near=6)
         return Projection(found.points, found.normals, found.gap, found.outside)
 
     @cached_property
