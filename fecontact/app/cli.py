@@ -113,9 +113,18 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
 
 def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.toml")
+    parser.add_argument(
+        "--accuracy", type=_share, metavar="2%", help="divide the meshes until the pressure is within it"
+    )
     parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")
     _json(parser)
     parser.add_argument("--out", metavar="FOLDER", help="folder for outputs instead of the scene's; made if missing")
+
+
+def _share(text: str) -> float:
+    """A share such as '2%' or '0.02'."""
+    number = text.strip().removesuffix("%")
+    return float(number) / 100 if number != text.strip() else float(number)
 
 
 def _explain(parser: argparse.ArgumentParser) -> None:

@@ -90,7 +90,13 @@ def halfspace(options: argparse.Namespace) -> int:
 def solve(options: argparse.Namespace) -> int:
     """Solve a scene file."""
     _check_files(options.json)
-    scene = read_scene(options.scene, out=None if options.out is None else make_folder(options.out))
+    out = None if options.out is None else make_folder(options.out)
+    asked = {} if options.accuracy is None else {"accuracy": options.accuracy}
+
+    def change(values: dict[str, Any]) -> None:
+        values.setdefault("solve", {}).update(asked)
+
+    scene = read_scene(options.scene, out=out, change=change)
     if options.dry_run:
         print(scene.describe())
         return 0

@@ -122,8 +122,9 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
         packed_scene(scene, history)
         packed = {name: packed_case(name, case, scene.bodies) for name, case in rest.items()}
     yield lead, _row(scene, lead, left[lead], history)
-    if rest:
-        _condense_all({name: (posed[name].scene, loadings[name]) for name in rest}, history)
+    as_given = [name for name, case in rest.items() if case.get("accuracy") is None]
+    if as_given:
+        _condense_all({name: (posed[name].scene, loadings[name]) for name in as_given}, history)
     if not away:
         for name, case in rest.items():
             yield name, _row(scene, name, case, history)

@@ -28,7 +28,7 @@ from fecontact.solvers import TOLERANCE
 
 Case = Mapping[str, Any]
 #: Arguments of `Scene.solve` that are not loads, and those that are not settings of the solver.
-_OTHER = ("search", "finite_motion")
+_OTHER = ("search", "finite_motion", "accuracy", "max_dofs", "max_seconds")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def summary_of(scene: SceneModel, case: Case, history: SearchHistory) -> dict[st
     posed = Posed.of(scene, case)
     arguments = {"search": "local", **posed.arguments}
     finite = arguments.get("finite_motion", "auto")
-    if arguments["search"] == "global" or finite is True:
+    if arguments["search"] == "global" or finite is True or arguments.get("accuracy") is not None:
         return solve_scene(posed.scene, **arguments).summary()
     small = {k: v for k, v in arguments.items() if k not in _OTHER}
     timer = Stopwatch()

@@ -1,4 +1,4 @@
-"""Refinements of a user's scene; the run with the most unknowns is the reference."""
+"""Refinements of a user's scene; the run with the smallest estimated error is the reference."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ from fecontact.mesh.shapes import LEVELS
 
 #: Samples per side of a facet; the reference is evaluated at its nearest sample.
 SAMPLES = 12
+#: Accuracy of the first run of those that divide meshes where the error is.
+COARSEST = 0.2
 
 
 def refined(values: Mapping[str, Any], k: int) -> None:
@@ -77,12 +79,25 @@ def _divided(division: Any, k: int) -> Any:
     return np.interp(np.arange(k * (len(x) - 1) + 1) / k, np.arange(len(x)), x).tolist()
 
 
+def adaptive(values: dict[str, Any], k: int) -> None:
+    """Ask for an accuracy in place: 20 %, and half of it for every further run.
+
+    Examples
+    --------
+    >>> scene = {}
+    >>> adaptive(scene, 3)
+    >>> scene
+    {'solve': {'accuracy': 0.05}}
+    """
+    values.setdefault("solve", {})["accuracy"] = COARSEST / 2 ** (k - 1)
+
+
 #: Kinds of refinement, one curve each: changes of the scene file's values for run k = 1, 2, ...
-WAYS: Mapping[str, Callable[..., None]] = {"uniform refinement": refined}
+WAYS: Mapping[str, Callable[..., None]] = {"uniform refinement": refined, "divided where the error is": adaptive}
 
 
 def compare_scene(path: str | Path, refinements: int = 3, rows_path: str | Path | None = None) -> list[Row]:
-    """Solve a scene at 1, 2, ... refinements and compare with the finest.
+    """Solve a scene at 1, 2, ... refinements and compare with the one of the smallest estimated error.
 
     Parameters
     ----------
@@ -128,7 +143,7 @@ def compare_scene(path: str | Path, refinements: int = 3, rows_path: str | Path 
                 append_row(rows_path, row)
         rows.append(row)
         samples.append(found)
-    finest = int(np.argmax([row["dofs"] for row in rows]))
+    finest = int(np.argmin([row["estimate"] for row in rows]))
     return [
         row if n == finest else _with_errors(row, samples[n], rows[finest], samples[finest])
         for n, row in enumerate(rows)
@@ -157,7 +172,7 @@ def _stored(beside: Path | None, key: str) -> list[Array] | None:
         return [stored[name] for name in stored.files if name != "key"]
 
 
-def _solved(path: Path, change: Callable[[Mapping[str, Any]], None]) -> tuple[Row, list[Array]]:
+def _solved(path: Path, change: Callable[[dict[str, Any]], None]) -> tuple[Row, list[Array]]:
     """Figures of one run, and points, pressures and areas (n, 5) sampled on each contact."""
     began, cpu = time.perf_counter(), time.process_time()
     scene = read_scene(path, change=change)
@@ -180,6 +195,7 @@ def _solved(path: Path, change: Callable[[Mapping[str, Any]], None]) -> tuple[Ro
         "machine": machine(),
         "failed": None,
         "errors": {},
+        "estimate": max((c.error_estimate.pressure for c in result.contacts if c.active.any()), default=0.0),
         "found": {
             "max_pressure": max(c.max_pressure for c in result.contacts),
             "area": sum(c.area for c in result.contacts),

@@ -23,6 +23,7 @@ from fecontact.contact.loads import make_loading
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.result import ContactResult
+from fecontact.scene.adaptive import Target
 from fecontact.scene.scene import Scene
 from fecontact.solvers import available_solvers
 
@@ -41,7 +42,7 @@ class SceneFile:
     loads : dict
         Arguments of `Scene.solve`.
     options : dict
-        Solver, tolerance and finite_motion, where given.
+        Solver, tolerance, finite_motion, accuracy and its limits, where given.
     outputs : tuple of Output
     cases : tuple of dict
         Cases of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty for a single case.
@@ -93,7 +94,7 @@ class SceneFile:
 
 
 def read_scene(
-    path: str | Path, out: str | Path | None = None, change: Callable[[Mapping[str, Any]], object] | None = None
+    path: str | Path, out: str | Path | None = None, change: Callable[[dict[str, Any]], object] | None = None
 ) -> SceneFile:
     """Read a scene file and check all of it, including boundaries of meshes and output paths.
 
@@ -141,7 +142,9 @@ def read_scene(
     """
     root = read_toml(path)
     if change is not None:
-        change(root.values)
+        values = dict(root.values)
+        change(values)
+        root.values = values
     folder = root.faults.path.parent
     title = root.text("title") or ""
     units = _units(root.table("units"))
@@ -329,8 +332,16 @@ def _solve_options(table: Table) -> dict[str, Any]:
         "solver": table.text("solver", ("auto", *available_solvers())),
         "tolerance": table.number("tolerance"),
         "finite_motion": table.flag("finite_motion", "auto"),
+        "accuracy": table.number("accuracy"),
+        "max_dofs": table.integer("max_dofs"),
+        "max_seconds": table.number("max_seconds"),
     }
     table.finish()
+    limits = ("accuracy", "max_dofs", "max_seconds")
+    if found["accuracy"] is not None:
+        table.attempt(lambda: Target(*(found[name] for name in limits)), "accuracy")
+    elif any(found[name] is not None for name in limits):
+        table.fault(None, "has a limit of unknowns or of time on the way to an accuracy, but no accuracy.")
     if found["tolerance"] is not None and not 0 < found["tolerance"] < 1:
         table.fault("tolerance", f"must lie between 0 and 1; found {found['tolerance']!r}.")
     return {k: v for k, v in found.items() if v is not None}
