@@ -1,9 +1,13 @@
 """Solving to an accuracy: meshes are divided where the pressure needs it, limits stop it, everything carries over."""
 
+import json
+
 import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.app.cli import main
+from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.scene.adaptive import SAFETY
 from fecontact.surfaces import Paraboloid
 
@@ -108,3 +112,50 @@ def test_wrong_targets_are_refused(options, found):
     block, _, both = scene()
     with pytest.raises(fc.InputError, match=found):
         both.solve(forces={block: (0, 0, -FORCE)}, **options)
+
+
+def test_a_scene_file_and_the_command_line_ask_for_an_accuracy(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        """
+        [materials.soft]
+        E = 1.0
+        nu = 0.3
+        [bodies.block]
+        shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}
+        material = "soft"
+        contact = "top"
+        supports = {bottom = "xyz"}
+        pose = {translation = [-0.5, -0.5, -1.0]}
+        [bodies.ball]
+        type = "rigid"
+        shape = {kind = "sphere", radius = 2.0}
+        [[contacts]]
+        slave = "block"
+        master = "ball"
+        [loads]
+        motions.ball = {z = -0.03}
+        [solve]
+        accuracy = 0.3
+        """
+    )
+    assert read_scene(path).solve().convergence.accuracy == 0.3
+    assert main(["solve", str(path), "--accuracy", "20%", "--json", str(tmp_path / "out.json")]) == 0
+    told = json.loads((tmp_path / "out.json").read_text())["convergence"]
+    assert told["accuracy"] == 0.2
+    assert told["met"]
+    path.write_text(path.read_text().replace("accuracy = 0.3", "max_dofs = 3000"))
+    with pytest.raises(fc.InputError, match="no accuracy"):
+        read_scene(path)
+    path.write_text(path.read_text().replace("max_dofs = 3000", "accuracy = 3"))
+    with pytest.raises(fc.InputError, match="below 1"):
+        read_scene(path)
+
+
+def test_each_case_of_a_sweep_is_solved_to_the_accuracy():
+    block, _, both = scene()
+    cases = [{"name": f"{k}", "forces": {block: (0, 0, -k * FORCE)}, "accuracy": 0.1} for k in (1, 2)]
+    rows = both.sweep(cases)
+    assert all(row["convergence"]["met"] for row in rows)
+    alone = both.solve(forces={block: (0, 0, -2 * FORCE)}, accuracy=0.1)
+    assert abs(rows[1]["contacts"][0]["max_pressure"] / alone.contacts[0].max_pressure - 1) < 1e-9
