@@ -17,6 +17,7 @@ from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError
 from fecontact.ancf.schemes import GeneralisedAlpha, Instant, Scheme
 from fecontact.common.arrays import Array
+from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.text_files import check_writable
@@ -137,10 +138,7 @@ def move(
     InputError
         For times that are not positive, shapes that do not fit, or a file of another motion.
     """
-    if not (step > 0 and until > 0 and np.isfinite([step, until]).all()):
-        raise InputError(f"until and step must be positive, finite times; found {until!r} and {step!r}.")
-    if accuracy is not None and not accuracy > 0:
-        raise InputError(f"accuracy must be a positive length or None; found {accuracy!r}.")
+    lengths(until=until, step=step, **({} if accuracy is None else {"accuracy": accuracy}))
     if every < 1:
         raise InputError(f"every must be at least 1; found {every!r}.")
     chosen = GeneralisedAlpha() if scheme is None else scheme

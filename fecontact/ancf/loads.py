@@ -15,6 +15,7 @@ from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.mesh.element.hexahedron import quad_quadrature
 
@@ -24,7 +25,7 @@ ORDER = 7
 
 def weight(solid: AncfSolid, acceleration: ArrayLike) -> Array:
     """Forces (n_dofs,) of gravity or of another uniform acceleration (3,) on the mass."""
-    g = _three(acceleration, "The acceleration")
+    g = vector("The acceleration", acceleration)
     return body_force(solid.space, g, solid.density)
 
 
@@ -46,7 +47,7 @@ def body_force(space: AncfSpace, force: ArrayLike | Callable[[Array], Array], de
         if callable(force):
             b = np.asarray(force(x.reshape(-1, 3)), dtype=float).reshape(x.shape)
         else:
-            b = np.broadcast_to(_three(force, "The force"), x.shape)
+            b = np.broadcast_to(vector("The force", force), x.shape)
         weighted = b * (batch.dV * rho[batch.cells, None])[..., None]
         np.add.at(total, batch.functions, np.swapaxes(batch.S, 1, 2) @ weighted)
     return space.gather(total)
@@ -54,8 +55,8 @@ def body_force(space: AncfSpace, force: ArrayLike | Callable[[Array], Array], de
 
 def point_force(space: AncfSpace, cell: int, X: ArrayLike, force: ArrayLike) -> Array:
     """Forces (n_dofs,) of a force (3,) at reference coordinates X (3,) of a cell."""
-    rows = space.rows_at(np.array([cell]), _three(X, "The reference coordinates")[None, :])
-    return np.asarray(rows.T @ _three(force, "The force")[None, :]).ravel()
+    rows = space.rows_at(np.array([cell]), vector("The reference coordinates", X)[None, :])
+    return np.asarray(rows.T @ vector("The force", force)[None, :]).ravel()
 
 
 def nodal_force(space: AncfSpace, point: int, force: ArrayLike) -> Array:
@@ -70,7 +71,7 @@ def nodal_force(space: AncfSpace, point: int, force: ArrayLike) -> Array:
     if node == len(space.nodes) or space.nodes[node] != point:
         raise InputError(f"Point {point} is no corner of a cell; the nodes of this element are corners only.")
     f = np.zeros((space.n_functions, 3))
-    f[space.start[node]] = _three(force, "The force")
+    f[space.start[node]] = vector("The force", force)
     return f.ravel()
 
 
@@ -92,7 +93,7 @@ def traction(space: AncfSpace, boundary: str, field: ArrayLike | Callable[[Array
     if callable(field):
         t = np.asarray(field(x.reshape(-1, 3), (dA / area[..., None]).reshape(-1, 3)), dtype=float).reshape(x.shape)
     else:
-        t = np.broadcast_to(_three(field, "The traction"), x.shape)
+        t = np.broadcast_to(vector("The traction", field), x.shape)
     return _summed(space, faces, np.einsum("fqa,fqi,fq->fai", S, t, area))
 
 
@@ -151,10 +152,3 @@ def _summed(space: AncfSpace, faces: IntArray, own: Array) -> Array:
     total = np.zeros((int(space.functions.max()) + 1, 3))
     np.add.at(total, space.functions[faces[:, 0]], own)
     return space.gather(total)
-
-
-def _three(vector: ArrayLike, what: str) -> Array:
-    v = np.asarray(vector, dtype=float)
-    if v.shape != (3,) or not np.isfinite(v).all():
-        raise InputError(f"{what} must be three finite numbers; found {vector!r}.")
-    return v

@@ -25,6 +25,7 @@ from fecontact.ancf.assembly import Assembly, Conditions
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError, contact_step
 from fecontact.common.arrays import Array
+from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
 
 MOST_ITERATIONS = 30
@@ -171,8 +172,9 @@ def equilibrium(
     InvertedError
         If `start` turns material inside out.
     """
-    if steps < 1 or not 0 < tolerance < 1:
-        raise InputError(f"Expected at least one step and a tolerance between 0 and 1; found {steps}, {tolerance!r}.")
+    share("the tolerance", tolerance)
+    if steps < 1:
+        raise InputError(f"Expected at least one step; found {steps}.")
     check_supports(stage(0.0).assembly)
     begun = start
     if start is not None and start.level >= 1:

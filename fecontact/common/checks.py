@@ -24,10 +24,8 @@ def positive(name: str, value: float) -> float:
     >>> positive("the force", 2)
     2.0
     """
-    number = _number(value)
-    if not (math.isfinite(number) and number > 0):
-        raise InputError(f"{_sentence(name)} must be positive and finite; found {value!r}.")
-    return number
+    lengths(**{_sentence(name): value})
+    return float(value)
 
 
 def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
@@ -60,13 +58,50 @@ def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
         )
 
 
-def finite(name: str, value: float) -> float:
-    """Return `value` as a float, or refuse it if it is not a finite number.
+def lengths(**values: float) -> None:
+    """Refuse arguments, given by name, that are not positive and finite.
 
     Raises
     ------
     InputError
-        If the value is not a finite number.
+        If one is not.
+
+    Examples
+    --------
+    >>> lengths(radius=1.0, height=2.0)
+    """
+    for name, value in values.items():
+        number = _number(value)
+        if not (math.isfinite(number) and number > 0):
+            raise InputError(f"{name} must be positive and finite; found {value!r}.")
+
+
+def share(name: str, value: float) -> float:
+    """Return `value` as a float, or refuse it if it does not lie strictly between 0 and 1.
+
+    Raises
+    ------
+    InputError
+        If it does not.
+
+    Examples
+    --------
+    >>> share("the tolerance", 1e-8)
+    1e-08
+    """
+    number = _number(value)
+    if not 0 < number < 1:
+        raise InputError(f"{_sentence(name)} must lie between 0 and 1; found {value!r}.")
+    return number
+
+
+def finite(name: str, value: float) -> float:
+    """Return `value` as a float, or refuse it if it is not a finite number of a size to be worked with.
+
+    Raises
+    ------
+    InputError
+        If the value is not a finite number, or see `reckonable`.
 
     Examples
     --------
@@ -75,8 +110,33 @@ def finite(name: str, value: float) -> float:
     """
     number = _number(value)
     if not math.isfinite(number):
-        raise InputError(f"{_sentence(name)} must be one finite number; found {value!r}.")
+        raise InputError(f"{_sentence(name)} must be a finite number; found {value!r}.")
+    reckonable(name, number)
     return number
+
+
+def vector(name: str, value: ArrayLike, length: int = 3) -> NDArray[np.float64]:
+    """Return `value` as an array of `length` numbers, or refuse it if there are not as many or one is not finite.
+
+    Raises
+    ------
+    InputError
+        If they are not, or see `reckonable`.
+
+    Examples
+    --------
+    >>> vector("the force", (0, 0, -1))
+    array([ 0.,  0., -1.])
+    """
+    try:
+        v = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        v = np.zeros(0)
+    if v.shape != (length,) or not np.isfinite(v).all():
+        count = {2: "two", 3: "three"}[length]
+        raise InputError(f"{_sentence(name)} must be {count} finite numbers; found {value!r}.")
+    reckonable(name, v)
+    return v
 
 
 def _number(value: float) -> float:
@@ -167,26 +227,6 @@ def point_array(name: str, values: ArrayLike, dimension: int) -> NDArray[np.floa
     if array.ndim == 0 or array.shape[-1] != dimension:
         raise InputError(f"Expected {name} with {dimension} coordinates on the last axis; found shape {array.shape}.")
     return array
-
-
-def vector(value: ArrayLike, what: str) -> NDArray[np.float64]:
-    """Three finite numbers of acceptable magnitude, or an InputError that begins with `what`."""
-    try:
-        v = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        v = np.zeros(0)
-    if v.shape != (3,) or not np.isfinite(v).all():
-        raise InputError(f"{what} must be three finite numbers; found {value!r}.")
-    reckonable(what, v)
-    return v
-
-
-def number(value: float, what: str) -> float:
-    """A finite number of acceptable magnitude, or an InputError that begins with `what`."""
-    if not isinstance(value, int | float | np.number) or not np.isfinite(value):
-        raise InputError(f"{what} must be a finite number; found {value!r}.")
-    reckonable(what, value)
-    return float(value)
 
 
 def one_of(**alternatives: float | None) -> tuple[str, float]:

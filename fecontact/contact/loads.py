@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
-from fecontact.common.checks import number, vector
+from fecontact.common.checks import finite, vector
 from fecontact.common.errors import InputError
 from fecontact.contact.dimension import Dimension, setting_of
 from fecontact.contact.rigid_motion import RigidMotionConstraints, constrain_rigid_motion
@@ -128,7 +128,7 @@ def make_loading(
         ]
         parts += [_pressure(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
         if gravity is not None:
-            weight = body.body_force(vector(gravity, "Gravity") @ body.pose.rotation)
+            weight = body.body_force(vector("Gravity", gravity) @ body.pose.rotation)
             parts += [] if weight is None else [weight]
         if frame.spread:
             parts.append(_spread(frame))
@@ -146,8 +146,8 @@ def _point_forces(
     pushes: list[tuple[Array, Array]] = []
     for (b, place), force in local.items():
         if b is body and not isinstance(place, str):
-            point = vector(place, f"The point of the force on {body.name!r}")
-            f = vector(force, f"The force at {place} of {body.name!r}")
+            point = vector(f"The point of the force on {body.name!r}", place)
+            f = vector(f"The force at {place} of {body.name!r}", force)
             found = body.point_force(point, f @ body.pose.rotation)
             if found is None:
                 pushes.append((body.pose.to_world(point), f))
@@ -160,9 +160,9 @@ def _check_forces(setting: Dimension, local: Mapping[tuple[Body, Any], ArrayLike
     """Refuse forces and gravity that do not exist in a plane or axisymmetric scene."""
     for (body, place), force in local.items():
         what = f"The force on {place!r} of {body.name!r}"
-        setting.check_force(vector(force, what), what)
+        setting.check_force(vector(what, force), what)
     if gravity is not None:
-        setting.check_force(vector(gravity, "Gravity"), "Gravity")
+        setting.check_force(vector("Gravity", gravity), "Gravity")
 
 
 def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLike], dict[tuple[Body, str], ArrayLike]]:
@@ -198,12 +198,12 @@ def check_member(key: object, bodies: Sequence[Body], what: str = "A load or mot
 
 
 def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
-    f = vector(force, f"The force on {name!r} of {body.name!r}")
+    f = vector(f"The force on {name!r} of {body.name!r}", force)
     return body.boundary_force(name, f @ body.pose.rotation)
 
 
 def _pressure(body: Body, name: str, pressure: float) -> Array:
-    return body.boundary_pressure(name, number(pressure, f"The pressure on {name!r} of {body.name!r}"))
+    return body.boundary_pressure(name, finite(f"The pressure on {name!r} of {body.name!r}", pressure))
 
 
 def mass_weighted(frame: RigidMotionConstraints, motions: Array) -> Array:

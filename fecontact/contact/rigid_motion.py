@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
-from fecontact.common.checks import number, vector
+from fecontact.common.checks import finite, vector
 from fecontact.common.errors import InputError
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
 
@@ -88,7 +88,7 @@ def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:
             raise InputError(
                 f"Unknown component {name!r} of the motion of {body.name!r}; expected {', '.join(COMPONENTS)}."
             )
-        out[COMPONENTS.index(name)] = number(value, f"The motion {name!r} of {body.name!r}")
+        out[COMPONENTS.index(name)] = finite(f"The motion {name!r} of {body.name!r}", value)
     return out
 
 
@@ -121,8 +121,8 @@ def constrain_rigid_motion(
     """
     load = np.concatenate(
         [
-            np.zeros(3) if force is None else vector(force, f"The force on {body.name!r}"),
-            np.zeros(3) if moment is None else vector(moment, f"The moment on {body.name!r}"),
+            np.zeros(3) if force is None else vector(f"The force on {body.name!r}", force),
+            np.zeros(3) if moment is None else vector(f"The moment on {body.name!r}", moment),
         ]
     )
     point = body.pose.to_world(body.reference_point)

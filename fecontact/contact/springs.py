@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
-from fecontact.common.checks import among, positive
+from fecontact.common.checks import among, positive, vector
 from fecontact.common.errors import InputError
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 
@@ -66,9 +66,7 @@ class Spring:
         positive(f"the stiffness of {self.name!r}", self.stiffness)
         among(f"kind of the spring {self.name!r}:", self.kind, KINDS)
         for _, point in (self.start, self.end):
-            p = np.asarray(point, dtype=float)
-            if p.shape != (3,) or not np.isfinite(p).all():
-                raise InputError(f"The ends of {self.name!r} must be points of three finite numbers; found {point!r}.")
+            vector(f"an end of {self.name!r}", point)
         if self.start[0] is self.end[0]:
             raise InputError(f"{self.name!r} ties {'the ground' if self.start[0] is None else 'a body'} to itself.")
         if self.length == 0:

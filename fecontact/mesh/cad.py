@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, MeshError, MissingPackageError
 from fecontact.mesh.build import build
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
@@ -154,10 +155,8 @@ def _check(path: Path, size: float | None, element: str, near_size: float | None
         raise InputError(f"There is no file {path}.")
     if element not in ("tet4", "tet10", "hex8", "hex20"):
         raise InputError(f"gmsh makes 'tet4', 'tet10', 'hex8' and 'hex20' elements; found {element!r}.")
-    lengths = {"size": size, "near_size": near_size, "growth": growth, "scale": scale}
-    for name, value in lengths.items():
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} must be a positive, finite number; found {value!r}.")
+    sizes = {"size": size, "near_size": near_size, "growth": growth, "scale": scale}
+    lengths(**{name: value for name, value in sizes.items() if value is not None})
 
 
 def _load(gmsh: Any, path: Path) -> None:

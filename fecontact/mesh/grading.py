@@ -8,8 +8,8 @@ import numpy as np
 import scipy.optimize
 
 from fecontact.common.arrays import Array
+from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError
-from fecontact.mesh.structured import check_lengths
 
 #: Cells through the depth of a thin layer, at all levels.
 FEWEST_LAYERS = 4
@@ -129,7 +129,7 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
     InputError
         If the contact does not fit in the block.
     """
-    check_lengths(contact_radius=contact_radius, extent=extent, depth=depth)
+    lengths(contact_radius=contact_radius, extent=extent, depth=depth)
     if contact_radius >= extent:
         raise InputError(
             f"The contact radius {contact_radius:g} does not fit in the contact block of radius {extent:g}; "

@@ -25,7 +25,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.checks import positive
+from fecontact.common.checks import positive, vector
 from fecontact.common.errors import InputError
 from fecontact.mesh.entities import edge_keys, found
 from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
@@ -73,18 +73,11 @@ class Pick:
 
 
 def _unit(direction: ArrayLike, what: str) -> Array:
-    d = np.asarray(direction, dtype=float)
+    d = vector(f"the {what}", direction)
     length = np.linalg.norm(d)
-    if d.shape != (3,) or not np.isfinite(d).all() or length == 0:
+    if length == 0:
         raise InputError(f"The {what} must be three finite numbers, not all zero; found {direction!r}.")
     return d / length
-
-
-def _point(point: ArrayLike, what: str) -> Array:
-    p = np.asarray(point, dtype=float)
-    if p.shape != (3,) or not np.isfinite(p).all():
-        raise InputError(f"The {what} must be three finite numbers; found {point!r}.")
-    return p
 
 
 def _middles(mesh: Faces, faces: IntArray) -> tuple[Array, Array]:
@@ -108,7 +101,7 @@ def plane(point: ArrayLike, normal: ArrayLike, tolerance: float | None = None) -
     tolerance : float, optional
         Largest distance from the plane; a millionth of the mesh's size unless given.
     """
-    p, n = _point(point, "point of the plane"), _unit(normal, "normal of the plane")
+    p, n = vector("the point of the plane", point), _unit(normal, "normal of the plane")
 
     def chosen(mesh: Faces, faces: IntArray) -> Mask:
         near = 1e-6 * np.linalg.norm(np.ptp(mesh.points, axis=0)) if tolerance is None else tolerance
@@ -120,7 +113,7 @@ def plane(point: ArrayLike, normal: ArrayLike, tolerance: float | None = None) -
 
 def box(low: ArrayLike, high: ArrayLike) -> Pick:
     """Faces with all nodes in a box between two opposite corners, with a tolerance for rounding."""
-    a, b = _point(low, "lower corner"), _point(high, "upper corner")
+    a, b = vector("the lower corner", low), vector("the upper corner", high)
     if (a > b).any():
         raise InputError(f"The lower corner must not exceed the upper one; found {low!r} and {high!r}.")
 
@@ -190,7 +183,7 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
 
     The angle is that between the normals of neighbouring faces at the middle of their common side.
     """
-    start = _point(seed, "seed")
+    start = vector("the seed", seed)
 
     def chosen(mesh: Faces, faces: IntArray) -> Mask:
         first, second, cosine = neighbouring_sides(mesh, faces)

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import among
+from fecontact.common.checks import among, lengths
 from fecontact.common.errors import InputError
 from fecontact.mesh.grading import Level, RingGrading, grading
 from fecontact.mesh.patches import beyond_45_degrees, coons, line, sagitta
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise, merge_sections
-from fecontact.mesh.structured import check_lengths, division, interpolated
+from fecontact.mesh.structured import division, interpolated
 
 __all__ = ["annulus", "cap", "half_disc", "merge_sections", "rectangle", "ring"]
 
@@ -95,7 +95,7 @@ def rectangle(
     """
     if len(size) != 2 or len(divisions) != 2:
         raise InputError(f"A rectangle takes two sizes and two divisions; found {size!r} and {divisions!r}.")
-    check_lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
+    lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
     x, z = (division(s, d, "divisions") for s, d in zip(size, divisions, strict=True))
     left, right, bottom, top = names
 
@@ -145,7 +145,7 @@ def annulus(
 
 
 def _check_radii(inner: float, outer: float) -> None:
-    check_lengths(inner=inner, outer=outer)
+    lengths(inner=inner, outer=outer)
     if outer <= inner:
         raise InputError(f"The outer radius must exceed the inner one; found inner = {inner}, outer = {outer}.")
 
@@ -183,7 +183,7 @@ def cap(
     SectionMesh
         Boundaries `cap`, `base` (z = depth), `side` (x = extent) and `sym_x` (the axis x = 0).
     """
-    check_lengths(extent=extent, depth=depth)
+    lengths(extent=extent, depth=depth)
     if not radius > extent:
         raise InputError(f"The end's radius must exceed the extent {extent:g} (or be infinite); found {radius!r}.")
     graded = grading(contact_radius, extent, depth, level)
@@ -230,7 +230,7 @@ def half_disc(
     >>> sorted(half_disc(250.0, contact_radius=1.8, level=1).boundaries)
     ['base', 'cap', 'flank', 'sym_x']
     """
-    check_lengths(radius=radius)
+    lengths(radius=radius)
     extent, depth = radius * math.sqrt(0.5), 0.55 * radius
     graded = grading(radius / 100 if contact_radius is None else contact_radius, extent, depth, level)
     across, layers = _across(graded) / extent, graded.depths / depth

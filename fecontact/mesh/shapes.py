@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array
+from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError
 from fecontact.mesh.extrude import extrude as extrude
 from fecontact.mesh.grading import LEVELS as LEVELS
@@ -32,7 +33,7 @@ from fecontact.mesh.patches import Curve, beyond_45_degrees, coons, line, spheri
 from fecontact.mesh.patches import sagitta as sagitta
 from fecontact.mesh.ring_mesh import SECTORS as SECTORS
 from fecontact.mesh.ring_mesh import disc, repeated, revolved, right_handed
-from fecontact.mesh.structured import check_lengths, division, interpolated
+from fecontact.mesh.structured import division, interpolated
 from fecontact.mesh.structured import lattice as lattice
 from fecontact.mesh.tet_to_hex import divided as divided
 
@@ -63,7 +64,7 @@ def block(
     """
     if len(size) != 3 or len(divisions) != 3:
         raise InputError(f"A block takes three sizes and three divisions; found {size!r} and {divisions!r}.")
-    check_lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
+    lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
     positions = [division(s, d, "divisions") for s, d in zip(size, divisions, strict=True)]
     mesh = lattice([len(p) - 1 for p in positions], ("x_min", "x_max", "y_min", "y_max", "bottom", "top"), element)
     return mesh.mapped(lambda i: np.stack([interpolated(i[:, k], positions[k]) for k in range(3)], axis=1))
@@ -94,7 +95,7 @@ def thick_ring(
     Mesh
         Boundaries `inner, outer, bottom, top` and the symmetry planes `sym_x` (x = 0) and `sym_y` (y = 0).
     """
-    check_lengths(inner=inner, outer=outer, height=height)
+    lengths(inner=inner, outer=outer, height=height)
     if outer <= inner:
         raise InputError(f"The outer radius must exceed the inner one; found inner = {inner}, outer = {outer}.")
     across = inner + division(outer - inner, divisions[1], "radial division")
@@ -139,7 +140,7 @@ def cap(
     Mesh
         Pole at the origin, body in z >= 0; boundaries `cap, base, side` and the planes `sym_x`, `sym_y`.
     """
-    check_lengths(extent=extent, depth=depth)
+    lengths(extent=extent, depth=depth)
     if not radius > 0 or extent > radius:
         raise InputError(f"The radius must be positive and not below the extent; found {radius!r} and {extent!r}.")
     top_depth = 0.0 if math.isinf(radius) else float(sagitta(np.array(extent), radius))
@@ -203,7 +204,7 @@ def half_sphere(
     >>> half_sphere(250.0, contact_radius=1.8, level=1, sector="quarter").cell_type
     'hex20'
     """
-    check_lengths(radius=radius)
+    lengths(radius=radius)
     extent, depth = radius * math.sqrt(0.5), 0.55 * radius
     ring = grading(radius / 100 if contact_radius is None else contact_radius, extent, depth, level)
     n_layers, n_outer = len(ring.depths) - 1, 2

@@ -68,18 +68,6 @@ def division(size: float, given: int | ArrayLike, what: str) -> Array:
     return np.concatenate([[0.0], inner[(inner > 0) & (inner < size)], [size]])
 
 
-def check_lengths(**lengths: float) -> None:
-    """Refuse lengths that are not positive and finite, given by name.
-
-    Raises
-    ------
-    InputError
-    """
-    for name, value in lengths.items():
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} must be a positive, finite length; found {value!r}.")
-
-
 def interpolated(index: Array, positions: Array) -> Array:
     """Positions at fractional indices, linear between integer ones."""
     return np.interp(index, np.arange(len(positions)), positions)

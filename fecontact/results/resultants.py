@@ -118,11 +118,11 @@ def region_numbers(contact: LoadedPoints) -> IntArray:
 
 def sides_of_plane(contact: LoadedPoints, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
     """Resultants on the side a plane's normal points to, and on the other; see `ContactFields.split_by_plane`."""
-    n = vector(normal, "The normal of the dividing plane")
+    n = vector("The normal of the dividing plane", normal)
     length = np.linalg.norm(n)
     if length == 0:
         raise InputError("The normal of the dividing plane must not be zero.")
-    distance = (contact.centres - vector(point, "The point of the dividing plane")) @ (n / length)
+    distance = (contact.centres - vector("The point of the dividing plane", point)) @ (n / length)
     share = np.where(np.abs(distance) <= ON_PLANE * contact.slave.size, 0.5, distance > 0)
     return part_of(contact, share), part_of(contact, 1 - share)
 

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
+from fecontact.common.checks import share
 from fecontact.common.errors import InputError
 from fecontact.solvers import CustomSolver, validate_options
 
@@ -23,8 +22,7 @@ class Settings:
 
     def check(self) -> None:
         """Refuse an unknown solver or option before any work."""
-        if not (np.isfinite(self.tolerance) and 0 < self.tolerance < 1):
-            raise InputError(f"The tolerance must lie between 0 and 1; found {self.tolerance!r}.")
+        share("the tolerance", self.tolerance)
         validate_options(self.solver, self.options)
 
 

@@ -24,7 +24,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError
+from fecontact.common.checks import share
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.surfaces.rigid.indenter import heights_of
@@ -188,8 +188,7 @@ class HalfSpace(SurfaceBody):
         >>> contact.area_fraction, round(contact.force, 12)
         (1.0, 0.1)
         """
-        if not (math.isfinite(tolerance) and 0 < tolerance < 1):
-            raise InputError(f"The tolerance must lie between 0 and 1; found {tolerance!r}.")
+        share("the tolerance", tolerance)
         load = Load(force, approach, load_point)
         z = self.heights_of(surface)
         return press(self.compliance, z, load, tolerance, symmetry, workers)

@@ -17,6 +17,7 @@ from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import GridLevel, compliance, solve_nested
 from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arrays import Array, Mask
+from fecontact.common.checks import finite, vector
 from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers import ComplementarityProblem, Residuals
 
@@ -43,8 +44,7 @@ class Load:
             raise InputError(
                 f"Give exactly one of force and approach; found force={self.force!r}, approach={self.approach!r}."
             )
-        if not math.isfinite(given[0]):
-            raise InputError(f"The load must be a finite number; found {given[0]!r}.")
+        finite("the load", given[0])
         if self.force is not None and self.force <= 0:
             raise InputError(
                 f"The force must be positive (compression); found {self.force!r}. A frictionless, non-adhesive contact "
@@ -55,9 +55,7 @@ class Load:
                 raise InputError(
                     "A load point goes with a force: with a prescribed approach the surface does not tilt."
                 )
-            point = np.asarray(self.point, dtype=float)
-            if point.shape != (2,) or not np.isfinite(point).all():
-                raise InputError(f"The load point must be two finite coordinates (x, y); found {self.point!r}.")
+            vector("the load point (x, y)", self.point, 2)
 
 
 def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:

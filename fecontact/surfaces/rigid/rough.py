@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import among, positive
+from fecontact.common.checks import among, one_of, share
 from fecontact.common.errors import InputError
 
 TRENDS = ("mean", "plane", "quadratic")
@@ -87,13 +87,8 @@ def self_affine(
     >>> round(surface.rms_slope, 12), abs(float(surface.z.mean())) < 1e-15
     (0.1, True)
     """
-    if not 0 < hurst < 1:
-        raise InputError(f"The Hurst exponent must lie between 0 and 1; found {hurst!r}.")
-    if (rms_height is None) == (rms_slope is None):
-        raise InputError("Give exactly one of rms_height and rms_slope.")
-    target = rms_height if rms_height is not None else rms_slope
-    assert target is not None
-    positive("the rms height or slope", target)
+    share("the Hurst exponent", hurst)
+    given, target = one_of(rms_height=rms_height, rms_slope=rms_slope)
     kx, ky = (2 * math.pi * np.fft.fftfreq(n, s / n) for n, s in zip(shape, size, strict=True))
     k = np.hypot(kx[:, None], ky[None, :])
     lowest = 2 * math.pi / (longest if longest is not None else max(size))
@@ -110,7 +105,7 @@ def self_affine(
     white = np.fft.fft2(np.random.default_rng(seed).standard_normal(shape))
     spectrum = amplitude * white
     moments = [_root_mean_square(spectrum * factor) for factor in (1.0, k, k**2 / 2)]
-    scale = target / moments[0 if rms_height is not None else 1]
+    scale = target / moments[("rms_height", "rms_slope").index(given)]
     z = np.fft.ifft2(spectrum).real * scale
     height, slope, curvature = (m * scale for m in moments)
     return RoughSurface(z, (float(size[0]), float(size[1])), height, slope, curvature)

@@ -322,7 +322,7 @@ def test_adaptive_steps_follow_the_accuracy():
 @pytest.mark.parametrize(
     ("wrong", "match"),
     [
-        ({"step": 0.0}, "positive, finite times"),
+        ({"step": 0.0}, "step must be positive"),
         ({"accuracy": -1.0}, "accuracy must be"),
         ({"every": 0}, "every must be"),
         ({"velocity": (1.0, np.nan, 0.0)}, "velocity must be"),

@@ -174,7 +174,7 @@ def test_blocks_can_be_merged_with_a_degenerate_neighbour(degenerate):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: shapes.block((1.0, -1.0, 1.0), (1, 1, 1)), r"size\[1\] must be a positive"),
+        (lambda: shapes.block((1.0, -1.0, 1.0), (1, 1, 1)), r"size\[1\] must be positive"),
         (lambda: shapes.block((1.0, 1.0, 1.0), (1, 0, 1)), "ivision"),
         (lambda: shapes.block((1.0, 1.0, 1.0), (1, [0, 1, 0.5], 1)), "increasing"),
         (lambda: shapes.block((1.0, 1.0, 1.0), ([0, 0.5], 1, 1)), "0 .*1"),
@@ -182,7 +182,7 @@ def test_blocks_can_be_merged_with_a_degenerate_neighbour(degenerate):
         (lambda: shapes.block((1.0, 1.0), (1, 1, 1)), "three"),
         (lambda: shapes.thick_ring(2.0, 1.0, 1.0), "outer radius must exceed"),
         (lambda: shapes.thick_ring(1.0, 2.0, 1.0, sector="third"), "'third'.*'quarter'"),
-        (lambda: shapes.half_sphere(math.nan), "radius must be a positive"),
+        (lambda: shapes.half_sphere(math.nan), "radius must be positive"),
         (lambda: shapes.half_sphere(1.0, level=9), "level must be 1"),
         (lambda: shapes.half_sphere(1.0, contact_radius=0.9), "does not fit"),
         (lambda: shapes.half_sphere(1.0, contact_radius=0.0), "positive"),
