@@ -1,1 +1,1 @@
-"""The front doors: command line, scene files, ready studies, comparison of refinements."""
+"""Entry points: command line, scene files, ready studies, comparison of refinements."""

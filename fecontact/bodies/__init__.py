@@ -1,4 +1,4 @@
-"""All that has a compliance, rigid modes and a surface: elastic and rigid bodies, sections, layers, half-spaces."""
+"""Bodies with a compliance, rigid modes and a surface: elastic, rigid, sections, layers, half-spaces."""
 
 from fecontact.bodies.assembled import AssembledBody
 from fecontact.bodies.elastic import ElasticBody

@@ -1,1 +1,1 @@
-"""What every room needs and none owns: errors, material, checks, array types, units, text files."""
+"""Shared by all rooms: errors, material, checks, array types, units, text files."""

@@ -1,1 +1,1 @@
-"""From bodies, contacts, springs and loads to one complementarity problem, and back to displacements."""
+"""The complementarity problem of bodies, contacts, springs and loads, and displacements of its solution."""

@@ -1,1 +1,1 @@
-"""From a mesh to its stiffness, the factor, the Schur complement on some nodes, loads and stresses."""
+"""Finite elements: stiffness of a mesh, factorisation, Schur complement, loads and stresses."""

@@ -1,1 +1,1 @@
-"""What a body is cut into: nodes, elements, shapes, readers and writers of meshes, checks."""
+"""Meshes: nodes, elements, shapes, readers and writers, checks."""

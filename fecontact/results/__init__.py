@@ -1,1 +1,1 @@
-"""What a solution tells: fields, resultants, warnings, tables, pictures, files."""
+"""Results of a solution: fields, resultants, warnings, tables, pictures, files."""

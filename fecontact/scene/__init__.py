@@ -1,1 +1,1 @@
-"""The procedures that solve a scene: small motion, local search, finite rotation, sweeps."""
+"""Solution procedures: small motion, local search, finite rotation, sweeps."""

@@ -1,4 +1,4 @@
-"""Complementarity problems of frictionless contact and their solvers; knows nothing of meshes or bodies.
+"""Complementarity problems of frictionless contact and their solvers, without meshes or bodies.
 
 Examples
 --------

@@ -1,4 +1,4 @@
-"""What points are projected on: faces of bodies, rigid shapes, height maps, rough and measured surfaces."""
+"""Surfaces for projection: faces of bodies, rigid shapes, height maps, rough and measured surfaces."""
 
 from fecontact.surfaces.rigid.heightmap import FunctionSurface, HeightMap
 from fecontact.surfaces.rigid.rough import RoughSurface, detrend, self_affine
