@@ -136,6 +136,7 @@ def restricted(K: sp.csr_matrix, dofs: IntArray) -> sp.csr_matrix:
     columns = number[K.indices]
     kept_rows = np.repeat(number >= 0, np.diff(K.indptr))
     kept = kept_rows & (columns >= 0)
-    before = np.concatenate([[0], np.cumsum(kept)])[K.indptr]
-    pointer = np.concatenate([[0], np.cumsum(np.diff(before)[number >= 0])]).astype(K.indptr.dtype)
+    count, full = np.zeros(K.shape[0], dtype=np.int64), np.flatnonzero(np.diff(K.indptr))
+    count[full] = np.add.reduceat(kept.view(np.int8), K.indptr[full], dtype=np.int64)
+    pointer = np.concatenate([[0], np.cumsum(count[number >= 0])]).astype(K.indptr.dtype)
     return sp.csr_matrix((K.data[kept], columns[kept], pointer), shape=(len(dofs), len(dofs)))

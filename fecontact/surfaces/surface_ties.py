@@ -56,21 +56,31 @@ class SurfaceTies:
         nodes, facet = self.edges[met][:, [1, 3, 4]].ravel(), np.repeat(self.whole[met] // 4, 3)
         return nodes[nodes >= 0], facet[nodes >= 0]
 
+    def with_tied(self, nodes: Mask) -> Mask:
+        """Nodes (n_points,), those along divided edges that they are tied to, and all that are tied to these."""
+        ends, between = self.edges[:, [0, 2]], self.edges[:, [1, 3, 4]]
+        between = np.where(between < 0, self.edges[:, 1:2], between)
+        out = nodes.copy()
+        out[ends[nodes[between].any(axis=1)]] = True
+        while True:
+            before = out.copy()
+            out[between[(out[ends].any(axis=1)) | out[self.edges[:, 1]]]] = True
+            if np.array_equal(before, out):
+                return out
+
     def onto(self, lost: Mask) -> sp.csr_matrix:
         """Weights (n, n_points) by which the nodes follow from those that are not lost (n_points,).
 
         A row some of whose nodes are lost keeps its positive weights on the others, scaled to the sum one.
         """
         kept = sp.csr_matrix(self.weights @ sp.diags((~lost).astype(float)))
-        cut = np.flatnonzero(abs(self.weights) @ lost.astype(float) > 0)
-        if len(cut):
-            positive = kept[cut].maximum(0.0)
-            total = np.asarray(positive.sum(axis=1)).ravel()
-            kept = kept.tolil()
-            kept[cut] = sp.diags(np.divide(1.0, total, out=np.zeros(len(cut)), where=total > 0)) @ positive
-        kept = sp.csr_matrix(kept)
-        kept.eliminate_zeros()
-        return kept
+        cut = abs(self.weights) @ lost.astype(float) > 0
+        positive = sp.diags(cut.astype(float)) @ kept.maximum(0.0)
+        total = np.asarray(positive.sum(axis=1)).ravel()
+        scale = np.divide(1.0, total, out=np.zeros_like(total), where=total > 0)
+        out = sp.csr_matrix(sp.diags((~cut).astype(float)) @ kept + sp.diags(scale) @ positive)
+        out.eliminate_zeros()
+        return out
 
     def followed(self, values: Array) -> Array:
         """Values (n_points, k) with those at hanging nodes as they follow from the others."""

@@ -100,6 +100,9 @@ def search_region(
     nodes = np.zeros(len(slave.points), bool)
     part, column = np.nonzero(parts.columns & within[:, None])
     nodes[slave.facets[parts.owner[part], column]] = True
+    if slave.ties is not None:
+        # multipliers along divided sides are tied to others; a shape within reach takes all that it is made of
+        nodes = slave.ties.with_tied(nodes)
     facets: Mask = np.asarray(nodes[slave.facets].any(axis=1))
     rim = _at_rim(slave, master, facets, rotation, translation)
     if rim.any():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from hanging_meshes import SPATIAL, part, stairs, step
+from hanging_meshes import SPATIAL, boxed, part, stairs, step
 
 import fecontact as fc
 from fecontact.common.errors import MeshError
@@ -196,3 +196,37 @@ def test_a_master_that_ends_beside_hanging_nodes(kind):
         some = pairing.nodes_at(np.arange(1))
         assert set(some) >= set(pairing.nodes[:1])
         assert len(some) < len(every)
+
+
+@pytest.mark.parametrize("kind", SPATIAL)
+def test_the_part_that_is_searched_has_whole_shapes(kind):
+    s = surface(kind, "bottom", make=stairs)
+    G = tied_multipliers(s)
+    for node in s.nodes:
+        nodes = np.zeros(len(s.points), bool)
+        nodes[node] = True
+        wider = s.ties.with_tied(nodes)
+        assert wider[node]
+        # all that the node's own multiplier is made of, and all that is made of those
+        masters = G[[node]].indices
+        assert wider[masters].all()
+        assert wider[np.flatnonzero(G[:, [node]].toarray())].all()
+        assert wider[np.flatnonzero(G[:, masters].toarray().any(axis=1))].all()
+        # but not on and on along the divided sides
+        assert wider.sum() < 0.8 * len(s.nodes)
+    assert not s.ties.with_tied(np.zeros(len(s.points), bool)).any()
+
+
+@pytest.mark.parametrize("kind", ["hex8", "hex20", "tet10"])
+def test_near_parts_give_the_pressures_of_all(kind):
+    # a punch round one corner of a divided block: what is far is left out, multipliers of what is near are whole
+    mesh = boxed(part(kind, (0, 0, 0), (1.7, 1.2, 1), (2, 2, 1)))
+    punch = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), "bottom", {"top": "xyz"}).placed((2.4, 0.3, 2.0))
+    below = fc.ElasticBody(stairs(kind), fc.Material(E=1.0, nu=0.3), "top", {"bottom": "xyz"})
+    scene = fc.Scene([below, punch], [fc.Contact(below, punch, coupling="mortar", swap="never")])
+    near, every = (
+        scene.solve(motions={punch: {"z": -0.01}}, search=search, finite_motion=False).contacts[0]
+        for search in ("local", "global")
+    )
+    assert abs(near.total_force / every.total_force - 1) < 1e-9
+    assert np.abs(np.sort(near.forces[near.active]) - np.sort(every.forces[every.active])).max() < 1e-9
