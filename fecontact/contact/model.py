@@ -17,20 +17,7 @@ from fecontact.contact.springs import Spring
 
 @dataclass(frozen=True, eq=False)
 class SceneModel:
-    """Data of a scene; `scene.Scene` adds the methods that solve it.
-
-    Parameters
-    ----------
-    bodies : sequence of Body
-    contacts : sequence of Contact
-    springs : sequence of Spring, optional
-        Springs and ligaments.
-
-    Raises
-    ------
-    InputError
-        For repeated or missing bodies, or no contact.
-    """
+    """Bodies, contacts and springs of a scene, checked; `scene.Scene` documents them and adds what solves them."""
 
     bodies: Sequence[Body]
     contacts: Sequence[Contact]

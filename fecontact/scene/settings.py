@@ -46,7 +46,7 @@ def renamed(arguments: Mapping[str, Any]) -> dict[str, Any]:
         warnings.warn(
             f"whole={whole} is now search={out['search']!r}; the old keyword will be removed.",
             DeprecationWarning,
-            stacklevel=4,  # the caller of Scene.solve or Scene.sweep
+            stacklevel=3,  # the caller of Scene.solve or Scene.sweep
         )
     if "search" in out and out["search"] not in SEARCHES:
         raise InputError(f"search must be 'global' or 'local'; found {out['search']!r}.")

@@ -40,7 +40,59 @@ def solve_scene(
     search: str = "global",
     **options: object,
 ) -> ContactResult:
-    """Solve the frictionless contact problem; arguments and errors are those of `Scene.solve`."""
+    """Solve the frictionless contact problem.
+
+    Parameters
+    ----------
+    model : SceneModel
+        The scene; as its method `Scene.solve`, the scene itself.
+    forces : mapping, optional
+        Force (3,) in world axes on a body as a whole; on one of its boundaries with the key ``(body, "boundary")``,
+        uniform over it; or at a point in its own axes with ``(body, (x, y, z))``: a node, or any point of the frame
+        of its supports. A force on the body as a whole frees the frame along itself and holds it across; a
+        component that no contact resists is refused. At a point of a rigid body a force acts as through a ball
+        joint: the body may also rotate about the point.
+    moments : mapping of Body to (3,), optional
+        Moments about the body's reference point (its centre of mass).
+    motions : mapping of Body to {component: value}, optional
+        Prescribed rigid components out of x, y, z, rx, ry, rz.
+    free : mapping of Body to str, optional
+        Components to free although supports resist them, such as ``"rx ry"``.
+    pressures : mapping of (Body, boundary) to float, optional
+        Pressures against boundaries.
+    gravity : (3,), optional
+        Acceleration; bodies need densities.
+    finite_motion : {'auto', True, False}
+        Whether rigid motions are finite. True: poses are updated until they converge, and prescribed motions are
+        finite (rotation vectors). False: motions are small and linearised. 'auto': poses are updated while
+        linearised motions change gaps or lines of action by more than 1e-3 of the approach (see `linearisation`).
+    accuracy : float, optional
+        Relative error of the contact pressure (L2) to reach, such as 0.02: meshes of elastic bodies are divided
+        where the pressure needs it, until the estimated error is within it. The fields belong to the divided
+        bodies, `result.solved(body)`; `result.convergence` has the steps. Without it the meshes stay as they are.
+    max_dofs, max_seconds : int and float, optional
+        Limits of the way there. The result is then the best one, and says what stopped it.
+    solver : str or callable
+        'auto', one of `available_solvers()`, or a function ``solver(problem, **options)`` that returns the forces
+        and motions (forces, q) of a `solvers.ComplementarityProblem`; see docs/extending.md.
+    tolerance : float
+        Tolerance of the certificate, see `solvers.Residuals`.
+    search : {'global', 'local'}
+        'global' pairs whole surfaces, 'local' only the parts that may touch. The latter takes a fraction of the
+        time and gives the same forces (see `contact.search.region`), without gaps elsewhere. It is the default of
+        cases of a sweep.
+    **options
+        Passed to the solver. The former name of ``search``, ``whole=True`` or ``False``, still works and warns.
+
+    Returns
+    -------
+    ContactResult
+
+    Raises
+    ------
+    InputError, SupportError, SolverError
+        The message says what was found, what was expected and what to do.
+    """
     options = renamed(options if search == "global" else {**options, "search": search})
     search = str(options.pop("search", search))
     settings = Settings(solver, tolerance, options)
