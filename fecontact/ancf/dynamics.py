@@ -311,6 +311,6 @@ class _Record:
         if other := [name for name, value in prints.items() if kept.get(name) != value]:
             raise InputError(
                 f"{file} is the record of another motion: it differs in {' and '.join(other)}. Choose another path, "
-                "delete the file, or go on with what it was begun with."
+                "delete the file, or continue with the original input."
             )
         return cls(rows, frames, times, replace(now, time=float(now.time), nit=int(now.nit)), prints)

@@ -29,7 +29,7 @@ from fecontact.surfaces.facet_surface import Projection
 DEGREE = 6
 #: Feet start from a grid of so many points along each side of a face.
 SAMPLES = 5
-#: Faces that are tried for each foot.
+#: Faces tried for each projection.
 TRIED = 3
 #: Relative difference of distances that is rounding.
 SAME = 1e-9

@@ -161,8 +161,8 @@ def equilibrium(
     Returns
     -------
     Path
-        With ``success`` False, the reason and all states found, if the full load was not reached. A state that turns
-        material inside out (det F <= 0 at a Gauss point) is none that was reached.
+        With ``success`` False, the reason and all states found, if the full load was not reached. A state with inverted
+        material (det F <= 0 at a Gauss point) does not count as found.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
     multipliers = tuple(len(f) for f in state.forces)
     if state.q.shape != (a.n_dofs,) or multipliers != tuple(t.n_multipliers for t in a.touches):
         raise InputError(
-            f"The state to go on from has {state.q.size} coordinates and contact forces on {multipliers} hats, "
+            f"The state to go on from has {state.q.size} coordinates and contact forces on {multipliers} multipliers, "
             f"the assembly {a.n_dofs} and {tuple(t.n_multipliers for t in a.touches)}: start from a state of the same "
             "solids and contacts."
         )

@@ -53,12 +53,12 @@ class ContactGaps:
 
 
 class Master(ABC):
-    """What faces of bricks may touch."""
+    """A contact partner of faces of bricks."""
 
     @property
     @abstractmethod
     def named(self) -> object:
-        """What it is, without the bodies of bricks themselves."""
+        """The partner, without the ANCF solid itself."""
 
     @property
     def is_rigid(self) -> bool:
@@ -70,7 +70,7 @@ class Master(ABC):
         """Feet of points (n, 3) at coordinates q of all bodies, in world axes."""
 
     def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix | None:
-        """Displacements (n, n_dofs) of feet along their normals by the coordinates of all bodies; None without any."""
+        """Rows (n, n_dofs): displacements of closest points along their normals; None without any."""
         return None
 
     def turns(self, projection: Projection) -> Array | None:
@@ -126,7 +126,7 @@ class FacesMaster(Master):
         return self.faces.project(q[self.start : self.start + self.faces.space.n_dofs], points)
 
     def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix:
-        """Displacements of the feet along their normals."""
+        """Rows: displacements of the closest points along their normals."""
         assert projection.facet is not None
         assert projection.local is not None
         rows = self.faces.rows(projection.facet, projection.local)

@@ -35,7 +35,7 @@ def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
 
 
 def _write(to: str | None, write: Callable[[str], object], remarks: TextIO) -> None:
-    """Write a file that is asked for, and say so."""
+    """Write a requested file and report it."""
     if to:
         write(to)
         print(f"wrote {Path(to)}", file=remarks)

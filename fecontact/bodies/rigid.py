@@ -200,7 +200,7 @@ counter-clockwise.'
 
     @property
     def is_cut_off(self) -> bool:
-        """Measured maps and open facets go on beyond their ends, other shapes do not."""
+        """Whether the surface continues beyond its ends: True for measured maps and open facets."""
         return isinstance(self.shape, HeightMap | Facets)
 
     @property

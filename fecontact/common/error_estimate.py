@@ -1,4 +1,4 @@
-"""How far a contact may be from the answer on an infinitely fine mesh."""
+"""Estimated discretisation errors of a contact."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ class ErrorEstimate:
     Attributes
     ----------
     pressure : float
-        Of the pressure in the mean over the contact (L2 norm); NaN without contact.
+        Error of the pressure over the contact (L2 norm); NaN without contact.
     geometry : float
-        Of it, what faces bring in that depart from the smooth shape they stand for; finer faces of the same shape do
-        not mend it.
+        Part of it due to faces that deviate from the smooth shape they represent; dividing the same faces does not
+        reduce it.
     peak : float
-        Of the largest pressure.
+        Error of the largest pressure.
     area : float
-        Of the contact area.
+        Error of the contact area.
     faces_across : float
-        Faces across the contact where it is narrowest.
+        Number of faces across the contact at its narrowest.
 
     Examples
     --------
@@ -37,7 +37,7 @@ class ErrorEstimate:
     faces_across: float
 
     def summary(self) -> dict[str, float | None]:
-        """Its numbers, ready for JSON; None without contact."""
+        """Its figures, ready for JSON; None without contact."""
         return {name: value if math.isfinite(value) else None for name, value in vars(self).items()}
 
     def __str__(self) -> str:
@@ -50,7 +50,7 @@ class ErrorEstimate:
 
 
 def percent(share: float) -> str:
-    """A share in percent for people: one digit below ten, whole numbers above.
+    """A share in percent as text: one digit below ten, integers above.
 
     Examples
     --------

@@ -19,16 +19,16 @@ LIKELY = 0.4
 
 @dataclass(frozen=True, eq=False)
 class KnownContact:
-    """Where a similar case, such as that on a coarser mesh, was in contact.
+    """Contact of a similar case, such as one on a coarser mesh.
 
     Attributes
     ----------
     points : (n, 3) array
-        Its contact points, in world axes.
+        Contact points, in world axes.
     active : (n,) bool array
-        Which of them carried force.
+        Mask of points with force.
     margin : (n,) array
-        How far from an active point the contact may go on.
+        Margin around active points.
     """
 
     points: Array
@@ -42,7 +42,7 @@ class KnownContact:
         return np.flatnonzero(distance <= self.margin[self.active][nearest])
 
     def touching(self, interface: Interface, chosen: IntArray) -> Mask:
-        """Which of the chosen points lie nearest to an active one: a first guess of the contact."""
+        """Mask of chosen points nearest to an active one: the first active set."""
         places = interface.slave.pose.to_world(interface.pairing.slave_points[chosen])
         return self.active[cKDTree(self.points).query(places)[1]]
 

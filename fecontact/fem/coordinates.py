@@ -109,7 +109,7 @@ def _tied(K: sp.csr_matrix, ties: HangingNodes) -> sp.csr_matrix:
     """Upper triangle of H^T K H by that of K.
 
     With F the free and h the hanging nodes, u_h = W u_F: K_FF + N + N^T, N = W^T (K_hF + K_hh W / 2). Only the rows of
-    hanging nodes are multiplied, so that it costs little beside the assembly.
+    hanging nodes are multiplied, so that it costs little compared with the assembly.
     """
     free, hanging = _dofs(ties.free), _dofs(ties.nodes)
     W = sp.kron(ties.weights[:, ties.free], sp.eye_array(3), format="csr")

@@ -373,7 +373,7 @@ def cell_division(pattern: Pattern, diagonal: int = 0) -> CellDivision:
 
 @cache
 def star(pattern: Pattern) -> CellDivision:
-    """Tables of the cut of a collapsed hexahedron into pyramids and tetrahedra between its faces and its centre."""
+    """Tables of the division of a collapsed hexahedron into pyramids and tetrahedra between faces and centre."""
     width = len(pattern)
 
     def at(name: Name) -> Array:

@@ -241,7 +241,7 @@ class Mesh(CellSets):
         """The same mesh at other points (n_points, 3)."""
         return replace(self, points=points)
 
-    # methods beside those of all meshes: each returns a copy
+    # further methods: each returns a copy
 
     def _chosen(self, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mask:
         return where.chosen(self, self.outer) if isinstance(where, Pick) else super()._chosen(where)

@@ -117,7 +117,7 @@ def touching(mesh: Mesh | SectionMesh, faces: ArrayLike) -> IntArray:
     nodes = _with_middles(mesh)
     met = np.zeros(len(mesh.points) + 1, bool)
     met[nodes[given[:, :1], (FACES[:, :8] if isinstance(mesh, Mesh) else SIDES)[given[:, 1]]]] = True
-    # the last entry stands for no node
+    # the last entry means no node
     met[-1] = False
     return np.flatnonzero(met[nodes].any(axis=1))
 

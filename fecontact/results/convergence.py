@@ -1,4 +1,4 @@
-"""How an answer came to its accuracy: one step for each division of the meshes, speed against error."""
+"""Convergence of an adaptive solution: one step for each division of the meshes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Step:
-    """One solution on the way.
+    """One solution of the sequence.
 
     Attributes
     ----------
@@ -19,7 +19,7 @@ class Step:
     max_pressure, area : float
         Largest pressure, and area of all contacts.
     seconds : float
-        From the start to the end of this step.
+        Time from the start to the end of this step.
     """
 
     n_dofs: int
@@ -39,12 +39,12 @@ class Convergence:
     Attributes
     ----------
     accuracy : float
-        What was asked for: the relative error of the pressure.
+        Requested relative error of the pressure.
     steps : tuple of Step
     met : bool
-        Whether the estimate, times the safety of estimates, is within it.
+        Whether the estimate times its safety factor is within it.
     reason : str
-        Why the division ended.
+        Reason of the end.
     """
 
     accuracy: float
@@ -53,7 +53,7 @@ class Convergence:
     reason: str
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it, ready for JSON."""
+        """All figures, ready for JSON."""
         return asdict(self)
 
     def __str__(self) -> str:

@@ -1,18 +1,18 @@
-"""How wrong pressures may be because faces depart from the smooth shape that they stand for.
+"""Error of pressures due to faces that deviate from the smooth shape they represent.
 
 Between facets that turn by an angle t at every side of length H the surface lies on chords: a row of parabolas of
-height H t / 8, which no refinement within the facets mends. Bodies that follow it bear, beside the pressure of the
-smooth shape, one of the same period. By Westergaard's solution of a wavy half-plane, p* = pi E* A / lambda for an
-amplitude A of the gap (Johnson 1985, section 13.2), taken for each harmonic of the parabolas, its root mean square is
+height H t / 8, which refinement within the facets does not remove. To the pressure of the smooth shape a periodic one
+is added. By Westergaard's solution of a wavy half-plane, p* = pi E* A / lambda for an amplitude A of the gap (Johnson
+1985, section 13.2), for each harmonic of the parabolas, its root mean square is
 
     p = E* t / (4 sqrt(3))
 
-whatever H; the squares of two directions and of both bodies add up. Angles are weighted by themselves, t = sum(t^2 L) /
-sum(t L) over sides of length L, so that the flat sides within a facet that has been divided do not count.
+for any H; the squares of two directions and of both bodies add up. Angles are weighted by themselves, t = sum(t^2
+L) / sum(t L) over sides of length L, so that the flat sides within a facet that has been divided do not count.
 
-A mesh bears of this what its contact points see. Gaps at nodes: all of the other body's; of their own faces nothing
-where these are linear, for the nodes lie on the shape itself, except within facets that have been divided. Means over
-hats of a width d: of the k-th harmonic the share sinc^2(k d / H).
+The contact points resolve a part of it. Gaps at nodes: all of the other body's part; none of their own linear faces'
+part, as the nodes lie on the shape itself, except within divided facets. Means over multiplier functions of width d:
+the share sinc^2(k d / H) of the k-th harmonic.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from fecontact.mesh.facets import facet_centres, triangular
 from fecontact.mesh.pick import shared_sides, side_normals
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, own_facets
 
-#: Largest angle between neighbouring faces that stand for something round; beyond it they form an edge.
+#: Largest angle between neighbouring faces of a round shape; above it they form an edge.
 EDGE = np.radians(40.0)
-#: Angle that is rounding.
+#: Angle that counts as rounding.
 FLAT = 1e-12
 #: Root mean square of the pressure over E* and the angle, of a surface bent in one direction.
 BENT = 1 / (4 * np.sqrt(3))
-#: Harmonics that are looked at.
+#: Number of harmonics.
 HARMONICS = np.arange(1, 33)
 
 
@@ -44,11 +44,11 @@ class TouchingSurfaces(Protocol):
 
     @property
     def slave(self) -> Body:
-        """The body that has the contact points."""
+        """The body with the contact points."""
 
     @property
     def master(self) -> Body:
-        """The other one."""
+        """The other body."""
 
     @property
     def surfaces(self) -> tuple[str, str]:
@@ -68,25 +68,25 @@ class TouchingSurfaces(Protocol):
 
     @property
     def note(self) -> str:
-        """What was found about the two meshes."""
+        """Note on the two meshes and the coupling."""
 
 
 @dataclass(frozen=True)
 class Kinks:
-    """How facets of a surface turn from one to the next.
+    """Angles between neighbouring facets of a surface.
 
     Attributes
     ----------
     angle : float
-        By which they turn where they do, weighted by itself.
+        Mean angle between facets, weighted by itself.
     period : float
-        Distance between sides at which they turn.
+        Distance between sides with an angle.
     spread : float
-        Share of the sides at which they turn; 1 where they turn by the same at each.
+        Share of sides with an angle; 1 if the angle is the same at each.
     directions : float
-        In which they are bent: 2 on a ball, 1 on a cylinder.
+        Number of directions of curvature: 2 on a sphere, 1 on a cylinder.
     sign : float
-        1 on a convex surface, -1 on a hollow one.
+        1 on a convex surface, -1 on a concave one.
     size : float
         Mean size of the facets.
     """
@@ -105,7 +105,7 @@ class Kinks:
 
 
 def geometry_error(contact: TouchingSurfaces) -> float:
-    """Root mean square of the pressure that the faces of a contact bear because they are not smooth."""
+    """Root mean square of the pressure due to the kinks between faces of a contact."""
     if contact.slave.is_foundation:
         return 0.0  # springs at nodes, which lie on the shape
     bodies = (contact.slave, contact.master)
@@ -119,7 +119,7 @@ def geometry_error(contact: TouchingSurfaces) -> float:
     linear = surface.facets.shape[1] == 4
     modulus = 1 / sum(1 / body.contact_modulus for body in bodies)
     if contact.note == NESTED and slave is not None and master is not None:
-        # both have the same kinks: of a pin in its hole they cancel, of two balls they add up
+        # both have the same kinks: for a pin in its hole they cancel, for two spheres they add up
         return modulus * abs(slave.pressure + master.pressure)
     total = 0.0
     for side in (slave, master):
@@ -136,7 +136,7 @@ def geometry_error(contact: TouchingSurfaces) -> float:
 
 
 def seen_by_hats(width: float) -> float:
-    """Share of the pressure of parabolas that means over hats keep, by the hats' width over the parabolas'.
+    """Share of the pressure of parabolas in means over multiplier functions, by their width over the parabolas'.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def seen_by_hats(width: float) -> float:
 
 
 def kinks(surface: Surface, points: Array) -> Kinks | None:
-    """How the facets of a surface turn at points (n, 3) on it; None where it has none or they do not turn.
+    """Kinks of a surface at points (n, 3) on it; None without facets or without kinks.
 
     Examples
     --------
@@ -198,7 +198,7 @@ def _turns(surface: FacetSurface, chosen: IntArray) -> tuple[Array, Array, Array
 
 
 def _consecutive(sides: IntArray) -> tuple[IntArray, IntArray]:
-    """Pairs of sides of a section that follow on one another, in terms of the sides (n, 3)."""
+    """Pairs of adjacent sides of a section, in terms of the sides (n, 3)."""
     order = np.argsort(sides[:, 0])
     place = np.minimum(np.searchsorted(sides[order, 0], sides[:, 1]), len(order) - 1)
     first = np.flatnonzero(sides[order[place], 0] == sides[:, 1])
@@ -206,7 +206,7 @@ def _consecutive(sides: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _directions(surface: FacetSurface, chosen: IntArray) -> float:
-    """In how many directions facets are bent, by how their normals spread."""
+    """Number of directions of curvature, from the spread of the facets' normals."""
     if surface.out_of_plane is not None:
         return 1.0
     normals = surface.normals(chosen, facet_centres(surface.triangle[chosen]))

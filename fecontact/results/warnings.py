@@ -51,7 +51,7 @@ def large_strains(result: SolvedScene) -> Iterator[str]:
 
 
 def missed_accuracy(result: SolvedScene) -> Iterator[str]:
-    """An accuracy that was asked for and not reached."""
+    """Warning of a requested accuracy that was not reached."""
     steps = result.convergence
     if steps is not None and not steps.met:
         yield (

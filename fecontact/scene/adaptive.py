@@ -1,8 +1,8 @@
-"""Solve, estimate, divide where the pressure needs it, and again: `Scene.solve(accuracy=...)`.
+"""Adaptive solution: solve, estimate, divide cells where the error is large, repeat (`Scene.solve(accuracy=...)`).
 
-Bodies that can be divided are (`Body.divided`), with hanging nodes; loads, supports and poses carry over. It ends when
-the estimate, times the safety that estimates were measured to need, is within the accuracy, at a limit, or where the
-error does not fall; then with the best answer and the reason.
+Bodies are divided where possible (`Body.divided`), with hanging nodes; loads, supports and poses are kept. It ends when
+the estimate times a measured safety factor is within the accuracy, at a limit, or where the error does not fall; then
+with the best solution and the reason.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, with_bodies
 from fecontact.scene.marking import facets_opposite, marked_facets
 
-#: What an estimate is multiplied by before it counts as within the accuracy: see docs/error_estimates.md.
+#: Safety factor of an estimate, see docs/error_estimates.md.
 SAFETY = 1.25
-#: Times that the meshes are divided before it is given up, and that the error may fail to fall.
+#: Largest number of divisions, and of divisions in a row without a lower error.
 MOST_DIVISIONS, PATIENCE = 12, 2
-#: Error by which a division must lower the last one to count as progress.
+#: Ratio to the last error below which a division counts as progress.
 PROGRESS = 0.9
 #: Share of a face by which a contact may reach beyond its last point when the mesh is divided: a side's middle is half.
 EDGE = 0.6
@@ -40,7 +40,7 @@ GROWTH = 1.6
 
 @dataclass(frozen=True)
 class Target:
-    """An accuracy and what it may cost.
+    """An accuracy and limits of its cost.
 
     Attributes
     ----------
@@ -73,10 +73,10 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
     ----------
     scene : SceneModel
     arguments : mapping
-        Of one solution, with bodies of the scene as keys.
+        Arguments of one solution, with bodies of the scene as keys.
     target : Target
     solve : callable
-        ``solve(scene, arguments, known)``, of one solution.
+        Function ``solve(scene, arguments, known)`` for one solution.
     """
     start = time.perf_counter()
     now = CarriedScene(scene, tuple(scene.bodies))
@@ -113,7 +113,7 @@ def _step(result: ContactResult, seconds: float) -> Step:
 
 
 def _reason_to_end(steps: Sequence[Step], target: Target) -> str:
-    """Why to end after these steps; empty: go on."""
+    """Reason to end after these steps; empty: continue."""
     last = steps[-1]
     if SAFETY * last.pressure <= target.accuracy:
         return f"the estimate of {last.pressure:.2%}, times {SAFETY} for safety, is within it"
@@ -132,7 +132,7 @@ def _reason_to_end(steps: Sequence[Step], target: Target) -> str:
 
 
 def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
-    """What this solution tells the one on the next meshes: points go on at most by the share of a face."""
+    """Known contact for the solution on the next meshes, with a margin of a share of a face."""
     if not contact.active.any():
         return None
     largest = contact.sharing.multiply(interface.slave_surface.mean_facet_size).max(axis=1)

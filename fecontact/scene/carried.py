@@ -1,4 +1,4 @@
-"""A scene whose bodies have been replaced, by others in new poses or on finer meshes, and the loads carried over."""
+"""A scene with replaced bodies, in new poses or on finer meshes, and the loads mapped to them."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class CarriedScene:
     Attributes
     ----------
     scene : SceneModel
-        Of the new bodies.
+        Scene of the new bodies.
     originals : tuple of Body
-        The given ones, in the same order.
+        The given bodies, in the same order.
     """
 
     scene: SceneModel
     originals: tuple[Body, ...]
 
     def body(self, original: Any) -> Any:
-        """The new body for an original one; anything else is given back as it is."""
+        """The new body for an original one; anything else is returned unchanged."""
         for old, new in zip(self.originals, self.scene.bodies, strict=True):
             if old is original:
                 return new
@@ -49,7 +49,7 @@ class CarriedScene:
 
 
 def with_bodies(scene: SceneModel, bodies: Sequence[Body]) -> CarriedScene:
-    """Put new bodies, in the scene's order, in place of its own; contacts and springs follow."""
+    """The scene with new bodies, given in its order; contacts and springs follow."""
     new = {id(old): body for old, body in zip(scene.bodies, bodies, strict=True)}
 
     def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:

@@ -112,7 +112,7 @@ def solve_scene(
 
 
 def _solve_known(model: SceneModel, given: Mapping[str, Any], known: Sequence[KnownContact | None]) -> ContactResult:
-    """One solution from checked arguments of `Scene.solve`, and what a similar case tells of its contacts."""
+    """One solution from checked arguments of `Scene.solve`, and the contact of a similar case."""
     arguments = dict(given)
     finite_motion, search = arguments.pop("finite_motion"), arguments["search"]
     timer = Stopwatch()

@@ -67,7 +67,7 @@ def active_set(problem: ScaledProblem, start: np.ndarray | None = None, *, max_i
         if point.unbalanced.any():
             touched = first_touch(problem, point.unbalanced, np.where(active, np.inf, problem.gap(point.x, point.p)))
             if touched < 0:
-                message = "the points thought to touch cannot carry the load and no other point comes into touch"
+                message = "the active points cannot balance the load and no other point comes into contact"
                 return Outcome(point.x, point.p, Status.SINGULAR, message, nit, history)
             active[touched] = True
             continue

@@ -1,15 +1,14 @@
 """Projected conjugate gradients: matrix products only, for many points and for compliances that are operators.
 
-Polonsky & Keer (1999): conjugate gradients on the points in touch; forces that would pull are set to zero, points
-that penetrate are taken in, and the direction starts anew whenever the set changes. Two things make it general.
-The load rows, any number: gradient and direction are orthogonal to the rows on the points in touch, the multiplier
-being the least-squares one, and after a change of the set the forces are projected back exactly on
-{x >= 0, B x = F}, which takes Newton's method in r unknowns (for a single row of ones Polonsky & Keer rescale
-instead). And a safeguard: a step that does not lower the energy is replaced by a projected gradient step of safe
-length, which always does.
+Polonsky & Keer (1999): conjugate gradients on the active set; tensile forces are set to zero, penetrating points are
+added, and the direction is restarted when the set changes. Two extensions are made. Any number of load rows: gradient
+and direction are orthogonal to the rows on the active set, with the least-squares multiplier, and after a change of the
+set the forces are projected exactly on {x >= 0, B x = F}, by Newton's method in r unknowns (for a single row of ones
+Polonsky & Keer rescale instead). A safeguard: a step that does not lower the energy is replaced by a projected gradient
+step of safe length, which does.
 
-Convergence is that of conjugate gradients once the set is found: slow where S is nearly singular, where the
-direct solvers do better.
+Convergence is that of conjugate gradients once the set is found: slow where S is nearly singular; use the direct
+solvers there.
 """
 
 from __future__ import annotations
@@ -23,24 +22,24 @@ from fecontact.solvers.problem import Status
 from fecontact.solvers.scaling import SMALLEST, ScaledProblem
 
 CLOSED = 1e-12
-"""Gap at a point in touch, and penetration elsewhere, relative to the largest deflection: the end."""
+"""Tolerance: gap at active points and penetration elsewhere, relative to the largest deflection."""
 
 ROW_RANK = 1e-12
-"""Relative eigenvalue of the rows' Gram matrix at which the points in touch do not resist a motion."""
+"""Relative eigenvalue of the rows' Gram matrix at which the active points do not resist a motion."""
 
 CARRIED = 4e-15
-"""Load not carried, relative to the forces, that is rounding."""
+"""Unbalanced load, relative to the forces, that counts as rounding."""
 
 DAMPING = 1e-3
-"""Least damping of the projection's Newton steps, per unit of the load that is not carried yet."""
+"""Least damping of the projection's Newton steps, per unit of the unbalanced load."""
 
 STANDSTILL = 200
-"""Steps without a smaller residual after which conjugate gradients have nothing more to give."""
+"""Steps without a smaller residual after which the iteration stops."""
 
 
 @dataclass(eq=False)
 class _Iterate:
-    """Forces and what follows from them."""
+    """Forces and derived quantities."""
 
     x: np.ndarray
     Sx: np.ndarray
@@ -55,16 +54,16 @@ def projected_cg(
     Parameters
     ----------
     problem : ScaledProblem
-        Its S may be an operator.
+        Problem; S may be an operator.
     start : ndarray of bool, shape (n,), optional
-        Points thought to touch.
+        Initial active set.
     max_iterations : int, optional
         Largest number of steps, 1000 + 2 n by default.
 
     Returns
     -------
     Outcome
-        ``solved`` or ``iteration-limit``. The history is the largest gap in touch or penetration.
+        ``solved`` or ``iteration-limit``. The history is the largest gap on the active set or penetration.
 
     References
     ----------
@@ -92,7 +91,7 @@ def projected_cg(
         touching = at.x > 0
         p = _multiplier(problem, at.x, gradient, touching)
         gap = gradient + problem.B.T @ p
-        # the gap is small beside the gradient: what rounding left along the rows would add up in the forces
+        # the gap is small compared with the gradient: rounding along the rows would accumulate in the forces
         rest = _multiplier(problem, at.x, gap, touching)
         p, gap = p + rest, gap + problem.B.T @ rest
         scale = max(float(np.abs(at.Sx).max()), SMALLEST / CLOSED)
@@ -128,7 +127,7 @@ def project(B: np.ndarray, F: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np
     B : ndarray, shape (r, n)
         Orthonormal rows.
     F : ndarray, shape (r,)
-        A load that non-negative forces can carry.
+        A load that non-negative forces can balance.
     y : ndarray, shape (n,)
 
     Returns
@@ -177,10 +176,10 @@ def _iterate(problem: ScaledProblem, x: np.ndarray) -> _Iterate:
 
 
 def _multiplier(problem: ScaledProblem, x: np.ndarray, gradient: np.ndarray, touching: np.ndarray) -> np.ndarray:
-    """Multiplier that makes the gap on the touching points least, shape (r,).
+    """Multiplier (r,) of least gap on the active points.
 
-    Where these points leave a motion open, the projection of a gradient step tells it: its own multiplier is the
-    right one once the step leads nowhere.
+    Where these points leave a motion free, it is determined by the projection of a gradient step, whose multiplier is
+    right once the step vanishes.
     """
     rows = problem.B[:, touching]
     p, _, rank, _ = np.linalg.lstsq(rows @ rows.T, -rows @ gradient[touching], rcond=ROW_RANK)
@@ -190,7 +189,7 @@ def _multiplier(problem: ScaledProblem, x: np.ndarray, gradient: np.ndarray, tou
 def _step(
     problem: ScaledProblem, at: _Iterate, direction: np.ndarray, gap: np.ndarray, entering: np.ndarray
 ) -> _Iterate | None:
-    """Step along -direction, with the entering points taken in; None if that does not lower the energy."""
+    """Step along -direction, with the entering points added; None if it does not lower the energy."""
     if not direction.any():
         direction = np.where(entering, gap, 0.0)
     S_direction = np.asarray(problem.S @ direction)

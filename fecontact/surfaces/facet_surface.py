@@ -195,7 +195,7 @@ class FacetSurface:
     def facets_of_node(self) -> IntArray:
         """Facets around each surface node (n_surface_nodes, most), padded by repeating the first.
 
-        A facet beside whose undivided side a node hangs is around it too.
+        A facet with a hanging node on its undivided side is around that node too.
         """
         local = np.searchsorted(self.nodes, self.facets.ravel())
         owner = np.repeat(np.arange(len(self.facets)), self.facets.shape[1])
@@ -292,7 +292,7 @@ class FacetSurface:
         return normals if self.ties is None else self.ties.followed(normals)
 
     def smooth_normals(self, projection: Projection) -> Array:
-        """Unit normals (n, 3) at feet on it, without kinks between facets."""
+        """Unit normals (n, 3) at closest points on it, continuous between facets."""
         assert projection.weights is not None
         mean = projection.weights @ self.mean_normals
         length = np.linalg.norm(mean, axis=1, keepdims=True)

@@ -107,7 +107,7 @@ class CurveSurface(FacetSurface):
         )
 
     def smooth_normals(self, projection: Projection) -> Array:
-        """Unit normals (n, 3) at feet on it; sides are quadratic and hardly kink."""
+        """Unit normals (n, 3) at closest points on it; sides are quadratic, with small kinks."""
         assert projection.facet is not None
         assert projection.local is not None
         return self.normals(projection.facet, projection.local)

@@ -1,8 +1,8 @@
-"""Where a surface of facets has hanging nodes: which nodes follow from which, and sides of one facet beside two.
+"""Hanging nodes of a surface of facets: their weights, and sides of one facet adjacent to two.
 
-A contact force stands at nodes that do not hang. The others' areas go to the nodes they follow from, by the weights of
-the ties: that is the integral of the functions that the free nodes have, so a uniform pressure stays exact; pressures
-at hanging nodes follow as displacements do (`mesh.hanging_nodes`).
+Contact forces act at nodes that do not hang. The areas of hanging nodes are added to the nodes they follow from, by the
+weights of the ties: the integral of the functions of the free nodes, so that a uniform pressure stays exact. Pressures
+at hanging nodes are interpolated like displacements (`mesh.hanging_nodes`).
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ class SurfaceTies:
     Attributes
     ----------
     nodes : (n,) int array
-        Those on the surface.
+        Hanging nodes on the surface.
     weights : (n, n_points) csr_matrix
         u[nodes] = weights @ u.
     edges : (m, 5) int array
         Divided edges on the surface, as in `HangingNodes`.
     whole : (m,) int array
-        Side of the facet beside the undivided edge, as 4 facet + side; -1 where that is no facet of the surface.
+        Side of the facet with the undivided edge, as 4 facet + side; -1 if it is not a facet of the surface.
     halves : (m, 2) int array
         Sides of facets along the two halves, likewise.
     """
@@ -51,7 +51,7 @@ class SurfaceTies:
 
     @cached_property
     def beside(self) -> tuple[IntArray, IntArray]:
-        """Points of divided edges (k,), their ends apart, and the facet (k,) beside the undivided edge."""
+        """Points of divided edges (k,) without their ends, and the facet (k,) with the undivided edge."""
         met = np.flatnonzero(self.whole >= 0)
         nodes, facet = self.edges[met][:, [1, 3, 4]].ravel(), np.repeat(self.whole[met] // 4, 3)
         return nodes[nodes >= 0], facet[nodes >= 0]
@@ -69,9 +69,9 @@ class SurfaceTies:
                 return out
 
     def onto(self, lost: Mask) -> sp.csr_matrix:
-        """Weights (n, n_points) by which the nodes follow from those that are not lost (n_points,).
+        """Weights (n, n_points) of the nodes in terms of those that are not lost (n_points,).
 
-        A row some of whose nodes are lost keeps its positive weights on the others, scaled to the sum one.
+        A row with lost nodes keeps its positive weights on the others, scaled to sum one.
         """
         kept = sp.csr_matrix(self.weights @ sp.diags((~lost).astype(float)))
         cut = abs(self.weights) @ lost.astype(float) > 0
@@ -83,19 +83,19 @@ class SurfaceTies:
         return out
 
     def followed(self, values: Array) -> Array:
-        """Values (n_points, k) with those at hanging nodes as they follow from the others."""
+        """Values (n_points, k) with those at hanging nodes interpolated from the others."""
         out = values.copy()
         out[self.nodes] = self.weights @ values
         return out
 
     def gathered(self, areas: Array, onto: sp.csr_matrix) -> Array:
-        """Areas (n_points,) with those of hanging nodes given to those they follow from, by weights (n, n_points)."""
+        """Areas (n_points,) with those of hanging nodes added to others, by weights (n, n_points)."""
         out = areas.copy()
         out[self.nodes] = 0.0
         return np.asarray(out + onto.T @ areas[self.nodes])
 
     def at_nodes(self, nodes: IntArray, onto: sp.csr_matrix) -> sp.csr_matrix:
-        """Values (n_points, k) at all nodes by those at some (k,): their own, and what follows at hanging ones."""
+        """Values (n_points, k) at all nodes from those at some (k,), interpolated at hanging ones."""
         n, k = onto.shape[1], len(nodes)
         insert = sp.csr_matrix((np.ones(len(self.nodes)), (self.nodes, np.arange(len(self.nodes)))), (n, onto.shape[0]))
         own = sp.csr_matrix((np.ones(k), (nodes, np.arange(k))), shape=(n, k))

@@ -223,7 +223,7 @@ def _heights(given: Options, cells: Cells, size: Size | None) -> tuple[Any, Cell
         return Facets(read_surface(path)), cells, size
     surface = read_topography(path)
     if surface.size is None and size is None:
-        raise InputError(f"{path.name} does not tell its size: give it with --size.")
+        raise InputError(f"{path.name} does not give its size: set it with --size.")
     z = -surface.z if given.get("peaks_up") else surface.z
     if given.get("trend", "none") != "none":
         z = detrend(z, given["trend"])

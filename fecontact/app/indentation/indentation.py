@@ -138,7 +138,7 @@ def _grid(
     trial = closed_form(shape, ground.softest.on((1.0, 1.0), (2, 2)), load.force, load.approach)
     if size is None and trial is None:
         raise InputError(
-            "There is no closed form that tells how wide this contact will be: give the grid a size that holds it."
+            "There is no closed form for the width of this contact: give the grid a size that contains it."
         )
     if trial is None or ground.layers:
         widths = None if trial is None else tuple(1.2 * w for w in trial.half_widths)

@@ -230,7 +230,7 @@ def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:
         return None
     sides = found.size if size is None else (size[0], size[1])
     if sides is None:
-        table.fault("size", f"is missing, for {path.name} does not tell it.")
+        table.fault("size", f"is missing, and {path.name} does not give it.")
         return None
 
     def make() -> RigidBody:

@@ -159,7 +159,7 @@ def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | N
     name = table.text("body")
     elastic = elastic_among([bodies.get(name or "")])
     if name is not None and name not in bodies:
-        table.fault("body", f"no body {name!r} stands before this one{did_you_mean(name, bodies)}.")
+        table.fault("body", f"no body {name!r} is declared before this one{did_you_mean(name, bodies)}.")
     elif boundary is not None and elastic:
         surface = table.attempt(lambda: SurfaceMesh.of(elastic[0].mesh, boundary), "boundary")
     elif name is not None and bodies[name] is not None and not elastic:

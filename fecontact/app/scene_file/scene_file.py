@@ -273,7 +273,7 @@ def _motion(table: Table, key: str) -> dict[str, float]:
         if component.startswith("r"):
             degrees = entry.number(f"{component}_deg")
             if degrees is not None and value is not None:
-                entry.fault(f"{component}_deg", f"is given beside {component}; give one of them.")
+                entry.fault(f"{component}_deg", f"is given together with {component}; give one of them.")
             elif degrees is not None:
                 out[component] = math.radians(degrees)
     entry.finish()

@@ -1,16 +1,16 @@
 """Active sets and projected, preconditioned conjugate gradients on a grid of cells.
 
-For a set of cells thought to touch, the pressures that close their gaps and balance the loads follow from conjugate
-gradients in the subspace B p = F. They are stopped early: after the gaps have shrunk by `PER_ROUND`, cells that would
-pull leave the set and cells that penetrate enter it (the primal-dual active set method, Hintermueller, Ito & Kunisch
-2003). The last round, on the set that stays, goes down to the tolerance.
+On a given active set, the pressures that close the gaps and balance the loads follow from conjugate gradients in the
+subspace B p = F. They are stopped early: after the gaps have shrunk by `PER_ROUND`, cells in tension leave the set and
+cells that penetrate enter it (the primal-dual active set method, Hintermueller, Ito & Kunisch 2003). The last round, on
+the final set, is iterated to the tolerance.
 
 The compliance of a half-space is 2/(E* |k|) in wave numbers, so its condition grows with the number of cells. The
 preconditioner is its inverse symbol, |k| E*/2, on the cells of the set: the hypersingular operator, with which the
 number of iterations grows with the logarithm of the number of cells only (McLean & Steinbach 1999).
 
-Conjugate gradients correct a known answer, so their products are taken in single precision. What that may have brought
-into the displacements is kept account of, and they are computed anew in double precision before it counts.
+Conjugate gradients correct a known iterate, so their products are in single precision. A bound of the resulting error
+of the displacements is tracked, and these are recomputed in double precision before it matters.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution
 from fecontact.common.arrays import Array, Mask
 
 PER_ROUND = 0.2
-"""Factor by which the gaps on the set shrink before the set is looked at again."""
+"""Factor by which the gaps on the set shrink before the set is updated."""
 
 MOST_ROUNDS = 150
 MOST_STEPS = 60
@@ -39,11 +39,11 @@ class GridProblem:
     Attributes
     ----------
     compliance : Convolution
-        A, displacement by pressure.
+        A: displacement due to pressure.
     rough : Convolution
         The same in single precision, for corrections.
     preconditioner : Convolution
-        Roughly the inverse of A, positive definite.
+        Approximate inverse of A, positive definite.
     g : (nx, ny) array
         Gap without pressure.
     allowed : (nx, ny) bool array
@@ -65,7 +65,7 @@ class GridProblem:
 
 @dataclass(frozen=True, eq=False)
 class GridIterate:
-    """Pressures, what follows from them, and how they were found.
+    """Pressures, derived quantities, and statistics of the iteration.
 
     Attributes
     ----------
@@ -74,16 +74,16 @@ class GridIterate:
     q : (m,) array
         Multiplier of B p = F.
     active : (nx, ny) bool array
-        Cells that touch.
+        Active cells.
     nit : int
-        Conjugate gradient steps.
+        Number of conjugate gradient steps.
     rounds : int
-        Active sets.
+        Number of active sets.
     converged : bool
     history : tuple of float
         Largest gap on the set or penetration, relative to the largest displacement, after each round.
     drift : float
-        Bound on what single precision has brought into u.
+        Bound of the error of u due to single precision.
     """
 
     p: Array
@@ -104,16 +104,16 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
     ----------
     problem : GridProblem
     start : (nx, ny) array
-        Pressures to begin with.
+        Initial pressures.
     active : (nx, ny) bool array
-        Cells to begin with.
+        Initial active cells.
     tolerance : float
-        Largest gap on touching cells and penetration on the others, relative to the largest displacement.
+        Largest gap on active cells and penetration on the others, relative to the largest displacement.
 
     Returns
     -------
     GridIterate
-        With `converged` False if the sets did not settle.
+        With `converged` False if the sets did not converge.
 
     References
     ----------
@@ -148,12 +148,12 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
 
 
 def _largest(u: Array, allowed: Mask) -> float:
-    """Largest displacement where there is a counter-surface: in holes between it may be larger."""
+    """Largest displacement under the counter-surface; in holes between it may be larger."""
     return max(float(np.max(u, where=allowed, initial=0.0)), -float(np.min(u, where=allowed, initial=0.0)), SMALLEST)
 
 
 def carry(problem: GridProblem, p: Array) -> Array:
-    """Pressures changed in proportion to themselves, by a factor linear in the rows, until they carry the loads."""
+    """Pressures scaled by a factor linear in the rows until they balance the loads."""
     if len(problem.F) == 0:
         return p
     flat, rows = p.ravel(), problem.B.reshape(len(problem.F), -1)
@@ -183,7 +183,7 @@ class _Balance:
         return z, dq
 
     def missing(self, p: Array) -> Array:
-        """Change of pressure that makes p carry the loads."""
+        """Change of pressure that makes p balance the loads."""
         return np.tensordot(self.inverse @ (self.problem.F - np.tensordot(self.rows, p, 2)), self.images, 1)
 
 
@@ -197,7 +197,7 @@ def _balance(problem: GridProblem, active: Mask) -> _Balance:
 
 
 def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: float) -> GridIterate:
-    """Conjugate gradients towards closed gaps on the set, until they have shrunk by a factor or are closed."""
+    """Conjugate gradients on the set until the gaps have shrunk by a factor or are closed."""
     balance = _balance(problem, at.active)
     mask = balance.mask
     p, u, q, drift = at.p.copy(), at.u.copy(), at.q, at.drift

@@ -34,7 +34,7 @@ FINEST_CELLS = 0.25
 def build_interface(contact: Contact, search_radius: SearchRadius | None = None) -> Interface:
     """Pair a contact; the side that has nodes, if only one has, is the slave.
 
-    With a reach, only those parts of two elastic bodies' facets are paired that may come into touch within it.
+    With a search radius, only the parts of two elastic bodies' facets that may touch within it are paired.
     """
     assert contact.surfaces is not None
     slave, master, names = contact.slave, contact.master, contact.surfaces
@@ -82,7 +82,7 @@ def _can_mortar(slave: FacetSurface, master: Surface) -> bool:
 def region_of(
     slave: Body, master: Body, names: tuple[str, str], coupling: str, search_radius: SearchRadius | None
 ) -> SearchRegion | None:
-    """Parts of both surfaces within reach; None where all of them are to be paired."""
+    """Parts of both surfaces within the search radius; None to pair whole surfaces."""
     surfaces = None if search_radius is None else plain_facets((slave, master), names)
     if surfaces is None:
         return None

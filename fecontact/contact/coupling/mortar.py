@@ -263,7 +263,7 @@ def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
 
 
 def multiplier_areas(slave: FacetSurface) -> Array:
-    """Integrals (n_nodes,) of all hats over the whole slave surface; tied ones count where they are tied to."""
+    """Integrals (n_nodes,) of all multipliers over the whole slave; tied ones are added to those they follow."""
     areas, ties = slave.once(_multiplier_areas), tied_multipliers(slave)
     return areas if ties is None else np.asarray(ties.T @ areas)
 

@@ -194,7 +194,7 @@ def pair(
     near: SearchRegion | None = None,
     share: float = 0.0,
 ) -> Pairing:
-    """Pair every slave node that does not hang with its foot, if it faces it.
+    """Pair every slave node, except hanging ones, with its closest point, if they face each other.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""Multipliers at hanging nodes: what keeps the pressure continuous where one slave facet lies beside two.
+"""Constraints of multipliers at hanging nodes, for a continuous pressure where one slave facet is adjacent to two.
 
-The displacement of a hanging node follows from others, so a multiplier of its own there has nothing to act on: left to
-themselves such multipliers make peaks 20 % too high where a contact runs over divided sides (paraboloids of 20-node
-hexahedra, `tests/verification/test_divided_hertz.py`). So the pressure along a divided side is that of the facet beside
-its undivided edge. It is linear on either half of the edge where a multiplier stands at its middle (`mortar_basis`),
-which ties the points halfway between ends and middle by halves; on triangles and four-node facets it is linear over the
-whole edge, which ties the middle as well. The shapes still sum to one, so uniform pressure stays exact.
+The displacement of a hanging node follows from others, so an independent multiplier there has no displacement to act
+on: such multipliers make peaks 20 % too high where a contact covers divided sides (paraboloids of 20-node hexahedra,
+`tests/verification/test_divided_hertz.py`). So the pressure along a divided side is that of the facet with the
+undivided edge. It is linear on either half of the edge if there is a multiplier at its middle (`mortar_basis`), which
+ties the points halfway between ends and middle by halves; on triangles and four-node facets it is linear over the whole
+edge, which ties the middle as well. The functions still sum to one, so uniform pressure stays exact.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fecontact.surfaces.facet_surface import FacetSurface
 
 
 def tied_multipliers(surface: FacetSurface) -> sp.csr_matrix | None:
-    """Multipliers (n_nodes, n_nodes) at all nodes by those that are not tied, whose columns are the only ones in use.
+    """Matrix (n_nodes, n_nodes) from free multipliers to all; columns of tied ones are empty.
 
     None where no node is tied.
     """

@@ -117,7 +117,7 @@ def coarse_pressures(result: SolvedScene) -> Iterator[str]:
 
 
 def _cause(estimate: ErrorEstimate) -> str:
-    """What the larger part of the error comes from, and what mends it."""
+    """Main source of the error, and its remedy."""
     if 2 * estimate.geometry**2 > estimate.pressure**2:
         return (
             "the faces depart from the round shape that they stand for, and pressures follow their kinks. Mesh the "

@@ -1,4 +1,4 @@
-"""Picture of the way to an accuracy: estimated error against unknowns and against time."""
+"""Picture of the convergence of an adaptive solution: estimated error against unknowns and against time."""
 
 from __future__ import annotations
 

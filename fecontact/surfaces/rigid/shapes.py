@@ -180,7 +180,7 @@ class Cone(Indenter):
 
     @property
     def size(self) -> float:
-        """A cone has no length of its own."""
+        """A cone has no intrinsic length."""
         return 1.0
 
     def heights(self, x: Array, y: Array) -> Array:
@@ -247,11 +247,11 @@ class FlatPunch(Indenter):
         return (np.abs(x) <= self.sides[0] / 2) & (np.abs(y) <= self.sides[1] / 2)
 
     def heights(self, x: Array, y: Array) -> Array:
-        """Zero under the punch, infinite beside it."""
+        """Zero under the punch, infinite elsewhere."""
         return np.where(self._inside(x, y), 0.0, np.inf)
 
     def project(self, points: Array) -> Projection:
-        """Projection along z; points beside the punch are outside it."""
+        """Projection along z; points next to the punch are outside it."""
         normals = np.tile([0.0, 0.0, -1.0], (len(points), 1))
         return _projection(points, normals, -points[:, 2], ~self._inside(points[:, 0], points[:, 1]))
 

@@ -292,7 +292,7 @@ def test_each_fault_is_named_with_its_place(write, old, new, message):
     ("loads", "message"),
     [
         ("motions.block = {z = 1.0}\nforces.block = [0, 0, 1.0]", "both loaded (or free) and moved in z"),
-        ("motions.block = {rx = 1.0, rx_deg = 3.0}", "is given beside rx"),
+        ("motions.block = {rx = 1.0, rx_deg = 3.0}", "is given together with rx"),
         ('free.block = "w"', "Unknown free components"),
         ('forces."block.tip" = [0, 0, 1]', "has no boundary 'tip', did you mean 'top'"),
         ('forces."floor.surface" = [0, 0, 1]', "'floor' is rigid and has no boundaries"),

@@ -161,7 +161,7 @@ def test_faults_are_named(old, new, message, write):
         (BLOCK + "[bodies.block.boundaries.x]\nbox = [1, 2, 3]\n", "two opposite corners"),
         (BLOCK + "[bodies.block.boundaries.x]\nplane = {point = [0, 0, 9], normal = [0, 0, 1]}\n", "boundaries.x"),
         (BLOCK.replace('shape = {kind = "block", size = [1, 1, 1], divisions = [4, 4, 2]}',
-                       'extrude = {body = "ghost", boundary = "top", thickness = 1}'), "no body 'ghost' stands before"),
+                       'extrude = {body = "ghost", boundary = "top", thickness = 1}'), "no body 'ghost' is declared"),
     ],
 )  # fmt: skip
 def test_faults_of_meshes_are_named(text, message, write):
