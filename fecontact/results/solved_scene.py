@@ -20,6 +20,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence
+from fecontact.results.linearisation import LinearisationError
 from fecontact.results.resultants import hold_of_body, hold_of_boundary
 from fecontact.solvers import ComplementarityProblem, Residuals, Solution
 
@@ -55,6 +56,8 @@ class SolvedScene:
         Solved to an accuracy: the bodies before their meshes were divided; `scene` holds those of the last division.
     convergence : Convergence, optional
         Solved to an accuracy: the steps on the way to it.
+    linearisation : LinearisationError, optional
+        Error of linearised motions, where it decided whether poses are updated (``finite_motion="auto"``).
     """
 
     scene: SceneModel
@@ -70,6 +73,7 @@ class SolvedScene:
     originals: Sequence[Body] = ()
     unrefined: Sequence[Body] = ()
     convergence: Convergence | None = None
+    linearisation: LinearisationError | None = field(default=None, repr=False)
 
     @property
     def success(self) -> bool:

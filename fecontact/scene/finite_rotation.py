@@ -91,16 +91,15 @@ def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch
     timer : Stopwatch
         Timer of the result, also used for further steps.
     """
-    best, least = result, linearisation_error(result).worst
+    best, least = _judged(result)
     if least <= BEARABLE:
-        return result
+        return best
     path = _Path(result.scene, arguments, timer)
-    path.begin(result)
+    path.begin(best)
     waited = 0
     try:
         for _ in range(MOST_STEPS):
-            now = path.solved()
-            error = linearisation_error(now).worst
+            now, error = _judged(path.solved())
             if error <= BEARABLE:
                 return path.finished(now)
             waited = 0 if error < least else waited + 1
@@ -112,6 +111,12 @@ def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch
     except FecontactError:
         pass  # a pose without a solution: the earlier result is returned with its warning
     return replace(best, originals=result.scene.bodies)
+
+
+def _judged(result: ContactResult) -> tuple[ContactResult, float]:
+    """The result with the error of linearised motions, and the worst of it."""
+    error = linearisation_error(result)
+    return replace(result, linearisation=error), error.worst
 
 
 def _vector(given: Mapping[str, float]) -> Array:

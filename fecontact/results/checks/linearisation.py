@@ -20,6 +20,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.interface import Interface
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.linearisation import LinearisationError
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import Projection, Surface, with_nodes
 
@@ -35,33 +36,6 @@ ON_RIM = 1e-9
 LEAST_APPROACH = 1e-9
 
 
-@dataclass(frozen=True)
-class LinearisationError:
-    """Errors of a result due to linearised motions.
-
-    Attributes
-    ----------
-    gap : float
-        Largest change of a gap or of a spring's length; infinite where contact is lost or missed.
-    approach : float
-        Largest elastic approach of two surfaces or elongation of a spring, the scale of `gap`.
-    direction : float
-        Change (radians) of the direction of a contact's resultant or of a spring.
-    stretch : float
-        Largest stretch of a body by a linearised rotation t: t^2 / 2.
-    """
-
-    gap: float
-    approach: float
-    direction: float
-    stretch: float = 0.0
-
-    @property
-    def worst(self) -> float:
-        """The largest of the change of gap over the approach, of direction, and of the stretch."""
-        return max(self.gap / self.approach, self.direction, self.stretch)
-
-
 def linearisation_error(result: SolvedScene) -> LinearisationError:
     """Errors of a result due to linearised rigid motions.
 
@@ -72,7 +46,10 @@ def linearisation_error(result: SolvedScene) -> LinearisationError:
     Returns
     -------
     LinearisationError
+        The one that the result already has, if it was judged before.
     """
+    if result.linearisation is not None:
+        return result.linearisation
     least = LEAST_APPROACH * min(b.size for b in result.scene.bodies)
     found = [LinearisationError(0.0, least, 0.0)]
     motions = driven_motions(result)

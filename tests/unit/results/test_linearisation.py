@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 import fecontact as fc
 import fecontact.scene.finite_rotation as finite
+from fecontact.results.checks import linearisation
 from fecontact.results.checks.linearisation import BEARABLE, _Motion, linearisation_error
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
@@ -44,6 +45,22 @@ def test_small_motions_are_left_as_they_are():
     assert linearisation_error(result).worst < BEARABLE
     assert result.originals == ()
     assert result.contacts[0].total_force == alone.contacts[0].total_force
+
+
+@pytest.mark.parametrize(
+    ("finite_motion", "height", "z"), [("auto", 0.0, -0.05), (False, 0.0, -0.05), ("auto", 3.0, -3.05)]
+)
+def test_the_error_is_worked_out_once_for_a_result(monkeypatch, finite_motion, height, z):
+    judged = []
+    of_contact = linearisation._of_contact
+    monkeypatch.setattr(linearisation, "_of_contact", lambda *given: judged.append(given[1]) or of_contact(*given))
+    result, _ = under_ball(height, motions={"z": z}, finite_motion=finite_motion, search="local")
+    assert not any("move or turn far" in text for text in result.warnings)
+    assert str(result)
+    assert result.summary()["warnings"] == list(result.warnings)
+    # once for every solution on the way
+    assert len(judged) == len(set(map(id, judged))) == 1
+    assert (result.linearisation is not None) == (finite_motion == "auto")
 
 
 @pytest.mark.parametrize("load", [{"forces": (0.0, 0.0, -20.0)}, {"motions": {"z": -3.05}}])

@@ -30,6 +30,7 @@ class Found:
     loading: object = None
     scene: object = field(default_factory=lambda: SimpleNamespace(bodies=("the body",)))
     originals: tuple = ()
+    linearisation: object = None
 
 
 def moving(x=0.0, ry=0.0, error=0.0, moved=0.0):

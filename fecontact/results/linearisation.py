@@ -1,0 +1,32 @@
+"""How much of a result linearised motions leave out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LinearisationError:
+    """Errors of a result due to linearised motions.
+
+    Attributes
+    ----------
+    gap : float
+        Largest change of a gap or of a spring's length; infinite where contact is lost or missed.
+    approach : float
+        Largest elastic approach of two surfaces or elongation of a spring, the scale of `gap`.
+    direction : float
+        Change (radians) of the direction of a contact's resultant or of a spring.
+    stretch : float
+        Largest stretch of a body by a linearised rotation t: t^2 / 2.
+    """
+
+    gap: float
+    approach: float
+    direction: float
+    stretch: float = 0.0
+
+    @property
+    def worst(self) -> float:
+        """The largest of the change of gap over the approach, of direction, and of the stretch."""
+        return max(self.gap / self.approach, self.direction, self.stretch)
