@@ -123,7 +123,7 @@ def explain(options: argparse.Namespace) -> int:
 
     _check_files(options.json)
     scene = read_scene(options.scene)
-    told = explain(scene.scene, scene.loads, scene.options.get("solver", "auto"))
+    told = explain(scene.scene, scene.loads, scene.options.get("solver", "auto"), scene.options.get("accuracy"))
     _show(_titled(scene, told), told.as_dict(), options.json)
     return 0
 

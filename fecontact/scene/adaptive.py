@@ -20,6 +20,7 @@ from fecontact.common.errors import InputError
 from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.interface import Interface
 from fecontact.contact.model import SceneModel
+from fecontact.fem.condensation import memory_budget
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence, Step
 from fecontact.results.result import ContactResult
@@ -36,6 +37,8 @@ PROGRESS = 0.9
 EDGE = 0.6
 #: Growth of the unknowns that the next division is expected to bring.
 GROWTH = 1.6
+#: Power of the unknowns by which time and memory of a factor grow: 4/3 for nested dissection of a solid.
+COST = 4 / 3
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,8 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
     while True:
         result = solve(now.scene, now.loads(arguments), known)
         steps.append(_step(result, time.perf_counter() - start))
-        reason, finer = _reason_to_end(steps, target), None
+        factors = sum({id(c): c.memory for b in result.elastic_bodies if (c := b.model.condensation)}.values())
+        reason, finer = _reason_to_end(steps, target, factors), None
         if not reason:
             finer = _divided(now.scene, result, target.accuracy)
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
@@ -112,8 +116,8 @@ def _step(result: ContactResult, seconds: float) -> Step:
     )
 
 
-def _reason_to_end(steps: Sequence[Step], target: Target) -> str:
-    """Reason to end after these steps; empty: continue."""
+def _reason_to_end(steps: Sequence[Step], target: Target, factors: int) -> str:
+    """Reason to end after these steps, the last with factors of so many bytes; empty: go on."""
     last = steps[-1]
     if SAFETY * last.pressure <= target.accuracy:
         return f"the estimate of {last.pressure:.2%}, times {SAFETY} for safety, is within it"
@@ -125,8 +129,11 @@ def _reason_to_end(steps: Sequence[Step], target: Target) -> str:
     growth = last.n_dofs / steps[-2].n_dofs if len(steps) > 1 else GROWTH
     if target.max_dofs is not None and growth * last.n_dofs > target.max_dofs:
         return f"the next division would exceed max_dofs={target.max_dofs}"
+    needed, free = growth**COST * factors, memory_budget()
+    if needed > free:
+        return f"the factors of the next division would take {needed / 1e9:.2g} GB of {free / 1e9:.2g} GB"
     taken = last.seconds - (steps[-2].seconds if len(steps) > 1 else 0.0)
-    if target.max_seconds is not None and last.seconds + growth * taken > target.max_seconds:
+    if target.max_seconds is not None and last.seconds + growth**COST * taken > target.max_seconds:
         return f"the next division would exceed max_seconds={target.max_seconds:g}"
     return ""
 

@@ -26,6 +26,7 @@ from fecontact.fem.factor import available_backends
 from fecontact.fem.model import Model
 from fecontact.mesh import shapes
 from fecontact.results.model_size import modelled
+from fecontact.scene.adaptive import GROWTH, SAFETY, Target
 from fecontact.scene.linear import prepared
 
 #: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; factor for its analysis.
@@ -36,6 +37,9 @@ PER_PAIR, PER_ENTRY = 490.0, 80.0
 LIBRARY, SUPERLU, ENTRY = 40.0, 3.0, 12.0
 #: Numbers of dense square arrays of retained degrees of freedom, and of candidates, at one time.
 DENSE_RETAINED, DENSE_CANDIDATES = 4, 5
+#: Error of the pressure times the faces across the contact, of edges inside faces (measured on coarse Hertz contacts);
+#: share of the first candidates that come into contact.
+FIRST_ERROR, CANDIDATES_IN_CONTACT = {"nodal": 0.5, "mortar": 1.0}, 0.7
 #: Arguments of `Scene.solve` that affect the candidates.
 LOADS = ("forces", "moments", "motions", "free", "pressures", "gravity")
 
@@ -83,6 +87,8 @@ class Explanation:
     memory_mb : float
         Peak memory of the process, including its present use.
     seconds : float
+    divisions : str
+        With an accuracy: what dividing the meshes may take; empty without one.
     """
 
     bodies: tuple[str, ...]
@@ -95,6 +101,7 @@ class Explanation:
     saved: tuple[str, ...]
     memory_mb: float
     seconds: float
+    divisions: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """All figures, ready for JSON."""
@@ -114,10 +121,14 @@ class Explanation:
             *(f"Saved:     {text}" for text in self.saved),
             f"Estimate:  about {self.memory_mb:.0f} MB (peak of the process) and {self.seconds:.1f} s",
         ]
+        if self.divisions:
+            lines.append(f"Accuracy:  {self.divisions}")
         return "\n".join(lines)
 
 
-def explain(scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: str = "auto") -> Explanation:
+def explain(
+    scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: str = "auto", accuracy: float | None = None
+) -> Explanation:
     """Estimate the cost of solving a scene, without assembly or factorisation.
 
     Parameters
@@ -126,6 +137,8 @@ def explain(scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: s
     loads : mapping, optional
         Arguments of `Scene.solve`; those other than loads are ignored.
     solver : str
+    accuracy : float, optional
+        As of `Scene.solve`.
 
     Returns
     -------
@@ -147,10 +160,12 @@ def explain(scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: s
     elastic = elastic_among(scene.bodies)
     models = _model_costs(elastic, conditions, chosen)
     n = sum(len(c) for c in chosen)
+    seconds = sum(m.seconds for m in models)
+    n_dofs = sum(b.n_unknowns for b in elastic)
     dense = 0.0 if any(b.matrix_free for b in scene.bodies) else DENSE_CANDIDATES * 8 * n**2 / 1e6
     return Explanation(
         bodies=tuple(b.describe() for b in scene.bodies),
-        n_dofs=sum(b.n_unknowns for b in elastic),
+        n_dofs=n_dofs,
         n_candidates=n,
         n_points=sum(len(c.gap) for c in conditions),
         contacts=tuple(
@@ -160,8 +175,32 @@ def explain(scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: s
         solver=_solver(solver, n, scene),
         saved=tuple(modelled(scene.bodies)),
         memory_mb=peak_memory() + (LIBRARY if models else 0.0) + _peak(models) + dense,
-        seconds=sum(m.seconds for m in models),
+        seconds=seconds,
+        divisions="" if accuracy is None else _divisions(conditions, chosen, accuracy, n_dofs, seconds),
     )
+
+
+def _divisions(
+    conditions: Sequence[UnilateralConstraints],
+    chosen: Sequence[np.ndarray],
+    accuracy: float,
+    n_dofs: int,
+    seconds: float,
+) -> str:
+    """What it may take to an accuracy: every division about halves the error, see `FIRST_ERROR` and `GROWTH`."""
+    target, error = Target(accuracy), 0.0
+    for condition, candidates in zip(conditions, chosen, strict=True):
+        interface = condition.as_contact
+        if interface is not None:
+            surface, nodes = interface.slave_surface, interface.pairing.nodes[candidates]
+            faces = int(np.isin(surface.facets, nodes).all(axis=1).sum()) * 2 ** interface.slave.planes_through(nodes)
+            across = np.sqrt(4 * max(CANDIDATES_IN_CONTACT * faces, 1) / np.pi)
+            error = max(error, FIRST_ERROR[interface.pairing.coupling] / across)
+    n = max(0, int(np.ceil(np.log2(SAFETY * error / target.accuracy)))) if error > 0 else 0
+    if n == 0:
+        return f"{accuracy:.3g}: these meshes may do"
+    total = seconds * sum(GROWTH ** (k * 4 / 3) for k in range(n + 1))
+    return f"{accuracy:.3g}: about {n} divisions, to {n_dofs * GROWTH**n:.2g} unknowns and {total:.2g} s"
 
 
 def _coupling(interface: Interface, n: int) -> str:

@@ -1,6 +1,7 @@
 """Solving to an accuracy: meshes are divided where the pressure needs it, limits stop it, everything carries over."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ import fecontact as fc
 from fecontact.app.cli import main
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.scene.adaptive import SAFETY
-from fecontact.surfaces import Paraboloid
+from fecontact.scene.cost import explain
+from fecontact.surfaces import FlatPunch, Paraboloid
 
 STEEL = fc.Material(E=1.0, nu=0.3)
 RADIUS, CONTACT = 10.0, 0.5
@@ -159,3 +161,31 @@ def test_each_case_of_a_sweep_is_solved_to_the_accuracy():
     assert all(row["convergence"]["met"] for row in rows)
     alone = both.solve(forces={block: (0, 0, -2 * FORCE)}, accuracy=0.1)
     assert abs(rows[1]["contacts"][0]["max_pressure"] / alone.contacts[0].max_pressure - 1) < 1e-9
+
+
+def test_a_limit_of_memory_ends_with_the_best_answer(monkeypatch):
+    block, _, both = scene()
+    monkeypatch.setattr("fecontact.scene.adaptive.memory_budget", lambda: 1e6)
+    result = both.solve(forces={block: (0, 0, -FORCE)}, accuracy=1e-3)
+    assert len(result.convergence.steps) == 1
+    assert "GB" in result.convergence.reason
+
+
+def test_a_singular_edge_ends_with_the_reason():
+    """A rigid flat punch: the pressure at its edge has no bound, and the error hardly falls."""
+    block, _, _ = scene()
+    punch = fc.RigidBody(FlatPunch(CONTACT), name="punch").placed(rotation=fc.rotation_about((1, 0, 0), np.pi))
+    both = fc.Scene([block, punch], [fc.Contact(block, punch)])
+    result = both.solve(forces={block: (0, 0, -FORCE)}, accuracy=0.005, max_dofs=60_000)
+    assert not result.convergence.met
+    assert any("accuracy" in text for text in result.warnings)
+
+
+def test_what_an_accuracy_may_take_is_told_beforehand(solved):
+    block, _, result = solved
+    both = fc.Scene(result.unrefined, [fc.Contact(*result.unrefined)])
+    told = str(explain(both, {"forces": {block: (0, 0, -FORCE)}}, accuracy=0.06))
+    n, unknowns = re.search(r"about (\d+) divisions, to (\S+) unknowns", told).groups()
+    assert abs(int(n) - (len(result.convergence.steps) - 1)) <= 1
+    assert 0.4 < float(unknowns) / result.n_dofs < 2.5
+    assert "divisions" not in str(explain(both))
