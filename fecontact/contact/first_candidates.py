@@ -8,10 +8,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fecontact.bodies.elastic import elastic_among
+from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.search.candidates import FEWEST, approach_for_load, choose
+from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Share of the elastic displacement up to which gaps, after the predicted motion, make first candidates.
 LIKELY = 0.4
@@ -47,43 +50,78 @@ class KnownContact:
         return self.active[cKDTree(self.points).query(places)[1]]
 
 
-def _candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:
+def first_candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:
     """First candidates; with a predicted motion, the condensed points that are near after it."""
-    search_radius = interface.search_radius
-    first = _first_choice(interface, opening, loading)
-    if search_radius is None or search_radius.increment is None or interface.pairing.coupling != "mortar":
+    search_radius, pairing = interface.search_radius, interface.pairing
+    bodies = interface.slave, interface.master
+    first = _likely(bodies, interface.slave_surface, opening, pairing.nodes, pairing.weights, loading)
+    if search_radius is None or search_radius.increment is None or pairing.coupling != "mortar":
         return first
     increment = search_radius.increment_in(interface.slave.pose).at(interface.slave_nodes)
     near = np.flatnonzero(interface.gap + interface.slave_rows @ increment.ravel() <= LIKELY * search_radius.elastic)
     ready = np.ones(len(near), bool)
-    for body in elastic_among((interface.slave, interface.master)):
+    for body in elastic_among(bodies):
         rows = interface.rows(body)
         if rows is not None:
             ready &= body.model.has_condensed(rows[near])
     return near[ready] if ready.all() and len(near) >= FEWEST else np.union1d(first, near[ready])
 
 
-def _first_choice(interface: Interface, opening: Array, loading: Loading) -> IntArray:
-    """Candidates from the gap, the prescribed motions and the size of the loads."""
+def likely_nodes(surfaces: SurfacePair, areas: Array, bodies: tuple[Body, Body], loading: Loading) -> IntArray:
+    """Rows of the slave's nodes that may touch under a load, before anything is paired.
+
+    Parameters
+    ----------
+    surfaces : SurfacePair
+    areas : (n_nodes,) array
+        Of all nodes of the slave.
+    bodies : (Body, Body)
+        Slave and master.
+    loading : Loading
+    """
+    rows = np.flatnonzero(surfaces.facing)
+    if len(rows) == 0:
+        return rows
+    surface, nodes, closest = surfaces.slave, surfaces.nodes[rows], surfaces.closest
+    n = closest.normals[rows]
+    pose = bodies[1].pose
+    ours, theirs = (
+        _prescribed(body, pose.to_world(x[rows]), loading) @ pose.rotation
+        for body, x in zip(bodies, (surfaces.points, closest.points), strict=True)
+    )
+    opening = closest.gap[rows] + np.einsum("ni,ni->n", n, ours - theirs)
+    return rows[_likely(bodies, surface, opening, nodes, areas[nodes], loading)]
+
+
+def _prescribed(body: Body, points: Array, loading: Loading) -> Array:
+    """Displacements (n, 3) of world points (n, 3) of a body by its prescribed rigid motion."""
+    frame = next(f for f in loading.frames if f.body is body)
+    return frame.prescribed[:3] + np.cross(frame.prescribed[3:], points - frame.point)
+
+
+def _likely(
+    bodies: tuple[Body, Body], surface: FacetSurface, opening: Array, nodes: IntArray, areas: Array, loading: Loading
+) -> IntArray:
+    """Candidates (k,) among slave nodes (n,), from gaps after the prescribed motions, areas and size of the loads."""
     approach = max(0.0, -float(opening.min()))
     force = loading.magnitude
     if force > 0:
-        compliances = [1 / b.contact_modulus for b in (interface.slave, interface.master)]
-        if sum(compliances) > 0:
-            images = _mirror_images(interface, opening)
-            area = images * interface.pairing.weights
-            along = interface.slave_surface.out_of_plane
+        compliance = sum(1 / b.contact_modulus for b in bodies)
+        if compliance > 0:
+            images = _mirror_images(bodies[0], nodes[[np.argmin(opening)]])
+            along = surface.out_of_plane
             thickness = None if along is None else along.thickness
-            scale = approach_for_load(opening - opening.min(), area, 1 / sum(compliances), images * force, thickness)
+            scale = approach_for_load(
+                opening - opening.min(), images * areas, 1 / compliance, images * force, thickness
+            )
             approach = max(approach, scale)
     return choose(opening, approach)
 
 
-def _mirror_images(interface: Interface, opening: Array) -> int:
+def _mirror_images(slave: Body, nearest: IntArray) -> int:
     """Estimated ratio of the whole to the modelled part, to relate the load to the area.
 
     A boundary held in one component only through the point nearest contact counts as a plane of symmetry. A wrong
     estimate costs time but not accuracy.
     """
-    nearest = interface.pairing.nodes[[np.argmin(opening)]]
-    return 2 ** interface.slave.planes_through(nearest)
+    return 2 ** slave.planes_through(nearest)

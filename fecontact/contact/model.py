@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
 
 from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
-from fecontact.contact.coupling.choose import build_interface
+from fecontact.contact.coupling.choose import CouplingChoice, choose_coupling, pair_chosen, sides
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.contact.dimension import check_contacts, setting_of
 from fecontact.contact.interface import Interface
+from fecontact.contact.loads import Loading
 from fecontact.contact.springs import Spring
 
 
@@ -49,7 +52,27 @@ class SceneModel:
                         f"{owner.name!r}, to which {spring.name!r} is tied, is not among the scene's bodies."
                     )
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without pairs, which are found again."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def interfaces(self, loading: Loading) -> tuple[Interface, ...]:
+        """The contacts, paired over their whole surfaces as suits a load; kept for the next one that they suit."""
+        out = []
+        for k, contact in enumerate(self.contacts):
+            given, seen = self._seen[k]
+            chosen = choose_coupling(contact, given, seen, loading)
+            key = (k, chosen.kind, chosen.slave is given.slave)
+            if key not in self._paired:
+                self._paired[key] = pair_chosen(given, chosen, seen)
+            kept = self._paired[key]
+            out.append(kept if kept.note == chosen.note else replace(kept, note=chosen.note))
+        return tuple(out)
+
     @cached_property
-    def interfaces(self) -> tuple[Interface, ...]:
-        """The contacts, paired over their whole surfaces."""
-        return tuple(build_interface(c) for c in self.contacts)
+    def _seen(self) -> list[tuple[CouplingChoice, SurfacePair]]:
+        return [(given, given.surface_pair(None)) for given in map(sides, self.contacts)]
+
+    @cached_property
+    def _paired(self) -> dict[tuple[int, str, bool], Interface]:
+        return {}

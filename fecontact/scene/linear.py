@@ -17,10 +17,10 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import SolverError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import assemble
-from fecontact.contact.coupling.choose import build_interface, choose_coupling, matrix_free
+from fecontact.contact.coupling.choose import build_interface, matrix_free
 from fecontact.contact.equilibrium import check_balance
-from fecontact.contact.first_candidates import KnownContact, _candidates, _first_choice
-from fecontact.contact.interface import Interface, UnilateralConstraints
+from fecontact.contact.first_candidates import KnownContact, first_candidates
+from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import FEWEST, grow, widen
@@ -105,17 +105,13 @@ def prepared(
     `search_radii` are the search radii of the contacts; None: whole surfaces.
     """
     if search_radii is None:
-        paired = model.interfaces
+        paired = model.interfaces(loading)
     else:
-        paired = tuple(build_interface(c, r) for c, r in zip(model.contacts, search_radii, strict=True))
-    conditions: list[UnilateralConstraints] = []
-    opening, chosen = [], []
-    for interface, contact in zip(paired, model.contacts, strict=True):
-        near = _first_choice(interface, interface.opening_by(loading.frames), loading)
-        coupled = choose_coupling(interface, near, contact)
-        conditions.append(coupled)
-        opening.append(coupled.opening_by(loading.frames))
-        chosen.append(_candidates(coupled, opening[-1], loading))
+        both = zip(model.contacts, search_radii, strict=True)
+        paired = tuple(build_interface(contact, loading, radius) for contact, radius in both)
+    conditions: list[UnilateralConstraints] = list(paired)
+    opening = [interface.opening_by(loading.frames) for interface in paired]
+    chosen = [first_candidates(i, o, loading) for i, o in zip(paired, opening, strict=True)]
     if not model.springs and all(matrix_free(i) for i in paired):
         chosen = [np.arange(len(gap)) for gap in opening]
     if model.springs:
@@ -134,10 +130,11 @@ def _from_known(
         return chosen, None
     start = [np.zeros(len(c), bool) for c in chosen]
     for k, (condition, tells) in enumerate(zip(conditions, known, strict=False)):
-        if isinstance(condition, Interface) and tells is not None:
-            found = tells.candidates(condition)
+        contact = condition.as_contact
+        if contact is not None and tells is not None:
+            found = tells.candidates(contact)
             if len(found) >= FEWEST:
-                chosen[k], start[k] = found, tells.touching(condition, found)
+                chosen[k], start[k] = found, tells.touching(contact, found)
     return chosen, np.concatenate(start)
 
 

@@ -40,7 +40,9 @@ SETTLED = 1e-8
 MOST_FACETS = 4
 
 
-def project_along(master: Surface, points: Array, normals: Array, share: float) -> Projection:
+def project_along(
+    master: Surface, points: Array, normals: Array, share: float, nearest: Projection | None = None
+) -> Projection:
     """Projection of points (n, 3) of the slave along lines between both normals.
 
     Parameters
@@ -53,8 +55,10 @@ def project_along(master: Surface, points: Array, normals: Array, share: float) 
         The slave's unit normals there, reversed so that they point out of the master; zero where there is none.
     share : float
         Weight of the slave's normal, between 0 and 1.
+    nearest : Projection, optional
+        The closest points, if they are known.
     """
-    nearest = master.project(points)
+    nearest = master.project(points) if nearest is None else nearest
     if share == 0 or not isinstance(master, FacetSurface):
         return nearest
     assert nearest.facet is not None

@@ -1,26 +1,33 @@
-"""Coupling of a contact: choice of the slave, nodal forces or mortar, and the parts to pair."""
+"""How a contact is coupled: which side is the slave, nodal forces or mortar, and which parts are paired.
+
+It is chosen by the projections of the slave's nodes alone, before anything is paired; then the contact is paired once.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
+from fecontact.contact.coupling.facing import NONE_AVERTED
 from fecontact.contact.coupling.grid import pair_cells
-from fecontact.contact.coupling.mortar import pair_mortar
+from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
 from fecontact.contact.coupling.mortar_basis import has_mortar_basis
-from fecontact.contact.coupling.nodal import Pairing, nested, pair
+from fecontact.contact.coupling.nodal import Pairing, pair
 from fecontact.contact.coupling.refusals import check_faced
+from fecontact.contact.coupling.surface_pair import SurfacePair, nested
 from fecontact.contact.dimension import check_rigid_surface
+from fecontact.contact.first_candidates import likely_nodes
 from fecontact.contact.interface import Interface
+from fecontact.contact.loads import Loading
 from fecontact.contact.search.radius import SearchRadius, plain_facets
-from fecontact.contact.search.region import SearchRegion, search_region
+from fecontact.contact.search.region import STILL, SearchRegion, search_region
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
-from fecontact.surfaces.nodal_weights import contact_weights
+from fecontact.surfaces.nodal_weights import contact_weights, facet_weights
 
 #: Note on a contact whose slave faces each lie within one of the master's.
 NESTED = "faces match or nest, nodal forces"
@@ -31,122 +38,151 @@ COARSER = 1.1
 FINEST_CELLS = 0.25
 
 
-def build_interface(contact: Contact, search_radius: SearchRadius | None = None) -> Interface:
-    """Pair a contact; the side that has nodes, if only one has, is the slave.
+@dataclass(frozen=True, eq=False)
+class CouplingChoice:
+    """How a contact is to be paired.
+
+    Attributes
+    ----------
+    slave, master : Body
+        After a possible swap.
+    surfaces : (str, str)
+    kind : str
+        'nodal' or 'mortar'.
+    note : str
+        What was found about the two meshes.
+    search_radius : SearchRadius, optional
+        With the sides as they are here.
+    """
+
+    slave: Body
+    master: Body
+    surfaces: tuple[str, str]
+    kind: str = "nodal"
+    note: str = ""
+    search_radius: SearchRadius | None = None
+
+    def turned_over(self) -> CouplingChoice:
+        """The same with the sides swapped."""
+        radius = None if self.search_radius is None else self.search_radius.turned_over()
+        return replace(self, slave=self.master, master=self.slave, surfaces=self.surfaces[::-1], search_radius=radius)
+
+    @property
+    def slave_surface(self) -> FacetSurface:
+        """Facets of the slave."""
+        surface = facets_of(self.slave.surface(self.surfaces[0]))
+        if surface is None:
+            raise InputError(
+                f"Neither {self.slave.name!r} nor {self.master.name!r} is elastic: one body of a contact must deform."
+            )
+        return surface
+
+    @property
+    def master_surface(self) -> Surface:
+        """Surface of the master."""
+        return self.master.surface(self.surfaces[1])
+
+    def region(self) -> SearchRegion | None:
+        """Parts of both surfaces within the search radius; None to pair whole surfaces."""
+        radius = self.search_radius
+        surfaces = None if radius is None else plain_facets((self.slave, self.master), self.surfaces)
+        if radius is None or surfaces is None:
+            return None
+        relative = self.slave.pose.relative_to(self.master.pose)
+        reach, increment = radius.distance, STILL
+        if self.kind == "mortar" and radius.increment is not None:
+            reach, increment = radius.elastic, radius.increment_in(self.master.pose)
+        one, other = surfaces
+        near = search_region(one, other, relative.rotation, relative.translation, reach, increment)
+        return near if near.nodes.any() else None
+
+    def surface_pair(self, region: SearchRegion | None) -> SurfacePair:
+        """Both surfaces, as far as they are to be paired."""
+        relative = self.slave.pose.relative_to(self.master.pose)
+        share = _share(self.slave, self.master)
+        return SurfacePair(
+            self.slave_surface, self.master_surface, relative.rotation, relative.translation, region, share
+        )
+
+
+def sides(contact: Contact, search_radius: SearchRadius | None = None) -> CouplingChoice:
+    """Coupling of a contact as far as its faces do not matter: the side that has nodes, if only one has, is the slave.
 
     With a search radius, only the parts of two elastic bodies' facets that may touch within it are paired.
     """
     assert contact.surfaces is not None
-    slave, master, names = contact.slave, contact.master, contact.surfaces
-    note = ""
-    if facets_of(slave.surface(names[0])) is None:
-        slave, master, names = master, slave, names[::-1]
-        note = f"{slave.name!r} has the nodes and was made the slave"
-    elif contact.coupling == "mortar" and _spreads_on_cells(slave.surface(names[0]), master.surface(names[1])):
-        slave, master, names = master, slave, names[::-1]
-        note = f"the forces of {slave.name!r} are spread over the half-space's cells, mortar"
-    if search_radius is not None and slave is not contact.slave:
-        search_radius = search_radius.turned_over()
-    surface, other = _slave_surface(slave, master, names), master.surface(names[1])
+    given = CouplingChoice(contact.slave, contact.master, contact.surfaces, search_radius=search_radius)
+    surface = contact.slave.surface(contact.surfaces[0])
+    if facets_of(surface) is None:
+        given = replace(given.turned_over(), note=f"{contact.master.name!r} has the nodes and was made the slave")
+    elif contact.coupling == "mortar" and _spreads_on_cells(surface, given.master_surface):
+        note = f"the forces of {contact.master.name!r} are spread over the half-space's cells, mortar"
+        given = replace(given.turned_over(), note=note)
+    surface, other = given.slave_surface, given.master_surface
     if surface.out_of_plane is not None and facets_of(other) is None:
-        points = slave.pose.to_world(surface.points[surface.nodes])
-        check_rigid_surface(master, other, points, surface.out_of_plane)
+        points = given.slave.pose.to_world(surface.points[surface.nodes])
+        check_rigid_surface(given.master, other, points, surface.out_of_plane)
     ring, whole = surface.revolved and contact.coupling == "auto", surface.mortar_on_quad8
     if whole and contact.coupling == "nodal":
         raise InputError(
-            f"{slave.name!r} has gradient coordinates, and forces on the nodes of its faces would leave the gradients "
-            "out: use coupling='auto' or 'mortar', or make the other body the slave."
+            f"{given.slave.name!r} has gradient coordinates, and forces on the nodes of its faces would leave the "
+            "gradients out: use coupling='auto' or 'mortar', or make the other body the slave."
         )
-    coupling = "mortar" if contact.coupling == "mortar" or ring or whole else "nodal"
-    interface = _made(slave, master, names, coupling, note, search_radius)
-    if not len(interface.pairing.nodes) and contact.coupling == "auto" and _can_mortar(surface, other):
-        # nodes of faces larger than the master may all lie outside it
-        interface = _made(slave, master, names, "mortar", note, search_radius)
-    check_faced(interface)
-    return interface
+    return replace(given, kind="mortar" if contact.coupling == "mortar" or ring or whole else "nodal")
 
 
-def _slave_surface(slave: Body, master: Body, names: tuple[str, str]) -> FacetSurface:
-    surface = facets_of(slave.surface(names[0]))
-    if surface is None:
-        raise InputError(f"Neither {slave.name!r} nor {master.name!r} is elastic: one body of a contact must deform.")
-    return surface
+def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, loading: Loading) -> CouplingChoice:
+    """Nodal forces where they are exact; elsewhere mortar, and the sides swapped where that is better.
 
-
-def _can_mortar(slave: FacetSurface, master: Surface) -> bool:
-    """Whether mortar coupling of two surfaces of facets is possible."""
-    other = facets_of(master)
-    return other is not None and slave.cell_area is None and other.cell_area is None and has_mortar_basis(slave)
-
-
-def region_of(
-    slave: Body, master: Body, names: tuple[str, str], coupling: str, search_radius: SearchRadius | None
-) -> SearchRegion | None:
-    """Parts of both surfaces within the search radius; None to pair whole surfaces."""
-    surfaces = None if search_radius is None else plain_facets((slave, master), names)
-    if surfaces is None:
-        return None
-    assert search_radius is not None
-    relative = slave.pose.relative_to(master.pose)
-    one, other = surfaces
-    rotation, translation = relative.rotation, relative.translation
-    if coupling == "mortar" and search_radius.increment is not None:
-        near = search_region(
-            one, other, rotation, translation, search_radius.elastic, search_radius.increment_in(master.pose)
-        )
-    else:
-        near = search_region(one, other, rotation, translation, search_radius.distance)
-    return near if near.nodes.any() else None
-
-
-def _made(
-    slave: Body, master: Body, names: tuple[str, str], coupling: str, note: str, search_radius: SearchRadius | None
-) -> Interface:
-    near = region_of(slave, master, names, coupling, search_radius)
-    return Interface(slave, master, names, _paired(slave, master, names, coupling, near), note, near, search_radius)
-
-
-def choose_coupling(interface: Interface, near: IntArray, contact: Contact) -> Interface:
-    """Nodal forces where they are exact; elsewhere mortar coupling, with the sides swapped where that is better."""
-    slave, master, names, pairing = interface.slave, interface.master, interface.surfaces, interface.pairing
-    s, m = facets_of(slave.surface(names[0])), facets_of(master.surface(names[1]))
-    if contact.coupling == "mortar" or s is None or m is None:
-        return interface
+    Parameters
+    ----------
+    contact : Contact
+    given : CouplingChoice
+        See `sides`.
+    seen : SurfacePair
+        Of its slave's nodes.
+    loading : Loading
+        By which faces near the contact are told from others.
+    """
+    s, m = given.slave_surface, facets_of(given.master_surface)
+    if contact.coupling == "mortar" or m is None:
+        return given
     cells_ours, cells_theirs = s.cell_area is not None, m.cell_area is not None
     grid = cells_ours or cells_theirs
-    ring = pairing.coupling == "mortar"
-    if not grid and not ring and nested(s, m, pairing, near):
-        return replace(interface, note=NESTED)
-    touched = np.isin(s.facets, pairing.nodes_at(near)).all(axis=1)
-    ours = s.mean_facet_size[touched]
-    projection = pairing.projection.facet[near] if not (grid or ring) and pairing.projection.facet is not None else None
-    if projection is None:
-        projection = m.project(pairing.slave_points[near] @ pairing.rotation.T + pairing.translation).facet
-    assert projection is not None
-    opposite = np.unique(projection)
-    theirs = m.mean_facet_size[opposite]
-    ratio = theirs.mean() / ours.mean() if len(ours) else 1.0
+    areas = multiplier_areas(s) if given.kind == "mortar" else facet_weights(s)
+    near = likely_nodes(seen, areas, (given.slave, given.master), loading)
+    if not grid and given.kind == "nodal" and nested(seen, near):
+        return replace(given, note=NESTED)
+    touched = np.isin(s.facets, seen.nodes[near]).all(axis=1)
+    assert seen.closest.facet is not None
+    opposite = np.unique(seen.closest.facet[near])
+    ours, theirs = (_mean(of.mean_facet_size[chosen]) for of, chosen in ((s, touched), (m, opposite)))
+    ratio = theirs / ours if ours and theirs else 1.0
     swappable = contact.swap == "auto"
     if not grid and contact.coupling == "auto" and (has_mortar_basis(s) or (swappable and has_mortar_basis(m))):
-        # a fine slave resolves the kinks of a coarse master and its pressure oscillates, so the coarser side is the
-        # slave; a triangle has three multipliers where a quadrilateral has nine, so quadrilaterals are the slave of
-        # triangles
+        # a fine slave follows every kink of a coarse master and its pressure oscillates, so the coarser side is the
+        # slave; a triangle has three multipliers where a quadrilateral has nine, so quadrilaterals are the slave
         mine, its = bool(s.triangle[touched].any()), bool(m.triangle[opposite].any())
         better = mine if mine != its else ratio > COARSER
         swapped = swappable and has_mortar_basis(m) and (better or not has_mortar_basis(s))
         reason = "has the quadrilaterals" if mine != its else "is coarser"
-        return _recoupled(interface, swapped, "mortar", _why_mortar(s), reason)
+        return _chosen(given, swapped, "mortar", _why_mortar(s), reason)
     if grid and contact.coupling == "auto" and (swappable or not cells_ours):
-        cells, faces = (ours.mean(), theirs.mean()) if cells_ours else (theirs.mean(), ours.mean())
+        cells, faces = (ours, theirs) if cells_ours else (theirs, ours)
         body = m if cells_ours else s
         if has_mortar_basis(body) and FINEST_CELLS * faces < cells <= faces:
             note = "cells a little finer than the faces, whose forces are spread over them: mortar"
-            return _recoupled(interface, cells_ours, "mortar", note, "is coarser")
+            return _chosen(given, cells_ours, "mortar", note, "is coarser")
     # nodal forces are a quadrature rule of the slave's, so the finer side is the slave
     note = "a half-space's cells take the forces of the other's nodes"
     if not grid:
         note = "faces do not match: nodal forces err by the order of the face size"
-    return _recoupled(interface, swappable and ratio < 1 / COARSER, "nodal", note)
+    return _chosen(given, swappable and ratio < 1 / COARSER, "nodal", note)
+
+
+def _mean(sizes: Array) -> float:
+    """Mean size of facets; zero where there are none."""
+    return float(sizes.mean()) if len(sizes) else 0.0
 
 
 def _why_mortar(slave: FacetSurface) -> str:
@@ -155,18 +191,37 @@ def _why_mortar(slave: FacetSurface) -> str:
     return "rings, mortar" if slave.revolved else "faces do not match, mortar"
 
 
-def _recoupled(interface: Interface, swapped: bool, coupling: str, note: str, reason: str = "is finer") -> Interface:
-    """The interface with another coupling, with or without swapped sides, and a note."""
-    slave, master, names = interface.slave, interface.master, interface.surfaces
-    search_radius = interface.search_radius
+def _chosen(given: CouplingChoice, swapped: bool, kind: str, note: str, reason: str = "is finer") -> CouplingChoice:
+    """The coupling with the sides swapped for a reason or not, and what is to be said about it."""
     if swapped:
-        slave, master, names = master, slave, names[::-1]
-        search_radius = None if search_radius is None else search_radius.turned_over()
-        note += f"; {slave.name!r} {reason} and was made the slave"
-    elif coupling == interface.pairing.coupling:
-        return replace(interface, note=note)
-    interface = _made(slave, master, names, coupling, note, search_radius)
-    check_faced(interface, first=False)
+        given, note = given.turned_over(), f"{note}; {given.master.name!r} {reason} and was made the slave"
+    return replace(given, kind=kind, note=note)
+
+
+def build_interface(contact: Contact, loading: Loading, search_radius: SearchRadius | None = None) -> Interface:
+    """Choose the coupling of a contact and pair it once, see `sides`, `choose_coupling` and `pair_chosen`."""
+    given = sides(contact, search_radius)
+    seen = given.surface_pair(replace(given, kind="nodal").region())
+    return pair_chosen(given, choose_coupling(contact, given, seen, loading), seen)
+
+
+def pair_chosen(given: CouplingChoice, chosen: CouplingChoice, seen: SurfacePair) -> Interface:
+    """Pair a contact as it was chosen by the nodes `seen` of the side that was the slave before.
+
+    Raises
+    ------
+    InputError
+        If the surfaces do not face each other, or meet on a line only.
+    """
+    radius, swapped, mortar = chosen.search_radius, chosen.slave is not given.slave, chosen.kind == "mortar"
+    surfaces = seen
+    if swapped or (mortar and radius is not None and radius.increment is not None):
+        surfaces = chosen.surface_pair(chosen.region())
+    pairing = _paired(chosen, surfaces)
+    interface = Interface(
+        chosen.slave, chosen.master, chosen.surfaces, pairing, chosen.note, surfaces.region, chosen.search_radius
+    )
+    check_faced(interface, (NONE_AVERTED if seen.slave.cell_area is not None else seen.averted) if mortar else None)
     return interface
 
 
@@ -192,18 +247,15 @@ def _share(slave: Body, master: Body) -> float:
     return slave.contact_modulus / (slave.contact_modulus + master.contact_modulus)
 
 
-def _paired(slave: Body, master: Body, names: tuple[str, str], coupling: str, near: SearchRegion | None) -> Pairing:
-    surface = _slave_surface(slave, master, names)
-    relative = slave.pose.relative_to(master.pose)
-    couple = pair_mortar if coupling == "mortar" or surface.mortar_on_quad8 else pair
+def _paired(chosen: CouplingChoice, surfaces: SurfacePair) -> Pairing:
+    surface = surfaces.slave
     if surface.cell_area is not None:
-        pairing = pair_cells(
-            surface, surface.cell_area, master.surface(names[1]), relative.rotation, relative.translation
-        )
+        pairing = pair_cells(surfaces, surface.cell_area)
+    elif chosen.kind == "mortar":
+        pairing = pair_mortar(surfaces)
     else:
-        share = _share(slave, master)
-        pairing = couple(surface, master.surface(names[1]), relative.rotation, relative.translation, near, share)
-    if slave.is_foundation and pairing.coupling == "nodal":
-        # the displacement of a foundation's node depends on its whole area
+        pairing = pair(surfaces)
+    if chosen.slave.is_foundation and pairing.coupling == "nodal":
+        # a node of a foundation gives by its whole area
         pairing = replace(pairing, weights=contact_weights(surface)[pairing.nodes])
     return pairing

@@ -7,7 +7,8 @@ import numpy as np
 from fecontact.common.arrays import Array
 from fecontact.contact.coupling.facing import STEEPEST
 from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
-from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
+from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.surfaces.facet_surface import Projection, Surface
 from fecontact.surfaces.rigid.indenter import heights_of
 
 CLOSE = 1e-14
@@ -17,11 +18,13 @@ CLOSE = 1e-14
 MOST_STEPS = 60
 
 
-def straight_above(points: Array, master: Surface, rotation: Array, translation: Array) -> Projection:
+def straight_above(
+    points: Array, master: Surface, rotation: Array, translation: Array, closest: Projection | None = None
+) -> Projection:
     """Intersection of lines along +z through points (n, 3) with the master; `gap` is measured along them.
 
     Taken from `heights` where the surface has them and is not tilted; otherwise by Newton's method, with steps of the
-    distance over its cosine.
+    distance over its cosine; `closest` are the closest points, if they are known.
     """
     direction = rotation[:, 2]
     start = points @ rotation.T + translation
@@ -36,13 +39,14 @@ def straight_above(points: Array, master: Surface, rotation: Array, translation:
     travel = np.zeros(len(points))
     lost = np.zeros(len(points), bool)
     size = float(np.ptp(points, axis=0).max())
-    for _ in range(MOST_STEPS):
-        found = master.project(start + travel[:, None] * direction)
+    for step in range(MOST_STEPS):
+        known = closest if step == 0 else None
+        found = master.project(start + travel[:, None] * direction) if known is None else known
         cosine = -(found.normals @ direction)
         lost |= cosine < STEEPEST
-        step = np.where(lost, 0.0, found.gap / np.where(lost, 1.0, cosine))
-        travel = travel + step
-        if np.abs(step).max(initial=0.0) <= CLOSE * size:
+        further = np.where(lost, 0.0, found.gap / np.where(lost, 1.0, cosine))
+        travel = travel + further
+        if np.abs(further).max(initial=0.0) <= CLOSE * size:
             break
     projection = start + travel[:, None] * direction
     return Projection(
@@ -50,21 +54,20 @@ def straight_above(points: Array, master: Surface, rotation: Array, translation:
     )
 
 
-def pair_cells(surface: FacetSurface, area: float, master: Surface, rotation: Array, translation: Array) -> Pairing:
+def pair_cells(surfaces: SurfacePair, area: float) -> Pairing:
     """Pair every cell with the point of the master vertically above it.
 
     A half-space is displaced along its normal only, so gaps and forces are along it.
 
     Parameters
     ----------
-    surface : FacetSurface
-        Surface of the half-space.
+    surfaces : SurfacePair
+        The half-space's surface is the slave.
     area : float
         Area of a cell.
-    master : Surface
-    rotation, translation
-        Pose of this surface's axes in the master's.
     """
-    projection = straight_above(surface.points, master, rotation, translation)
+    surface, rotation, translation = surfaces.slave, surfaces.rotation, surfaces.translation
+    known = surfaces.closest if "closest" in vars(surfaces) else None
+    projection = straight_above(surface.points, surfaces.master, rotation, translation, known)
     n = len(surface.points)
     return nodal_pairing(surface, np.arange(n), np.full(n, area), projection, rotation, translation)

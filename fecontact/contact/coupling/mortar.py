@@ -29,6 +29,7 @@ from fecontact.contact.coupling.mortar_basis import has_mortar_basis, multiplier
 from fecontact.contact.coupling.mortar_integrals import Block, Samples, block_of, summed, total_areas
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.coupling.segments import segment_samples
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.contact.coupling.tangent_plane import tangent_plane_maps
 from fecontact.contact.coupling.tied_multipliers import tied_multipliers
 from fecontact.contact.search.region import SearchRegion
@@ -46,33 +47,21 @@ AREAS = 50_000
 SLIVER = 0.2
 
 
-def pair_mortar(
-    slave: FacetSurface,
-    master: Surface,
-    rotation: Array,
-    translation: Array,
-    near: SearchRegion | None = None,
-    share: float = 0.0,
-) -> Pairing:
+def pair_mortar(surfaces: SurfacePair) -> Pairing:
     """Couple two surfaces by weighted gaps.
 
     Parameters
     ----------
-    slave : FacetSurface
-        Facets with a mortar basis: all but plain eight-node quadrilaterals.
-    master : Surface
-    rotation, translation
-        Pose of the slave's axes in the master's.
-    near : SearchRegion, optional
-        Parts of two surfaces of facets that may touch; nodes elsewhere are left out.
-    share : float, optional
-        Weight of the slave's normal in the lines of action; the master's has the rest.
+    surfaces : SurfacePair
+        The slave's facets with a mortar basis: all but plain eight-node quadrilaterals.
 
     Raises
     ------
     InputError
         If the slave has eight-node facets (no multiplier for the missing centre).
     """
+    slave, master, share, near = surfaces.slave, surfaces.master, surfaces.share, surfaces.region
+    rotation, translation = surfaces.rotation, surfaces.translation
     if not has_mortar_basis(slave):
         raise InputError(
             f"Mortar coupling needs a slave whose quadrilateral faces have four or nine nodes; {slave.name!r} has "

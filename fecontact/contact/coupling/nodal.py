@@ -6,7 +6,7 @@ get opposite forces along it, so that forces and moments balance exactly.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,22 +15,15 @@ from numpy.typing import NDArray
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
-from fecontact.contact.coupling.covered_area import CoveredRim, rim_of
+from fecontact.contact.coupling.covered_area import CoveredRim
 from fecontact.contact.coupling.facing import NONE_AVERTED, Averted, unopposed
-from fecontact.contact.search.region import SearchRegion
-from fecontact.mesh.facets import facet_centres
-from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
-from fecontact.surfaces.line_of_action import project_along
+from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
 from fecontact.surfaces.nodal_weights import components_along, contact_weights, facet_weights
-from fecontact.surfaces.normals import normals_of, opposing
 from fecontact.surfaces.surface_ties import SurfaceTies
 
-#: Overhang of a slave face over its master face, relative to the latter's size, up to which it counts as nested.
-NESTED_TOLERANCE = 0.02
 #: Covered share of a node's area that counts as zero: rounding of poses and coordinates.
 NOTHING = 1e-6
-#: Slave faces tested first for nesting.
-FEW = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +92,6 @@ class Pairing:
         Given in place of samples.
     averted : Averted
         The nearest pair left out because it does not face.
-    hanging : (k,) int array
-        Slave facets that lie over the master partly; for nodal coupling.
     share : float
         Weight of the slave's normal in the lines of action.
     """
@@ -122,7 +113,6 @@ class Pairing:
     spread: sp.csr_matrix | None = None
     sums: MortarIntegrals | None = None
     averted: Averted = NONE_AVERTED
-    hanging: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     share: float = 0.0
 
     @cached_property
@@ -186,39 +176,22 @@ class Pairing:
         return np.asarray(self.average @ np.cross(lever, self.projection.normals))
 
 
-def pair(
-    slave: FacetSurface,
-    master: Surface,
-    rotation: Array,
-    translation: Array,
-    near: SearchRegion | None = None,
-    share: float = 0.0,
-) -> Pairing:
+def pair(surfaces: SurfacePair) -> Pairing:
     """Pair every slave node, except hanging ones, with its closest point, if they face each other.
 
     Parameters
     ----------
-    slave : FacetSurface
-    master : Surface
-    rotation, translation
-        Pose of the slave's axes in the master's.
-    near : SearchRegion, optional
-        Parts of the surfaces that may touch; nodes elsewhere are left out.
-    share : float, optional
-        Weight of the slave's normal in the lines of action; the master's has the rest.
+    surfaces : SurfacePair
 
     Raises
     ------
     MeshError
         If a slave face is so distorted that a nodal weight is not positive.
     """
-    nodes = slave.nodes if near is None else np.flatnonzero(near.nodes)
-    points = slave.points[nodes]
-    projection = project_along(master, points @ rotation.T + translation, opposing(slave, nodes) @ rotation.T, share)
-    out, nearest = unopposed(slave, nodes, projection, rotation)
-    inside, outside = np.zeros(len(slave.points), bool), np.zeros(len(slave.points), bool)
-    inside[nodes], outside[nodes] = ~projection.outside, projection.outside
-    rim = rim_of(slave, master, rotation, translation, inside, outside, share)
+    slave, nodes, projection, rim = surfaces.slave, surfaces.nodes, surfaces.along_lines, surfaces.rim
+    out, nearest = unopposed(slave, nodes, projection, surfaces.rotation)
+    inside = np.zeros(len(slave.points), bool)
+    inside[nodes] = ~projection.outside
     areas, onto = covered_weights(slave, rim, inside), None
     if slave.ties is not None:
         areas, onto = _gathered(slave, slave.ties, areas, nodes[projection.outside | out])
@@ -227,8 +200,8 @@ def pair(
     weights = areas[nodes]
     nothing = weights <= NOTHING * contact_weights(slave)[nodes]
     projection = replace(projection, outside=projection.outside | out | nothing)
-    pairing = nodal_pairing(slave, nodes, weights, projection, rotation, translation, onto)
-    return replace(pairing, averted=nearest, hanging=rim.partly, share=share)
+    pairing = nodal_pairing(slave, nodes, weights, projection, surfaces.rotation, surfaces.translation, onto)
+    return replace(pairing, averted=nearest, share=surfaces.share)
 
 
 def _gathered(slave: FacetSurface, ties: SurfaceTies, areas: Array, outside: IntArray) -> tuple[Array, sp.csr_matrix]:
@@ -313,46 +286,3 @@ def _covered(slave: FacetSurface, nodes: IntArray) -> IntArray:
     if on.shape[1] == 9:
         inside |= on[:, 8]
     return np.flatnonzero(inside)
-
-
-def nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, near: IntArray) -> bool:
-    """Whether every slave face near the contact lies inside one master face, so that nodal forces are exact.
-
-    On curved surfaces projections shift tangentially by a share of the facet that vanishes with (r/R)^2;
-    `NESTED_TOLERANCE` of a facet's size is tolerated. A triangle's weights are exact to degree three, so it does not
-    count as nested in a quadrilateral, whose functions are of degree four. Nor does a face that overhangs the master's
-    rim.
-
-    Parameters
-    ----------
-    near : int array
-        Pairs near the contact.
-    """
-    near_node = np.zeros(len(slave.points), bool)
-    near_node[pairing.nodes_at(near)] = True
-    if near_node[slave.facets[pairing.hanging]].any():
-        return False
-    faces = np.flatnonzero(near_node[slave.facets].all(axis=1))
-    if len(faces) == 0:
-        paired = np.zeros(len(slave.points), bool)
-        paired[pairing.nodes_at(np.arange(len(pairing.nodes)))] = True
-        faces = np.flatnonzero(near_node[slave.facets].any(axis=1) & paired[slave.facets].all(axis=1))
-    if len(faces) == 0:
-        return False
-    # one face that is not nested suffices
-    return all(_nested(slave, master, pairing, part) for part in (faces[:FEW], faces[FEW:]) if len(part))
-
-
-def _nested(slave: FacetSurface, master: FacetSurface, pairing: Pairing, faces: IntArray) -> bool:
-    middle, share = facet_centres(slave.triangle[faces]), pairing.share
-    centres, normals = slave.evaluate(faces, middle)[0], -normals_of(slave).at(faces, middle) @ pairing.rotation.T
-    holder = project_along(master, centres @ pairing.rotation.T + pairing.translation, normals, share).facet
-    assert holder is not None
-    if (slave.triangle[faces] & ~master.triangle[holder]).any():
-        return False
-    nodes = slave.facets[faces].ravel()
-    corners = slave.points[nodes] @ pairing.rotation.T + pairing.translation
-    projection = project_along(master, corners, opposing(slave, nodes) @ pairing.rotation.T, share).points
-    facet = np.repeat(holder, slave.facets.shape[1])
-    off = master.distance_to_facet(projection, facet)
-    return bool((off <= NESTED_TOLERANCE * master.mean_facet_size[facet]).all())

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.common.errors import InputError
-from fecontact.contact.coupling.facing import TIE, Averted, unopposed
+from fecontact.contact.coupling.facing import TIE, Averted
 from fecontact.contact.coupling.mortar import multiplier_areas
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.contact.interface import Interface
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 from fecontact.surfaces.nodal_weights import contact_weights
@@ -16,14 +17,14 @@ from fecontact.surfaces.nodal_weights import contact_weights
 LEAST_SHARE = 1e-3
 
 
-def check_faced(interface: Interface, first: bool = True) -> None:
+def check_faced(interface: Interface, seen: Averted | None = None) -> None:
     """Refuse a contact of which no part faces the other body, or where excluded parts would touch first.
 
     Parameters
     ----------
     interface : Interface
-    first : bool
-        Whether this is the first pairing of the sides, before normals were checked.
+    seen : Averted, optional
+        Of the nodes of either side, where they were looked at before the contact was paired.
 
     Raises
     ------
@@ -32,8 +33,8 @@ def check_faced(interface: Interface, first: bool = True) -> None:
     """
     surface, pairing = interface.slave_surface, interface.pairing
     empty = len(pairing.nodes) == 0
-    found = pairing.averted
-    if empty or (first and pairing.coupling == "mortar" and surface.cell_area is None):
+    found = pairing.averted if seen is None else seen
+    if empty or (seen is None and pairing.coupling == "mortar" and surface.cell_area is None):
         found = _averted(interface, surface)
     one = f"{interface.surfaces[0]!r} of {interface.slave.name!r}"
     other = f"{interface.surfaces[1]!r} of {interface.master.name!r}"
@@ -73,8 +74,6 @@ def _covered_share(interface: Interface, surface: FacetSurface) -> float:
 
 def _averted(interface: Interface, surface: FacetSurface) -> Averted:
     """`Averted` of the slave's nodes, for any coupling."""
-    near, relative = interface.region, interface.slave.pose.relative_to(interface.master.pose)
-    nodes = surface.nodes if near is None else np.flatnonzero(near.nodes)
-    points = surface.points[nodes] @ relative.rotation.T + relative.translation
-    projection = interface.master.surface(interface.surfaces[1]).project(points)
-    return unopposed(surface, nodes, projection, relative.rotation)[1]
+    relative = interface.slave.pose.relative_to(interface.master.pose)
+    master = interface.master.surface(interface.surfaces[1])
+    return SurfacePair(surface, master, relative.rotation, relative.translation, interface.region).averted

@@ -6,6 +6,7 @@ import pytest
 import fecontact as fc
 from fecontact.contact.coupling.covered_area import rim_of
 from fecontact.contact.coupling.nodal import pair
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.surfaces import FlatPunch
 from fecontact.surfaces.facet_surface import FacetSurface
 
@@ -48,7 +49,7 @@ def test_triangles_at_the_rim_are_covered_in_part():
     quads = mesh.face_nodes(mesh.faces("bottom"))
     triangles = FacetSurface(mesh.points, np.concatenate([quads[:, [0, 1, 2, 2]], quads[:, [0, 2, 3, 3]]]))
     master = solid("lower", "top", "bottom", (2, 2, 2)).surface("top")
-    pairing = pair(triangles, master, np.eye(3), np.array([0.6, 0.0, 1.0]))
+    pairing = pair(SurfacePair(triangles, master, np.eye(3), np.array([0.6, 0.0, 1.0])))
     assert abs(pairing.weights.sum() / 0.4 - 1) < 1e-9
     assert pairing.weights.min() > 0
 
@@ -68,7 +69,9 @@ def test_faces_under_a_rigid_punch_are_covered_to_a_share_of_a_face():
     """Source: geometry. The rim of a rigid shape is found to 1/24 of a face, along both pairs of sides."""
     body = solid("body", "top", "bottom", (6, 6, 2))
     punch = fc.RigidBody(FlatPunch(sides=(0.7, 0.5))).placed((0.5, 0.5, 1.0))
-    pairing = fc.Scene([body, punch], [fc.Contact(body, punch)]).interfaces[0].pairing
+    relative = body.pose.relative_to(punch.pose)
+    nodes = SurfacePair(body.surface("top"), punch.surface("surface"), relative.rotation, relative.translation)
+    pairing = pair(nodes)
     assert abs(pairing.weights.sum() - 0.35) < 2 * (0.7 + 0.5) / 6 / 24
 
 
@@ -124,8 +127,9 @@ def test_a_face_larger_than_the_body_below_it_is_coupled_by_mortar():
 def test_whole_surfaces_have_no_rim_and_their_own_weights():
     lower, upper = solid("lower", "top", "bottom", (2, 2, 2)), solid("upper", "bottom", "top", (4, 4, 2))
     one, other = upper.surface("bottom"), lower.surface("top")
-    pairing = pair(one, other, np.eye(3), np.array([0.0, 0.0, 1.0]))
+    nodes = SurfacePair(one, other, np.eye(3), np.array([0.0, 0.0, 1.0]))
+    pairing = pair(nodes)
     every = np.ones(len(one.points), bool)
     assert len(rim_of(one, other, np.eye(3), np.array([0.0, 0.0, 1.0]), every, ~every).facets) == 0
-    assert len(pairing.hanging) == 0
+    assert len(nodes.rim.partly) == 0
     assert abs(pairing.weights.sum() - 1) < 1e-14

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.contact.coupling.nodal import pair
+from fecontact.contact.coupling.surface_pair import SurfacePair
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 FLOOR = fc.RigidBody(fc.Plane(), name="floor")
@@ -82,7 +84,9 @@ def test_a_pin_in_its_bore_faces_it_all_round():
     pin = fc.ElasticBody(fc.shapes.thick_ring(0.3, 0.99, 0.5, (6, 2, 1), sector="full"), SOLID, "outer")
     lug = fc.ElasticBody(fc.shapes.thick_ring(1.0, 2.0, 0.5, (6, 2, 1), sector="full"), SOLID, "inner")
     for slave, master in ((pin, lug), (lug, pin)):
-        pairing = fc.Scene([pin, lug], [fc.Contact(slave, master, swap="never")]).interfaces[0].pairing
+        relative = slave.pose.relative_to(master.pose)
+        surfaces = (slave.surface(slave.contact[0]), master.surface(master.contact[0]))
+        pairing = pair(SurfacePair(*surfaces, relative.rotation, relative.translation, share=0.5))
         assert pairing.n_beyond == 0
         assert len(pairing.nodes) == len(slave.surface(slave.contact[0]).nodes)
 

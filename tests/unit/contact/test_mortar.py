@@ -7,6 +7,7 @@ import fecontact as fc
 from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes, own_samples, sub_faces
 from fecontact.contact.coupling.segments import clip
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes
 from fecontact.surfaces.facet_surface import FacetSurface
 
@@ -76,7 +77,7 @@ def test_weights_of_a_partial_overlap_are_its_area():
     # a slave of 1 x 1 that hangs over the rim of the master by 0.37 along x
     _, master = top((3, 2))
     _, slave = bottom((2, 2), shift=(0.37, 0.0, 1.0))
-    pairing = pair_mortar(slave, master, np.eye(3), np.zeros(3))
+    pairing = pair_mortar(SurfacePair(slave, master, np.eye(3), np.zeros(3)))
     assert abs(pairing.weights.sum() - 0.63) < 1e-14
     assert np.abs(pairing.average.sum(axis=1) - 1).max() < 1e-14
     assert np.abs(pairing.gap).max() < 1e-14
@@ -184,7 +185,7 @@ def test_slivers_at_the_rim_join_fuller_hats_and_keep_the_area():
     # an overlap that leaves 2 % of the outer column of faces: no hat of its own there, but no area is lost
     _, master = top((3, 2))
     _, slave = bottom((4, 4), shift=(0.745, 0.0, 1.0))
-    pairing = pair_mortar(slave, master, np.eye(3), np.zeros(3))
+    pairing = pair_mortar(SurfacePair(slave, master, np.eye(3), np.zeros(3)))
     assert abs(pairing.weights.sum() - 0.255) < 1e-14
     assert np.abs(pairing.average.sum(axis=1) - 1).max() < 1e-13
     assert (pairing.weights / multiplier_areas(slave)[pairing.nodes]).min() >= 0.2

@@ -6,7 +6,8 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact.common.errors import MeshError
-from fecontact.contact.coupling.nodal import nested, pair
+from fecontact.contact.coupling.nodal import pair
+from fecontact.contact.coupling.surface_pair import SurfacePair, nested
 from fecontact.contact.search import candidates
 from fecontact.mesh.element.hexahedron import quad_nodes
 from fecontact.mesh.facets import nodal_areas, tributary_areas
@@ -35,12 +36,16 @@ def sphere_pair(turn=0.0):
     flip = fc.rotation_about((1, 0, 0), np.pi)
     slave = FacetSurface(upper.points, upper.face_nodes(upper.faces("cap")))
     master = FacetSurface(lower.points @ flip.T, lower.face_nodes(lower.faces("cap")))
-    return slave, master, pair(slave, master, fc.rotation_about((0, 0, 1), turn), np.array([0.01, 0.02, 0.001]))
+    return (
+        slave,
+        master,
+        pair(SurfacePair(slave, master, fc.rotation_about((0, 0, 1), turn), np.array([0.01, 0.02, 0.001]))),
+    )
 
 
 def test_pair_of_equal_faces():
     slave, master = bottom((2, 2, 1)), top((2, 2, 1))
-    p = pair(slave, master, IDENTITY, ORIGIN)
+    p = pair(SurfacePair(slave, master, IDENTITY, ORIGIN))
     assert len(p.nodes) == 25
     assert p.n_beyond == 0
     assert np.abs(p.gap).max() < 1e-15
@@ -50,7 +55,7 @@ def test_pair_of_equal_faces():
 
 def test_points_beyond_the_master_are_left_out_and_counted():
     slave = bottom((4, 4, 1), size=(2.0, 1.0, 1.0))
-    p = pair(slave, top((2, 2, 1)), IDENTITY, ORIGIN)
+    p = pair(SurfacePair(slave, top((2, 2, 1)), IDENTITY, ORIGIN))
     assert p.n_beyond > 0
     assert len(p.nodes) + p.n_beyond == len(slave.nodes)
     assert slave.points[p.nodes][:, 0].max() == 1.0
@@ -76,7 +81,7 @@ def test_gaps_do_not_depend_on_the_common_pose():
     assert np.abs(p.slave_normals - p.projection.normals).max() < 1e-15
     Q = fc.rotation_about((1, 2, -1), 1.1)
     turned = FacetSurface(master.points @ Q.T, master.facets)
-    q = pair(slave, turned, Q, Q @ [0.01, 0.02, 0.001])
+    q = pair(SurfacePair(slave, turned, Q, Q @ [0.01, 0.02, 0.001]))
     assert np.array_equal(p.nodes, q.nodes)
     assert np.abs(p.gap - q.gap).max() < 1e-14
     assert np.abs(p.slave_normals - q.slave_normals).max() < 1e-9  # Newton stops at 1e-14 in facet coordinates
@@ -117,8 +122,8 @@ def test_along_takes_components():
 @pytest.mark.parametrize("rich", [True, False])
 def test_nested(slave, master, expected, rich):
     s, m = bottom((slave, slave, 1), rich), top((master, master, 1), rich)
-    p = pair(s, m, IDENTITY, ORIGIN)
-    assert nested(s, m, p, np.arange(len(p.nodes))) is expected
+    found = SurfacePair(s, m, IDENTITY, ORIGIN)
+    assert nested(found, np.arange(len(found.nodes))) is expected
 
 
 def test_weights_by_kind_of_face():
@@ -197,6 +202,6 @@ def test_grow_keeps_those_it_had():
 def test_mesh_of_one_cell_pairs_with_a_plane():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
     surface = FacetSurface(mesh.points, mesh.face_nodes(np.array([[0, 4]])))
-    p = pair(surface, fc.Plane(), IDENTITY, np.array([0, 0, 0.5]))
+    p = pair(SurfacePair(surface, fc.Plane(), IDENTITY, np.array([0, 0, 0.5])))
     assert np.array_equal(p.gap, np.full(4, 0.5))
     assert p.projection.weights is None

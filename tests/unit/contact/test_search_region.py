@@ -9,6 +9,7 @@ import pytest
 import fecontact as fc
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import pair
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.contact.loads import make_loading
 from fecontact.contact.search import bounding as bounds
 from fecontact.contact.search import radius
@@ -256,7 +257,10 @@ def test_parts_of_many_facets_are_paired_as_the_whole(couple, share):
     slave, master = turned_over(grid(28, bowl)), grid(28, lambda x, y: 0.02 * x, side=2.03)
     part = search.search_region(slave, master, *HERE, search_radius=0.05)
     assert part.facets.mean() < 0.25
-    whole, few = couple(slave, master, *HERE, share=share), couple(slave, master, *HERE, part, share)
+    whole, few = (
+        couple(SurfacePair(slave, master, *HERE, share=share)),
+        couple(SurfacePair(slave, master, *HERE, part, share)),
+    )
     same = np.isin(whole.nodes, few.nodes)
     assert np.array_equal(whole.nodes[same], few.nodes)
     # equal but for the order of sums: 1e-13 of lengths of about one

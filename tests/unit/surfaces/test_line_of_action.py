@@ -7,6 +7,7 @@ import fecontact as fc
 from fecontact.bodies.pose import Pose
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import pair
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.line_of_action import FACING, project_along
 from fecontact.surfaces.normals import normals_of, opposing
@@ -31,7 +32,7 @@ def collinear(points, projection):
 @pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
 def test_mirror_images_press_along_the_normal_of_the_plane_between_them(element):
     surface = dome(element).surface("cap")
-    p = pair(surface, surface, FLIP, np.array([0.0, 0.0, -0.01]), share=0.5)
+    p = pair(SurfacePair(surface, surface, FLIP, np.array([0.0, 0.0, -0.01]), share=0.5))
     # every node meets its image, up to where the surfaces no longer face each other
     near = np.hypot(*p.slave_points[:, :2].T) < 2.5
     assert near.mean() > 0.8
@@ -39,7 +40,7 @@ def test_mirror_images_press_along_the_normal_of_the_plane_between_them(element)
     assert np.abs(p.gap - (2 * p.slave_points[:, 2] + 0.01))[near].max() < ROUNDING
     assert np.abs(p.couple_residual(surface.points)).max() < ROUNDING
     # the master's normal alone leans
-    q = pair(surface, surface, FLIP, np.array([0.0, 0.0, -0.01]))
+    q = pair(SurfacePair(surface, surface, FLIP, np.array([0.0, 0.0, -0.01])))
     assert np.abs(q.slave_normals - [0, 0, 1])[near].max() > 0.1
 
 
@@ -49,7 +50,7 @@ def test_points_and_feet_lie_on_lines_between_both_normals(element, share):
     slave = dome(element, radius=7.0).surface("cap")
     master = dome(element).surface("cap")
     turn = FLIP @ fc.rotation_about((0, 0, 1), 0.02)
-    p = pair(slave, master, turn, np.array([0.3, 0.2, -0.02]), share=share)
+    p = pair(SurfacePair(slave, master, turn, np.array([0.3, 0.2, -0.02]), share=share))
     x = p.slave_points @ turn.T + p.translation
     near = np.linalg.norm(x[:, :2] - 0.6, axis=1) < 0.5
     assert near.sum() > 10
@@ -159,7 +160,7 @@ def test_sections_have_normals_along_their_axis_on_it():
     near = np.hypot(*exact[:, :2].T) < 0.2
     assert np.abs(nodal[surface.nodes] - exact)[near].max() < 1e-3
     turned = fc.rotation_about((1, 0, 0), np.pi)
-    p = pair_mortar(surface, surface, turned, np.array([0.0, 0.0, -0.01]), share=0.5)
+    p = pair_mortar(SurfacePair(surface, surface, turned, np.array([0.0, 0.0, -0.01]), share=0.5))
     near = (p.slave_weights @ surface.points)[:, 0] < 2.5
     assert np.abs(p.slave_normals - [0, 0, 1])[near].max() < ROUNDING
 
@@ -168,7 +169,7 @@ def test_sections_have_normals_along_their_axis_on_it():
 @pytest.mark.parametrize("share", [0.5, 0.9])
 def test_moments_balance_whatever_the_weights(couple, share):
     slave, master = dome(radius=7.0).surface("cap"), dome("hex8").surface("cap")
-    p = couple(slave, master, FLIP, np.array([0.1, 0.05, -0.02]), share=share)
+    p = couple(SurfacePair(slave, master, FLIP, np.array([0.1, 0.05, -0.02]), share=share))
     assert np.abs(p.couple_residual(slave.points)).max() < ROUNDING
 
 
@@ -177,8 +178,8 @@ def test_lines_turn_and_move_with_the_scene():
     Q, t = fc.rotation_about((3, -1, 2), 1.1), np.array([1.0, -2.0, 0.5])
     here = Pose().then(FLIP, np.array([0.1, 0.05, -0.02]))
     there = FacetSurface(master.points @ Q.T + t, master.facets, planes=(master.planes[0], master.planes[1] @ Q.T))
-    p = pair(slave, master, here.rotation, here.translation, share=0.4)
-    q = pair(slave, there, Q @ here.rotation, Q @ here.translation + t, share=0.4)
+    p = pair(SurfacePair(slave, master, here.rotation, here.translation, share=0.4))
+    q = pair(SurfacePair(slave, there, Q @ here.rotation, Q @ here.translation + t, share=0.4))
     assert np.array_equal(p.nodes, q.nodes)
     assert np.abs(p.gap - q.gap).max() < 1e-12
     assert np.abs(p.slave_normals - q.slave_normals).max() < 1e-12

@@ -10,6 +10,7 @@ from fecontact.common.errors import MeshError
 from fecontact.contact.coupling.mortar import multiplier_areas
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes
 from fecontact.contact.coupling.nodal import pair
+from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.contact.coupling.tied_multipliers import tied_multipliers
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -184,7 +185,7 @@ def test_a_master_that_ends_beside_hanging_nodes(kind):
         if below.cells.shape[1] == 20:
             below = below.with_midface_nodes(("lid",))
         lid = FacetSurface(below.points, below.face_nodes(below.faces("lid")), "lid")
-        pairing = pair(upper, lid, *still)
+        pairing = pair(SurfacePair(upper, lid, *still))
         assert abs(pairing.weights.sum() - 2 * end) < 1e-9
         assert pairing.weights.min() > 0
         assert not np.isin(pairing.nodes, upper.hanging.nodes).any()
