@@ -103,7 +103,7 @@ __all__ = [
 
 __version__ = VERSION
 
-#: Where each public name is: imported when it is first used (PEP 562), so that no numerical package is before.
+#: Module of each public name, imported on first use (PEP 562), so that numerical packages are not imported before.
 _PLACES = {
     "AncfBody": "fecontact.ancf.body:AncfBody",
     "AssembledBody": "fecontact.bodies:AssembledBody",
@@ -146,7 +146,7 @@ _PLACES = {
     "shapes": "fecontact.mesh.shapes",
     "surfaces": "fecontact.surfaces",
 }
-#: Rooms that are attributes of the package too; the public ones among them are above.
+#: Rooms that are attributes of the package too; the public ones are above.
 _ROOMS = ("common", "analytic", "solvers", "mesh", "fem", "bodies", "ancf", "contact", "results", "scene", "app")
 
 

@@ -1,4 +1,4 @@
-"""Replace cells of a mesh by their children: number the new nodes once, carry over all sets."""
+"""Replace cells of a mesh by their children: numbering of the new nodes, mapping of all sets."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def cut(mesh: C, parts: Sequence[Part]) -> tuple[C, list[IntArray]]:
 
 
 def _numbered(mesh: CellSets, parts: Sequence[Part]) -> tuple[list[IntArray], int]:
-    """Point numbers of the lattices, and the number of points; points that neighbours have already are found."""
+    """Point numbers of the lattices, and the number of points; existing points of neighbours are reused."""
     n = len(mesh.points)
     lattices = []
     for cells, division in parts:

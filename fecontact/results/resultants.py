@@ -76,7 +76,7 @@ class Region:
     max_pressure, mean_pressure : float
         Mean pressure; zero without contact.
     centre_of_pressure : (3,) array
-        Centre of pressure; Centre of pressure; NaN without contact.
+        Centre of pressure; NaN without contact.
     """
 
     area: float

@@ -1,7 +1,7 @@
-"""Which faces of a contact to divide: those on its edge, those with most of the error, and those under the peak.
+"""Faces of a contact to divide: those at its edge, those with most of the error, and those under the peak.
 
-Marks by the edge and by indicators alone let the error in L2 fall while the peak stays some percent off; hence the
-third kind. Most of the error means a fixed share of its square (W. Dörfler, SIAM J. Numer. Anal. 33, 1996).
+With the first two kinds only, the L2 error falls while the peak error stays at some percent; hence the third. Most of
+the error means a fixed share of its square (W. Dörfler, SIAM J. Numer. Anal. 33, 1996).
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.error_estimate import readings_of
 from fecontact.surfaces.facet_surface import facets_of
 
-#: Share of the squared error that the faces marked by their indicators hold.
+#: Share of the squared error in the faces marked by their indicators.
 BULK = 0.8
-#: Size of a master's face, relative to that of the slave's faces it meets, from which it is divided with them.
+#: Size of a master's face, relative to that of the slave's faces it meets, above which it is divided with them.
 COARSE = 0.75
 
 
 def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
-    """Faces (n_facets,) of the slave to divide, of those in `contact.facets`.
+    """Mask (n_facets,) of the slave's faces in `contact.facets` to divide.
 
     Parameters
     ----------
     contact : ContactFields
     tolerance : float
-        Error of the peak that is aimed at.
+        Target error of the peak.
     """
     read = readings_of(contact)
     assert read is not None
@@ -43,7 +43,7 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
 
 
 def facets_opposite(interface: Interface, facets: IntArray) -> IntArray:
-    """Facets of the master that meet facets of the slave and are not much smaller; none of a surface without facets."""
+    """Facets of the master opposite facets of the slave and not much smaller; none for a surface without facets."""
     slave, master = interface.slave_surface, facets_of(interface.master.surface(interface.surfaces[1]))
     if master is None or master.cell_area is not None or not len(facets):
         return np.zeros(0, np.int64)

@@ -90,7 +90,7 @@ class FreshInterpreters(Executor):
         except (BrokenPipeError, EOFError):
             code = process.wait()
             raise FecontactError(
-                f"A worker process has ended (exit {code}) before its task was done; if it was killed for want of "
+                f"A worker process has ended (exit {code}) before its task was done; if it was killed for lack of "
                 "memory, use fewer processes."
             ) from None
         good, value = pickle.loads(reply)

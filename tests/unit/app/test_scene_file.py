@@ -259,7 +259,7 @@ von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
         ('"cork"', "7", "must be the name of a material or a table"),
         ("size = [1, 1, 1]", "size = [1, 1]", "bodies.block.shape.size: must be a list of 3 numbers"),
         ("divisions = [2", "divisions = [-2", "bodies.block.shape.divisions: must be three counts"),
-        ("size = [1, 1, 1]", "size = [1, 1, -1]", "bodies.block.shape: size[2] must be a positive"),
+        ("size = [1, 1, 1]", "size = [1, 1, -1]", "bodies.block.shape: size[2] must be positive"),
         ('kind = "block", ', "", "bodies.block.shape.kind: is missing"),
         ('kind = "block"', 'kind = "blok"', "unknown value 'blok', did you mean 'block'"),
         (
