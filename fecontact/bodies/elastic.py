@@ -10,6 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
+from scipy.spatial import cKDTree
 
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
@@ -280,6 +281,15 @@ class ElasticBody(Placed):
     def at_points(self, displacement: Array) -> Array:
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
         return self.model.at_points(displacement)
+
+    def energy_error(self, displacement: Array, points: Array, reach: float) -> tuple[float, float]:
+        """Squared energy norms of the error of displacements (n_dofs,) and of themselves, near points (n, 3).
+
+        In the cells whose middles are within `reach` of the points; see `fem.energy_error`.
+        """
+        centres = self.mesh.points[self.mesh.cells[:, : self.mesh.n_corners]].mean(axis=1)
+        distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach)
+        return self.model.energy_error(displacement, np.flatnonzero(np.isfinite(distance)))
 
     def outside(self, displacement: Array) -> Outside:
         """Its outer surface, displaced by (n_dofs,)."""

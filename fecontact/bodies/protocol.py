@@ -146,6 +146,9 @@ class Body(Protocol):
     def shared_faces(self, one: str, other: str) -> int:
         """Number of common faces of two of its contact surfaces."""
 
+    def energy_error(self, displacement: Array, points: Array, reach: float) -> tuple[float, float]:
+        """Squared energy norms of the error of displacements (n_dofs,) and of themselves, near points (n, 3)."""
+
     def outside(self, displacement: Array) -> Outside:
         """Its whole outer surface, displaced by (n_dofs,)."""
 

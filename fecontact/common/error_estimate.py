@@ -17,6 +17,8 @@ class ErrorEstimate:
     geometry : float
         Part of it due to faces that deviate from the smooth shape they represent; dividing the same faces does not
         reduce it.
+    interior : float
+        Part of it due to elements below the contact; finer faces alone reduce it little.
     peak : float
         Error of the largest pressure.
     area : float
@@ -26,12 +28,13 @@ class ErrorEstimate:
 
     Examples
     --------
-    >>> print(ErrorEstimate(0.0712, 0.01, 0.018, 0.031, 5.2))
+    >>> print(ErrorEstimate(0.0712, 0.01, 0.005, 0.018, 0.031, 5.2))
     pressure: about 7 % (peak 2 %, area 3 %), resolved by 5.2 faces across
     """
 
     pressure: float
     geometry: float
+    interior: float
     peak: float
     area: float
     faces_across: float

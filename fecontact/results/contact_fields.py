@@ -60,6 +60,8 @@ class ContactFields:
         Which point has a value on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
         Reference point of `moment`: the slave's.
+    displacements : ((n_dofs,) array, (n_dofs,) array)
+        Of slave and master, in their own axes.
     coupling : str
         'nodal' or 'mortar'.
     note : str
@@ -84,6 +86,7 @@ class ContactFields:
     facet_numbers: IntArray
     sharing: sp.csr_matrix
     reference_point: Array
+    displacements: tuple[Array, Array]
     coupling: str
     note: str
 
@@ -167,8 +170,8 @@ class ContactFields:
     def error_indicators(self) -> Array:
         """Mean error (n_surface_facets,) of the pressure on every facet of the slave's whole surface, a pressure.
 
-        Their squares, integrated over the facets, are the square of `error_estimate.pressure` times that of the
-        pressure: refine where they are large.
+        Refine where they are large. Their squares, integrated over the facets, are those of `error_estimate.pressure`
+        less its parts `geometry` and `interior`, times the integral of the squared pressure.
         """
         out = np.zeros(self.sharing.shape[1])
         if self._readings is not None:
@@ -294,7 +297,9 @@ def _sharing(at_nodes: sp.csr_matrix, facets: IntArray) -> sp.csr_matrix:
     return sp.csr_matrix(values.T @ around)
 
 
-def contact_fields(interface: Interface, candidates: IntArray, forces: Array, gap: Array) -> ContactFields:
+def contact_fields(
+    interface: Interface, candidates: IntArray, forces: Array, gap: Array, displacements: tuple[Array, Array]
+) -> ContactFields:
     """Fields of a paired contact from the forces (n,) and gaps (n,) of its points."""
     slave, pairing = interface.slave, interface.pairing
     surface = interface.slave_surface
@@ -319,6 +324,7 @@ def contact_fields(interface: Interface, candidates: IntArray, forces: Array, ga
         facet_numbers=pairing.covered,
         sharing=_sharing(pairing.at_nodes, surface.facets),
         reference_point=slave.pose.to_world(slave.reference_point),
+        displacements=displacements,
         coupling=pairing.coupling,
         note=interface.note,
     )

@@ -39,6 +39,8 @@ LEAST_SHARE = 0.25
 #: Pressure at a kink between faces over the root mean square of what kinks bring in; it grows with the logarithm of the
 #: faces' size and is 1.5 where faces have a kink at every side, 3.4 with eight faces from kink to kink.
 AT_KINKS = 2.0
+#: Faces across a contact down to whose width elements below it are looked at.
+NARROWEST = 2.0
 #: Share of a contact's force above which a region counts.
 LEAST_REGION = 0.05
 
@@ -69,6 +71,10 @@ class PressureOnFacets(LoadedPoints, TouchingSurfaces, Protocol):
     @property
     def is_ring(self) -> bool:
         """Whether the contact is between bodies of revolution."""
+
+    @property
+    def displacements(self) -> tuple[Array, Array]:
+        """Displacements (n_dofs,) of slave and master, in their own axes."""
 
     def extent(self, points: Array) -> Array:
         """Out-of-plane extent (n,) of a section's side at points (n, 3)."""
@@ -164,19 +170,37 @@ def _recovered(contact: PressureOnFacets, known: Array, chosen: IntArray) -> Rec
 def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None) -> ErrorEstimate:
     """Errors of a contact estimated from its reconstructed pressures and the kinks between its faces."""
     if readings is None:
-        return ErrorEstimate(np.nan, np.nan, np.nan, np.nan, 0.0)
+        return ErrorEstimate(np.nan, np.nan, np.nan, np.nan, np.nan, 0.0)
     area = float(readings.in_contact.sum())
     counted = float(contact.weights[contact.active].sum())
     # pressures that would pull part instead, so that they are never off by more than all of them
     geometry = min(1.0, geometry_error(contact) * np.sqrt(max(area, counted) / readings.norm))
-    pressure = float(np.hypot(readings.error, geometry))
+    across = faces_across(contact, readings)
+    interior = interior_error(contact, readings, across)
+    pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     return ErrorEstimate(
         pressure=pressure,
         geometry=float(geometry),
+        interior=interior,
         peak=max(readings.peak_offset / readings.peak, LEAST_SHARE * pressure, AT_KINKS * float(geometry)),
         area=max(abs(counted / area - 1), LEAST_SHARE * pressure) if area > 0 else 1.0,
-        faces_across=faces_across(contact, readings),
+        faces_across=across,
     )
+
+
+def interior_error(contact: PressureOnFacets, readings: PressureReadings, across: float) -> float:
+    """Relative error of the compliance by the elements below a contact, as deep as it is wide.
+
+    It acts as a modulus that is too large by as much: pressures change in proportion, at the edge more, further inside
+    less.
+    """
+    ends = contact.nodes[contact.facets[readings.facets, :2]]
+    width = max(across, NARROWEST) * float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
+    points = contact.points[contact.active]
+    sides = zip((contact.slave, contact.master), contact.displacements, strict=True)
+    found = [body.energy_error(u, body.pose.to_body(points), width) for body, u in sides]
+    error, energy = np.sum(found, axis=0)
+    return float(min(1.0, error / energy)) if energy > 0 else 0.0
 
 
 def faces_across(contact: PressureOnFacets, readings: PressureReadings) -> float:

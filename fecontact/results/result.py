@@ -123,6 +123,7 @@ def make_result(
     """`ContactResult` of a solution of the condensed problem."""
     contacts: list[ContactFields] = []
     springs: tuple[SpringState, ...] = ()
+    number = {id(body): k for k, body in enumerate(scene.bodies)}
     start = 0
     for interface, candidates, gap in zip(interfaces, chosen, state.gaps, strict=True):
         forces = np.zeros(len(gap))
@@ -130,7 +131,8 @@ def make_result(
         start += len(candidates)
         springs += interface.spring_states(forces, gap)
         if (contact := interface.as_contact) is not None:
-            contacts.append(contact_fields(contact, candidates, forces, gap))
+            own, other = (state.displacements[number[id(body)]] for body in (contact.slave, contact.master))
+            contacts.append(contact_fields(contact, candidates, forces, gap, (own, other)))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

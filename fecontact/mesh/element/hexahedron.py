@@ -8,7 +8,7 @@ from the node positions. Reference coordinates run over [0, 1]^3.
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from skfem.element import ElementHex1, ElementHex2, ElementHexS2, ElementQuad1, ElementQuad2, ElementQuadS2
@@ -42,6 +42,8 @@ QUAD_EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0]], dtype=np.int64)
 #: Reference positions of a triangle's three corners, three mid-side nodes and centroid.
 TRIANGLE_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5], [1 / 3, 1 / 3]])
 
+#: Points up to which shape functions are kept.
+FEW = 128
 _HEX = {8: ElementHex1, 20: ElementHexS2, 27: ElementHex2}
 _QUAD = {4: ElementQuad1, 8: ElementQuadS2, 9: ElementQuad2}
 #: Quadrature order for the stiffness of the affine element: 2, 3 and 3 points per direction.
@@ -69,12 +71,26 @@ def quad_nodes(n_nodes: int) -> Array:
     return _positions(QUAD_CORNERS, QUAD_EDGES, n_nodes)
 
 
-def _scikit_fem_shapes(element: object, nodes: Array, X: Array) -> tuple[Array, Array]:
+def _remembered(kind: str, n_nodes: int, X: Array) -> tuple[Array, Array]:
+    """`_scikit_fem_shapes` of a kind of element; at few points, such as those of a rule, evaluated once."""
+    if len(X) > FEW:
+        return _scikit_fem_shapes(kind, n_nodes, X)
+    N, dN = _at_few_points(kind, n_nodes, np.ascontiguousarray(X, dtype=float).tobytes())
+    return N.copy(), dN.copy()
+
+
+@lru_cache(maxsize=256)
+def _at_few_points(kind: str, n_nodes: int, X: bytes) -> tuple[Array, Array]:
+    return _scikit_fem_shapes(kind, n_nodes, np.frombuffer(X).reshape(-1, 3 if kind == "hex" else 2))
+
+
+def _scikit_fem_shapes(kind: str, n_nodes: int, X: Array) -> tuple[Array, Array]:
     """Values (n_q, n_nodes) and gradients (n_q, n_nodes, dim) of a scikit-fem element, in this node order."""
-    theirs = np.asarray(element.doflocs)  # type: ignore[attr-defined]
+    element, nodes = (_HEX[n_nodes](), hex_nodes(n_nodes)) if kind == "hex" else (_QUAD[n_nodes](), quad_nodes(n_nodes))
+    theirs = np.asarray(element.doflocs)
     order = np.argmin(np.linalg.norm(nodes[:, None, :] - theirs[None, :, :], axis=2), axis=1)
     local = np.ascontiguousarray(X.T)
-    values = [element.lbasis(local, int(i)) for i in order]  # type: ignore[attr-defined]
+    values = [element.lbasis(local, int(i)) for i in order]
     N = np.stack([np.broadcast_to(v, local.shape[1:]) for v, _ in values], axis=-1)
     dN = np.stack([np.stack([np.broadcast_to(c, local.shape[1:]) for c in g], axis=-1) for _, g in values], axis=-2)
     return N.astype(float), dN.astype(float)
@@ -103,12 +119,12 @@ def hex_shapes(n_nodes: int, X: Array) -> tuple[Array, Array]:
     >>> bool(abs(N.sum() - 1) < 1e-14), bool(abs(dN.sum()) < 1e-13)
     (True, True)
     """
-    return _scikit_fem_shapes(_HEX[n_nodes](), hex_nodes(n_nodes), X)
+    return _remembered("hex", n_nodes, X)
 
 
 def quad_shapes(n_nodes: int, X: Array) -> tuple[Array, Array]:
     """Shape functions (n_q, n_nodes) and gradients (n_q, n_nodes, 2) of the 4-, 8- or 9-node quadrilateral."""
-    return _scikit_fem_shapes(_QUAD[n_nodes](), quad_nodes(n_nodes), X)
+    return _remembered("quad", n_nodes, X)
 
 
 def triangle_shapes(n_nodes: int, X: Array) -> tuple[Array, Array]:

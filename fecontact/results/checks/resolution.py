@@ -110,17 +110,25 @@ def coarse_pressures(result: SolvedScene) -> Iterator[str]:
                 "and approach may be off by tens of percent, pressures more. Refine the faces there."
             )
         elif estimate.pressure > LARGEST_ERROR:
+            meshed = any(body is b for b in result.elastic_bodies for body in (contact.slave, contact.master))
+            remedy = " or solve with accuracy=0.05" if meshed else ""
             yield (
                 f"The pressure between {between} may be off by about {percent(estimate.pressure)} in the mean and "
-                f"{percent(estimate.peak)} at its peak: {_cause(estimate)}"
+                f"{percent(estimate.peak)} at its peak: {_cause(estimate, remedy)}"
             )
 
 
-def _cause(estimate: ErrorEstimate) -> str:
-    """Main source of the error, and its remedy."""
-    if 2 * estimate.geometry**2 > estimate.pressure**2:
+def _cause(estimate: ErrorEstimate, remedy: str) -> str:
+    """Origin of the largest part of the error, and what reduces it."""
+    half = estimate.pressure**2 / 2
+    if estimate.geometry**2 > half:
         return (
-            "the faces depart from the round shape that they stand for, and pressures follow their kinks. Mesh the "
-            "shape anew with finer or quadratic faces; dividing the faces that there are does not mend it."
+            "the faces deviate from the round shape they represent, and pressures follow their kinks. Mesh the shape "
+            "again with finer or quadratic faces; dividing the present ones does not help."
         )
-    return f"{estimate.faces_across:.2g} faces across resolve it. Refine the faces there."
+    if estimate.interior**2 > half:
+        return (
+            "the elements below the contact are too coarse. Refine them as deep as the contact is wide, several "
+            "through a thin layer, or use quadratic ones."
+        )
+    return f"it is resolved by {estimate.faces_across:.2g} faces across. Refine the faces there{remedy}."

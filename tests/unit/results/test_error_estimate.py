@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.analytic import hertz
 from fecontact.mesh.facets import TRIANGLE_COLUMNS, facet_nodes, shapes_on_square
+from fecontact.mesh.refine import refined, touching
 from fecontact.results.facet_samples import facet_samples, hats
 from fecontact.results.recovery import recovered
+from fecontact.surfaces import Paraboloid
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 SQUARE = np.stack(np.meshgrid(*[(np.arange(7) + 0.5) / 7] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -151,7 +154,9 @@ def test_indicators_add_up_to_the_estimate_and_are_largest_at_the_edge():
     _, pressure, areas = contact.sampled(contact.pressure, 24)
     total = np.sqrt((contact.error_indicators**2 * surface.mean_facet_size**2).sum())
     norm = np.sqrt((areas * pressure**2).sum())
-    assert abs(total / norm / contact.error_estimate.pressure - 1) < 0.01  # 24 and 6 samples a side
+    estimate = contact.error_estimate
+    by_faces = np.sqrt(estimate.pressure**2 - estimate.geometry**2 - estimate.interior**2)
+    assert abs(total / norm / by_faces - 1) < 0.01  # 24 and 6 samples a side
     worst = surface.facets[np.argmax(contact.error_indicators)]
     active = contact.at_nodes @ contact.pressure > 0
     pressed = np.isin(worst, contact.node_numbers[active])
@@ -183,3 +188,26 @@ def test_the_estimate_is_printed_summed_up_and_written(tmp_path):
     assert summary == vars(contact.error_estimate)
     written = meshio.read(result.save(tmp_path / "block.vtu")).point_data["contact_pressure_error"]
     assert 0.5 * contact.error_indicators.max() < written.max() <= contact.error_indicators.max()
+
+
+def test_elements_that_are_coarse_below_fine_faces_are_told_of():
+    """Source: Hertz. Linear cells divided at the surface only: pressures stay off, what faces tell falls below half."""
+    radius, a = 10.0, 0.5
+    modulus = SOLID.plane_strain_modulus
+    exact = hertz.spheres((radius, np.inf), (None, SOLID), force=4 * modulus * a**3 / (3 * radius))
+    x = np.array([0.0, 0.25, 0.5, 0.75, 1.2, 2.0, 3.5, 6.0, 10.0])
+    mesh = fc.shapes.block((10.0, 10.0, 10.0), (x, x, x), element="hex8")
+    held = {"top": "xyz", "x_min": "x", "y_min": "y"}
+    for _ in range(4):
+        near = np.hypot(*mesh.points[mesh.face_nodes(mesh.faces("bottom"))].mean(axis=1)[:, :2].T) < 1.1 * a
+        mesh = refined(mesh, touching(mesh, mesh.faces("bottom")[near]))
+    block = fc.ElasticBody(mesh, SOLID, "bottom", held, name="block")
+    ball = fc.RigidBody(Paraboloid(radius), name="ball").placed(rotation=fc.rotation_about((1, 0, 0), np.pi))
+    result = fc.Scene([block, ball], [fc.Contact(block, ball)]).solve(forces={ball: (0, 0, exact.force / 4)})
+    contact = result.contacts[0]
+    points, pressure, areas = contact.sampled(contact.pressure, 8)
+    target = exact.pressure(np.hypot(points[:, 0], points[:, 1]))
+    error = np.sqrt(areas @ (pressure - target) ** 2 / (areas @ target**2))
+    estimate = contact.error_estimate
+    assert np.sqrt(estimate.pressure**2 - estimate.interior**2) < 0.5 * error
+    assert 0.8 < estimate.pressure / error < 1.5

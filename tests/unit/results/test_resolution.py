@@ -1,13 +1,15 @@
 """What a result says of contacts that its faces do not resolve: overlap left, and pressures that may be off."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import fecontact as fc
 from fecontact.analytic import hertz
-from fecontact.results.checks.resolution import coarse_pressures, overlap_left
+from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.results.checks.resolution import _cause, coarse_pressures, overlap_left
 from fecontact.surfaces import Cylinder
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
@@ -101,3 +103,24 @@ def test_sections_are_counted_along_their_line(ring):
     # the contact ends half a point beyond the last ones, a quarter of a side
     n = ((2 * x.max() if ring else np.ptp(x)) / (2.0 / 12)) + 0.5
     assert abs(contact.error_estimate.faces_across - n) < 1.0
+
+
+def test_the_cause_of_the_error_is_named():
+    """Which of the three parts is the largest decides what is advised."""
+    said = {
+        part: _cause(replace(ErrorEstimate(0.2, 0.0, 0.0, 0.1, 0.1, 5.0), **{part: 0.19}), " or so")
+        for part in ("geometry", "interior")
+    }
+    assert "kinks" in said["geometry"]
+    assert "elements below" in said["interior"]
+    assert "5 faces across" in _cause(ErrorEstimate(0.2, 0.1, 0.1, 0.1, 0.1, 5.0), " or so")
+
+
+def test_solving_to_an_accuracy_is_advised_where_there_are_elements_to_divide():
+    (text,) = coarse_pressures(ball(-1.0))
+    assert "or solve with accuracy=0.05" in text
+    half = fc.HalfSpace(SOLID, size=(1.0, 1.0), shape=(24, 24))
+    indenter = fc.RigidBody(fc.Sphere(10.0)).placed((0, 0, 0))
+    result = fc.Scene([half, indenter], [fc.Contact(half, indenter)]).solve(forces={indenter: (0, 0, -0.05)})
+    (text,) = coarse_pressures(result)
+    assert "Refine the faces there." in text
