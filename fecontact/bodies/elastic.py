@@ -307,8 +307,8 @@ class ElasticBody(Placed):
         Parameters
         ----------
         marked : mapping of str to (n,) int array
-            Facets of its contact surfaces, as `surface` numbers them; every cell that touches one is divided, by which
-            no node of theirs hangs (see `mesh.refine`).
+            Facets of its contact surfaces, numbered as in `surface`; every cell that touches one is divided, so that
+            none of their nodes is hanging (see `mesh.refine`).
 
         Examples
         --------
@@ -316,7 +316,7 @@ class ElasticBody(Placed):
         >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
         >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"bottom": "xyz"})
         >>> len(body.divided({"top": np.array([0])}).mesh.cells)
-        64
+        36
         """
         faces = np.concatenate([self.mesh.faces(name)[facets] for name, facets in marked.items()])
         return replace(self, mesh=refined(self.mesh, touching(self.mesh, faces)))
