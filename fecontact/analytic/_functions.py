@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from fecontact.common.arrays import Array
 
 # 1 - atan(t)/t = t^2/3 - t^4/5 + ...; below 0.5 the terms left out are smaller than 0.25^27 = 6e-17 of the first.
 _SERIES = np.array([(-1) ** n / (2 * n + 3) for n in range(27)])[::-1]
 
 
-def arctan_defect(t: ArrayLike) -> NDArray[np.float64]:
+def arctan_defect(t: ArrayLike) -> Array:
     """Return 1 - atan(t)/t for t >= 0 (infinity allowed), to full relative accuracy down to t = 0.
 
     Examples
@@ -26,7 +28,7 @@ def arctan_defect(t: ArrayLike) -> NDArray[np.float64]:
     return np.where(small, square * np.polyval(_SERIES, square), 1 - np.arctan(large) / large)
 
 
-def sinh_excess(y: NDArray[np.float64]) -> NDArray[np.float64]:
+def sinh_excess(y: Array) -> Array:
     """Return sinh(y) - y for 0 <= y <= 1 by its series, to full relative accuracy.
 
     Examples
@@ -42,7 +44,7 @@ def sinh_excess(y: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(y * square / 6 * series)
 
 
-def trough_gap(ratio: ArrayLike) -> NDArray[np.float64]:
+def trough_gap(ratio: ArrayLike) -> Array:
     """Return x sqrt(x^2 - 1) - arccosh(x) for x >= 1, the opening of a plane contact beyond its edge, and 0 below.
 
     With cosh t = x it is (sinh(2t) - 2t)/2, taken by its series near the edge, where it grows as (x - 1)^(3/2).

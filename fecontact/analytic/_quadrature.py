@@ -5,11 +5,12 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array
 
 
 @cache
-def double_exponential(level: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def double_exponential(level: int) -> tuple[Array, Array]:
     """Return nodes and weights on (0, 1) for integrands with end singularities of unknown strength.
 
     With x = 1/(1 + exp(-pi sinh t)) the integrand decays double-exponentially in t, and the trapezoidal rule with step
@@ -34,7 +35,7 @@ def double_exponential(level: int) -> tuple[NDArray[np.float64], NDArray[np.floa
 
 
 @cache
-def gauss(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def gauss(order: int) -> tuple[Array, Array]:
     """Return nodes and weights of Gauss-Legendre quadrature on (0, 1).
 
     Examples
@@ -47,7 +48,7 @@ def gauss(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return (1 + nodes) / 2, weights / 2
 
 
-def composite_gauss(panels: int, order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def composite_gauss(panels: int, order: int) -> tuple[Array, Array]:
     """Return nodes and weights of Gauss-Legendre quadrature on equal panels of (0, 1).
 
     Examples

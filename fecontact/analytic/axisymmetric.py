@@ -8,16 +8,17 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import elliprf
 
 from fecontact.analytic._quadrature import double_exponential
 from fecontact.analytic._table import table
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
-Function = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Function = Callable[[Array], Array]
 
 # Differences of eighth order (one-sided second: seventh): central at -4 ... 4 steps, one-sided at 0 ... 8 steps.
 _CENTRAL_FIRST = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -54,14 +55,14 @@ class Profile:
     height: Function | None
     breaks: tuple[float, ...]
 
-    def first(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
+    def first(self, r: Array) -> Array:
         """Return f'(r)."""
         if self.slope is not None:
             return np.asarray(self.slope(r), dtype=float)
         assert self.height is not None
         return self._difference(self.height, r, second=False)
 
-    def second(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
+    def second(self, r: Array) -> Array:
         """Return f''(r)."""
         if self.slope is not None:
             return self._difference(self.slope, r, second=False)
@@ -75,7 +76,7 @@ class Profile:
         value, rate = self.first(beside), self.second(beside)
         return float(value[1] - value[0] - step * (rate[0] + rate[1]))
 
-    def _difference(self, function: Function, r: NDArray[np.float64], *, second: bool) -> NDArray[np.float64]:
+    def _difference(self, function: Function, r: Array, *, second: bool) -> Array:
         """Return the first or second derivative of `function`, with differences that do not cross a break."""
         step, near, away = 0.01 * r, np.zeros(r.shape, dtype=bool), np.ones_like(r)
         edges = (0.0, *self.breaks, math.inf)
@@ -95,7 +96,7 @@ class Profile:
         return np.asarray(total / step**2 if second else total / step)
 
 
-def _at_each(value: Callable[[float], float], radii: NDArray[np.float64]) -> NDArray[np.float64]:
+def _at_each(value: Callable[[float], float], radii: Array) -> Array:
     """Values at radii of any shape; repeated radii, as on a grid, are evaluated once."""
     different, which = np.unique(radii, return_inverse=True)
     return np.array([value(float(radius)) for radius in different])[which].reshape(radii.shape)
@@ -150,7 +151,7 @@ class AxisymmetricContact:
         """Slope dP/d(delta) = 2 E* a, for every profile."""
         return 2 * self.E_star * self.a
 
-    def pressure(self, r: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, r: ArrayLike) -> Array:
         """Return the pressure, zero outside the contact.
 
         Parameters
@@ -207,7 +208,7 @@ class AxisymmetricContact:
                 total += point * jump * _green(radius, point, self.a)
         return self.E_star / math.pi * total
 
-    def _rate(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _rate(self, t: Array) -> Array:
         """Return d(t G)/dt without the contribution of kinks: the integral of f' + x f'' over x = t sin(theta)."""
         x, w = double_exponential(3)
         angles = [np.arcsin(np.minimum(point / t, 1.0)) for point in self.profile.breaks if point < np.median(t)]
@@ -220,7 +221,7 @@ class AxisymmetricContact:
             total += (width * w * integrand).sum(axis=1)
         return total
 
-    def displacement(self, r: ArrayLike) -> NDArray[np.float64]:
+    def displacement(self, r: ArrayLike) -> Array:
         """Return the normal surface displacement, inside and outside the contact.
 
         Parameters
@@ -384,7 +385,7 @@ def _resultants(profile: Profile, E_star: float, a: float, *, level: int) -> tup
     return a * G, 2 * E_star * a**2 * moment
 
 
-def _panels(end: float, breaks: tuple[float, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _panels(end: float, breaks: tuple[float, ...]) -> tuple[Array, Array]:
     """Return double-exponential nodes and weights on (0, end), split at the breaks."""
     x, w = double_exponential(4)
     edges = np.array([0.0, *(point for point in breaks if point < end), end])

@@ -7,14 +7,15 @@ The half-space fills z >= 0 (z into the body), the load acts at the origin of it
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
 
-def surface_displacement(distance: ArrayLike, *, force: float, modulus: float) -> NDArray[np.float64]:
+def surface_displacement(distance: ArrayLike, *, force: float, modulus: float) -> Array:
     """Return the normal surface displacement P / (pi E' d) under a normal point load.
 
     Parameters
@@ -51,7 +52,7 @@ def surface_displacement(distance: ArrayLike, *, force: float, modulus: float) -
     return np.asarray(checks.finite("the force", force) / (np.pi * checks.positive("the modulus", modulus)) / d)
 
 
-def compliance(points: ArrayLike, material: Material) -> NDArray[np.float64]:
+def compliance(points: ArrayLike, material: Material) -> Array:
     """Return the displacements due to unit loads in x, y and z: Green's tensor of the half-space.
 
     Parameters
@@ -95,7 +96,7 @@ def compliance(points: ArrayLike, material: Material) -> NDArray[np.float64]:
     return np.asarray(tensor / (4 * np.pi * material.shear_modulus))
 
 
-def displacement(points: ArrayLike, *, force: ArrayLike, material: Material) -> NDArray[np.float64]:
+def displacement(points: ArrayLike, *, force: ArrayLike, material: Material) -> Array:
     """Return the displacement of the half-space under a point load of any direction.
 
     Parameters
@@ -129,7 +130,7 @@ def displacement(points: ArrayLike, *, force: ArrayLike, material: Material) -> 
     return np.asarray(compliance(points, material) @ _load(force))
 
 
-def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> NDArray[np.float64]:
+def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> Array:
     """Return the stress in the half-space under a point load of any direction.
 
     Parameters
@@ -183,7 +184,7 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> NDArra
     return np.asarray(result / (2 * np.pi))
 
 
-def _geometry(points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _geometry(points: ArrayLike) -> tuple[Array, Array, Array]:
     """Return the points, their distance rho from the load, and rho + z."""
     coordinates = checks.point_array("points", points, 3)
     if np.any(coordinates[..., 2] < 0):
@@ -194,7 +195,7 @@ def _geometry(points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float6
     return coordinates, rho, rho + coordinates[..., 2]
 
 
-def _load(force: ArrayLike) -> NDArray[np.float64]:
+def _load(force: ArrayLike) -> Array:
     vector = checks.point_array("force", force, 3)
     if vector.shape != (3,):
         raise InputError(f"Expected one force (Qx, Qy, P); found shape {vector.shape}.")

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.analytic._table import table
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
@@ -56,7 +57,7 @@ class ThickCylinder:
     material: Material
     plane: Plane
 
-    def radial(self, r: ArrayLike) -> NDArray[np.float64]:
+    def radial(self, r: ArrayLike) -> Array:
         """Return the radial stress.
 
         Parameters
@@ -87,7 +88,7 @@ class ThickCylinder:
         radius = self._within(r)
         return np.asarray(0.0 - self.outer_pressure - self._share(radius) * (self.b - radius) * (self.b + radius))
 
-    def hoop(self, r: ArrayLike) -> NDArray[np.float64]:
+    def hoop(self, r: ArrayLike) -> Array:
         """Return the hoop stress.
 
         Parameters
@@ -118,7 +119,7 @@ class ThickCylinder:
         radius = self._within(r)
         return np.asarray(0.0 - self.outer_pressure + self._share(radius) * (self.b**2 + radius**2))
 
-    def axial(self, r: ArrayLike) -> NDArray[np.float64]:
+    def axial(self, r: ArrayLike) -> Array:
         """Return the axial stress: zero in plane stress, nu (radial + hoop) in plane strain.
 
         Parameters
@@ -150,7 +151,7 @@ class ThickCylinder:
         total = self.radial(r) + self.hoop(r)
         return np.asarray(self.material.nu * total if self.plane == "strain" else np.zeros_like(total))
 
-    def displacement(self, r: ArrayLike) -> NDArray[np.float64]:
+    def displacement(self, r: ArrayLike) -> Array:
         """Return the radial displacement, outwards positive.
 
         Parameters
@@ -184,14 +185,14 @@ class ThickCylinder:
             E, nu = E / (1 - nu**2), nu / (1 - nu)
         return np.asarray(0.0 + checks.depths("r", r) * (hoop - nu * radial) / E)
 
-    def _share(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _share(self, r: Array) -> Array:
         """Return (p_i - p_o) (a/r)^2 / (b^2 - a^2), the term that all fields share; zero for a solid disc."""
         if self.a == 0:
             return np.zeros_like(r)
         difference = self.inner_pressure - self.outer_pressure
         return np.asarray(difference * (self.a / r) ** 2 / ((self.b - self.a) * (self.b + self.a)))
 
-    def _within(self, r: ArrayLike) -> NDArray[np.float64]:
+    def _within(self, r: ArrayLike) -> Array:
         radius = checks.depths("r", r)
         if np.any(radius < self.a) or np.any(radius > self.b):
             raise InputError(

@@ -7,15 +7,16 @@ with E* in place of that modulus, displacements are those of both bodies togethe
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ellipe, elliprd
 
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic.stress import AxisymmetricStress
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 
 
-def hertz_pressure(r: ArrayLike, *, a: float, p0: float) -> NDArray[np.float64]:
+def hertz_pressure(r: ArrayLike, *, a: float, p0: float) -> Array:
     """Return the pressure p0 sqrt(1 - r^2/a^2), zero for r > a.
 
     Parameters
@@ -50,7 +51,7 @@ def hertz_pressure(r: ArrayLike, *, a: float, p0: float) -> NDArray[np.float64]:
     return np.asarray(p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi), 0.0)))
 
 
-def hertz_displacement(r: ArrayLike, *, a: float, p0: float, modulus: float) -> NDArray[np.float64]:
+def hertz_displacement(r: ArrayLike, *, a: float, p0: float, modulus: float) -> Array:
     """Return the normal surface displacement under Hertz's pressure, inside and outside the disc.
 
     Parameters
@@ -160,7 +161,7 @@ def hertz_stress(r: ArrayLike, z: ArrayLike, *, a: float, p0: float, nu: float) 
     )
 
 
-def uniform_displacement(r: ArrayLike, *, a: float, pressure: float, modulus: float) -> NDArray[np.float64]:
+def uniform_displacement(r: ArrayLike, *, a: float, pressure: float, modulus: float) -> Array:
     """Return the normal surface displacement under uniform pressure, inside and outside the disc.
 
     Parameters

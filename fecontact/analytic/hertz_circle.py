@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from fecontact.analytic import disc
@@ -15,6 +15,7 @@ from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import AxisymmetricStress
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.material import Material
 
 
@@ -76,7 +77,7 @@ class CircularContact:
         """Slope dP/d(delta) = 2 E* a."""
         return 2 * self.E_star * self.a
 
-    def pressure(self, r: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, r: ArrayLike) -> Array:
         """Return the pressure p0 sqrt(1 - r^2/a^2), zero outside the contact.
 
         Parameters
@@ -106,7 +107,7 @@ class CircularContact:
         """
         return disc.hertz_pressure(r, a=self.a, p0=self.p0)
 
-    def displacement(self, r: ArrayLike) -> NDArray[np.float64]:
+    def displacement(self, r: ArrayLike) -> Array:
         """Return the normal surface displacement of both bodies together, inside and outside the contact.
 
         Parameters
@@ -136,7 +137,7 @@ class CircularContact:
         """
         return disc.hertz_displacement(r, a=self.a, p0=self.p0, modulus=self.E_star)
 
-    def gap(self, r: ArrayLike) -> NDArray[np.float64]:
+    def gap(self, r: ArrayLike) -> Array:
         """Return the distance of the deformed surfaces, zero inside the contact.
 
         Parameters

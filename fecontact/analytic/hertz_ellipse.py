@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import elliprd, elliprf
 
@@ -14,6 +14,7 @@ from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio
 from fecontact.analytic.stress import SymmetryPlaneStress
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
@@ -87,7 +88,7 @@ class EllipticalContact:
         """Slope dP/d(delta) = 3 P / (2 delta)."""
         return 1.5 * self.force / self.approach
 
-    def pressure(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Return the pressure p0 sqrt(1 - x^2/a^2 - y^2/b^2), zero outside the contact.
 
         Parameters
@@ -119,7 +120,7 @@ class EllipticalContact:
         eta = checks.coordinates("y", y) / self.b
         return np.asarray(self.p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi) - eta**2, 0.0)))
 
-    def displacement(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+    def displacement(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Return the normal surface displacement of both bodies together, inside and outside the contact.
 
         Parameters
@@ -395,7 +396,7 @@ def _axis_ratio(ratio: float) -> float:
     return math.exp(brentq(defect, -math.log(ratio) - 1e-15, 0.0, xtol=1e-16, rtol=1e-15))
 
 
-def _confocal(xi: NDArray[np.float64], eta: NDArray[np.float64], square: float) -> NDArray[np.float64]:
+def _confocal(xi: Array, eta: Array, square: float) -> Array:
     """Return the largest root of xi^2/(1 + w) + eta^2/(k^2 + w) = 1, zero inside the ellipse; `square` is k^2."""
     # w^2 - trace w - product = 0, with the roots' product negative exactly outside the ellipse.
     trace = xi**2 + eta**2 - 1 - square

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from fecontact.analytic._functions import trough_gap
@@ -14,6 +14,7 @@ from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import SymmetryPlaneStress
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.material import Material
 
 
@@ -68,7 +69,7 @@ class LineContact:
         """P' / (2 a), pi/4 times the maximum."""
         return self.p0 * math.pi / 4
 
-    def pressure(self, x: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, x: ArrayLike) -> Array:
         """Return the pressure p0 sqrt(1 - x^2/a^2), zero outside the contact.
 
         Parameters
@@ -99,7 +100,7 @@ class LineContact:
         xi = np.abs(checks.coordinates("x", x)) / self.a
         return np.asarray(self.p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi), 0.0)))
 
-    def displacement(self, x: ArrayLike) -> NDArray[np.float64]:
+    def displacement(self, x: ArrayLike) -> Array:
         """Return the normal surface displacement of both bodies together, relative to that of the centre line.
 
         Parameters
@@ -133,7 +134,7 @@ class LineContact:
         shape = np.minimum(xi, 1.0) ** 2 * np.where(xi <= 1, 1.0, beyond / (beyond + root) + np.arccosh(beyond))
         return np.asarray(0.0 - self.a * (self.a / self.R) / 2 * shape)
 
-    def gap(self, x: ArrayLike) -> NDArray[np.float64]:
+    def gap(self, x: ArrayLike) -> Array:
         """Return the distance of the deformed surfaces, zero inside the contact.
 
         Parameters

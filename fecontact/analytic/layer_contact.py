@@ -6,13 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from fecontact.analytic._quadrature import composite_gauss, gauss
 from fecontact.analytic._table import table
 from fecontact.analytic.layer_kernel import Base, checked_base, deficit
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
@@ -74,14 +75,14 @@ class LayerContact:
     thickness: float
     base: Base
     E_star: float
-    coefficients: NDArray[np.float64]
+    coefficients: Array
 
     @property
     def mean_pressure(self) -> float:
         """P / (pi a^2)."""
         return self.force / (math.pi * self.a**2)
 
-    def pressure(self, r: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, r: ArrayLike) -> Array:
         """Return the pressure, zero outside the contact.
 
         Parameters
@@ -205,7 +206,7 @@ def paraboloid(
     )
 
 
-def _solve(ratio: float, nu: float, base: Base) -> tuple[NDArray[np.float64], float, float]:
+def _solve(ratio: float, nu: float, base: Base) -> tuple[Array, float, float]:
     """Solve the integral equation at a/h = `ratio`, in units of a, R and E*.
 
     Returns
@@ -223,7 +224,7 @@ def _solve(ratio: float, nu: float, base: Base) -> tuple[NDArray[np.float64], fl
     angles = (np.arange(order) + 0.5) * math.pi / order
     samples = np.sqrt((1 + np.cos(angles)) / 2)  # Chebyshev points in 2 t^2 - 1
 
-    def waves(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def waves(points: Array) -> Array:
         return np.asarray(np.cos(ratio * np.outer(points, kappa)))
 
     inner = waves(t)
@@ -240,7 +241,7 @@ def _solve(ratio: float, nu: float, base: Base) -> tuple[NDArray[np.float64], fl
     return coefficients, float(delta), force
 
 
-def _pressure_shape(coefficients: NDArray[np.float64], xi: NDArray[np.float64]) -> NDArray[np.float64]:
+def _pressure_shape(coefficients: Array, xi: Array) -> Array:
     """Return p pi R/(E* a) at r/a = xi: minus the integral of phi'(t)/sqrt(t^2 - xi^2), t^2 = xi^2 + (1 - xi^2) w^2."""
     rate = 4 * np.polynomial.chebyshev.chebder(coefficients)  # phi'(t)/t as a series in 2 t^2 - 1
     w, weight = gauss(len(coefficients))

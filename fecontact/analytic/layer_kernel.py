@@ -9,17 +9,18 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.analytic._functions import sinh_excess
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
 Base = Literal["bonded", "frictionless"]
 
 
-def bonded_kernel(k: ArrayLike, thickness: float, material: Material) -> NDArray[np.float64]:
+def bonded_kernel(k: ArrayLike, thickness: float, material: Material) -> Array:
     """Return the compliance of a layer bonded to a rigid foundation, relative to a half-space.
 
     Parameters
@@ -63,7 +64,7 @@ def bonded_kernel(k: ArrayLike, thickness: float, material: Material) -> NDArray
     return np.asarray((2 * (g - 1) * S + 2 * excess) / _bonded_denominator(y, g))
 
 
-def frictionless_kernel(k: ArrayLike, thickness: float, material: Material | None = None) -> NDArray[np.float64]:
+def frictionless_kernel(k: ArrayLike, thickness: float, material: Material | None = None) -> Array:
     """Return the compliance of a layer on a frictionless rigid foundation, relative to a half-space.
 
     Parameters
@@ -99,7 +100,7 @@ def frictionless_kernel(k: ArrayLike, thickness: float, material: Material | Non
     return np.asarray(np.expm1(-y) ** 2 / 2 / denominator)
 
 
-def compliance(k: ArrayLike, thickness: float, material: Material, base: Base = "bonded") -> NDArray[np.float64]:
+def compliance(k: ArrayLike, thickness: float, material: Material, base: Base = "bonded") -> Array:
     """Return the surface displacement of a layer per unit of sinusoidal pressure, finite at k = 0.
 
     Parameters
@@ -148,12 +149,12 @@ def checked_base(base: str) -> str:
     return base
 
 
-def _bonded_denominator(y: NDArray[np.float64], g: float) -> NDArray[np.float64]:
+def _bonded_denominator(y: Array, g: float) -> Array:
     """Return (2 g cosh y + y^2 + g^2 + 1) exp(-y)."""
     return np.asarray(g * (1 + np.exp(-2 * y)) + (y**2 + g**2 + 1) * np.exp(-y))
 
 
-def deficit(kappa: NDArray[np.float64], nu: float, base: Base) -> NDArray[np.float64]:
+def deficit(kappa: Array, nu: float, base: Base) -> Array:
     """Return 1 - M at kappa = k h > 0, without cancellation."""
     y = 2 * kappa
     if base == "frictionless":

@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic._table import table
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 
@@ -68,7 +69,7 @@ class FlatPunch:
         """Slope dP/d(delta) = 2 E* a."""
         return 2 * self.E_star * self.a
 
-    def pressure(self, x: ArrayLike, y: ArrayLike = 0.0) -> NDArray[np.float64]:
+    def pressure(self, x: ArrayLike, y: ArrayLike = 0.0) -> Array:
         """Return the pressure P/(2 pi a^2) (1 + 3 e x/a^2)/sqrt(1 - r^2/a^2), zero outside the punch.
 
         Parameters
@@ -103,7 +104,7 @@ class FlatPunch:
             shape = np.where((r == 1) & (linear == 0), 0.0, linear / np.sqrt(np.maximum((1 - r) * (1 + r), 0.0)))
         return np.asarray(self.mean_pressure / 2 * np.where(r <= 1, shape, 0.0))
 
-    def displacement(self, x: ArrayLike, y: ArrayLike = 0.0) -> NDArray[np.float64]:
+    def displacement(self, x: ArrayLike, y: ArrayLike = 0.0) -> Array:
         """Return the normal surface displacement, inside and outside the contact.
 
         Parameters
@@ -153,7 +154,7 @@ class FlatPunch:
         )
 
 
-def _tilted(s: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def _tilted(s: Array, angle: Array) -> Array:
     """Return asin(1/r) - sqrt(r^2 - 1)/r^2, which decays as 2/(3 r^3), from s = sqrt(r^2 - 1), angle = asin(1/r)."""
     # With t = 1/s it is atan t - t/(1 + t^2) = t (t^2/(1 + t^2) - (1 - atan(t)/t)); for small t the second term is a
     # third of the first.

@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import beta, betaincc, hyp2f1
 
 from fecontact.analytic._table import table
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 
@@ -66,7 +67,7 @@ class PowerPunch:
         """Slope dP/d(delta) = 2 E* a."""
         return 2 * self.E_star * self.a
 
-    def pressure(self, r: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, r: ArrayLike) -> Array:
         """Return the pressure, zero outside the contact.
 
         Parameters
@@ -103,7 +104,7 @@ class PowerPunch:
         n = self.exponent
         return np.asarray(n * self.E_star * self.approach / (np.pi * self.a) * _power_shape(xi, n))
 
-    def displacement(self, r: ArrayLike) -> NDArray[np.float64]:
+    def displacement(self, r: ArrayLike) -> Array:
         """Return the normal surface displacement, inside and outside the contact.
 
         Parameters
@@ -155,7 +156,7 @@ class PowerPunch:
         )
 
 
-def _power_shape(xi: NDArray[np.float64], n: float) -> NDArray[np.float64]:
+def _power_shape(xi: Array, n: float) -> Array:
     """Return the integral of s^(n-1)/sqrt(s^2 - xi^2) over s = xi ... 1, zero for xi >= 1."""
     complement = np.maximum((1 - xi) * (1 + xi), 0.0)
     if n == 1:

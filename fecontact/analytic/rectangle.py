@@ -12,10 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.analytic import boussinesq
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
@@ -28,7 +29,7 @@ _ORDER = 8
 
 def surface_displacement(
     x: ArrayLike, y: ArrayLike, *, half_sides: tuple[float, float], pressure: float, modulus: float
-) -> NDArray[np.float64]:
+) -> Array:
     """Return the normal displacement of the surface.
 
     Parameters
@@ -65,19 +66,17 @@ def surface_displacement(
     xs, ys = np.broadcast_arrays(checks.coordinates("x", x), checks.coordinates("y", y))
     points = np.stack([xs, ys, np.zeros_like(xs)], axis=-1)
 
-    def near(close: NDArray[np.float64]) -> NDArray[np.float64]:
+    def near(close: Array) -> Array:
         return _potentials(close, sides).V
 
-    def far(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
+    def far(offsets: Array) -> Array:
         return np.asarray(1 / np.linalg.norm(offsets, axis=-1))
 
     factor = checks.finite("the pressure", pressure) / (np.pi * checks.positive("the modulus", modulus))
     return np.asarray(factor * _near_or_far(points, sides, near, far))
 
 
-def displacement(
-    points: ArrayLike, *, half_sides: tuple[float, float], pressure: float, material: Material
-) -> NDArray[np.float64]:
+def displacement(points: ArrayLike, *, half_sides: tuple[float, float], pressure: float, material: Material) -> Array:
     """Return the displacement in the half-space and on its surface.
 
     Parameters
@@ -115,13 +114,13 @@ def displacement(
     nu = material.nu
     scale = checks.finite("the pressure", pressure) / (4 * np.pi * material.shear_modulus)
 
-    def near(close: NDArray[np.float64]) -> NDArray[np.float64]:
+    def near(close: Array) -> Array:
         f = _potentials(close, sides)
         u_x = 0.0 - (f.z * f.V_x + (1 - 2 * nu) * f.chi_x)
         u_y = 0.0 - (f.z * f.V_y + (1 - 2 * nu) * f.chi_y)
         return np.stack([scale * u_x, scale * u_y, scale * (2 * (1 - nu) * f.V - f.z * f.V_z)], axis=-1)
 
-    def far(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
+    def far(offsets: Array) -> Array:
         return boussinesq.displacement(offsets, force=(0.0, 0.0, pressure), material=material)
 
     return _near_or_far(coordinates, sides, near, far)
@@ -134,7 +133,7 @@ def stress(
     pressure: float,
     material: Material,
     corner_distance: float = 0.0,
-) -> NDArray[np.float64]:
+) -> Array:
     """Return the stress in the half-space and on its surface.
 
     Parameters
@@ -177,7 +176,7 @@ def stress(
     nu = material.nu
     scale = checks.finite("the pressure", pressure) / (2 * np.pi)
 
-    def near(close: NDArray[np.float64]) -> NDArray[np.float64]:
+    def near(close: Array) -> Array:
         f = _potentials(close, sides, corner_distance if scale else 1.0)
         tensor = np.empty((*close.shape[:-1], 3, 3))
         tensor[..., 0, 0] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_xx - f.W_xx
@@ -188,7 +187,7 @@ def stress(
         tensor[..., 1, 2] = tensor[..., 2, 1] = -f.W_yz
         return scale * tensor
 
-    def far(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
+    def far(offsets: Array) -> Array:
         return boussinesq.stress(offsets, force=(0.0, 0.0, pressure), material=material)
 
     return _near_or_far(coordinates, sides, near, far)
@@ -198,24 +197,24 @@ def stress(
 class _Potentials:
     """Derivatives of V and chi; W are second derivatives of V times z, as they enter the stresses."""
 
-    z: NDArray[np.float64]
-    V: NDArray[np.float64]
-    V_x: NDArray[np.float64]
-    V_y: NDArray[np.float64]
-    V_z: NDArray[np.float64]
-    W_xx: NDArray[np.float64]
-    W_yy: NDArray[np.float64]
-    W_xy: NDArray[np.float64]
-    W_xz: NDArray[np.float64]
-    W_yz: NDArray[np.float64]
-    chi_x: NDArray[np.float64]
-    chi_y: NDArray[np.float64]
-    chi_xx: NDArray[np.float64]
-    chi_yy: NDArray[np.float64]
-    chi_xy: NDArray[np.float64]
+    z: Array
+    V: Array
+    V_x: Array
+    V_y: Array
+    V_z: Array
+    W_xx: Array
+    W_yy: Array
+    W_xy: Array
+    W_xz: Array
+    W_yz: Array
+    chi_x: Array
+    chi_y: Array
+    chi_xx: Array
+    chi_yy: Array
+    chi_xy: Array
 
 
-def _potentials(points: NDArray[np.float64], sides: tuple[float, float], corner_distance: float = 0.0) -> _Potentials:
+def _potentials(points: Array, sides: tuple[float, float], corner_distance: float = 0.0) -> _Potentials:
     """Sum the corner functions; log(Y + rho) enters as asinh(Y/sqrt(X^2 + z^2)): the same sum without cancellation."""
     signs = np.array([1.0, -1.0])
     X, Y = (
@@ -241,7 +240,7 @@ def _potentials(points: NDArray[np.float64], sides: tuple[float, float], corner_
     turn_x = np.arctan2(X * Y * (rho - Z), X**2 * rho + Z * Y**2)
     turn_y = np.arctan2(X * Y * (rho - Z), Y**2 * rho + Z * X**2)
 
-    def corners(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def corners(values: Array) -> Array:
         return np.asarray((weight * values).sum(axis=(-2, -1)))
 
     with np.errstate(invalid="ignore"):
@@ -266,11 +265,11 @@ def _potentials(points: NDArray[np.float64], sides: tuple[float, float], corner_
 
 
 def _near_or_far(
-    points: NDArray[np.float64],
+    points: Array,
     sides: tuple[float, float],
-    near: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    far: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-) -> NDArray[np.float64]:
+    near: Callable[[Array], Array],
+    far: Callable[[Array], Array],
+) -> Array:
     """Evaluate `near` at points close to the rectangle and the quadrature of the point load `far` at the others."""
     flat = points.reshape(-1, 3)
     remote = np.linalg.norm(flat, axis=-1) > FAR * max(sides)
@@ -294,7 +293,7 @@ def _sides(half_sides: tuple[float, float]) -> tuple[float, float]:
     return checks.positive("the half-side a", a), checks.positive("the half-side b", b)
 
 
-def _inside(points: ArrayLike) -> NDArray[np.float64]:
+def _inside(points: ArrayLike) -> Array:
     coordinates = checks.point_array("points", points, 3)
     if np.any(coordinates[..., 2] < 0):
         raise InputError(f"Expected points with z >= 0, inside the body; found z = {coordinates[..., 2].min()}.")

@@ -6,12 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import hyp2f1
 
 from fecontact.analytic._functions import trough_gap
 from fecontact.analytic._table import table
 from fecontact.common import checks
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 
@@ -78,7 +79,7 @@ class SinusoidContact:
             return self.mean_pressure + self.closing_pressure
         return 2 * math.sqrt(self.mean_pressure * self.closing_pressure)
 
-    def pressure(self, x: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, x: ArrayLike) -> Array:
         """Return the pressure, zero in the gaps.
 
         Parameters
@@ -117,7 +118,7 @@ class SinusoidContact:
         inside = np.abs(psi) < edge
         return np.asarray(np.where(inside, 2 * self.closing_pressure * np.cos(psi) * np.sqrt(open_part), 0.0))
 
-    def gap(self, x: ArrayLike) -> NDArray[np.float64]:
+    def gap(self, x: ArrayLike) -> Array:
         """Return the distance of the deformed surfaces, zero where they touch.
 
         Parameters
@@ -158,7 +159,7 @@ class SinusoidContact:
             return np.asarray(2 * self.amplitude * s**2)
         return np.asarray(2 * self.amplitude * edge**2 * trough_gap(s / edge))
 
-    def _phase(self, x: ArrayLike) -> NDArray[np.float64]:
+    def _phase(self, x: ArrayLike) -> Array:
         """Return x/lambda reduced to the nearest crest."""
         phase = checks.coordinates("x", x) / self.wavelength
         return np.asarray(phase - np.round(phase))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,18 +24,18 @@ class AxisymmetricStress:
     array(1.)
     """
 
-    rr: NDArray[np.float64]
-    tt: NDArray[np.float64]
-    zz: NDArray[np.float64]
-    rz: NDArray[np.float64]
+    rr: Array
+    tt: Array
+    zz: Array
+    rz: Array
 
     @property
-    def max_shear(self) -> NDArray[np.float64]:
+    def max_shear(self) -> Array:
         """Largest shear stress at each point, over all planes."""
         return _max_shear(self.rr, self.zz, self.rz, self.tt)
 
     @property
-    def von_mises(self) -> NDArray[np.float64]:
+    def von_mises(self) -> Array:
         """Equivalent stress of von Mises at each point."""
         return _von_mises(self.rr, self.tt, self.zz, self.rz)
 
@@ -54,25 +55,23 @@ class SymmetryPlaneStress:
     array(1.)
     """
 
-    xx: NDArray[np.float64]
-    yy: NDArray[np.float64]
-    zz: NDArray[np.float64]
-    xz: NDArray[np.float64]
+    xx: Array
+    yy: Array
+    zz: Array
+    xz: Array
 
     @property
-    def max_shear(self) -> NDArray[np.float64]:
+    def max_shear(self) -> Array:
         """Largest shear stress at each point, over all planes."""
         return _max_shear(self.xx, self.zz, self.xz, self.yy)
 
     @property
-    def von_mises(self) -> NDArray[np.float64]:
+    def von_mises(self) -> Array:
         """Equivalent stress of von Mises at each point."""
         return _von_mises(self.xx, self.yy, self.zz, self.xz)
 
 
-def _max_shear(
-    first: NDArray[np.float64], second: NDArray[np.float64], shear: NDArray[np.float64], third: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _max_shear(first: Array, second: Array, shear: Array, third: Array) -> Array:
     """Half the difference of the largest and smallest principal stress, where `third` is one of the three."""
     radius = np.hypot((first - second) / 2, shear)
     # Distance of the third principal stress from the centre of the other two, formed without cancellation.
@@ -80,8 +79,6 @@ def _max_shear(
     return np.asarray(np.maximum(radius, (radius + offset) / 2))
 
 
-def _von_mises(
-    first: NDArray[np.float64], second: NDArray[np.float64], third: NDArray[np.float64], shear: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _von_mises(first: Array, second: Array, third: Array, shear: Array) -> Array:
     squares = (first - second) ** 2 + (second - third) ** 2 + (third - first) ** 2
     return np.asarray(np.sqrt(squares / 2 + 3 * shear**2))

@@ -13,14 +13,13 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
 from fecontact.ancf.hexahedron import face_points
 from fecontact.ancf.space import AncfSpace
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element.hexahedron import FACES
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import Projection
@@ -99,7 +98,7 @@ class Faces:
         return np.concatenate([shared.reshape(-1, 4), len(nodes) + self.sides], axis=1)
 
     @cached_property
-    def rim(self) -> NDArray[np.bool_]:
+    def rim(self) -> Mask:
         """Whether a side (n, 4), from corner k to k + 1, belongs to one of the faces only."""
         return np.asarray(np.bincount(self.sides.ravel())[self.sides] == 1)
 

@@ -13,9 +13,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
 from fecontact.solvers import ComplementarityProblem, solve
@@ -26,7 +25,7 @@ class UnstableError(FecontactError):
 
 
 def contact_step(
-    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, pressing: NDArray[np.bool_] | None = None
+    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, pressing: Mask | None = None
 ) -> tuple[Array, Array]:
     """Change of the coordinates and contact forces.
 

@@ -23,12 +23,11 @@ from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.conserving import forces_between
 from fecontact.ancf.newton import UnstableError, contact_step
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
 MOST_ITERATIONS = 25
@@ -168,7 +167,7 @@ def _widths(a: Assembly) -> Array:
 
 
 def _solved(
-    a: Assembly, K: sp.csr_matrix, rest: Array, G: sp.csr_matrix, gap: Array, near: NDArray[np.int64]
+    a: Assembly, K: sp.csr_matrix, rest: Array, G: sp.csr_matrix, gap: Array, near: IntArray
 ) -> tuple[Array, Array]:
     """Change of all coordinates and the forces of all conditions."""
     Z = a.free
@@ -194,7 +193,7 @@ def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool
     return largest <= max(tolerance * float(np.abs(a.lengths * moved).max(initial=0.0)), ROUNDING * a.size)
 
 
-def _working(a: Assembly, G: sp.csr_matrix, pressing: NDArray[np.int64], closing: Array, moved: Array) -> sp.csr_matrix:
+def _working(a: Assembly, G: sp.csr_matrix, pressing: IntArray, closing: Array, moved: Array) -> sp.csr_matrix:
     """Gradients of the active conditions whose work is exactly force times change of gap (discrete gradient).
 
     With d the motion of the step and W the squares of `lengths`, W d (change of gap - G . d) / (d . W d) is added to

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 
@@ -115,7 +116,7 @@ def finite(name: str, value: float) -> float:
     return number
 
 
-def vector(name: str, value: ArrayLike, length: int = 3) -> NDArray[np.float64]:
+def vector(name: str, value: ArrayLike, length: int = 3) -> Array:
     """Return `value` as an array of `length` numbers, or refuse it if there are not as many or one is not finite.
 
     Raises
@@ -169,7 +170,7 @@ def among(what: str, value: object, known: Iterable[str]) -> None:
         raise InputError(f"Unknown {what} {value!r}; expected one of {', '.join(map(repr, names))}.")
 
 
-def coordinates(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def coordinates(name: str, values: ArrayLike) -> Array:
     """Return `values` as an array of floats of any shape, or refuse it if one of them is not finite.
 
     Raises
@@ -191,7 +192,7 @@ def coordinates(name: str, values: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
-def depths(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def depths(name: str, values: ArrayLike) -> Array:
     """Return `values` as an array of floats, or refuse it if one of them is negative or not finite.
 
     Raises
@@ -210,7 +211,7 @@ def depths(name: str, values: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
-def point_array(name: str, values: ArrayLike, dimension: int) -> NDArray[np.float64]:
+def point_array(name: str, values: ArrayLike, dimension: int) -> Array:
     """Return `values` as an array of shape (..., dimension), or refuse it.
 
     Raises

@@ -16,10 +16,10 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive, vector
 from fecontact.common.errors import InputError
 from fecontact.contact.rigid_motion import RigidMotionConstraints
@@ -140,7 +140,7 @@ class SpringRows:
     """
 
     springs: tuple[Spring, ...]
-    number: NDArray[np.int64]
+    number: IntArray
     sign: Array
 
     @property

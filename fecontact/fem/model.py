@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
@@ -296,7 +295,7 @@ class Model:
                 self.condensation.invert()
         return self.condensation
 
-    def has_condensed(self, rows: sp.csr_matrix) -> NDArray[np.bool_]:
+    def has_condensed(self, rows: sp.csr_matrix) -> Mask:
         """Mask of rows (n, n_dofs) that the present dense condensation covers; all False before the first."""
         own = self.solved_rows(rows)
         if not isinstance(self.condensation, (Schur, Carried)):

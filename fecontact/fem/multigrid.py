@@ -23,11 +23,10 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import FecontactError, MissingPackageError
 from fecontact.fem.condensation import Compliance
 from fecontact.solvers.outcome import Outcome
@@ -269,7 +268,7 @@ def solve_contact(factor: AmgFactor, C: sp.csr_matrix, points: Array, problem: C
     return Outcome(np.maximum(forces, 0.0), q, Status.ITERATION_LIMIT, f"{MOST_SETS} sets", MOST_SETS, history)
 
 
-def _first_set(stand_in: Array, problem: ComplementarityProblem) -> NDArray[np.bool_]:
+def _first_set(stand_in: Array, problem: ComplementarityProblem) -> Mask:
     """Active set of a half-space in place of the body."""
     guess = attempt(
         ComplementarityProblem((stand_in + stand_in.T) / 2, problem.g, problem.B, problem.F), tolerance=1e-6

@@ -8,9 +8,8 @@ where every valid element is regular, and extrapolated to the nodes by a fit.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.fem.stiffness import batches
 from fecontact.mesh.element.degenerate import linear_shapes, node_positions
 from fecontact.mesh.element.hexahedron import hex_shapes
@@ -80,7 +79,7 @@ def _gauss_points(mesh: Mesh, group: CellGroup) -> Array:
     return element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)[0]
 
 
-def to_nodes(mesh: Mesh, values: Array, cells: NDArray[np.int64] | None = None) -> Array:
+def to_nodes(mesh: Mesh, values: Array, cells: IntArray | None = None) -> Array:
     """Gauss-point values (n_cells, n_q, k) fitted in each cell, evaluated at its nodes and averaged: (n_points, k).
 
     With `cells`, only those count; nodes without such a cell get NaN.

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
@@ -176,7 +176,7 @@ class CellSets:
         scale = positive("a scale", factor)
         return self.mapped(lambda x: scale * x)
 
-    def with_boundary(self, name: str, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Self:
+    def with_boundary(self, name: str, where: Pick | Callable[[Array], Mask]) -> Self:
         """Name outer faces; outer sides of a section.
 
         Parameters
@@ -196,14 +196,14 @@ class CellSets:
             raise InputError(f"No outer {self._face} lies wholly in the region given for the boundary {name!r}.")
         return replace(self, boundaries={**self.boundaries, name: chosen})
 
-    def _chosen(self, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mask:
+    def _chosen(self, where: Pick | Callable[[Array], Mask]) -> Mask:
         """Mask (n,) of the outer faces at all corners of which the callable is true."""
         if isinstance(where, Pick):
             raise InputError(f"A boundary of a {self._noun} takes where(points) -> bool; picks are for bodies.")
         inside = np.asarray(where(self.points), dtype=bool)
         return np.asarray(inside[self.face_nodes(self.outer)[:, :4]].all(axis=1))
 
-    def with_group(self, name: str, where: Callable[[Array], NDArray[np.bool_]]) -> Self:
+    def with_group(self, name: str, where: Callable[[Array], Mask]) -> Self:
         """Name the cells whose mean corner satisfies ``where(centres (n, 3)) -> (n,) bool``."""
         centres = self.points[self.cells[:, : self.n_corners]].mean(axis=1)
         return replace(self, groups={**self.groups, name: np.flatnonzero(where(centres))})

@@ -9,7 +9,6 @@ from types import MappingProxyType
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import Mesh as SkfemMesh
 
 from fecontact.common.arrays import Array, IntArray, Mask
@@ -243,7 +242,7 @@ class Mesh(CellSets):
 
     # further methods: each returns a copy
 
-    def _chosen(self, where: Pick | Callable[[Array], NDArray[np.bool_]]) -> Mask:
+    def _chosen(self, where: Pick | Callable[[Array], Mask]) -> Mask:
         return where.chosen(self, self.outer) if isinstance(where, Pick) else super()._chosen(where)
 
     def with_midface_nodes(self, names: tuple[str, ...]) -> Mesh:

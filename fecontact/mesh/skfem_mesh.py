@@ -12,13 +12,12 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import CellBasis, ElementVector, MeshHex1, MeshHex2, MeshTet1, MeshTet2, MeshWedge1
 from skfem import Mesh as SkfemMesh
 from skfem.element import BOUNDARY_ELEMENT_MAP, Element, ElementHexS2, ElementQuadS2
 from skfem.generic_utils import OrientedBoundary
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.element.hexahedron import FACES, hex_nodes
 from fecontact.mesh.kinds import KINDS, Kind
@@ -38,7 +37,7 @@ class MeshHex20(MeshHex1):
     curved ones: build a mesh with `fecontact.shapes` and convert it with `Mesh.to_skfem` instead.
     """
 
-    doflocs: NDArray[np.float64] = field(default_factory=lambda: MeshHex2().doflocs[:, :20])
+    doflocs: Array = field(default_factory=lambda: MeshHex2().doflocs[:, :20])
     elem: type[Element] = ElementHexS2
 
 
@@ -201,7 +200,7 @@ def _arrays(theirs: SkfemMesh, kind: Kind, nodes: IntArray, points: Array) -> tu
     return (points, kind.to_hexahedra(own), boundaries, groups), used
 
 
-def _cell_faces(theirs: SkfemMesh, facets: IntArray, left: NDArray[np.bool_], order: _Order) -> IntArray:
+def _cell_faces(theirs: SkfemMesh, facets: IntArray, left: Mask, order: _Order) -> IntArray:
     """Facets as (cell, local face) of their first cell, or of the cell that an oriented boundary names."""
     side, facets = np.asarray(getattr(facets, "ori", 0)), np.asarray(facets)
     cell = theirs.f2t[side, facets]

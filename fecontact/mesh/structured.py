@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.mesh.mesh import Mesh
@@ -37,7 +37,7 @@ def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str 
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
     cells = np.stack([index[tuple(slice(c, c + k) for c, k in zip(cor, n, strict=True))].ravel() for cor in corners], 1)
     number = np.arange(len(cells)).reshape(n)
-    boundaries: dict[str, NDArray[np.int64]] = {}
+    boundaries: dict[str, IntArray] = {}
     for face, name in enumerate(names):
         if name is not None:
             layer = np.take(number, -1 if face % 2 else 0, axis=face // 2).ravel()

@@ -8,9 +8,9 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.cell_sets import first_alike, representatives
@@ -184,7 +184,7 @@ def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
     return normals, cosine
 
 
-def _sides_at(t1: Array, t2: Array, column: IntArray, triangle: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _sides_at(t1: Array, t2: Array, column: IntArray, triangle: Mask) -> tuple[Array, Array]:
     """Directions from a corner along its two sides, from the tangents there."""
     sign1 = np.where((column == 0) | (column == 3), 1.0, -1.0)[:, None]
     sign2 = np.where(column < 2, 1.0, -1.0)[:, None]

@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.contact.interface import Interface
 from fecontact.mesh.section_mesh import line_shapes
@@ -96,7 +96,7 @@ class ContactFields:
         return self.forces / self.weights
 
     @property
-    def active(self) -> NDArray[np.bool_]:
+    def active(self) -> Mask:
         """Points (n,) that carry force."""
         return self.forces > 0
 

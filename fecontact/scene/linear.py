@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import SolverError
@@ -138,14 +137,14 @@ def _from_known(
     return chosen, np.concatenate(start)
 
 
-def _outside(chosen: IntArray, gaps: Array, scale: float) -> NDArray[np.bool_]:
+def _outside(chosen: IntArray, gaps: Array, scale: float) -> Mask:
     """Penetrating pairs that are not candidates."""
     penetrating = gaps < -OUTSIDE_TOLERANCE * scale
     penetrating[chosen] = False
     return penetrating
 
 
-def _warm_start(before: list[IntArray], after: list[IntArray], active: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _warm_start(before: list[IntArray], after: list[IntArray], active: Mask) -> Mask:
     """Active set of smaller candidate sets, mapped to larger ones."""
     ends = np.cumsum([0] + [len(b) for b in before])
     parts = [np.isin(a, b[active[s:e]]) for a, b, s, e in zip(after, before, ends[:-1], ends[1:], strict=True)]

@@ -12,10 +12,9 @@ from typing import Protocol, Self, TypeVar, cast
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
 from fecontact.mesh.facets import triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
@@ -59,7 +58,7 @@ class Projection:
     points: Array
     normals: Array
     gap: Array
-    outside: NDArray[np.bool_]
+    outside: Mask
     weights: sp.csr_matrix | None = None
     facet: IntArray | None = None
     local: Array | None = None
@@ -160,7 +159,7 @@ class FacetSurface:
         return replace(self, points=self.points @ rotation.T + translation, planes=planes)
 
     @cached_property
-    def triangle(self) -> NDArray[np.bool_]:
+    def triangle(self) -> Mask:
         """Mask (n_facets,) of triangles."""
         return triangular(self.facets)
 
@@ -211,7 +210,7 @@ class FacetSurface:
         return owner[order][start[:, None] + np.where(column < count[:, None], column, 0)]
 
     @cached_property
-    def on_rim(self) -> NDArray[np.bool_]:
+    def on_rim(self) -> Mask:
         """Mask (n_facets, 4) of the facets' sides that belong to no other facet; never the missing one of triangles."""
         corners = self.facets[:, :4]
         sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
@@ -222,7 +221,7 @@ class FacetSurface:
         return np.asarray(alone.reshape(-1, 4))
 
     @cached_property
-    def rim_nodes(self) -> NDArray[np.bool_]:
+    def rim_nodes(self) -> Mask:
         """Mask of mesh nodes (n_nodes,) on the surface's rim."""
         facet, side = self.rim_sides
         ends = [self.facets[facet, side], self.facets[facet, (side + 1) % 4]]
@@ -318,7 +317,7 @@ class FacetSurface:
         normals[on_edge] = lines
         return normals
 
-    def _at_sides(self, facet: IntArray, local: Array) -> NDArray[np.bool_]:
+    def _at_sides(self, facet: IntArray, local: Array) -> Mask:
         """Mask (n, 4) of the sides of their facet on which points lie."""
         s, t = local.T
         triangle = self.triangle[facet]
@@ -329,7 +328,7 @@ class FacetSurface:
         """Distance (n,) of each point from its given facet."""
         return np.sqrt(self.polynomials.closest(points, facet)[1])
 
-    def _outside(self, facet: IntArray, local: Array, offset: Array) -> NDArray[np.bool_]:
+    def _outside(self, facet: IntArray, local: Array, offset: Array) -> Mask:
         """Whether a closest point lies on a rim side and the point's offset is directed outwards across it.
 
         On a plane of symmetry a coarse facet's normal is slightly inclined to the plane, so a small angle is tolerated.

@@ -17,9 +17,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
 from fecontact.mesh.section_mesh import Extent, line_integrals, line_shapes
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
@@ -51,12 +50,12 @@ class CurveSurface(FacetSurface):
     out_of_plane: Extent = UNIT
 
     @cached_property
-    def triangle(self) -> NDArray[np.bool_]:
+    def triangle(self) -> Mask:
         """No side is a triangle."""
         return np.zeros(len(self.facets), bool)
 
     @cached_property
-    def rim_nodes(self) -> NDArray[np.bool_]:
+    def rim_nodes(self) -> Mask:
         """Mask of section nodes (n_nodes,) at the ends of the surface."""
         return np.bincount(self.facets[:, :2].ravel(), minlength=len(self.points)) == 1
 

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from fecontact.analytic import axisymmetric, hertz, layer, punch, sinusoid
 from fecontact.bodies import HalfSpace
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -76,7 +75,7 @@ class Exact:
     half_widths: tuple[float, float]
     figures: dict[str, float]
     pressure: Callable[[Array, Array], Array] | None = None
-    compared: Callable[[Array, Array], NDArray[np.bool_]] = field(default=lambda x, y: np.ones(np.shape(x + y), bool))
+    compared: Callable[[Array, Array], Mask] = field(default=lambda x, y: np.ones(np.shape(x + y), bool))
     sharp: bool = False
 
 
@@ -137,7 +136,7 @@ def _round(
     )
 
 
-def _within(radius: float) -> Callable[[Array, Array], NDArray[np.bool_]]:
+def _within(radius: float) -> Callable[[Array, Array], Mask]:
     return lambda x, y: np.asarray(np.hypot(x, y) < radius)
 
 

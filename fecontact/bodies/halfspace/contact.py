@@ -9,13 +9,13 @@ import numpy as np
 import scipy.ndimage
 import scipy.sparse
 import scipy.sparse.csgraph
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.edge import edge_area
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import Layer
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.solvers import Residuals
@@ -101,7 +101,7 @@ class HalfSpaceContact:
     solver: SolverReport
 
     @property
-    def active(self) -> NDArray[np.bool_]:
+    def active(self) -> Mask:
         """Cells (nx, ny) that carry pressure."""
         return self.pressure > 0
 

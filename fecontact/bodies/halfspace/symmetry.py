@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 
 Even = tuple[bool, bool]
 
@@ -13,7 +13,7 @@ ROUNDING = 1e-14
 """Difference of mirrored values, relative to the largest, that counts as rounding."""
 
 
-def even_axes(values: Array, allowed: NDArray[np.bool_], rows: Array) -> Even:
+def even_axes(values: Array, allowed: Mask, rows: Array) -> Even:
     """Axes about whose middle values (nx, ny), mask (nx, ny) and rows (m, nx, ny) are mirror images.
 
     Examples

@@ -10,9 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.facets import distinct_columns, facet_nodes
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
@@ -87,9 +86,7 @@ def opposition(slave: FacetSurface, nodes: IntArray, directions: Array) -> Array
     return np.asarray(best[nodes])
 
 
-def unopposed(
-    slave: FacetSurface, nodes: IntArray, projection: Projection, rotation: Array
-) -> tuple[NDArray[np.bool_], Averted]:
+def unopposed(slave: FacetSurface, nodes: IntArray, projection: Projection, rotation: Array) -> tuple[Mask, Averted]:
     """Mask of slave nodes (n,) that do not face their closest points, and the nearest of them.
 
     Parameters

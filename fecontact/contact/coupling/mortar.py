@@ -19,10 +19,9 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.contact.coupling.facing import STEEPEST
 from fecontact.contact.coupling.mortar_basis import has_mortar_basis, multiplier_shapes, own_samples
@@ -297,7 +296,7 @@ _PROBES = {
 }
 
 
-def _probes(surface: FacetSurface, chosen: NDArray[np.bool_] | None) -> tuple[IntArray, Array]:
+def _probes(surface: FacetSurface, chosen: Mask | None) -> tuple[IntArray, Array]:
     """Sample points over all or chosen facets (n_facets,): their facets (n,) and positions (n, 3)."""
     facets, places = [], []
     for kind, local in _PROBES.items():

@@ -11,10 +11,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.covered_area import CoveredRim
 from fecontact.contact.coupling.facing import NONE_AVERTED, Averted, unopposed
 from fecontact.contact.coupling.surface_pair import SurfacePair
@@ -219,7 +218,7 @@ def _gathered(slave: FacetSurface, ties: SurfaceTies, areas: Array, outside: Int
     return ties.gathered(areas, onto), onto
 
 
-def covered_weights(slave: FacetSurface, rim: CoveredRim, inside: NDArray[np.bool_]) -> Array:
+def covered_weights(slave: FacetSurface, rim: CoveredRim, inside: Mask) -> Array:
     """Areas (n_nodes,) of the slave's nodes, hanging ones too, that the master covers.
 
     The covered part of a facet at the rim is distributed over its nodes `inside` (n_nodes,), so that force over area is

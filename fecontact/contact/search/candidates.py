@@ -7,9 +7,8 @@ and added, so the choice affects the time but not the solution.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray, Mask
 
 #: Share of the estimated rigid overlap within which pairs are candidates; one half for a Hertz contact.
 MARGIN = 0.72
@@ -57,7 +56,7 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thi
     return float(g[k - 1] + extra)
 
 
-def choose(gap: Array, approach: float) -> NDArray[np.int64]:
+def choose(gap: Array, approach: float) -> IntArray:
     """Pairs whose gap above the smallest is within `MARGIN` times an approach, at least `FEWEST`."""
     order = np.argsort(gap, kind="stable")
     above = gap[order] - gap[order[0]]
@@ -65,13 +64,13 @@ def choose(gap: Array, approach: float) -> NDArray[np.int64]:
     return np.sort(order[: max(n, FEWEST)])
 
 
-def grow(chosen: NDArray[np.int64], gap: Array, penetrating: NDArray[np.bool_]) -> NDArray[np.int64]:
+def grow(chosen: IntArray, gap: Array, penetrating: Mask) -> IntArray:
     """Candidates plus the penetrating pairs and all others up to 1.5 times their initial gap."""
     limit = gap[penetrating].max() - gap.min()
     return np.union1d(chosen, np.flatnonzero(gap - gap.min() <= 1.5 * limit))
 
 
-def widen(chosen: NDArray[np.int64], gap: Array) -> NDArray[np.int64]:
+def widen(chosen: IntArray, gap: Array) -> IntArray:
     """Candidates plus pairs up to twice the gap above the smallest, at least twice as many in all.
 
     Examples

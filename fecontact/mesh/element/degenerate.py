@@ -22,9 +22,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element.hexahedron import CORNERS, EDGES, FACES, hex_nodes, hex_shapes, midface_shape
 
 #: First local node with which each of the 20 nodes coincides; the identity if none has coalesced.
@@ -32,7 +31,7 @@ Pattern = tuple[int, ...]
 
 
 @cache
-def coalesced_edges(pattern: Pattern) -> NDArray[np.bool_]:
+def coalesced_edges(pattern: Pattern) -> Mask:
     """Edges (of twelve) whose two corners are one node."""
     p = np.asarray(pattern)
     return p[EDGES[:, 0]] == p[EDGES[:, 1]]
@@ -146,7 +145,7 @@ def node_positions(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...]) ->
     return np.concatenate(positions)
 
 
-def _sharing_nodes(pattern: Pattern, face: int) -> tuple[NDArray[np.int64], Array]:
+def _sharing_nodes(pattern: Pattern, face: int) -> tuple[IntArray, Array]:
     """Nodes of a face whose functions change when it gets a middle node, and the share of the new function in each."""
     gone = dict(triangular_faces(pattern)).get(face)
     if gone is None:

@@ -6,9 +6,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 
@@ -93,7 +92,7 @@ def _mesh(mesh: Element, source: str) -> RawMesh:
     return RawMesh(points, blocks, groups, facets, {}, node_sets)
 
 
-def _nodes(mesh: Element, source: str) -> tuple[IntArray, NDArray[np.float64]]:
+def _nodes(mesh: Element, source: str) -> tuple[IntArray, Array]:
     nodes = [node for section in mesh.findall("Nodes") for node in section.findall("node")]
     if not nodes:
         raise MeshError(f"{source} defines no nodes.")

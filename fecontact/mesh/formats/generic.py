@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError, MissingPackageError
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import BY_MESHIO
@@ -58,7 +57,7 @@ def load(path: Path, reader: Callable[[str], Any]) -> tuple[Any, tuple[str, ...]
     return mesh, tuple(f"{path.name}, says meshio: {text}" for text in said if text)
 
 
-def points_in_space(points: NDArray[np.float64], source: str) -> NDArray[np.float64]:
+def points_in_space(points: Array, source: str) -> Array:
     """Points (n, 3); refuse those of a plane mesh."""
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(f"{source} has points of shape {points.shape}; a solid needs three coordinates.")
@@ -141,7 +140,7 @@ def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[st
     return RawMesh(points, blocks, {k: np.concatenate(v) for k, v in groups.items()}, facets)
 
 
-def _right_handed(points: NDArray[np.float64], kind: str, cells: IntArray) -> tuple[str, IntArray]:
+def _right_handed(points: Array, kind: str, cells: IntArray) -> tuple[str, IntArray]:
     """Reorder wedges written as in VTK's book, first triangle outwards; most programs write them the other way."""
     if kind not in ("wedge6", "wedge15") or cells.min() < 0 or cells.max() >= len(points):
         return kind, cells

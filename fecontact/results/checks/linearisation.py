@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.interface import Interface
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
@@ -189,7 +188,7 @@ def _looked_at(fields: ContactFields) -> IntArray:
     return np.concatenate([active[:: 1 + len(active) // MOST_POINTS], nearest])
 
 
-def _at_rim(surface: Surface, projection: Projection) -> NDArray[np.bool_]:
+def _at_rim(surface: Surface, projection: Projection) -> Mask:
     """Mask of closest points (n,) on the rim: interpolated from rim nodes only."""
     if projection.weights is None:
         return np.zeros(len(projection.gap), bool)

@@ -14,9 +14,8 @@ from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MissingPackageError
 from fecontact.common.text_files import check_writable
 from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
@@ -55,7 +54,7 @@ def view(
     length: str = "",
     title: str | None = None,
     pixels: tuple[int, int] | None = None,
-    rigid: tuple[Array, NDArray[np.int64]] | None = None,
+    rigid: tuple[Array, IntArray] | None = None,
 ) -> Figure:
     """Draw bodies with a field on their outer faces.
 
@@ -146,7 +145,7 @@ def view_result(result: SolvedScene, field: str = "von_mises", path: str | Path 
     return view(solids_of_result(result), field, path, rigid=rigid, **options)
 
 
-def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDArray[np.int64], Array]:
+def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, IntArray, Array]:
     """Points, facets (counter-clockwise seen from outside) and nodal values of all bodies together."""
     points, facets, values = [], [], []
     start = 0
@@ -161,7 +160,7 @@ def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, NDA
     return np.concatenate(points), np.concatenate(facets), np.concatenate(values)
 
 
-def _outwards(points: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+def _outwards(points: Array, faces: IntArray) -> IntArray:
     """Faces of a closed surface, reversed if they enclose a negative volume, as for mirrored cells."""
     corners = points[faces[:, :4]] - points[faces[0, 0]]
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])

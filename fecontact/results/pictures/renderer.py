@@ -10,9 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.mesh.facets import shapes_on_square
 
@@ -269,7 +268,7 @@ class _Canvas:
         return Image(np.clip(mean, 0.0, 1.0), (left, left + columns * step, bottom, bottom + rows * step))
 
 
-def _towards_the_eye(patches: Array) -> NDArray[np.bool_]:
+def _towards_the_eye(patches: Array) -> Mask:
     """Mask of facets (n_facets,) with any part facing the eye."""
     s = np.repeat([0.0, 0.5, 1.0], 3)
     t = np.tile([0.0, 0.5, 1.0], 3)

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.fem.stress import VOIGT
 from fecontact.mesh.mesh import Mesh
@@ -118,7 +117,7 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
     fields = {name: np.asarray(values, dtype=float) for name, values in file.point_data.items()}
     out: list[Solid] = []
     # cells with the same number of nodes are one mesh of mixed kinds, so that faces between them are not outer ones
-    parts: dict[tuple[int, int], list[NDArray[np.int64]]] = {}
+    parts: dict[tuple[int, int], list[IntArray]] = {}
     for block, number in zip(file.cells, numbers, strict=True):
         for k in np.unique(number).tolist():
             cells = np.asarray(block.data)[number == k]

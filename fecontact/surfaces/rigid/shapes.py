@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import positive
@@ -37,7 +36,7 @@ def _circle(planar: Array, z: Array, radius: float) -> tuple[Array, Array, Array
     return gap, planar / safe, np.where(distance > 0, height / safe, -1.0)
 
 
-def _projection(points: Array, normals: Array, gap: Array, outside: NDArray[np.bool_] | None = None) -> Projection:
+def _projection(points: Array, normals: Array, gap: Array, outside: Mask | None = None) -> Projection:
     none = np.zeros(len(points), bool) if outside is None else outside
     return Projection(points - gap[:, None] * normals, normals, gap, none)
 
@@ -240,7 +239,7 @@ class FlatPunch(Indenter):
         """Diameter, or the longer side."""
         return 2 * self.radius if self.radius is not None else max(self.sides or (0.0,))
 
-    def _inside(self, x: Array, y: Array) -> NDArray[np.bool_]:
+    def _inside(self, x: Array, y: Array) -> Mask:
         if self.radius is not None:
             return np.hypot(x, y) <= self.radius
         assert self.sides is not None

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
 READABLE = (".npy", ".txt", ".csv", ".xyz", ".asc")
@@ -107,7 +106,7 @@ def _columns(table: Array) -> Topography:
     return Topography(z, (size[0], size[1]))
 
 
-def _nearest(column: Array, values: Array) -> NDArray[np.int64]:
+def _nearest(column: Array, values: Array) -> IntArray:
     return np.rint((column - values[0]) / (values[-1] - values[0]) * (len(values) - 1)).astype(np.int64)
 
 
