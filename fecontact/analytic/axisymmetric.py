@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import elliprf
 
+from fecontact.analytic._contact import RoundIndentation
 from fecontact.analytic._quadrature import double_exponential
-from fecontact.analytic._table import table
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -103,7 +102,7 @@ def _at_each(value: Callable[[float], float], radii: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class AxisymmetricContact:
+class AxisymmetricContact(RoundIndentation):
     """Indentation by a rigid axisymmetric profile; made by `indent`.
 
     Parameters
@@ -111,7 +110,8 @@ class AxisymmetricContact:
     force : float
         Load P.
     approach : float
-        Displacement delta of the indenter from first touch.
+        Displacement delta of the indenter from first touch. The pressure is infinite at kinks of the profile and at a
+        sharp tip.
     a : float
         Radius of the contact.
     E_star : float
@@ -133,6 +133,11 @@ class AxisymmetricContact:
       mean pressure    pm     0.127324
       stiffness        dP/dd  6
       contact modulus  E*     3
+    >>> contact = indent(slope=lambda r: r, modulus=np.pi / 2, a=1.0)
+    >>> contact.pressure([0.0, 0.6, 2.0]).round(9)
+    array([1. , 0.8, 0. ])
+    >>> contact.displacement([0.0, 1.0, 2.0]).round(6)
+    array([1.      , 0.5     , 0.217996])
     """
 
     force: float
@@ -141,52 +146,18 @@ class AxisymmetricContact:
     E_star: float
     profile: Profile
 
-    @property
-    def mean_pressure(self) -> float:
-        """P / (pi a^2)."""
-        return self.force / (math.pi * self.a**2)
+    _title = "Axisymmetric indenter"
+    _rows = ("force", "approach", "a", "mean_pressure", "stiffness", "E_star")
 
-    @property
-    def stiffness(self) -> float:
-        """Slope dP/d(delta) = 2 E* a, for every profile."""
-        return 2 * self.E_star * self.a
-
-    def pressure(self, r: ArrayLike) -> Array:
-        """Return the pressure, zero outside the contact.
-
-        Parameters
-        ----------
-        r : array_like
-            Distance from the axis, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Pressure, compression positive, shape of `r`; infinite at kinks of the profile (and at a sharp tip).
-
-        Raises
-        ------
-        InputError
-            If a distance is negative or not finite.
-
-        Notes
-        -----
-        (E*/pi) times the integral of d(t G)/dt over t = r ... a with 1/sqrt(t^2 - r^2), t = r cosh(tau); a jump of the
-        slope at b adds b [f'] times an elliptic integral of the first kind, taken in closed form.
-
-        References
-        ----------
-        Sneddon 1965.
-
-        Examples
-        --------
-        >>> contact = indent(slope=lambda r: r, modulus=np.pi / 2, a=1.0)
-        >>> contact.pressure([0.0, 0.6, 2.0]).round(9)
-        array([1. , 0.8, 0. ])
-        """
-        return _at_each(self._pressure_at, checks.depths("r", r))
+    def _pressure(self, r: Array) -> Array:
+        return _at_each(self._pressure_at, r)
 
     def _pressure_at(self, r: float) -> float:
+        """(E*/pi) times the integral of d(t G)/dt with 1/sqrt(t^2 - r^2) over t = r ... a (Sneddon 1965).
+
+        It is taken in t = r cosh(tau). A jump of the slope at b adds b [f'] times an elliptic integral of the first
+        kind, taken in closed form.
+        """
         if r >= self.a:
             return 0.0
         tiny = 1e-60 * self.a  # stands for r = 0: the error is (tiny/a)^(n - 1) for a tip like r^n
@@ -221,37 +192,11 @@ class AxisymmetricContact:
             total += (width * w * integrand).sum(axis=1)
         return total
 
-    def displacement(self, r: ArrayLike) -> Array:
-        """Return the normal surface displacement, inside and outside the contact.
-
-        Parameters
-        ----------
-        r : array_like
-            Distance from the axis, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Displacement, shape of `r`: delta - f(r) inside.
-
-        Raises
-        ------
-        InputError
-            If a distance is negative or not finite.
-
-        References
-        ----------
-        Sneddon 1965, the inner integral taken in closed form.
-
-        Examples
-        --------
-        >>> contact = indent(slope=lambda r: r, modulus=1.0, a=1.0)
-        >>> contact.displacement([0.0, 1.0, 2.0]).round(6)
-        array([1.      , 0.5     , 0.217996])
-        """
-        return _at_each(self._displacement_at, checks.depths("r", r))
+    def _displacement(self, r: Array) -> Array:
+        return _at_each(self._displacement_at, r)
 
     def _displacement_at(self, r: float) -> float:
+        """Delta - f(r) inside (Sneddon 1965), the inner integral taken in closed form."""
         end = min(r, self.a)
         if end == 0:
             return self.approach
@@ -261,19 +206,6 @@ class AxisymmetricContact:
             return self.approach - float(weights @ slope)
         share = np.arctan2(np.sqrt(np.maximum(self.a**2 - points**2, 0.0)), math.sqrt((r - self.a) * (r + self.a)))
         return 2 / math.pi * (self.approach * math.asin(self.a / r) - float(weights @ (slope * share)))
-
-    def __str__(self) -> str:
-        return table(
-            "Axisymmetric indenter",
-            [
-                ("force", "P", self.force),
-                ("approach", "delta", self.approach),
-                ("contact radius", "a", self.a),
-                ("mean pressure", "pm", self.mean_pressure),
-                ("stiffness", "dP/dd", self.stiffness),
-                ("contact modulus", "E*", self.E_star),
-            ],
-        )
 
 
 def indent(

@@ -101,12 +101,10 @@ def displacement(points: ArrayLike, *, force: ArrayLike, material: Material) -> 
 
     Parameters
     ----------
-    points : array_like, shape (..., 3)
-        Points with z >= 0, not the origin.
+    points, material
+        As in `compliance`.
     force : array_like, shape (3,)
         Load (Qx, Qy, P); P positive into the body.
-    material : Material
-        Material of the half-space.
 
     Returns
     -------
@@ -135,12 +133,8 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> Array:
 
     Parameters
     ----------
-    points : array_like, shape (..., 3)
-        Points with z >= 0, not the origin.
-    force : array_like, shape (3,)
-        Load (Qx, Qy, P); P positive into the body.
-    material : Material
-        Material of the half-space.
+    points, force, material
+        As in `displacement`.
 
     Returns
     -------

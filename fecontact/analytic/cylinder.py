@@ -89,22 +89,7 @@ class ThickCylinder:
         return np.asarray(0.0 - self.outer_pressure - self._share(radius) * (self.b - radius) * (self.b + radius))
 
     def hoop(self, r: ArrayLike) -> Array:
-        """Return the hoop stress.
-
-        Parameters
-        ----------
-        r : array_like
-            Radius, a <= r <= b, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Stress, tension positive, shape of `r`.
-
-        Raises
-        ------
-        InputError
-            If a radius lies outside the cylinder.
+        """Return the hoop stress; radii, shape and sign as in `radial`.
 
         References
         ----------
@@ -120,22 +105,9 @@ class ThickCylinder:
         return np.asarray(0.0 - self.outer_pressure + self._share(radius) * (self.b**2 + radius**2))
 
     def axial(self, r: ArrayLike) -> Array:
-        """Return the axial stress: zero in plane stress, nu (radial + hoop) in plane strain.
+        """Return the axial stress, the same at all radii; arguments as in `radial`.
 
-        Parameters
-        ----------
-        r : array_like
-            Radius, a <= r <= b, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Stress, tension positive, shape of `r`; the same at all radii.
-
-        Raises
-        ------
-        InputError
-            If a radius lies outside the cylinder.
+        Zero in plane stress, nu (radial + hoop) in plane strain.
 
         References
         ----------
@@ -152,22 +124,7 @@ class ThickCylinder:
         return np.asarray(self.material.nu * total if self.plane == "strain" else np.zeros_like(total))
 
     def displacement(self, r: ArrayLike) -> Array:
-        """Return the radial displacement, outwards positive.
-
-        Parameters
-        ----------
-        r : array_like
-            Radius, a <= r <= b, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Displacement, shape of `r`.
-
-        Raises
-        ------
-        InputError
-            If a radius lies outside the cylinder.
+        """Return the radial displacement, outwards positive; radii and shape as in `radial`.
 
         References
         ----------

@@ -56,12 +56,8 @@ def hertz_displacement(r: ArrayLike, *, a: float, p0: float, modulus: float) -> 
 
     Parameters
     ----------
-    r : array_like
-        Distance from the axis, any shape.
-    a : float
-        Radius of the disc.
-    p0 : float
-        Pressure at the centre.
+    r, a, p0
+        As in `hertz_pressure`.
     modulus : float
         E/(1 - nu^2) of the half-space, or E* for both bodies together.
 
@@ -105,10 +101,8 @@ def hertz_stress(r: ArrayLike, z: ArrayLike, *, a: float, p0: float, nu: float) 
     ----------
     r, z : array_like
         Distance from the axis and depth, broadcast together.
-    a : float
-        Radius of the disc.
-    p0 : float
-        Pressure at the centre.
+    a, p0
+        As in `hertz_pressure`.
     nu : float
         Poisson's ratio.
 
@@ -166,14 +160,10 @@ def uniform_displacement(r: ArrayLike, *, a: float, pressure: float, modulus: fl
 
     Parameters
     ----------
-    r : array_like
-        Distance from the axis, any shape.
-    a : float
-        Radius of the disc.
+    r, a, modulus
+        As in `hertz_displacement`.
     pressure : float
         Pressure, positive into the body.
-    modulus : float
-        E/(1 - nu^2) of the half-space, or E* for both bodies together.
 
     Returns
     -------

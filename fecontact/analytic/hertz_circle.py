@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from fecontact.analytic import disc
+from fecontact.analytic._contact import RoundIndentation
 from fecontact.analytic._functions import arctan_defect
-from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import AxisymmetricStress
 from fecontact.common import checks
@@ -20,7 +20,7 @@ from fecontact.common.material import Material
 
 
 @dataclass(frozen=True)
-class CircularContact:
+class CircularContact(RoundIndentation):
     """Frictionless contact of two spherical surfaces under Hertz's assumptions; made by `spheres`.
 
     Parameters
@@ -57,6 +57,11 @@ class CircularContact:
       stiffness         dP/dd  414343
       relative radius   R      125
       contact modulus   E*     115385
+    >>> contact = spheres(radii=(1.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), approach=0.01)
+    >>> contact.pressure([0.0, 0.06, 1.0]) / contact.p0
+    array([1. , 0.8, 0. ])
+    >>> contact.displacement([0.0, 0.1])
+    array([0.01 , 0.005])
     """
 
     force: float
@@ -67,93 +72,23 @@ class CircularContact:
     E_star: float
     materials: tuple[Material | None, Material | None]
 
-    @property
-    def mean_pressure(self) -> float:
-        """P / (pi a^2), two thirds of the maximum."""
-        return 2 * self.p0 / 3
+    _title = "Hertz contact over a circle"
+    _rows = ("force", "approach", "a", "p0", "mean_pressure", "stiffness", "R", "E_star")
 
-    @property
-    def stiffness(self) -> float:
-        """Slope dP/d(delta) = 2 E* a."""
-        return 2 * self.E_star * self.a
-
-    def pressure(self, r: ArrayLike) -> Array:
-        """Return the pressure p0 sqrt(1 - r^2/a^2), zero outside the contact.
-
-        Parameters
-        ----------
-        r : array_like
-            Distance from the axis, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Pressure, shape of `r`, compression positive.
-
-        Raises
-        ------
-        InputError
-            If a distance is negative or not finite.
-
-        References
-        ----------
-        Johnson 1985, chapter 3.
-
-        Examples
-        --------
-        >>> contact = spheres(radii=(1.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), approach=0.01)
-        >>> contact.pressure([0.0, 0.06, 1.0]) / contact.p0
-        array([1. , 0.8, 0. ])
-        """
+    def _pressure(self, r: Array) -> Array:
+        """p0 sqrt(1 - r^2/a^2); Johnson 1985, chapter 3."""
         return disc.hertz_pressure(r, a=self.a, p0=self.p0)
 
-    def displacement(self, r: ArrayLike) -> Array:
-        """Return the normal surface displacement of both bodies together, inside and outside the contact.
-
-        Parameters
-        ----------
-        r : array_like
-            Distance from the axis, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Displacement u1 + u2 into the bodies, shape of `r`; `approach` at the centre, P/(pi E* r) far away.
-
-        Raises
-        ------
-        InputError
-            If a distance is negative or not finite.
-
-        References
-        ----------
-        Johnson 1985, chapter 3.
-
-        Examples
-        --------
-        >>> contact = spheres(radii=(1.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), approach=0.01)
-        >>> contact.displacement([0.0, 0.1])
-        array([0.01 , 0.005])
-        """
+    def _displacement(self, r: Array) -> Array:
+        """`approach` at the centre; Johnson 1985, chapter 3."""
         return disc.hertz_displacement(r, a=self.a, p0=self.p0, modulus=self.E_star)
 
     def gap(self, r: ArrayLike) -> Array:
-        """Return the distance of the deformed surfaces, zero inside the contact.
+        """Return the distance of the deformed surfaces, zero inside the contact; distances as in `pressure`.
 
-        Parameters
-        ----------
-        r : array_like
-            Distance from the axis, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            r^2/(2R) - approach + displacement, evaluated without the cancellation near the edge.
-
-        Raises
-        ------
-        InputError
-            If a distance is negative or not finite.
+        Notes
+        -----
+        r^2/(2R) - approach + displacement, evaluated without the cancellation near the edge.
 
         References
         ----------
@@ -203,24 +138,7 @@ class CircularContact:
         return disc.hertz_stress(r, z, a=self.a, p0=self.p0, nu=poisson_ratio(self.materials, body))
 
     def stress_on_axis(self, z: ArrayLike, body: int = 0) -> AxisymmetricStress:
-        """Return the stress at depths z below the centre of the contact: `stress` at r = 0.
-
-        Parameters
-        ----------
-        z : array_like
-            Depth, any shape.
-        body : int
-            0 for the first body, 1 for the second.
-
-        Returns
-        -------
-        AxisymmetricStress
-            Stress components, tension positive, shape of `z`; radial and hoop stress are equal.
-
-        Raises
-        ------
-        InputError
-            If a depth is negative or not finite, or the body is rigid.
+        """Return the stress at depths z below the centre of the contact: `stress` at r = 0, where rr = tt.
 
         References
         ----------
@@ -274,21 +192,6 @@ class CircularContact:
         # The slope is positive at the surface (any nu > -1) and negative at zeta = 1 (nu < 0.5): one root between.
         depth = self.a * brentq(slope, 0.0, 1.0, xtol=1e-15)
         return float(self.stress_on_axis(depth, body).max_shear), depth
-
-    def __str__(self) -> str:
-        return table(
-            "Hertz contact over a circle",
-            [
-                ("force", "P", self.force),
-                ("approach", "delta", self.approach),
-                ("contact radius", "a", self.a),
-                ("maximum pressure", "p0", self.p0),
-                ("mean pressure", "pm", self.mean_pressure),
-                ("stiffness", "dP/dd", self.stiffness),
-                ("relative radius", "R", self.R),
-                ("contact modulus", "E*", self.E_star),
-            ],
-        )
 
 
 def spheres(

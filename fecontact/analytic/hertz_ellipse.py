@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import elliprd, elliprf
 
-from fecontact.analytic._table import table
+from fecontact.analytic._contact import Tabulated
 from fecontact.analytic.pair import pair_modulus, poisson_ratio
 from fecontact.analytic.stress import SymmetryPlaneStress
 from fecontact.common import checks
@@ -20,7 +20,7 @@ from fecontact.common.material import Material
 
 
 @dataclass(frozen=True)
-class EllipticalContact:
+class EllipticalContact(Tabulated):
     """Frictionless contact of two smooth surfaces under Hertz's assumptions; made by `ellipse`.
 
     The x axis lies along the longer semi-axis a of the contact, the direction in which the gap A x^2 + B y^2 grows
@@ -78,6 +78,21 @@ class EllipticalContact:
     E_star: float
     materials: tuple[Material | None, Material | None]
 
+    _title = "Hertz contact over an ellipse"
+    _rows = (
+        "force",
+        "approach",
+        ("longer semi-axis", "a", "a"),
+        ("shorter semi-axis", "b", "b"),
+        "p0",
+        "mean_pressure",
+        "stiffness",
+        ("gap along x", "A", "A"),
+        ("gap along y", "B", "B"),
+        ("angle of x (rad)", "angle", "angle"),
+        "E_star",
+    )
+
     @property
     def mean_pressure(self) -> float:
         """P / (pi a b), two thirds of the maximum."""
@@ -121,22 +136,12 @@ class EllipticalContact:
         return np.asarray(self.p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi) - eta**2, 0.0)))
 
     def displacement(self, x: ArrayLike, y: ArrayLike) -> Array:
-        """Return the normal surface displacement of both bodies together, inside and outside the contact.
-
-        Parameters
-        ----------
-        x, y : array_like
-            Coordinates along the longer and the shorter semi-axis, broadcast together.
+        """Return the normal surface displacement of both bodies together; coordinates as in `pressure`.
 
         Returns
         -------
         numpy.ndarray
             Displacement into the bodies, of the broadcast shape; `approach` at the centre.
-
-        Raises
-        ------
-        InputError
-            If a coordinate is not finite.
 
         Notes
         -----
@@ -253,24 +258,6 @@ class EllipticalContact:
             options={"xatol": 1e-9 * self.b},
         )
         return -float(found.fun), float(found.x)
-
-    def __str__(self) -> str:
-        return table(
-            "Hertz contact over an ellipse",
-            [
-                ("force", "P", self.force),
-                ("approach", "delta", self.approach),
-                ("longer semi-axis", "a", self.a),
-                ("shorter semi-axis", "b", self.b),
-                ("maximum pressure", "p0", self.p0),
-                ("mean pressure", "pm", self.mean_pressure),
-                ("stiffness", "dP/dd", self.stiffness),
-                ("gap along x", "A", self.A),
-                ("gap along y", "B", self.B),
-                ("angle of x (rad)", "angle", self.angle),
-                ("contact modulus", "E*", self.E_star),
-            ],
-        )
 
 
 def ellipse(

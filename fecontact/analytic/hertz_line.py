@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from fecontact.analytic._contact import PlaneContact
 from fecontact.analytic._functions import trough_gap
-from fecontact.analytic._table import table
 from fecontact.analytic.pair import pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import SymmetryPlaneStress
 from fecontact.common import checks
@@ -19,7 +19,7 @@ from fecontact.common.material import Material
 
 
 @dataclass(frozen=True)
-class LineContact:
+class LineContact(PlaneContact):
     """Frictionless contact of parallel cylinders under plane strain; made by `line`.
 
     There is no approach: the displacement of a half-plane grows as the logarithm of the distance, so the approach
@@ -55,6 +55,11 @@ class LineContact:
       mean pressure     pm  1505.18
       relative radius   R   10
       contact modulus   E*  115385
+    >>> contact = line(radii=(10.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), force=np.pi / 40)
+    >>> contact.pressure([-0.6 * contact.a, 0.0]) / contact.p0
+    array([0.8, 1. ])
+    >>> contact.gap([0.0, 1.0, 2.0]).round(6)
+    array([0.      , 0.      , 0.107357])
     """
 
     force: float
@@ -64,59 +69,26 @@ class LineContact:
     E_star: float
     materials: tuple[Material | None, Material | None]
 
+    _title = "Hertz contact over a line"
+    _rows = (("force per length", "P'", "force"), ("half-width", "a", "a"), "p0", "mean_pressure", "R", "E_star")
+
     @property
     def mean_pressure(self) -> float:
         """P' / (2 a), pi/4 times the maximum."""
         return self.p0 * math.pi / 4
 
-    def pressure(self, x: ArrayLike) -> Array:
-        """Return the pressure p0 sqrt(1 - x^2/a^2), zero outside the contact.
-
-        Parameters
-        ----------
-        x : array_like
-            Distance from the centre line, any sign and shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Pressure, shape of `x`, compression positive.
-
-        Raises
-        ------
-        InputError
-            If a distance is not finite.
-
-        References
-        ----------
-        Johnson 1985, chapter 4.
-
-        Examples
-        --------
-        >>> contact = line(radii=(10.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), force=1.0)
-        >>> contact.pressure([-0.6 * contact.a, 0.0]) / contact.p0
-        array([0.8, 1. ])
-        """
-        xi = np.abs(checks.coordinates("x", x)) / self.a
+    def _pressure(self, x: Array) -> Array:
+        """p0 sqrt(1 - x^2/a^2); Johnson 1985, chapter 4."""
+        xi = np.abs(x) / self.a
         return np.asarray(self.p0 * np.sqrt(np.maximum((1 - xi) * (1 + xi), 0.0)))
 
     def displacement(self, x: ArrayLike) -> Array:
-        """Return the normal surface displacement of both bodies together, relative to that of the centre line.
-
-        Parameters
-        ----------
-        x : array_like
-            Distance from the centre line, any sign and shape.
+        """Return the normal surface displacement of both bodies together; coordinates as in `pressure`.
 
         Returns
         -------
         numpy.ndarray
             Displacement into the bodies less that at x = 0, hence negative; shape of `x`.
-
-        Raises
-        ------
-        InputError
-            If a distance is not finite.
 
         References
         ----------
@@ -134,36 +106,9 @@ class LineContact:
         shape = np.minimum(xi, 1.0) ** 2 * np.where(xi <= 1, 1.0, beyond / (beyond + root) + np.arccosh(beyond))
         return np.asarray(0.0 - self.a * (self.a / self.R) / 2 * shape)
 
-    def gap(self, x: ArrayLike) -> Array:
-        """Return the distance of the deformed surfaces, zero inside the contact.
-
-        Parameters
-        ----------
-        x : array_like
-            Distance from the centre line, any sign and shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Gap, shape of `x`.
-
-        Raises
-        ------
-        InputError
-            If a distance is not finite.
-
-        References
-        ----------
-        Johnson 1985, section 4.2(c).
-
-        Examples
-        --------
-        >>> contact = line(radii=(10.0, np.inf), materials=(None, Material(E=1.0, nu=0.0)), force=np.pi / 40)
-        >>> contact.gap([0.0, 1.0, 2.0]).round(6)
-        array([0.      , 0.      , 0.107357])
-        """
-        xi = np.abs(checks.coordinates("x", x)) / self.a
-        return np.asarray(self.a * (self.a / self.R) / 2 * trough_gap(xi))
+    def _gap(self, x: Array) -> Array:
+        """The parabola of radius R less the displacement; Johnson 1985, section 4.2(c)."""
+        return np.asarray(self.a * (self.a / self.R) / 2 * trough_gap(np.abs(x) / self.a))
 
     def stress(self, x: ArrayLike, z: ArrayLike, body: int = 0) -> SymmetryPlaneStress:
         """Return the stress at points below the surface of one body.
@@ -219,24 +164,7 @@ class LineContact:
         )
 
     def stress_on_axis(self, z: ArrayLike, body: int = 0) -> SymmetryPlaneStress:
-        """Return the stress at depths z below the centre line: `stress` at x = 0.
-
-        Parameters
-        ----------
-        z : array_like
-            Depth, any shape.
-        body : int
-            0 for the first body, 1 for the second.
-
-        Returns
-        -------
-        SymmetryPlaneStress
-            Stress components, tension positive, shape of `z`.
-
-        Raises
-        ------
-        InputError
-            If a depth is negative or not finite, or the body is rigid.
+        """Return the stress at depths z below the centre line: `stress` at x = 0, of the shape of `z`.
 
         References
         ----------
@@ -274,19 +202,6 @@ class LineContact:
         # tau = p0 (z - z^2 / sqrt(1 + z^2)) on the axis, in units of a.
         depth = brentq(lambda z: 1 - z * (2 + z**2) / (1 + z**2) ** 1.5, 0.0, 2.0, xtol=1e-15)
         return self.p0 * depth * (1 - depth / math.hypot(1, depth)), depth * self.a
-
-    def __str__(self) -> str:
-        return table(
-            "Hertz contact over a line",
-            [
-                ("force per length", "P'", self.force),
-                ("half-width", "a", self.a),
-                ("maximum pressure", "p0", self.p0),
-                ("mean pressure", "pm", self.mean_pressure),
-                ("relative radius", "R", self.R),
-                ("contact modulus", "E*", self.E_star),
-            ],
-        )
 
 
 def line(

@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from fecontact.analytic._contact import RoundContact
 from fecontact.analytic._quadrature import composite_gauss, gauss
-from fecontact.analytic._table import table
 from fecontact.analytic.layer_kernel import Base, checked_base, deficit
 from fecontact.common import checks
 from fecontact.common.arrays import Array
@@ -22,7 +21,7 @@ LARGEST_RATIO = 50.0
 
 
 @dataclass(frozen=True, eq=False)
-class LayerContact:
+class LayerContact(RoundContact):
     """Elastic layer under a rigid frictionless paraboloid r^2/(2R); made by `paraboloid`.
 
     Parameters
@@ -65,6 +64,9 @@ class LayerContact:
       radius of indenter  R      20
       thickness           h      2
       contact modulus     E*     6.26959
+    >>> contact = paraboloid(radius=1.0, thickness=1e3, material=Material(E=1.0, nu=0.0), a=0.1)
+    >>> (contact.pressure([0.0, 0.06, 0.2]) / contact.p0).round(6)
+    array([1. , 0.8, 0. ])
     """
 
     force: float
@@ -77,57 +79,22 @@ class LayerContact:
     E_star: float
     coefficients: Array
 
-    @property
-    def mean_pressure(self) -> float:
-        """P / (pi a^2)."""
-        return self.force / (math.pi * self.a**2)
+    _title = "Layer under a rigid paraboloid, {0.base} base"
+    _rows = (
+        "force",
+        "approach",
+        "a",
+        "p0",
+        "mean_pressure",
+        ("radius of indenter", "R", "R"),
+        ("thickness", "h", "thickness"),
+        "E_star",
+    )
 
-    def pressure(self, r: ArrayLike) -> Array:
-        """Return the pressure, zero outside the contact.
-
-        Parameters
-        ----------
-        r : array_like
-            Distance from the axis, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Pressure, compression positive, shape of `r`.
-
-        Raises
-        ------
-        InputError
-            If a distance is negative or not finite.
-
-        References
-        ----------
-        Sneddon 1966, section 3; p(r) is -(E*/pi) times the integral of phi'(t)/sqrt(t^2 - r^2) over t = r ... a.
-
-        Examples
-        --------
-        >>> contact = paraboloid(radius=1.0, thickness=1e3, material=Material(E=1.0, nu=0.0), a=0.1)
-        >>> (contact.pressure([0.0, 0.06, 0.2]) / contact.p0).round(6)
-        array([1. , 0.8, 0. ])
-        """
-        xi = checks.depths("r", r) / self.a
+    def _pressure(self, r: Array) -> Array:
+        """-(E*/pi) times the integral of phi'(t)/sqrt(t^2 - r^2) over t = r ... a (Sneddon 1966, section 3)."""
         shape = self.E_star * self.a / (math.pi * self.R)
-        return np.asarray(shape * _pressure_shape(self.coefficients, xi))
-
-    def __str__(self) -> str:
-        return table(
-            f"Layer under a rigid paraboloid, {self.base} base",
-            [
-                ("force", "P", self.force),
-                ("approach", "delta", self.approach),
-                ("contact radius", "a", self.a),
-                ("maximum pressure", "p0", self.p0),
-                ("mean pressure", "pm", self.mean_pressure),
-                ("radius of indenter", "R", self.R),
-                ("thickness", "h", self.thickness),
-                ("contact modulus", "E*", self.E_star),
-            ],
-        )
+        return np.asarray(shape * _pressure_shape(self.coefficients, r / self.a))
 
 
 def paraboloid(

@@ -69,10 +69,8 @@ def frictionless_kernel(k: ArrayLike, thickness: float, material: Material | Non
 
     Parameters
     ----------
-    k : array_like
-        Wave number (1 / length), any shape, zero or positive.
-    thickness : float
-        Thickness h of the layer.
+    k, thickness
+        As in `bonded_kernel`.
     material : Material, optional
         Unused; accepted so that both kernels have the same signature.
 
@@ -105,12 +103,8 @@ def compliance(k: ArrayLike, thickness: float, material: Material, base: Base = 
 
     Parameters
     ----------
-    k : array_like
-        Wave number (1 / length), any shape, zero or positive.
-    thickness : float
-        Thickness h of the layer.
-    material : Material
-        Material of the layer.
+    k, thickness, material
+        As in `bonded_kernel`.
     base : {"bonded", "frictionless"}
         How the layer rests on the rigid foundation.
 

@@ -53,7 +53,7 @@ def thin_compressible(
     Parameters
     ----------
     radius : float
-        Radius of curvature R of the paraboloid.
+        As in `thick`.
     thickness : float
         Thickness h of the layer.
     material : Material
@@ -99,10 +99,8 @@ def thin_incompressible(*, radius: float, thickness: float, material: Material, 
 
     Parameters
     ----------
-    radius : float
-        Radius of curvature R of the paraboloid.
-    thickness : float
-        Thickness h of the layer.
+    radius, thickness : float
+        As in `thin_compressible`.
     material : Material
         Material of the layer; only its shear modulus G enters.
     a : float

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.analytic._contact import Tabulated
 from fecontact.analytic._functions import arctan_defect
-from fecontact.analytic._table import table
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 
 @dataclass(frozen=True)
-class FlatPunch:
+class FlatPunch(Tabulated):
     """Flat circular punch, pressed centrally or at an offset that leaves it in full contact; made by `flat`.
 
     Parameters
@@ -58,6 +58,18 @@ class FlatPunch:
     offset: float
     tilt: float
     E_star: float
+
+    _title = "Flat circular punch"
+    _rows = (
+        "force",
+        "approach",
+        ("radius", "a", "a"),
+        ("offset", "e", "offset"),
+        ("tilt (rad)", "theta", "tilt"),
+        "mean_pressure",
+        "stiffness",
+        "E_star",
+    )
 
     @property
     def mean_pressure(self) -> float:
@@ -105,22 +117,12 @@ class FlatPunch:
         return np.asarray(self.mean_pressure / 2 * np.where(r <= 1, shape, 0.0))
 
     def displacement(self, x: ArrayLike, y: ArrayLike = 0.0) -> Array:
-        """Return the normal surface displacement, inside and outside the contact.
-
-        Parameters
-        ----------
-        x, y : array_like
-            Coordinates from the centre, x along the offset, broadcast together.
+        """Return the normal surface displacement, inside and outside the contact; coordinates as in `pressure`.
 
         Returns
         -------
         numpy.ndarray
             Displacement: delta + tilt x inside; outside (2 delta/pi) asin(a/r) plus the part of the tilt.
-
-        Raises
-        ------
-        InputError
-            If a coordinate is not finite.
 
         References
         ----------
@@ -137,21 +139,6 @@ class FlatPunch:
         s = np.sqrt((r - 1) * (r + 1))
         angle = np.arctan2(1.0, s)  # asin(a/r)
         return np.asarray(2 / np.pi * (self.approach * angle + self.tilt * self.a * xi * _tilted(s, angle)))
-
-    def __str__(self) -> str:
-        return table(
-            "Flat circular punch",
-            [
-                ("force", "P", self.force),
-                ("approach", "delta", self.approach),
-                ("radius", "a", self.a),
-                ("offset", "e", self.offset),
-                ("tilt (rad)", "theta", self.tilt),
-                ("mean pressure", "pm", self.mean_pressure),
-                ("stiffness", "dP/dd", self.stiffness),
-                ("contact modulus", "E*", self.E_star),
-            ],
-        )
 
 
 def _tilted(s: Array, angle: Array) -> Array:

@@ -6,23 +6,22 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.special import beta, betaincc, hyp2f1
 
-from fecontact.analytic._table import table
+from fecontact.analytic._contact import RoundIndentation
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 
 @dataclass(frozen=True)
-class PowerPunch:
+class PowerPunch(RoundIndentation):
     """Punch of profile f(r) = c r^n; made by `power` or `cone`.
 
     Parameters
     ----------
     force : float
-        Load P = 2 E* n/(n + 1) a delta.
+        Load P = 2 E* n/(n + 1) a delta. The pressure is infinite at r = 0 if the exponent n is at most 1.
     approach : float
         Displacement delta of the punch.
     a : float
@@ -48,6 +47,10 @@ class PowerPunch:
       mean pressure    pm     1.27324
       stiffness        dP/dd  6
       contact modulus  E*     3
+    >>> power(coefficient=0.5, exponent=2.0, modulus=np.pi / 2, approach=1.0).pressure([0.0, 0.6, 1.5])
+    array([1. , 0.8, 0. ])
+    >>> cone(angle=0.1, modulus=1.0, approach=1.0).displacement([0.0, 10.0]).round(6)
+    array([1.      , 0.209751])
     """
 
     force: float
@@ -57,81 +60,29 @@ class PowerPunch:
     exponent: float
     E_star: float
 
-    @property
-    def mean_pressure(self) -> float:
-        """P / (pi a^2)."""
-        return self.force / (math.pi * self.a**2)
+    _title = "Punch of power-law profile"
+    _rows = (
+        "force",
+        "approach",
+        "a",
+        ("coefficient", "c", "coefficient"),
+        ("exponent", "n", "exponent"),
+        "mean_pressure",
+        "stiffness",
+        "E_star",
+    )
 
-    @property
-    def stiffness(self) -> float:
-        """Slope dP/d(delta) = 2 E* a."""
-        return 2 * self.E_star * self.a
+    def _pressure(self, r: Array) -> Array:
+        """(n E* delta/(pi a)) times the integral of s^(n-1)/sqrt(s^2 - x^2) over s = x ... 1, x = r/a (Sneddon 1965).
 
-    def pressure(self, r: ArrayLike) -> Array:
-        """Return the pressure, zero outside the contact.
-
-        Parameters
-        ----------
-        r : array_like
-            Distance from the axis, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Pressure, compression positive, shape of `r`; infinite at r = 0 if the exponent is at most 1.
-
-        Raises
-        ------
-        InputError
-            If a distance is negative or not finite.
-
-        Notes
-        -----
-        (n E* delta/(pi a)) times the integral of s^(n-1)/sqrt(s^2 - x^2) over s = x ... 1, x = r/a, which is a
-        hypergeometric function of 1 - x^2. For the cone it is arccosh(1/x).
-
-        References
-        ----------
-        Sneddon 1965.
-
-        Examples
-        --------
-        >>> paraboloid = power(coefficient=0.5, exponent=2.0, modulus=np.pi / 2, approach=1.0)
-        >>> paraboloid.pressure([0.0, 0.6, 1.5])
-        array([1. , 0.8, 0. ])
+        A hypergeometric function of 1 - x^2; for the cone arccosh(1/x).
         """
-        xi = checks.depths("r", r) / self.a
         n = self.exponent
-        return np.asarray(n * self.E_star * self.approach / (np.pi * self.a) * _power_shape(xi, n))
+        return np.asarray(n * self.E_star * self.approach / (np.pi * self.a) * _power_shape(r / self.a, n))
 
-    def displacement(self, r: ArrayLike) -> Array:
-        """Return the normal surface displacement, inside and outside the contact.
-
-        Parameters
-        ----------
-        r : array_like
-            Distance from the axis, any shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Displacement, shape of `r`: delta - c r^n inside; P/(pi E* r) far away.
-
-        Raises
-        ------
-        InputError
-            If a distance is negative or not finite.
-
-        References
-        ----------
-        Sneddon 1965.
-
-        Examples
-        --------
-        >>> cone(angle=0.1, modulus=1.0, approach=1.0).displacement([0.0, 10.0]).round(6)
-        array([1.      , 0.209751])
-        """
-        xi = checks.depths("r", r) / self.a
+    def _displacement(self, r: Array) -> Array:
+        """Delta - c r^n inside (Sneddon 1965)."""
+        xi = r / self.a
         n = self.exponent
         inside = self.approach - self.coefficient * (np.minimum(xi, 1.0) * self.a) ** n
         beyond = np.maximum(xi, 1.0)
@@ -139,21 +90,6 @@ class PowerPunch:
         moment = hyp2f1(0.5, (n + 1) / 2, (n + 3) / 2, 1 / beyond**2) / ((n + 1) * beyond)
         outside = 2 * self.approach / np.pi * (np.arcsin(1 / beyond) - moment)
         return np.asarray(np.where(xi <= 1, inside, outside))
-
-    def __str__(self) -> str:
-        return table(
-            "Punch of power-law profile",
-            [
-                ("force", "P", self.force),
-                ("approach", "delta", self.approach),
-                ("contact radius", "a", self.a),
-                ("coefficient", "c", self.coefficient),
-                ("exponent", "n", self.exponent),
-                ("mean pressure", "pm", self.mean_pressure),
-                ("stiffness", "dP/dd", self.stiffness),
-                ("contact modulus", "E*", self.E_star),
-            ],
-        )
 
 
 def _power_shape(xi: Array, n: float) -> Array:
@@ -251,7 +187,7 @@ def cone(
     modulus : float
         E/(1 - nu^2) of the half-space under a rigid cone.
     force, approach, a : float, optional
-        Load, displacement or contact radius, positive; exactly one.
+        As in `power`.
 
     Returns
     -------

@@ -138,14 +138,8 @@ def stress(
 
     Parameters
     ----------
-    points : array_like, shape (..., 3)
-        Points with z >= 0.
-    half_sides : tuple of (float, float)
-        Half-sides a (along x) and b (along y).
-    pressure : float
-        Pressure, positive into the body.
-    material : Material
-        Material of the half-space.
+    points, half_sides, pressure, material
+        As in `displacement`.
     corner_distance : float
         Distance assumed at the four corners, where xy is infinite as the logarithm of the distance.
 

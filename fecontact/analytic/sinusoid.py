@@ -6,18 +6,17 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.special import hyp2f1
 
+from fecontact.analytic._contact import PlaneContact
 from fecontact.analytic._functions import trough_gap
-from fecontact.analytic._table import table
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 
 @dataclass(frozen=True)
-class SinusoidContact:
+class SinusoidContact(PlaneContact):
     """Contact of the surface Delta cos(2 pi x/lambda) with a flat, crests at x = 0; made by `westergaard`.
 
     Parameters
@@ -52,6 +51,11 @@ class SinusoidContact:
       amplitude         Delta   0.01
       wavelength        lam     1
       contact modulus   E*      100
+    >>> contact = westergaard(amplitude=0.01, wavelength=1.0, modulus=100.0, mean_pressure=np.pi / 2)
+    >>> contact.pressure([0.0, 0.125, 0.5, 1.0]).round(6)
+    array([4.442883, 3.451618, 0.      , 4.442883])
+    >>> contact.gap([0.0, 0.25, 0.5]).round(6)
+    array([0.      , 0.      , 0.005328])
     """
 
     mean_pressure: float
@@ -61,6 +65,19 @@ class SinusoidContact:
     amplitude: float
     wavelength: float
     E_star: float
+
+    _title = "Westergaard's sinusoid"
+    _rows = (
+        "mean_pressure",
+        ("closing pressure", "p*", "closing_pressure"),
+        ("maximum pressure", "p0", "max_pressure"),
+        ("half-width", "a", "a"),
+        ("area fraction", "2a/lam", "area_fraction"),
+        ("mean gap", "g", "mean_gap"),
+        ("amplitude", "Delta", "amplitude"),
+        ("wavelength", "lam", "wavelength"),
+        "E_star",
+    )
 
     @property
     def complete(self) -> bool:
@@ -79,34 +96,8 @@ class SinusoidContact:
             return self.mean_pressure + self.closing_pressure
         return 2 * math.sqrt(self.mean_pressure * self.closing_pressure)
 
-    def pressure(self, x: ArrayLike) -> Array:
-        """Return the pressure, zero in the gaps.
-
-        Parameters
-        ----------
-        x : array_like
-            Coordinate from a crest, any sign and shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Pressure, compression positive, shape of `x`.
-
-        Raises
-        ------
-        InputError
-            If a coordinate is not finite.
-
-        References
-        ----------
-        Westergaard 1939; Johnson 1985, chapter 13.
-
-        Examples
-        --------
-        >>> contact = westergaard(amplitude=0.01, wavelength=1.0, modulus=100.0, mean_pressure=np.pi / 2)
-        >>> contact.pressure([0.0, 0.125, 0.5, 1.0]).round(6)
-        array([4.442883, 3.451618, 0.      , 4.442883])
-        """
+    def _pressure(self, x: Array) -> Array:
+        """Westergaard 1939; Johnson 1985, chapter 13."""
         psi = np.pi * self._phase(x)
         if self.complete:
             return np.asarray(self.mean_pressure + self.closing_pressure * np.cos(2 * psi))
@@ -118,38 +109,10 @@ class SinusoidContact:
         inside = np.abs(psi) < edge
         return np.asarray(np.where(inside, 2 * self.closing_pressure * np.cos(psi) * np.sqrt(open_part), 0.0))
 
-    def gap(self, x: ArrayLike) -> Array:
-        """Return the distance of the deformed surfaces, zero where they touch.
+    def _gap(self, x: Array) -> Array:
+        """The integral of the slope, which is the analytic continuation of the pressure (Johnson 1985, section 13.2).
 
-        Parameters
-        ----------
-        x : array_like
-            Coordinate from a crest, any sign and shape.
-
-        Returns
-        -------
-        numpy.ndarray
-            Gap, shape of `x`.
-
-        Raises
-        ------
-        InputError
-            If a coordinate is not finite.
-
-        Notes
-        -----
-        The slope of the gap is the analytic continuation of the pressure; its integral is
         2 Delta (s sqrt(s^2 - s_a^2) - s_a^2 arccosh(s/s_a)) with s = |sin(pi x/lambda)|, s_a its value at x = a.
-
-        References
-        ----------
-        Johnson 1985, section 13.2, integrated.
-
-        Examples
-        --------
-        >>> contact = westergaard(amplitude=0.01, wavelength=1.0, modulus=100.0, mean_pressure=np.pi / 2)
-        >>> contact.gap([0.0, 0.25, 0.5]).round(6)
-        array([0.      , 0.      , 0.005328])
         """
         s = np.abs(np.sin(np.pi * self._phase(x)))
         if self.complete:
@@ -159,26 +122,10 @@ class SinusoidContact:
             return np.asarray(2 * self.amplitude * s**2)
         return np.asarray(2 * self.amplitude * edge**2 * trough_gap(s / edge))
 
-    def _phase(self, x: ArrayLike) -> Array:
-        """Return x/lambda reduced to the nearest crest."""
-        phase = checks.coordinates("x", x) / self.wavelength
+    def _phase(self, x: Array) -> Array:
+        """x/lambda reduced to the nearest crest."""
+        phase = x / self.wavelength
         return np.asarray(phase - np.round(phase))
-
-    def __str__(self) -> str:
-        return table(
-            "Westergaard's sinusoid",
-            [
-                ("mean pressure", "pm", self.mean_pressure),
-                ("closing pressure", "p*", self.closing_pressure),
-                ("maximum pressure", "p0", self.max_pressure),
-                ("half-width", "a", self.a),
-                ("area fraction", "2a/lam", self.area_fraction),
-                ("mean gap", "g", self.mean_gap),
-                ("amplitude", "Delta", self.amplitude),
-                ("wavelength", "lam", self.wavelength),
-                ("contact modulus", "E*", self.E_star),
-            ],
-        )
 
 
 def westergaard(*, amplitude: float, wavelength: float, modulus: float, mean_pressure: float) -> SinusoidContact:

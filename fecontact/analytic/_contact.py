@@ -1,0 +1,143 @@
+"""What closed forms of contact have in common: their fields by name, and a table of their quantities."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+from numpy.typing import ArrayLike
+
+from fecontact.analytic._table import table
+from fecontact.common import checks
+from fecontact.common.arrays import Array
+
+USUAL = {
+    "force": ("force", "P"),
+    "approach": ("approach", "delta"),
+    "a": ("contact radius", "a"),
+    "p0": ("maximum pressure", "p0"),
+    "mean_pressure": ("mean pressure", "pm"),
+    "stiffness": ("stiffness", "dP/dd"),
+    "R": ("relative radius", "R"),
+    "E_star": ("contact modulus", "E*"),
+}
+"""Quantity and symbol of attributes."""
+
+
+class Tabulated:
+    """Prints itself as a table of its quantities: `_rows` are attributes, or (quantity, symbol, attribute)."""
+
+    _title: ClassVar[str]
+    _rows: ClassVar[tuple[str | tuple[str, str, str], ...]]
+
+    def __str__(self) -> str:
+        named = [(*USUAL[row], row) if isinstance(row, str) else row for row in self._rows]
+        return table(self._title.format(self), [(name, symbol, getattr(self, key)) for name, symbol, key in named])
+
+
+class RoundContact(Tabulated, ABC):
+    """Contact over a circle of radius `a` under a load `force`."""
+
+    force: float
+    a: float
+
+    @property
+    def mean_pressure(self) -> float:
+        """P / (pi a^2)."""
+        return self.force / (math.pi * self.a**2)
+
+    def pressure(self, r: ArrayLike) -> Array:
+        """Return the pressure, zero outside the contact.
+
+        Parameters
+        ----------
+        r : array_like
+            Distance from the axis, any shape.
+
+        Returns
+        -------
+        numpy.ndarray
+            Pressure, compression positive, shape of `r`.
+
+        Raises
+        ------
+        InputError
+            If a distance is negative or not finite.
+        """
+        return self._pressure(checks.depths("r", r))
+
+    @abstractmethod
+    def _pressure(self, r: Array) -> Array:
+        """Pressure at checked distances, with its source."""
+
+
+class RoundIndentation(RoundContact):
+    """The same on a half-space of contact modulus `E_star`."""
+
+    E_star: float
+
+    @property
+    def stiffness(self) -> float:
+        """Slope dP/d(delta) = 2 E* a, for every profile (Sneddon 1965)."""
+        return 2 * self.E_star * self.a
+
+    def displacement(self, r: ArrayLike) -> Array:
+        """Return the normal surface displacement, of both bodies together, inside and outside the contact.
+
+        Parameters
+        ----------
+        r : array_like
+            Distance from the axis, any shape.
+
+        Returns
+        -------
+        numpy.ndarray
+            Displacement into the bodies, shape of `r`; P/(pi E* r) far away.
+
+        Raises
+        ------
+        InputError
+            If a distance is negative or not finite.
+        """
+        return self._displacement(checks.depths("r", r))
+
+    @abstractmethod
+    def _displacement(self, r: Array) -> Array:
+        """Displacement at checked distances, with its source."""
+
+
+class PlaneContact(Tabulated, ABC):
+    """Contact along lines, plane strain."""
+
+    def pressure(self, x: ArrayLike) -> Array:
+        """Return the pressure, zero outside the contact.
+
+        Parameters
+        ----------
+        x : array_like
+            Coordinate across the line of contact, from its centre, any sign and shape.
+
+        Returns
+        -------
+        numpy.ndarray
+            Pressure, compression positive, shape of `x`.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not finite.
+        """
+        return self._pressure(checks.coordinates("x", x))
+
+    def gap(self, x: ArrayLike) -> Array:
+        """Return the distance of the deformed surfaces, zero in the contact; coordinates as in `pressure`."""
+        return self._gap(checks.coordinates("x", x))
+
+    @abstractmethod
+    def _pressure(self, x: Array) -> Array:
+        """Pressure at checked coordinates, with its source."""
+
+    @abstractmethod
+    def _gap(self, x: Array) -> Array:
+        """Gap at checked coordinates, with its source."""
