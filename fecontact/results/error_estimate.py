@@ -164,7 +164,10 @@ def _read(contact: PressureOnFacets, nodal: Array, known: Array, chosen: IntArra
 def _recovered(contact: PressureOnFacets, known: Array, chosen: IntArray) -> RecoveredPressure:
     # on an elastic foundation the pressure falls to zero linearly
     power = 1 if contact.slave.is_foundation else 2
-    return recovered(contact.nodes, contact.facets, chosen, known, contact.at_nodes @ contact.weights, power)
+    # only facets with pressure: which others were paired is a matter of the search
+    loaded = np.flatnonzero((contact.at_nodes @ contact.pressure > 0)[contact.facets].any(axis=1))
+    facets, own = contact.facets[loaded], np.searchsorted(loaded, chosen)
+    return recovered(contact.nodes, facets, own, known, contact.at_nodes @ contact.weights, power)
 
 
 def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None) -> ErrorEstimate:
