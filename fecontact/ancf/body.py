@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
@@ -61,6 +61,7 @@ class AncfBody(ElasticBody):
     pressures: ClassVar = ("eight",)
 
     pressure: str = "eight"
+    geometry: str = field(default="plain", init=False, repr=False)
 
     def _checked_mesh(self, names: tuple[str, ...]) -> Mesh:
         check_skin(self.mesh, names)

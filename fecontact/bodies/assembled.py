@@ -48,6 +48,7 @@ class AssembledBody(ElasticBody):
 
     pressure: str = field(default="nodal", init=False, repr=False)
     integration: str = field(default="full", init=False, repr=False)
+    geometry: str = field(default="plain", init=False, repr=False)
     stiffness: sp.sparray | sp.spmatrix | None = field(default=None, kw_only=True, repr=False)
 
     def __post_init__(self) -> None:

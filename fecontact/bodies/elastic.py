@@ -12,6 +12,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from fecontact.bodies.geometry import Geometry, recovered
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
@@ -22,7 +23,6 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import ROUTES
-from fecontact.fem.energy_error import EnergyError
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
@@ -64,6 +64,11 @@ class ElasticBody(Placed):
     condensation : {'auto', 'schur', 'columns', 'operator'}
         Route to the compliance of the candidates: from the Schur complement, by columns, or as an operator with one
         solve per product. 'auto' decides by the number of candidates and the free memory, see `fem.condensation`.
+    geometry : 'auto', 'plain', a shape, or a mapping of contact boundary to one of these, optional
+        What the nodes of contact faces are placed on: a smooth surface fitted to the mesh where its faces are curved
+        ('auto'; cells of 8 nodes become those of 20 for it), a rigid shape such as ``fc.Sphere(10.0)``, as it stands or
+        posed as a `RigidBody`, in the axes of the mesh, or nothing ('plain', or None). Flat faces stay as they are. See
+        docs/design.md. In a body that is made, the surfaces that were found.
 
     Raises
     ------
@@ -91,6 +96,7 @@ class ElasticBody(Placed):
     integration: str = "auto"
     condensation: str = "auto"
     pose: Pose = field(default_factory=Pose)
+    geometry: Geometry | Mapping[str, Geometry] = "plain"
 
     def __post_init__(self) -> None:
         among("pressure", self.pressure, self.pressures)
@@ -102,10 +108,11 @@ class ElasticBody(Placed):
         self.model  # noqa: B018 - refuses bad input now; copies in other poses share it
 
     def _checked_mesh(self, names: tuple[str, ...]) -> Mesh:
-        """The mesh of the elements, with checked contact boundaries of these names."""
+        """The mesh of the elements, with checked contact boundaries of these names on their geometry."""
         check_skin(self.mesh, names)
-        refined = names and self.pressure == "midface" and self.mesh.cell_type == "hex20"
-        return self.mesh.with_midface_nodes(names) if refined else self.mesh
+        mesh, geometry = recovered(self.mesh, names, self.geometry, self.pressure == "midface")
+        object.__setattr__(self, "geometry", geometry)
+        return mesh
 
     @cached_property
     def model(self) -> Model:
@@ -283,8 +290,11 @@ class ElasticBody(Placed):
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
         return self.model.at_points(displacement)
 
-    def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
-        """Error of displacements (n_dofs,) in the cells whose middles are within `reach` of points (n, 3)."""
+    def energy_error(self, displacement: Array, points: Array, reach: float) -> tuple[float, float]:
+        """Squared energy norms of the error of displacements (n_dofs,) and of themselves, near points (n, 3).
+
+        In the cells whose middles are within `reach` of the points; see `fem.energy_error`.
+        """
         centres = self.mesh.points[self.mesh.cells[:, : self.mesh.n_corners]].mean(axis=1)
         distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach)
         return self.model.energy_error(displacement, np.flatnonzero(np.isfinite(distance)))
@@ -299,7 +309,7 @@ class ElasticBody(Placed):
         facets = self.mesh.face_nodes(self.mesh.outer_faces)
         return FacetSurface(points, facets, self.name, hanging=self.mesh.hanging)
 
-    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
+    def divided(self, marked: Mapping[str, IntArray]) -> Self:
         """The body on a finer mesh.
 
         Parameters
@@ -307,8 +317,6 @@ class ElasticBody(Placed):
         marked : mapping of str to (n,) int array
             Facets of its contact surfaces, numbered as in `surface`; every cell that touches one is divided, so that
             none of their nodes is hanging (see `mesh.refine`).
-        cells : (n,) int array, optional
-            Other cells to divide.
 
         Examples
         --------
@@ -318,10 +326,8 @@ class ElasticBody(Placed):
         >>> len(body.divided({"top": np.array([0])}).mesh.cells)
         36
         """
-        chosen = [touching(self.mesh, self.mesh.faces(name)[facets]) for name, facets in marked.items()]
-        if cells is not None:
-            chosen.append(cells)
-        return replace(self, mesh=refined(self.mesh, np.unique(np.concatenate(chosen))))
+        faces = np.concatenate([self.mesh.faces(name)[facets] for name, facets in marked.items()])
+        return replace(self, mesh=refined(self.mesh, touching(self.mesh, faces)))
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of boundaries held in one component only (planes of symmetry) with any of these nodes."""

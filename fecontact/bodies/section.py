@@ -45,6 +45,7 @@ class SectionBody(ElasticBody):
     integration: str = "auto"
     condensation: str = field(default="auto", init=False, repr=False)
     pose: Pose = field(default_factory=Pose)
+    geometry: str = field(default="plain", init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.mesh, SectionMesh):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import reckonable
 from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import first_alike
@@ -119,20 +119,33 @@ def check_skin(mesh: Mesh, names: Sequence[str]) -> None:
             )
 
 
-def _check_jacobians(mesh: Mesh, group: CellGroup) -> None:
+def _determinants(mesh: Mesh, group: CellGroup) -> Iterator[tuple[IntArray, Array]]:
+    """Cells (n,) of a group, block by block, and their Jacobians (n, n_q) at the quadrature points."""
     X, _ = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
     _, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
     for start in range(0, len(group.cells), 4096):
         part = slice(start, start + 4096)
         J = np.einsum("cai,qaj->cqji", mesh.points[group.nodes[part]], dN, optimize=True)
-        det = np.einsum("cqi,cqi->cq", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
+        yield group.cells[part], np.einsum("cqi,cqi->cq", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
+
+
+def least_jacobians(mesh: Mesh) -> Array:
+    """Smallest Jacobian of each cell (n_cells,) at its quadrature points, over its largest; negative where it folds."""
+    out = np.empty(len(mesh.cells))
+    for group in mesh.cell_groups:
+        for cells, det in _determinants(mesh, group):
+            out[cells] = det.min(axis=1) / np.abs(det).max(axis=1)
+    return out
+
+
+def _check_jacobians(mesh: Mesh, group: CellGroup) -> None:
+    for cells, det in _determinants(mesh, group):
         bad = ~(det > 0).all(axis=1)
         if bad.any():
-            cell = group.cells[part][np.argmax(bad)]
             row = det[np.argmax(bad)]
             kind = "left-handed: its nodes are in mirrored order" if (row < 0).all() else "folded or inverted"
             raise MeshError(
-                f"Cell {cell} is {kind} (smallest Jacobian {row.min():.3g}, largest {row.max():.3g}); "
+                f"Cell {cells[np.argmax(bad)]} is {kind} (smallest Jacobian {row.min():.3g}, largest {row.max():.3g}); "
                 f"{bad.sum()} cells in all. Nodes must run in VTK order, counter-clockwise below, then above."
             )
 

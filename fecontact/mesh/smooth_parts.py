@@ -1,0 +1,187 @@
+"""Smooth parts of a surface: facets that continue each other, divided at sharp edges, with flat parts on their own.
+
+An edge is sharp if the facets turn by more than 40 degrees there, or by much more than anywhere near (a crease): on a
+round shape, however coarse, neighbouring edges turn alike. A part is flat if its facets are coplanar and end at sharp
+edges all round, or have a corner in their interior; the sides of a polygon that stands for a round shape have none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.facets import triangular
+from fecontact.mesh.hanging_nodes import HangingNodes
+from fecontact.mesh.pick import shared_sides, side_normals
+
+#: Cosine of the angle between neighbouring facets above which they continue each other: 40 degrees. Facets of round
+#: bodies, even coarse ones, differ by less, chamfers and planes of symmetry by more.
+SMOOTH = float(np.cos(np.radians(40.0)))
+#: Angle (radians, 5 degrees) from which an edge may be a crease, and by how much the turn per length has to exceed all
+#: turns the same way near by.
+LEAST_CREASE, EXCESS = float(np.radians(5.0)), 3.0
+#: Part of a facet's width by which edges lie apart, so that they are not pieces of one crease.
+APART = 0.3
+#: Sum of the angles of coplanar facets at a corner (radians, 150 degrees) above which it is in their interior, or on a
+#: straight sharp edge.
+LEAST_INSIDE = float(np.radians(150.0))
+#: Angle between coplanar facets, and distance of a node from its facet's plane relative to its size, due to rounding.
+FLAT = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothParts:
+    """Smooth parts of a surface.
+
+    Attributes
+    ----------
+    part : (n_facets,) int array
+        Number of each facet's part.
+    is_plane : (n_parts,) bool array
+    """
+
+    part: IntArray
+    is_plane: Mask
+
+    @property
+    def flat(self) -> Mask:
+        """Which facets (n_facets,) belong to a plane."""
+        return self.is_plane[self.part]
+
+    def planes(self, points: Array, facets: IntArray) -> Array:
+        """Planes (n_facets, 4) of the flat facets as n and n . x, each plane's from its largest facet; others zero."""
+        normal, size = _corner_normals(points, facets)
+        out = np.zeros((len(facets), 4))
+        order = np.lexsort((-size, self.part))
+        largest = order[np.searchsorted(self.part[order], self.part)]
+        out[:, :3] = normal[largest]
+        out[:, 3] = np.einsum("ni,ni->n", normal[largest], points[facets[largest, 0]])
+        out[~self.flat] = 0.0
+        return out
+
+
+def smooth_parts(points: Array, facets: IntArray, hanging: HangingNodes | None = None) -> SmoothParts:
+    """Divide a surface into smooth parts.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+    facets : (n_facets, 4 | 8) int array
+    hanging : HangingNodes, optional
+        Of the mesh, if it has any.
+
+    Examples
+    --------
+    >>> from fecontact import shapes
+    >>> block = shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    >>> smooth_parts(block.points, block.face_nodes(block.outer)).is_plane.tolist()
+    [True, True, True, True, True, True]
+    """
+    first, second, cosine = shared_sides(points, facets, hanging)
+    pairs = np.stack([first // 4, second // 4], axis=1)
+    smooth = (cosine >= SMOOTH) & ~_creases(points, facets, first, second, cosine)
+    whole = _components(len(facets), pairs[smooth])
+    normal, size = _corner_normals(points, facets)
+    off = np.einsum("nai,ni->na", points[facets] - points[facets[:, :1]], normal)
+    even = np.abs(off).max(axis=1) <= FLAT * size
+    level = even[pairs].all(axis=1) & (cosine >= 1 - FLAT**2)
+    plate = _components(len(facets), pairs[level])
+    flat = even & np.isin(plate, _plane_plates(points, facets, whole, plate))
+    # a plane is one of its plates; what is round around it continues without it
+    together = smooth & ~flat[pairs].any(axis=1) | level & flat[pairs].all(axis=1)
+    part = _components(len(facets), pairs[together])
+    is_plane = np.zeros(part.max(initial=-1) + 1, bool)
+    is_plane[part[flat]] = True
+    return SmoothParts(part, is_plane)
+
+
+def _components(n: int, pairs: IntArray) -> IntArray:
+    """Number of the connected part (n,) of each of n facets, joined in pairs (k, 2)."""
+    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _corner_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
+    """Unit normals (n, 3) across the diagonals of facets, and the longer diagonals (n,)."""
+    x = points[facets[:, :4]]
+    one, other = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
+    normal = np.cross(one, other)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    size = np.maximum(np.linalg.norm(one, axis=1), np.linalg.norm(other, axis=1))
+    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0), size
+
+
+def _plane_plates(points: Array, facets: IntArray, whole: IntArray, plate: IntArray) -> IntArray:
+    """Plates of coplanar facets that have a corner in their interior, or no neighbours but across sharp edges."""
+    corners = facets[:, :4].ravel()
+    site = np.unique(np.stack([corners, np.repeat(whole, 4)]), axis=1, return_inverse=True)[1].ravel()
+    angle = np.bincount(site, _corner_angles(points, facets).ravel())
+    inside = np.where(angle > LEAST_INSIDE, _one_value(site, np.repeat(plate, 4)), -1)
+    return np.union1d(inside, _one_value(whole, plate))
+
+
+def _corner_angles(points: Array, facets: IntArray) -> Array:
+    """Angles (n, 4) of facets at their corners; of the last two of a triangle, one node, only one counts."""
+    x = points[facets[:, :4]]
+    forth = np.roll(x, -1, axis=1) - x
+    back = -np.roll(forth, 1, axis=1)
+    three = triangular(facets)
+    forth[three, 2] = forth[three, 3]
+    out = np.arctan2(np.linalg.norm(np.cross(forth, back), axis=2), np.einsum("nai,nai->na", forth, back))
+    out[three, 3] = 0.0
+    return out
+
+
+def _one_value(group: IntArray, value: IntArray) -> IntArray:
+    """The value that all members (n,) of each group have, -1 where they differ."""
+    n = group.max(initial=-1) + 1
+    low, high = np.full(n, np.iinfo(np.int64).max), np.full(n, -1)
+    np.minimum.at(low, group, value)
+    np.maximum.at(high, group, value)
+    return np.where(low == high, high, -1)
+
+
+def _creases(points: Array, facets: IntArray, first: IntArray, second: IntArray, cosine: Array) -> Mask:
+    """Which shared sides (n,), given as 4 facet + side of either facet, turn far more than those near by."""
+    turn = np.arccos(np.clip(cosine, -1.0, 1.0))
+    tested = np.flatnonzero((turn >= LEAST_CREASE) & (cosine >= SMOOTH))
+    out = np.zeros(len(first), bool)
+    if len(tested) == 0:
+        return out
+    ends = np.stack([facets[first // 4, first % 4], facets[first // 4, (first % 4 + 1) % 4]], axis=1)
+    along = points[ends[:, 1]] - points[ends[:, 0]]
+    length = np.linalg.norm(along, axis=1)
+    along /= length[:, None]
+    middle = points[ends].mean(axis=1)
+    centre = points[facets[:, :4]].mean(axis=1)
+    step = centre[second // 4] - centre[first // 4]
+    # the distance between the middles of both facets across the side
+    width = np.linalg.norm(step - np.einsum("ni,ni->n", step, along)[:, None] * along, axis=1)
+    one, other = _near_sides(len(points), facets, np.stack([first, second], axis=1) // 4, tested)
+    line, offset = along[one], middle[other] - middle[one]
+    away = np.linalg.norm(offset - np.einsum("ni,ni->n", offset, line)[:, None] * line, axis=1)
+    same_way = np.abs(np.einsum("ni,ni->n", line, along[other]))
+    bend = np.where(away > APART * width[one], same_way * turn[other] / width[other], 0.0)
+    most = np.zeros(len(first))
+    np.maximum.at(most, one, bend)
+    normals = side_normals(points, facets, triangular(facets))
+    for side in (first, second):
+        own = normals[side // 4] - normals[side // 4, side % 4][:, None]
+        across = np.cross(normals[side // 4, side % 4], along)
+        most = np.maximum(most, np.abs(np.einsum("nai,ni->na", own, across)).max(axis=1) / width)
+    out[tested] = (turn > EXCESS * most * width)[tested]
+    return out
+
+
+def _near_sides(n: int, facets: IntArray, pairs: IntArray, tested: IntArray) -> tuple[IntArray, IntArray]:
+    """Pairs of a tested side and another shared side of a facet that has a corner in common with one of its two."""
+    side = np.repeat(np.arange(len(pairs)), 2)
+    sides = sp.csr_matrix((np.ones(len(side)), (side, pairs.ravel())), shape=(len(pairs), len(facets)))
+    facet = np.repeat(np.arange(len(facets)), 4)
+    corners = sp.csr_matrix((np.ones(len(facet)), (facet, facets[:, :4].ravel())), shape=(len(facets), n))
+    near = (((sides[tested] @ corners) @ corners.T) @ sides.T).tocoo()
+    return tested[near.row], near.col

@@ -1,0 +1,279 @@
+"""Local fits of a smooth surface round its nodes, by weighted least squares.
+
+In axes u, v, w at a node, w along its normal, a fit is the zero level of
+
+    F = w - (c1 u + c2 v + c3 u^2 + ... ),
+
+which passes through the node. Three kinds are tried: a quadratic in u, v, a **quadric** (terms u w, v w, w^2 besides)
+and a quartic in u, v. On every quadric (plane, sphere, cylinder, cone, ellipsoid, ...) the second is exact, however
+coarse the facets; on other shapes the third converges with the fifth power of their size. The one with the least
+generalised cross-validation, residual^2 / (data - unknowns)^2, is taken (Golub, Heath and Wahba 1979), so that noise
+in the nodes favours few terms.
+
+Fitting heights over tangent planes follows Cazals and Pouget (2005), *Estimating differential quantities using
+polynomial fitting of osculating jets*; blending such fits (`surfaces.smooth`) follows Jiao and Wang (2012),
+*Reconstructing high-order surfaces for meshing*. The quadric is our addition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.facets import distinct_columns
+from fecontact.mesh.surface_mesh import averaged_normals
+
+#: Powers of u, v and w in the terms of all fits.
+TERMS = np.array(
+    [(1, 0, 0), (0, 1, 0), (2, 0, 0), (1, 1, 0), (0, 2, 0), (1, 0, 1), (0, 1, 1), (0, 0, 2)]
+    + [(k - j, j, 0) for k in (3, 4) for j in range(k + 1)]
+)
+#: Terms of the quadratic, the quadric and the quartic.
+KINDS = (np.arange(5), np.arange(8), np.r_[:5, 8:17])
+#: Neighbours of a node that a fit should have, in the interior and on the rim of a part, where they are on one side
+#: only, and rings of facets within which they are looked for.
+NEIGHBOURS, AT_RIM, MOST_RINGS = 24, 36, 5
+#: Data beyond the unknowns, per unknown, that a fit must have.
+SURPLUS = 0.25
+#: Cosines of the angle to a node's normal below which neighbours do not count: of a polynomial in u, v, which steepens
+#: there, and of a quadric, which may turn away.
+LEAST_COSINE, LEAST_OF_QUADRIC = 0.45, 0.1
+#: Weight of a term: of all solutions the least is taken, whatever the axes (Bombieri's norm), and low powers first.
+SIZE = np.array([0.7 ** (a + b + c) * np.sqrt(comb(a + b, a)) for a, b, c in TERMS.tolist()])
+#: Singular value, relative to the largest, below which data do not tell terms apart, of each kind.
+CUT = (1e-4, 1e-4, 1e-3)
+#: Least slope of F along w at the nearer data of a quadric: where it vanishes the surface folds.
+LEAST_SLOPE = 0.25
+#: Validation, relative to that of fits with fewer terms, below which a quartic is taken: on few nodes it fits anything.
+BETTER = 0.25
+#: Residual, relative to the spread of the data, that is rounding.
+ROUNDING = 1e-12
+#: Spread of neighbours along an axis, relative to the largest, below which it is not scaled.
+LEAST_SPREAD = 1e-3
+#: Residual of a fit, relative to how far the surface departs from its tangent plane, above which it is no fit: noise,
+#: or an edge.
+WORST = 0.3
+#: Nodes that are worked on together.
+BLOCK = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class LocalFits:
+    """Fits round n nodes.
+
+    Attributes
+    ----------
+    origins : (n, 3) array
+        The nodes.
+    axes : (n, 3, 3) array
+        Rows u, v and w; w is the unit normal.
+    scale : (n, 3) array
+        Lengths in which u, v and w are measured.
+    coefficients : (n, 17) array
+        Of `TERMS`.
+    is_fitted : (n,) bool array
+        Whether the fit represents the neighbours; the others are to be left alone.
+    """
+
+    origins: Array
+    axes: Array
+    scale: Array
+    coefficients: Array
+    is_fitted: Mask
+
+    def offsets(self, node: IntArray, points: Array, directions: Array, steps: int = 12) -> Array:
+        """Distance (n,) along unit directions (n, 3) from points (n, 3) to the fits of nodes (n,); nan where none."""
+        scale = self.scale[node]
+        start = np.einsum("nij,nj->ni", self.axes[node], points - self.origins[node]) / scale
+        along = np.einsum("nij,nj->ni", self.axes[node], directions) / scale
+        t, size = np.zeros(len(node)), scale.max(axis=1)
+        for _ in range(steps):
+            value, slope = self._level(node, start + t[:, None] * along)
+            rate = np.einsum("ni,ni->n", slope, along)
+            steep = rate * scale[:, 2] > LEAST_SLOPE / 2
+            step = np.clip(value / np.where(steep, rate, np.inf), -0.5 * size, 0.5 * size)
+            t = t - step
+            if (np.abs(step) <= 1e-15 * size).all():
+                break
+        found = steep & (np.abs(step) <= 1e-10 * size)
+        return np.where(found, t, np.nan)
+
+    def normals(self, node: IntArray, points: Array) -> Array:
+        """Unit normals (n, 3) of the fits of nodes (n,) at points (n, 3) on them."""
+        scale = self.scale[node]
+        local = np.einsum("nij,nj->ni", self.axes[node], points - self.origins[node]) / scale
+        slope = np.einsum("nij,ni->nj", self.axes[node], self._level(node, local)[1] / scale)
+        return slope / np.linalg.norm(slope, axis=1, keepdims=True)
+
+    def _level(self, node: IntArray, local: Array) -> tuple[Array, Array]:
+        """F (n,) and its gradient (n, 3) at scaled coordinates (n, 3)."""
+        c = self.coefficients[node]
+        power = _powers(local)
+        factor = [power[k][:, TERMS[:, k]] for k in range(3)]
+        value = local[:, 2] - np.einsum("nk,nk->n", c, factor[0] * factor[1] * factor[2])
+        slope = np.zeros_like(local)
+        for k in range(3):
+            lowered = TERMS[:, k] * power[k][:, np.maximum(TERMS[:, k] - 1, 0)]
+            slope[:, k] = (k == 2) - np.einsum("nk,nk->n", c, lowered * factor[k - 1] * factor[k - 2])
+        return value, slope
+
+
+def local_fits(points: Array, facets: IntArray, wanted: IntArray) -> LocalFits:
+    """Fit a smooth surface round some of its nodes.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+        Nodes, all of them on the surface.
+    facets : (n_facets, 4 | 8) int array
+        One smooth part, or several without common nodes.
+    wanted : (n,) int array
+        Nodes round which fits are wanted.
+
+    Returns
+    -------
+    LocalFits
+
+    Examples
+    --------
+    >>> from fecontact.mesh.structured import lattice
+    >>> mesh = lattice((6, 6, 1), (None,) * 5 + ("top",), "hex8").mapped(lambda x: x + [-3, -3, 9.0])
+    >>> points = 10 * mesh.points / np.linalg.norm(mesh.points, axis=1)[:, None]  # onto a sphere
+    >>> fits = local_fits(points, mesh.face_nodes(mesh.faces("top")), np.array([97]))
+    >>> up = np.array([[0.0, 0.0, 1.0]])
+    >>> fits.offsets(np.array([0]), 9 * up, up).round(12).tolist()
+    [1.0]
+    """
+    normals = averaged_normals(points, facets)[0]
+    size = (len(wanted), 3)
+    out = LocalFits(
+        points[wanted], np.zeros((*size, 3)), np.ones(size), np.zeros((size[0], len(TERMS))), np.zeros(size[0], bool)
+    )
+    for rows, near in _neighbourhoods(facets, wanted, len(points)):
+        for start in range(0, len(rows), BLOCK):
+            part = slice(start, start + BLOCK)
+            _fit(out, points, normals, wanted, rows[part], near[part])
+    return out
+
+
+def _neighbourhoods(facets: IntArray, wanted: IntArray, n: int) -> Iterator[tuple[IntArray, IntArray]]:
+    """Rows (k,) of `wanted` and the nodes (k, most) round them, -1 for none: as many rings as are needed."""
+    sides = np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2)
+    key = np.sort(sides.reshape(-1, 2), axis=1) @ np.array([n, 1])
+    _, inverse, uses = np.unique(key, return_inverse=True, return_counts=True)
+    rim = np.zeros(n, bool)
+    rim[sides.reshape(-1, 2)[uses[inverse.ravel()] == 1]] = True
+    wish = np.where(rim[wanted], AT_RIM, NEIGHBOURS)
+    facet, column = np.nonzero(distinct_columns(facets))
+    belongs = sp.csr_matrix((np.ones(len(facet), np.float32), (facets[facet, column], facet)), shape=(n, len(facets)))
+    rows = np.arange(len(wanted))
+    ring = belongs[wanted]
+    for k in range(MOST_RINGS):
+        near = (ring @ belongs.T).tocsr()
+        count = np.diff(near.indptr)
+        enough = (count > wish[rows]) | (k == MOST_RINGS - 1)
+        for chosen in np.array_split(np.flatnonzero(enough)[np.argsort(count[enough], kind="stable")], 3):
+            if len(chosen):
+                of = near[chosen]
+                length = np.diff(of.indptr)
+                nodes = np.full((len(chosen), length.max()), -1, dtype=np.int64)
+                nodes[np.arange(length.max()) < length[:, None]] = of.indices
+                yield rows[chosen], nodes
+        rows = rows[~enough]
+        if len(rows) == 0:
+            return
+        ring = (near[~enough] @ belongs).tocsr()
+
+
+def _fit(fits: LocalFits, points: Array, normals: Array, wanted: IntArray, rows: IntArray, near: IntArray) -> None:
+    """Fill in the fits of some rows from the nodes (k, most) round them."""
+    node = wanted[rows]
+    real = (near >= 0) & (near != node[:, None])
+    offset = np.where(real[..., None], points[near] - points[node][:, None], 0.0)
+    cosine = np.einsum("nmi,ni->nm", normals[near], normals[node])
+    real &= cosine > LEAST_OF_QUADRIC
+    axes = _axes(offset, normals[node])
+    local = np.einsum("nmi,nki->nmk", offset, axes)
+    count = np.maximum(real.sum(axis=1), 1)
+    scale = np.sqrt((local**2).sum(axis=1) / count[:, None])
+    scale = np.maximum(scale, LEAST_SPREAD * scale.max(axis=1, keepdims=True))
+    scale = np.where(scale > 0, scale, 1.0)
+    local = local / scale[:, None]
+    # near neighbours count more
+    weight = np.where(real, cosine / (np.linalg.norm(local[..., :2], axis=2) + 0.1) ** 2, 0.0)
+    coefficients, is_fitted = _least_squares(local, weight, cosine > LEAST_COSINE)
+    fits.axes[rows], fits.scale[rows] = axes, scale
+    fits.coefficients[rows], fits.is_fitted[rows] = coefficients, is_fitted
+
+
+def _axes(offset: Array, normals: Array) -> Array:
+    """Principal axes (n, 3, 3) of offsets (n, m, 3) in the planes across normals (n, 3), and these normals."""
+    across = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    one = np.cross(normals, across)
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    plane = np.stack([one, np.cross(normals, one)], axis=1)
+    flat = np.einsum("nmi,nki->nmk", offset, plane)
+    turn = np.linalg.eigh(np.einsum("nmi,nmj->nij", flat, flat))[1]
+    return np.concatenate([np.einsum("nij,nik->njk", turn, plane), normals[:, None]], axis=1)
+
+
+def _least_squares(local: Array, weight: Array, faces: Mask) -> tuple[Array, Mask]:
+    """Coefficients (n, 17) of the best kind of fit to local coordinates (n, m, 3), and whether it is good enough.
+
+    Only neighbours that face as the node does (n, m) count for polynomials in u, v.
+    """
+    u, v, w = (power[..., exponent] for power, exponent in zip(_powers(local), TERMS.T, strict=True))
+    terms = u * v * w * SIZE
+    best, out = np.full(len(local), np.inf), np.zeros((len(local), len(TERMS)))
+    for k, (kind, cut) in enumerate(zip(KINDS, CUT, strict=True)):
+        quadric = k == 1
+        own = weight if quadric else weight * faces
+        x, rank, rest = _solved(own[..., None] * terms[..., kind], own * local[..., 2], cut)
+        c = x * SIZE[kind]
+        count = (own > 0).sum(axis=1)
+        surplus = count - rank
+        rest += ROUNDING**2 * (own**2).sum(axis=1)
+        score = np.where(surplus >= SURPLUS * rank, rest / np.maximum(surplus, 1) ** 2, np.inf) * count
+        if quadric:
+            slope = (
+                1 - c[:, None, 5] * local[..., 0] - c[:, None, 6] * local[..., 1] - 2 * c[:, None, 7] * local[..., 2]
+            )
+            score[((slope < LEAST_SLOPE) & faces & (weight > 0)).any(axis=1)] = np.inf
+        better = score < (BETTER if k == 2 else 1.0) * best
+        best = np.where(better, score, best)
+        full = np.zeros_like(out)
+        full[:, kind] = c
+        out = np.where(better[:, None], full, out)
+    own = weight * faces
+    bent = _solved(own[..., None] * terms[..., :2], own * local[..., 2], CUT[0])[2]
+    bent /= np.maximum((own > 0).sum(axis=1) - 2, 1)
+    # where all is rounding any fit will do: it moves nothing
+    return out, np.isfinite(best) & (best <= WORST**2 * bent + 10 * ROUNDING**2 * (own**2).sum(axis=1))
+
+
+def _powers(local: Array) -> list[Array]:
+    """Powers (..., 5) from 0 to 4 of the three coordinates (..., 3)."""
+    square = local * local
+    power = np.stack([np.ones_like(local), local, square, square * local, square * square], axis=-1)
+    return [power[..., k, :] for k in range(3)]
+
+
+def _solved(A: Array, b: Array, cut: float) -> tuple[Array, IntArray, Array]:
+    """Least squares A (n, m, p) x = b (n, m) of least norm, the ranks (n,) and the sums of squares (n,) that are left.
+
+    Singular values below `cut` times the largest count as zero.
+    """
+    p = A.shape[2]
+    if A.shape[1] < p:  # rows of zeros, so that R is square
+        A, b = (np.concatenate([x, np.zeros((len(x), p - x.shape[1], *x.shape[2:]))], axis=1) for x in (A, b))
+    Q, R = np.linalg.qr(A)
+    U, S, V = np.linalg.svd(R)
+    kept = cut * S[:, :1] < S
+    z = np.einsum("npk,np->nk", U, np.einsum("nmp,nm->np", Q, b)) * kept
+    x = np.einsum("nkp,nk->np", V, z / np.where(kept, S, 1.0))
+    return x, kept.sum(axis=1), ((b - np.einsum("nmp,np->nm", A, x)) ** 2).sum(axis=1)
