@@ -43,8 +43,8 @@ def fitted(mesh: Mesh, names: Sequence[str]) -> dict[str, Placement]:
     >>> import fecontact as fc
     >>> mesh = fc.shapes.quarter_sphere(1.0, contact_radius=0.1, level=1, element="hex8")
     >>> cap = fitted(mesh, ["cap", "sym_x"])["cap"]
-    >>> cap.surface.project(mesh.points[mesh.cells[0]]).gap.round(4).min() < 0, len(cap.planes)
-    (True, 3)
+    >>> bool(cap.surface.project(mesh.points[mesh.cells[0]]).gap.round(4).min() < 0)
+    True
     """
     check_size(mesh.points)
     skin = mesh.outer
