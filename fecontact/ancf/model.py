@@ -22,6 +22,7 @@ from fecontact.ancf.supports import hold
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 from fecontact.fem.coordinates import Coordinates
+from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.fem.model import Model, materials_of_cells
 from fecontact.fem.stress import hooke
 from fecontact.fem.support import Support
@@ -143,9 +144,9 @@ class AncfModel(Model):
         """Strains (n_cells, 27, 6) inside the cells."""
         return self._strain_at(u, hex_quadrature(20)[0])
 
-    def energy_error(self, u: Array, cells: IntArray) -> tuple[float, float]:
-        """Zeros: gradients are shared at nodes, so strains do not jump and none is smoother."""
-        return 0.0, 0.0
+    def energy_error(self, u: Array, cells: IntArray) -> EnergyError:
+        """None: gradients are shared at nodes, so strains do not jump and none is smoother."""
+        return NO_CELLS
 
     def nodal_strain(self, u: Array) -> Array:
         """Strains (n_points, 6) at the mesh's points, evaluated there and averaged over the cells round a point."""

@@ -13,6 +13,7 @@ import numpy as np
 from fecontact.bodies.outside import Outside
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
+from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.section_mesh import Extent
 
 
@@ -102,9 +103,9 @@ class Answers:
         """Number of common faces of two of its contact surfaces; 1 for a body with one surface."""
         return int(one == other)
 
-    def energy_error(self, displacement: Array, points: Array, reach: float) -> tuple[float, float]:
-        """Zeros: it has no elements."""
-        return 0.0, 0.0
+    def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+        """None: it has no elements."""
+        return NO_CELLS
 
     def outside(self, displacement: Array) -> Outside:
         """Unknown."""
@@ -118,7 +119,7 @@ class Answers:
         """Number of its planes of symmetry on which any of these nodes lies."""
         return 0
 
-    def divided(self, marked: Mapping[str, IntArray]) -> Self:
+    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """Itself: it has no cells to divide."""
         return self
 

@@ -23,6 +23,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import ROUTES
+from fecontact.fem.energy_error import EnergyError
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
@@ -290,11 +291,8 @@ class ElasticBody(Placed):
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
         return self.model.at_points(displacement)
 
-    def energy_error(self, displacement: Array, points: Array, reach: float) -> tuple[float, float]:
-        """Squared energy norms of the error of displacements (n_dofs,) and of themselves, near points (n, 3).
-
-        In the cells whose middles are within `reach` of the points; see `fem.energy_error`.
-        """
+    def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+        """Error of displacements (n_dofs,) in the cells whose middles are within `reach` of points (n, 3)."""
         centres = self.mesh.points[self.mesh.cells[:, : self.mesh.n_corners]].mean(axis=1)
         distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach)
         return self.model.energy_error(displacement, np.flatnonzero(np.isfinite(distance)))
@@ -309,7 +307,7 @@ class ElasticBody(Placed):
         facets = self.mesh.face_nodes(self.mesh.outer_faces)
         return FacetSurface(points, facets, self.name, hanging=self.mesh.hanging)
 
-    def divided(self, marked: Mapping[str, IntArray]) -> Self:
+    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body on a finer mesh.
 
         Parameters
@@ -317,6 +315,8 @@ class ElasticBody(Placed):
         marked : mapping of str to (n,) int array
             Facets of its contact surfaces, numbered as in `surface`; every cell that touches one is divided, so that
             none of their nodes is hanging (see `mesh.refine`).
+        cells : (n,) int array, optional
+            Other cells to divide.
 
         Examples
         --------
@@ -326,8 +326,10 @@ class ElasticBody(Placed):
         >>> len(body.divided({"top": np.array([0])}).mesh.cells)
         36
         """
-        faces = np.concatenate([self.mesh.faces(name)[facets] for name, facets in marked.items()])
-        return replace(self, mesh=refined(self.mesh, touching(self.mesh, faces)))
+        chosen = [touching(self.mesh, self.mesh.faces(name)[facets]) for name, facets in marked.items()]
+        if cells is not None:
+            chosen.append(cells)
+        return replace(self, mesh=refined(self.mesh, np.unique(np.concatenate(chosen))))
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of boundaries held in one component only (planes of symmetry) with any of these nodes."""

@@ -15,6 +15,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.fem.energy_error import EnergyError
 from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Projection, Surface
 
@@ -146,8 +147,8 @@ class Body(Protocol):
     def shared_faces(self, one: str, other: str) -> int:
         """Number of common faces of two of its contact surfaces."""
 
-    def energy_error(self, displacement: Array, points: Array, reach: float) -> tuple[float, float]:
-        """Squared energy norms of the error of displacements (n_dofs,) and of themselves, near points (n, 3)."""
+    def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+        """Error of displacements (n_dofs,) in the cells within `reach` of points (n, 3)."""
 
     def outside(self, displacement: Array) -> Outside:
         """Its whole outer surface, displaced by (n_dofs,)."""
@@ -158,7 +159,7 @@ class Body(Protocol):
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""
 
-    def divided(self, marked: Mapping[str, IntArray]) -> Self:
+    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body on a finer mesh: cells at marked facets of its contact surfaces divided; itself if it has none."""
 
     def size_lines(self, twin: str = "") -> list[str]:

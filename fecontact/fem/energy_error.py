@@ -9,7 +9,7 @@ Method*, section 1.7).
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,10 +24,32 @@ from fecontact.mesh.mesh import Mesh
 MOST_MATERIALS = 12
 
 
+@dataclass(frozen=True, eq=False)
+class EnergyError:
+    """Squared energy norms in some cells.
+
+    Attributes
+    ----------
+    cells : (n,) int array
+    error : (n,) array
+        Of the difference between recovered and found strains.
+    energy : (n,) array
+        Of the found strains.
+    """
+
+    cells: IntArray
+    error: Array
+    energy: Array
+
+
+#: Of a body without elements.
+NO_CELLS = EnergyError(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+
+
 def energy_error(
     mesh: Mesh, u: Array, lame: Array, shear: Array, cells: IntArray, selective: bool = False
-) -> tuple[float, float]:
-    """Squared energy norms of the difference between recovered and found strains, and of the found ones.
+) -> EnergyError:
+    """Error of displacements by their recovered strains.
 
     Parameters
     ----------
@@ -36,7 +58,7 @@ def energy_error(
     lame, shear : (n_cells,) arrays
         Lame constants.
     cells : (n,) int array
-        Over which they are taken.
+        Those that are looked at.
     selective : bool
         See `fem.stress.gauss_strain`.
 
@@ -47,11 +69,11 @@ def energy_error(
     >>> from fecontact import shapes
     >>> mesh = shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
     >>> one = np.ones(8)
-    >>> error, energy = energy_error(mesh, mesh.points * [0.1, 0.0, 0.0], 0 * one, one, np.arange(8))
-    >>> error < 1e-12, round(energy, 12)
+    >>> found = energy_error(mesh, mesh.points * [0.1, 0.0, 0.0], 0 * one, one, np.arange(8))
+    >>> bool(found.error.max() < 1e-12), round(float(found.energy.sum()), 12)
     (True, 0.02)
     """
-    error = energy = 0.0
+    error, energy = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
     for part in by_material(lame, shear, cells):
         midface = None if mesh.midface is None else mesh.midface[part]
         some = replace(
@@ -64,10 +86,11 @@ def energy_error(
             N, dN = element_basis(some.cells.shape[1], group.pattern, group.midfaces, X)
             dV = determinant_3x3(jacobians(some.points[group.nodes], dN)) * W
             own = strain[group.cells, : len(X)]
-            moduli = lame[part[group.cells], None], shear[part[group.cells], None]
-            error += float((dV * energy_density(N @ smooth[group.nodes] - own, *moduli)).sum())
-            energy += float((dV * energy_density(own, *moduli)).sum())
-    return error, energy
+            at = part[group.cells]
+            moduli = lame[at, None], shear[at, None]
+            error[at] = (dV * energy_density(N @ smooth[group.nodes] - own, *moduli)).sum(axis=1)
+            energy[at] = (dV * energy_density(own, *moduli)).sum(axis=1)
+    return EnergyError(cells, error[cells], energy[cells])
 
 
 def by_material(lame: Array, shear: Array, cells: IntArray) -> list[IntArray]:

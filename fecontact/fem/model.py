@@ -21,7 +21,7 @@ from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import Carried, Condensation, Plain, Schur, choose_route, memory_budget
 from fecontact.fem.coordinates import Coordinates, restricted
-from fecontact.fem.energy_error import energy_error
+from fecontact.fem.energy_error import EnergyError, energy_error
 from fecontact.fem.factor import Factor, condense, factorise
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import AmgFactor, Multigrid
@@ -236,8 +236,8 @@ class Model:
         """Stresses (n_points, 6) at the nodes, averaged over all cells, or some (NaN at nodes without such a cell)."""
         return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
-    def energy_error(self, u: Array, cells: IntArray) -> tuple[float, float]:
-        """Squared energy norms of the error of displacements (n_dofs,) in cells (n,), and of the displacements."""
+    def energy_error(self, u: Array, cells: IntArray) -> EnergyError:
+        """Error of displacements (n_dofs,) in cells (n,)."""
         return energy_error(self.mesh, u.reshape(-1, 3), self.lame, self.shear, cells, self.selective)
 
     def touched(self, rows: sp.csr_matrix) -> IntArray:

@@ -12,7 +12,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.common.material import Material
 from fecontact.fem.coordinates import Coordinates
-from fecontact.fem.energy_error import by_material, energy_density
+from fecontact.fem.energy_error import EnergyError, by_material, energy_density
 from fecontact.fem.model import NEARLY_INCOMPRESSIBLE, Model, materials_of_cells
 from fecontact.fem.rigid import null_space
 from fecontact.fem.section_element import SectionElement
@@ -126,16 +126,16 @@ class SectionModel(Model):
         across = -self.lame / (self.lame + 2 * self.shear) if self.plane_stress else None
         return self.section.strain(u, self.selective, across)[0]
 
-    def energy_error(self, u: Array, cells: IntArray) -> tuple[float, float]:
-        """Squared energy norms of the error of displacements (n_dofs,) in cells (n,), and of the displacements."""
+    def energy_error(self, u: Array, cells: IntArray) -> EnergyError:
+        """Error of displacements (n_dofs,) in cells (n,)."""
         strain, points = self.gauss_strain(u), self.section.points()
-        error = energy = 0.0
+        error, energy = np.zeros(len(self.mesh.cells)), np.zeros(len(self.mesh.cells))
         for part in by_material(self.lame, self.shear, cells):
             smooth = self.section.to_nodes(strain, part)[self.mesh.cells[part]]
             moduli = self.lame[part, None], self.shear[part, None]
-            error += float((points.dV[part] * energy_density(points.N @ smooth - strain[part], *moduli)).sum())
-            energy += float((points.dV[part] * energy_density(strain[part], *moduli)).sum())
-        return error, energy
+            error[part] = (points.dV[part] * energy_density(points.N @ smooth - strain[part], *moduli)).sum(axis=1)
+            energy[part] = (points.dV[part] * energy_density(strain[part], *moduli)).sum(axis=1)
+        return EnergyError(cells, error[cells], energy[cells])
 
     def nodal_strain(self, u: Array) -> Array:
         """Strains (n_points, 6) at the nodes."""

@@ -13,8 +13,9 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.contact.interface import Interface
+from fecontact.fem.energy_error import EnergyError
 from fecontact.mesh.section_mesh import line_shapes
-from fecontact.results.error_estimate import PressureReadings, error_estimate, readings_of
+from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
 from fecontact.results.facet_samples import facet_samples, pressure_shapes
 from fecontact.results.resultants import Region, part_of, region_numbers, sides_of_plane
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
@@ -165,6 +166,11 @@ class ContactFields:
         pressure: about 18 % (peak 5 %, area 4 %), resolved by 3.5 faces across
         """
         return error_estimate(self, self._readings)
+
+    @cached_property
+    def energy_errors(self) -> tuple[EnergyError, EnergyError]:
+        """Errors in the cells of slave and master below the contact, see `fem.energy_error`."""
+        return energy_errors(self, self._readings)
 
     @cached_property
     def error_indicators(self) -> Array:

@@ -15,6 +15,7 @@ its square is added. The estimate covers the mesh only, not errors of the model,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -24,6 +25,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.results.facet_samples import facet_samples, hats
 from fecontact.results.geometry_error import TouchingSurfaces, geometry_error
 from fecontact.results.recovery import RecoveredPressure, recovered
@@ -39,6 +41,9 @@ LEAST_SHARE = 0.25
 #: Pressure at a kink between faces over the root mean square of what kinks bring in; it grows with the logarithm of the
 #: faces' size and is 1.5 where faces have a kink at every side, 3.4 with eight faces from kink to kink.
 AT_KINKS = 2.0
+#: Error of the pressure over that of the compliance: 1 for a modulus that is off everywhere, up to 2 in thin layers of
+#: linear elements, whose recovered strains are too smooth.
+STIFFNESS = 1.5
 #: Faces across a contact down to whose width elements below it are looked at.
 NARROWEST = 2.0
 #: Share of a contact's force above which a region counts.
@@ -71,6 +76,10 @@ class PressureOnFacets(LoadedPoints, TouchingSurfaces, Protocol):
     @property
     def is_ring(self) -> bool:
         """Whether the contact is between bodies of revolution."""
+
+    @property
+    def energy_errors(self) -> tuple[EnergyError, EnergyError]:
+        """Errors in the cells of slave and master below the contact."""
 
     @property
     def displacements(self) -> tuple[Array, Array]:
@@ -179,7 +188,7 @@ def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None)
     # pressures that would pull part instead, so that they are never off by more than all of them
     geometry = min(1.0, geometry_error(contact) * np.sqrt(max(area, counted) / readings.norm))
     across = faces_across(contact, readings)
-    interior = interior_error(contact, readings, across)
+    interior = interior_error(contact.energy_errors)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     return ErrorEstimate(
         pressure=pressure,
@@ -191,19 +200,28 @@ def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None)
     )
 
 
-def interior_error(contact: PressureOnFacets, readings: PressureReadings, across: float) -> float:
-    """Relative error of the compliance by the elements below a contact, as deep as it is wide.
+def interior_error(errors: Sequence[EnergyError]) -> float:
+    """Relative error of the pressure due to that of the compliance of the elements below a contact.
 
-    It acts as a modulus that is too large by as much: pressures change in proportion, at the edge more, further inside
-    less.
+    The compliance is too small by the error's square over the energy (`fem.energy_error`), as with a modulus that is
+    too large.
     """
+    error, energy = sum(float(e.error.sum()) for e in errors), sum(float(e.energy.sum()) for e in errors)
+    return min(1.0, STIFFNESS * error / energy) if energy > 0 else 0.0
+
+
+def energy_errors(contact: PressureOnFacets, readings: PressureReadings | None) -> tuple[EnergyError, EnergyError]:
+    """Errors in the cells of slave and master below a contact, as deep as it is wide."""
+    if readings is None:
+        return NO_CELLS, NO_CELLS
     ends = contact.nodes[contact.facets[readings.facets, :2]]
-    width = max(across, NARROWEST) * float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
-    points = contact.points[contact.active]
-    sides = zip((contact.slave, contact.master), contact.displacements, strict=True)
-    found = [body.energy_error(u, body.pose.to_body(points), width) for body, u in sides]
-    error, energy = np.sum(found, axis=0)
-    return float(min(1.0, error / energy)) if energy > 0 else 0.0
+    faces = max(faces_across(contact, readings), NARROWEST)
+    width = faces * float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
+    points, (ours, theirs) = contact.points[contact.active], contact.displacements
+    return (
+        contact.slave.energy_error(ours, contact.slave.pose.to_body(points), width),
+        contact.master.energy_error(theirs, contact.master.pose.to_body(points), width),
+    )
 
 
 def faces_across(contact: PressureOnFacets, readings: PressureReadings) -> float:

@@ -25,7 +25,7 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence, Step
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, with_bodies
-from fecontact.scene.marking import facets_opposite, marked_facets
+from fecontact.scene.marking import facets_opposite, marked_cells, marked_facets
 
 #: Safety factor of an estimate, see docs/error_estimates.md.
 SAFETY = 1.25
@@ -149,6 +149,7 @@ def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
 def _divided(scene: SceneModel, result: ContactResult, accuracy: float) -> SceneModel | None:
     """The scene on finer meshes; None if no body has a cell to divide."""
     marks: dict[int, dict[str, list[IntArray]]] = {}
+    below: dict[int, list[IntArray]] = {}
     number = {id(b): k for k, b in enumerate(result.scene.bodies)}
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         if not contact.active.any():
@@ -160,10 +161,13 @@ def _divided(scene: SceneModel, result: ContactResult, accuracy: float) -> Scene
         ):
             if len(facets):
                 marks.setdefault(number[id(body)], {}).setdefault(name, []).append(facets)
-    bodies = [
-        b.divided({name: np.unique(np.concatenate(f)) for name, f in marks[k].items()}) if k in marks else b
-        for k, b in enumerate(scene.bodies)
-    ]
+        for body, cells in zip((interface.slave, interface.master), marked_cells(contact, accuracy), strict=True):
+            if len(cells):
+                below.setdefault(number[id(body)], []).append(cells)
+    bodies = list(scene.bodies)
+    for k in marks.keys() | below.keys():
+        facets_of = {name: np.unique(np.concatenate(f)) for name, f in marks.get(k, {}).items()}
+        bodies[k] = bodies[k].divided(facets_of, np.unique(np.concatenate(below[k])) if k in below else None)
     if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
         return None
     return with_bodies(scene, bodies).scene

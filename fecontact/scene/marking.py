@@ -17,6 +17,8 @@ from fecontact.surfaces.facet_surface import facets_of
 
 #: Share of the squared error in the faces marked by their indicators.
 BULK = 0.8
+#: Error by the elements below a contact, over the tolerance, above which some of them are divided.
+WORTH = 0.5
 #: Size of a master's face, relative to that of the slave's faces it meets, above which it is divided with them.
 COARSE = 0.75
 
@@ -40,6 +42,23 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     off = np.abs(read.smooth - read.interpolated).max(axis=1) > tolerance * contact.max_pressure
     out[read.facets[off & active[read.facets].all(axis=1)]] = True
     return out
+
+
+def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, IntArray]:
+    """Cells of slave and master below the contact to divide besides those at its faces.
+
+    Those with most of the squared error in the energy norm, if the elements below keep the estimate above the
+    tolerance whatever the faces are.
+    """
+    if contact.error_estimate.interior < WORTH * tolerance:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    error = np.concatenate([e.error for e in contact.energy_errors])
+    order = np.argsort(-error, kind="stable")
+    held = np.cumsum(error[order])
+    chosen = np.zeros(len(error), bool)
+    chosen[order[: np.searchsorted(held, BULK * held[-1]) + 1]] = True
+    ours, theirs = contact.energy_errors
+    return ours.cells[chosen[: len(ours.cells)]], theirs.cells[chosen[len(ours.cells) :]]
 
 
 def facets_opposite(interface: Interface, facets: IntArray) -> IntArray:
