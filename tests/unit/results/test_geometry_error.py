@@ -128,6 +128,8 @@ def test_rings_of_polygons_are_off_by_about_what_is_estimated(sides):
 
 @pytest.mark.parametrize(("inner", "outer", "element"), [(12, 12, "hex8"), (12, 17, "hex20"), (12, 24, "hex20")])
 def test_matching_or_quadratic_rings_are_not(inner, outer, element):
+    """Their geometry is no cause of error; what linear cells are too stiff by is another (`interior`)."""
     spread, estimate = rings(inner, outer, element)
     assert spread < 0.01
-    assert estimate.pressure < 0.01
+    assert estimate.geometry < 0.01
+    assert estimate.pressure < 0.02
