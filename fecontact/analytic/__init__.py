@@ -3,6 +3,28 @@
 Pressures are positive in compression, stresses in tension; z points into the body.
 """
 
-from fecontact.analytic import axisymmetric, boussinesq, cylinder, disc, hertz, layer, punch, rectangle, sinusoid
+from fecontact.analytic import (
+    axisymmetric,
+    boussinesq,
+    cylinder,
+    disc,
+    face_loads,
+    hertz,
+    layer,
+    punch,
+    rectangle,
+    sinusoid,
+)
 
-__all__ = ["axisymmetric", "boussinesq", "cylinder", "disc", "hertz", "layer", "punch", "rectangle", "sinusoid"]
+__all__ = [
+    "axisymmetric",
+    "boussinesq",
+    "cylinder",
+    "disc",
+    "face_loads",
+    "hertz",
+    "layer",
+    "punch",
+    "rectangle",
+    "sinusoid",
+]

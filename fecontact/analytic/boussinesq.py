@@ -52,15 +52,18 @@ def surface_displacement(distance: ArrayLike, *, force: float, modulus: float) -
     return np.asarray(checks.finite("the force", force) / (np.pi * checks.positive("the modulus", modulus)) / d)
 
 
-def compliance(points: ArrayLike, material: Material) -> Array:
+def compliance(points: ArrayLike, material: Material, *, above: float = 0.0) -> Array:
     """Return the displacements due to unit loads in x, y and z: Green's tensor of the half-space.
 
     Parameters
     ----------
     points : array_like, shape (..., 3)
-        Points with z >= 0, not the origin.
+        Points with z >= -above rho, rho their distance from the load; not the origin.
     material : Material
         Material of the half-space.
+    above : float
+        Below 1. The field is analytic but on the half-line over the load, so that it can be continued above the plane,
+        for a body whose curved face lies partly above its tangent plane.
 
     Returns
     -------
@@ -70,7 +73,7 @@ def compliance(points: ArrayLike, material: Material) -> Array:
     Raises
     ------
     InputError
-        If a point lies outside the half-space or under the load.
+        If a point lies outside the half-space (beyond `above`) or under the load.
 
     References
     ----------
@@ -81,7 +84,7 @@ def compliance(points: ArrayLike, material: Material) -> Array:
     >>> bool(np.allclose(compliance([0.0, 0.0, 1.0], Material(1.0, 0.25))[2, 2], 1.25 * 2.5 / (2 * np.pi)))
     True
     """
-    coordinates, rho, s = _geometry(points)
+    coordinates, rho, s = _geometry(points, above)
     nu = material.nu
     planar = coordinates[..., :2]
     depth = coordinates[..., 2]
@@ -96,15 +99,15 @@ def compliance(points: ArrayLike, material: Material) -> Array:
     return np.asarray(tensor / (4 * np.pi * material.shear_modulus))
 
 
-def displacement(points: ArrayLike, *, force: ArrayLike, material: Material) -> Array:
+def displacement(points: ArrayLike, *, force: ArrayLike, material: Material, above: float = 0.0) -> Array:
     """Return the displacement of the half-space under a point load of any direction.
 
     Parameters
     ----------
-    points, material
+    points, material, above
         As in `compliance`.
-    force : array_like, shape (3,)
-        Load (Qx, Qy, P); P positive into the body.
+    force : array_like, shape (3,) or (..., 3)
+        Load (Qx, Qy, P), P positive into the body: one for all points, or broadcast with them.
 
     Returns
     -------
@@ -125,15 +128,15 @@ def displacement(points: ArrayLike, *, force: ArrayLike, material: Material) -> 
     >>> displacement([1.0, 0.0, 0.0], force=(0.0, 0.0, np.pi), material=Material(1.0, 0.0)).round(6)
     array([-0.5,  0. ,  1. ])
     """
-    return np.asarray(compliance(points, material) @ _load(force))
+    return np.asarray((compliance(points, material, above=above) @ _load(force)[..., None])[..., 0])
 
 
-def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> Array:
+def stress(points: ArrayLike, *, force: ArrayLike, material: Material, above: float = 0.0) -> Array:
     """Return the stress in the half-space under a point load of any direction.
 
     Parameters
     ----------
-    points, force, material
+    points, force, material, above
         As in `displacement`.
 
     Returns
@@ -160,17 +163,18 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> Array:
     >>> stress([0.0, 0.0, 1.0], force=(0.0, 0.0, 2 * np.pi), material=Material(1.0, 0.25)).diagonal()
     array([ 0.25,  0.25, -3.  ])
     """
-    coordinates, rho, s = _geometry(points)
+    coordinates, rho, s = _geometry(points, above)
     vector = _load(force)
     nu = material.nu
     planar, depth = coordinates[..., :2], coordinates[..., 2]
-    along = coordinates @ vector
-    sheared = planar @ vector[:2]
+    shear, normal = vector[..., :2], vector[..., 2]
+    along = (coordinates * vector).sum(axis=-1)
+    sheared = (planar * shear).sum(axis=-1)
     result = -3 * coordinates[..., :, None] * coordinates[..., None, :] * (along / rho**5)[..., None, None]
     outer = planar[..., :, None] * planar[..., None, :]
-    mixed = planar[..., :, None] * vector[:2]
-    isotropic = vector[2] * (depth / rho**3 - 1 / (rho * s)) + sheared * (1 / rho**3 - 1 / (rho * s**2))
-    directed = vector[2] * (rho + s) / (rho**3 * s**2) + sheared * (s + 2 * rho) / (rho**3 * s**3)
+    mixed = planar[..., :, None] * shear[..., None, :]
+    isotropic = normal * (depth / rho**3 - 1 / (rho * s)) + sheared * (1 / rho**3 - 1 / (rho * s**2))
+    directed = normal * (rho + s) / (rho**3 * s**2) + sheared * (s + 2 * rho) / (rho**3 * s**3)
     lateral = outer * directed[..., None, None]
     lateral -= (mixed + np.swapaxes(mixed, -1, -2)) / (rho * s**2)[..., None, None]
     lateral += isotropic[..., None, None] * np.eye(2)
@@ -178,19 +182,23 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material) -> Array:
     return np.asarray(result / (2 * np.pi))
 
 
-def _geometry(points: ArrayLike) -> tuple[Array, Array, Array]:
+def _geometry(points: ArrayLike, above: float) -> tuple[Array, Array, Array]:
     """Return the points, their distance rho from the load, and rho + z."""
     coordinates = checks.point_array("points", points, 3)
-    if np.any(coordinates[..., 2] < 0):
-        raise InputError(f"Expected points with z >= 0, inside the body; found z = {coordinates[..., 2].min()}.")
+    if not 0 <= above < 1:
+        raise InputError(f"Expected above >= 0 and < 1, a share of the distance; found {above!r}.")
     rho = np.linalg.norm(coordinates, axis=-1)
+    if np.any(coordinates[..., 2] < -above * rho):
+        lowest = coordinates[..., 2].min()
+        limit = f"z >= -{above:g} times the distance from the load" if above else "z >= 0, inside the body"
+        raise InputError(f"Expected points with {limit}; found z = {lowest}.")
     if np.any(rho == 0):
         raise InputError("Expected points away from the load; found the origin, where the fields are infinite.")
     return coordinates, rho, rho + coordinates[..., 2]
 
 
 def _load(force: ArrayLike) -> Array:
-    vector = checks.point_array("force", force, 3)
-    if vector.shape != (3,):
-        raise InputError(f"Expected one force (Qx, Qy, P); found shape {vector.shape}.")
+    vector = checks.coordinates("force", force)
+    if vector.ndim == 0 or vector.shape[-1] != 3:
+        raise InputError(f"Expected forces (Qx, Qy, P) on the last axis; found shape {vector.shape}.")
     return vector

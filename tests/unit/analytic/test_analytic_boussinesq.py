@@ -84,6 +84,32 @@ def test_shapes_follow_the_points():
     assert boussinesq.stress(points, force=(0, 0, 1), material=material).shape == (4, 5, 3, 3)
 
 
+def test_each_point_may_have_its_own_force():
+    material = Material(2.0, 0.3)
+    points, forces = np.array(POINTS), np.array(LOADS)
+    for field in (boussinesq.displacement, boussinesq.stress):
+        together = field(points[:, None], force=forces, material=material)
+        assert together.shape[:2] == (len(points), len(forces))
+        for j, force in enumerate(forces):
+            np.testing.assert_array_equal(together[:, j], field(points, force=force, material=material))
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_fields_continue_above_the_plane(load, hooke, divergence):
+    material = Material(2.0, 0.3)
+    point = np.array([0.8, -0.5, -0.3])
+
+    def stress(p):
+        return boussinesq.stress(p, force=load, material=material, above=0.5)
+
+    def displacement(p):
+        return boussinesq.displacement(p, force=load, material=material, above=0.5)
+
+    # Fourth-order differences of fields that vary over 0.6.
+    np.testing.assert_allclose(stress(point), hooke(displacement, point, material, 1e-3), rtol=0, atol=2e-9)
+    np.testing.assert_allclose(divergence(stress, point, 1e-3), 0.0, rtol=0, atol=2e-9)
+
+
 def test_bad_input_is_named():
     material = Material(1.0, 0.3)
     with pytest.raises(InputError, match="z >= 0"):
@@ -92,7 +118,11 @@ def test_bad_input_is_named():
         boussinesq.stress([0.0, 0.0, 0.0], force=(0, 0, 1), material=material)
     with pytest.raises(InputError, match="3 coordinates"):
         boussinesq.stress([0.0, 0.0], force=(0, 0, 1), material=material)
-    with pytest.raises(InputError, match="one force"):
-        boussinesq.stress([0.0, 0.0, 1.0], force=np.ones((2, 3)), material=material)
+    with pytest.raises(InputError, match="Qx, Qy, P"):
+        boussinesq.stress([0.0, 0.0, 1.0], force=np.ones((3, 2)), material=material)
+    with pytest.raises(InputError, match=r"-0\.5 times the distance"):
+        boussinesq.stress([0.0, 0.1, -0.1], force=(0, 0, 1), material=material, above=0.5)
+    with pytest.raises(InputError, match="share of the distance"):
+        boussinesq.stress([0.0, 0.0, 1.0], force=(0, 0, 1), material=material, above=1.0)
     with pytest.raises(InputError, match="under the load"):
         boussinesq.surface_displacement([1.0, 0.0], force=1.0, modulus=1.0)
