@@ -38,6 +38,7 @@ from fecontact.bodies import (
     rotation_about,
 )
 from fecontact.bodies.elastic import INTEGRATIONS
+from fecontact.bodies.geometry import CHOICES
 from fecontact.bodies.layer import LAWS
 from fecontact.bodies.section import STATES
 from fecontact.common.errors import InputError
@@ -67,6 +68,25 @@ RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
     "torus": (surfaces.Torus, {"ring!": number, "tube!": number}),
 }
 
+
+def _geometry(table: Table, key: str, required: bool) -> Any:
+    """What contact faces are placed on: a word, a shape, or one of these by contact boundary."""
+    if not isinstance(table.raw(key, required), dict):
+        return table.text(key, CHOICES)
+    entry = table.table(key)
+    if "kind" in entry:
+        return _posed(entry)
+    return {
+        k: _posed(entry.table(k)) if isinstance(v, dict) else entry.text(k, CHOICES) for k, v in entry.values.items()
+    }
+
+
+def _posed(table: Table) -> RigidBody | None:
+    """A rigid shape with its pose in the axes of a mesh."""
+    pose, shape = _pose(table.table("pose")), shape_of(table, RIGID_SHAPES)
+    return None if shape is None or pose is None else RigidBody(shape).placed(*pose)
+
+
 _INTEGRATED: Arguments = {"integration": choice(INTEGRATIONS)}
 _SECTION: Arguments = {"backend": choice(("auto", *DIRECT)), **_INTEGRATED}
 
@@ -79,6 +99,7 @@ MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
             "backend": choice(("auto", *DIRECT, "amg")),
             **_INTEGRATED,
             "condensation": choice(ROUTES),
+            "geometry": _geometry,
         },
     ),
     "plane": (PlaneBody, {**_SECTION, "thickness": number, "plane": choice(STATES)}),

@@ -179,3 +179,58 @@ def test_springs_on_a_half_space_are_refused(write):
     spring = "[[springs]]\nstiffness = 1.0\nstart = {body = 'half', point = [0, 0, 0]}\nend = {point = [0, 0, 1]}\n"
     with pytest.raises(fc.InputError, match="cannot be fastened to 'half'"):
         fc.read_scene(write(MATERIAL + BALL + HALF + PRESSED + spring)).solve()
+
+
+CAP = (
+    '[bodies.ball]\nshape = {kind = "quarter_sphere", radius = 10.0, contact_radius = 0.5, level = 1}\n'
+    'material = "soft"\ncontact = "cap"\nsupports = {base = "xyz"}\n'
+)
+FLOOR = '[bodies.floor]\ntype = "rigid"\nshape = {kind = "plane"}\n[[contacts]]\nslave = "ball"\nmaster = "floor"\n'
+
+
+def cap_points(write, geometry):
+    file = fc.read_scene(write(MATERIAL + CAP + f"geometry = {geometry}\n" + FLOOR))
+    body = file.bodies["ball"]
+    return body.mesh.points[body.surface("cap").nodes]
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        '{kind = "sphere", radius = 10.0}',
+        '{cap = {kind = "sphere", radius = 10.0}}',
+        # the same sphere, turned about its own centre
+        '{kind = "sphere", radius = 10.0, '
+        "pose = {translation = [0, -10, 10], rotation = {axis = [1, 0, 0], angle_deg = -90}}}",
+    ],
+)
+def test_contact_faces_on_a_shape(geometry, write):
+    """The middles of faces lie off the sphere by the missing term of the 20-node map, those on the sphere do not."""
+    off = {
+        g: np.abs(np.linalg.norm(cap_points(write, g) - [0, 0, 10.0], axis=1) - 10.0).max()
+        for g in ('"plain"', geometry)
+    }
+    assert off['"plain"'] > 1e-6
+    assert off[geometry] < 1e-11
+
+
+def test_contact_faces_fitted(write):
+    fitted, by_name = (cap_points(write, g) for g in ('"auto"', '{cap = "auto"}'))
+    assert (fitted == by_name).all()
+    assert not (fitted == cap_points(write, '"plain"')).all()
+
+
+@pytest.mark.parametrize(
+    ("geometry", "told"),
+    [
+        ('"smooth"', "bodies.ball.geometry: unknown value 'smooth'; expected auto, plain."),
+        ("3.0", "bodies.ball.geometry: must be a text in quotation marks; found 3.0."),
+        ('{cap = "exact"}', "bodies.ball.geometry.cap: unknown value 'exact'"),
+        ('{kind = "ball", radius = 10.0}', "bodies.ball.geometry.kind: unknown value 'ball'"),
+        ('{kind = "sphere", radius = 10.0, place = 1}', "bodies.ball.geometry.place: unknown key"),
+        ('{cup = "auto"}', "geometry names 'cup', which are no contact surfaces; these are 'cap'."),
+        ('{kind = "sphere", radius = 3.0}', "from the given surface"),
+    ],
+)
+def test_wrong_geometry_is_a_fault(geometry, told, write):
+    assert told in faults(write(MATERIAL + CAP + f"geometry = {geometry}\n" + FLOOR))
