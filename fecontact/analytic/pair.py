@@ -66,6 +66,44 @@ def pair_modulus(materials: tuple[Material | None, Material | None]) -> float:
     return contact_modulus(first, second)
 
 
+def dundurs(first: Material | None, second: Material | None = None) -> float:
+    """Return Dundurs' second constant beta, by which tangential tractions displace the surfaces along their normal.
+
+    Parameters
+    ----------
+    first, second : Material or None
+        Materials of the two bodies, None for a rigid one.
+
+    Returns
+    -------
+    float
+        ((1 - 2 nu1)/G1 - (1 - 2 nu2)/G2)/(2 (1 - nu1)/G1 + 2 (1 - nu2)/G2), from -1/2 to 1/2; zero for equal materials,
+        and for an incompressible one on a rigid one.
+
+    Raises
+    ------
+    InputError
+        If both bodies are rigid.
+
+    References
+    ----------
+    J. Dundurs, J. Appl. Mech. 36 (1969) 650; K. L. Johnson, Contact Mechanics, 1985, section 5.1.
+
+    Examples
+    --------
+    >>> steel = Material(E=210e3, nu=0.3)
+    >>> round(dundurs(steel), 12), round(dundurs(None, steel), 12), dundurs(steel, steel)
+    (0.285714285714, -0.285714285714, 0.0)
+    """
+    pair_modulus((first, second))
+    above, below = 0.0, 0.0
+    for material, sign in ((first, 1), (second, -1)):
+        if material is not None:
+            above += sign * (1 - 2 * material.nu) / material.shear_modulus
+            below += 2 * (1 - material.nu) / material.shear_modulus
+    return above / below
+
+
 def poisson_ratio(materials: tuple[Material | None, Material | None], body: int) -> float:
     """Return Poisson's ratio of body 0 or 1 of a pair, to evaluate a stress in it.
 

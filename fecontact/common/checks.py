@@ -116,6 +116,32 @@ def finite(name: str, value: float) -> float:
     return number
 
 
+def friction(value: float, infinite: bool = False) -> float:
+    """Return Coulomb's mu as a float, or refuse it if it is negative or not a number.
+
+    Parameters
+    ----------
+    value : float
+    infinite : bool
+        Whether infinity is accepted: surfaces that stick wherever they touch.
+
+    Raises
+    ------
+    InputError
+        If it is negative, NaN, no number, or infinite where that is not accepted.
+
+    Examples
+    --------
+    >>> friction(0.3), friction(math.inf, infinite=True)
+    (0.3, inf)
+    """
+    number = _number(value)
+    if not 0 <= number <= math.inf or (math.isinf(number) and not infinite):
+        expected = "zero or positive" + ("" if infinite else " and finite")
+        raise InputError(f"The friction (Coulomb's mu) must be {expected}; found {value!r}.")
+    return number
+
+
 def vector(name: str, value: ArrayLike, length: int = 3) -> Array:
     """Return `value` as an array of `length` numbers, or refuse it if there are not as many or one is not finite.
 
