@@ -6,6 +6,8 @@ Pressures are positive in compression, stresses in tension; z points into the bo
 from fecontact.analytic import (
     axisymmetric,
     boussinesq,
+    curvature_field,
+    curved_kernel,
     cylinder,
     disc,
     face_loads,
@@ -20,6 +22,8 @@ from fecontact.analytic import (
 __all__ = [
     "axisymmetric",
     "boussinesq",
+    "curvature_field",
+    "curved_kernel",
     "cylinder",
     "disc",
     "face_loads",

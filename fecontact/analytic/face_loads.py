@@ -1,7 +1,7 @@
 """Point loads on the face of a body, each with the fields of the half-space below its own tangent plane.
 
 Loads act at points of a smooth face in any direction. Near a load the face is its tangent plane, up to its curvature,
-and the fields are Boussinesq's and Cerruti's in the axes of that plane.
+and the fields are Boussinesq's and Cerruti's in the axes of that plane, with the first effect of the curvature.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.analytic import boussinesq
+from fecontact.analytic import boussinesq, curvature_field
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -33,11 +33,17 @@ class FaceLoads:
         Normals of the face into the body, of any length but zero.
     forces : numpy.ndarray, shape (m, 3)
         Loads on the body, in global axes.
+    curvatures : numpy.ndarray, shape (m, 3, 3), optional
+        Curvature tensors of the face at the places, in global axes, convex positive: of a ball (I - n n^T)/radius. What
+        a tensor has along the normal is not used. A plane face unless given.
+    length : float, optional
+        Unit of length in the logarithm of the curved face's displacement, needed with curvatures. It changes the
+        displacements of a load by a translation.
 
     Raises
     ------
     InputError
-        If the shapes differ or a normal has no length.
+        If the shapes differ, a normal has no length, or curvatures are given without a length.
 
     Examples
     --------
@@ -48,6 +54,8 @@ class FaceLoads:
     places: Array
     normals: Array
     forces: Array
+    curvatures: Array | None = None
+    length: float | None = None
 
     def __post_init__(self) -> None:
         shapes = {checks.point_array(n, getattr(self, n), 3).shape for n in ("places", "normals", "forces")}
@@ -55,6 +63,13 @@ class FaceLoads:
             raise InputError(f"Expected places, normals and forces of one shape (m, 3); found {sorted(shapes)}.")
         if not np.all(np.linalg.norm(self.normals, axis=1) > 0):
             raise InputError("Expected normals into the body; found one of length zero.")
+        if self.curvatures is None:
+            return
+        if self.curvatures.shape != (*self.places.shape, 3):
+            raise InputError(f"Expected curvatures {(*self.places.shape, 3)}; found {self.curvatures.shape}.")
+        if self.length is None:
+            raise InputError("Expected length= with curvatures, such as the size of the contact; found None.")
+        checks.lengths(length=self.length)
 
     @property
     def axes(self) -> Array:
@@ -117,7 +132,7 @@ def fields(points: ArrayLike, loads: FaceLoads, material: Material) -> tuple[Arr
 
     References
     ----------
-    K. L. Johnson, Contact Mechanics, 1985, chapter 3.
+    K. L. Johnson, Contact Mechanics, 1985, chapter 3; `curvature_field`.
 
     Examples
     --------
@@ -130,4 +145,8 @@ def fields(points: ArrayLike, loads: FaceLoads, material: Material) -> tuple[Arr
     forces = (axes @ loads.forces[..., None])[:, None, :, 0]
     u = boussinesq.displacement(local, force=forces, material=material, above=ABOVE)
     sigma = boussinesq.stress(local, force=forces, material=material, above=ABOVE)
+    if loads.curvatures is not None and loads.length is not None:
+        bent = (axes @ loads.curvatures @ np.swapaxes(axes, -1, -2))[:, None, :2, :2]
+        more = curvature_field.fields(local, force=forces, curvature=bent, length=loads.length, material=material)
+        u, sigma = u + more[0], sigma + more[1]
     return u @ axes, np.asarray(np.swapaxes(axes, -1, -2)[:, None] @ sigma @ axes[:, None])
