@@ -4,6 +4,7 @@ from fecontact.bodies.assembled import AssembledBody
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace, HalfSpaceContact, Layer
 from fecontact.bodies.layer import ElasticLayer
+from fecontact.bodies.local.body import LocalBody
 from fecontact.bodies.pose import Pose, rotation_about
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import Plane, RigidBody, Sphere
@@ -19,6 +20,7 @@ __all__ = [
     "HalfSpace",
     "HalfSpaceContact",
     "Layer",
+    "LocalBody",
     "Plane",
     "PlaneBody",
     "Pose",

@@ -6,7 +6,7 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact.analytic import rectangle
-from fecontact.bodies.halfspace.operator import dense, whole_grid
+from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid, self_affine
 
@@ -163,7 +163,7 @@ def test_uniform_pressure_on_a_rectangle(row):
     half = fc.HalfSpace(UNIT, size=(8.0, 8.0), shape=(64, 64))
     x, y = np.meshgrid(half.grid.x, half.grid.y, indexing="ij")
     loaded = (np.abs(x) < 0.5) & (np.abs(y) < 0.25)
-    found = whole_grid(half.compliance).apply(loaded.astype(float))
+    found = CellModel(half.compliance).product.apply(loaded.astype(float))
     exact = rectangle.surface_displacement(x, y, half_sides=(0.5, 0.25), pressure=1.0, modulus=1.0)
     row("6 rectangle, 64 x 64 cells", "largest error / largest", 0.0, np.abs(found - exact).max() / exact.max(), 1e-12)
     corner = np.hypot(x[0, 0], y[0, 0])
@@ -268,7 +268,7 @@ def test_report_half_space_by_wolfe(cell, pressure, ratio, most_l2, most_area, r
         (np.full(4 * len(quarter), 0.5), (np.tile(np.arange(len(quarter)), 4), images)), (len(quarter), n * n)
     )
     gap = (r.ravel()[quarter] ** 2) / 25.0
-    S = dense(half.compliance, rows)
+    S = CellModel(half.compliance).dense(rows)
     problem = ComplementarityProblem(S, 2 * gap, np.full((1, len(quarter)), 2.0), np.array([454.0]))
     solution = solve(problem, "wolfe")
     p = solution.forces / 2 / cell**2

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution
+from fecontact.bodies.halfspace.smooth import Product
 from fecontact.common.arrays import Array, Mask
 
 PER_ROUND = 0.2
@@ -38,9 +39,9 @@ class GridProblem:
 
     Attributes
     ----------
-    compliance : Convolution
+    compliance : Convolution or Corrected
         A: displacement due to pressure.
-    rough : Convolution
+    rough : Convolution or Corrected
         The same in single precision, for corrections.
     preconditioner : Convolution
         Approximate inverse of A, positive definite.
@@ -54,8 +55,8 @@ class GridProblem:
         Loads.
     """
 
-    compliance: Convolution
-    rough: Convolution
+    compliance: Product
+    rough: Product
     preconditioner: Convolution
     g: Array
     allowed: Mask

@@ -17,7 +17,7 @@ from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import Layer
-from fecontact.bodies.halfspace.operator import GridCompliance, dense, whole_grid
+from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.halfspace.pressing import Load, press
 from fecontact.bodies.halfspace.surface import GridSurface, grid_surface
 from fecontact.bodies.pose import Pose
@@ -35,10 +35,6 @@ class HeightSurface(Protocol):
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together; infinite where there is no surface."""
-
-
-DENSE_LIMIT = 1500
-"""Rows of a scene up to which the compliance of a half-space is a matrix."""
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -248,26 +244,25 @@ class HalfSpace(SurfaceBody):
         return self.compliance.modulus
 
     @cached_property
+    def _cells(self) -> CellModel:
+        return CellModel(self.compliance)
+
+    @cached_property
     def facets(self) -> GridSurface:  # type: ignore[override]
         """Its surface: cell centres and quadrilaterals between them."""
         return grid_surface(self.grid, "surface")
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
-        """Compliance along rows: a matrix, or an operator for more than `DENSE_LIMIT` rows of one cell each."""
+        """Compliance along rows: a matrix, or an operator for many rows of one cell each."""
         with timer("condense"):
-            normal = _normal_part(rows)
-            if normal.shape[0] > DENSE_LIMIT and _is_selection(normal):
-                S: Array | GridCompliance = GridCompliance(self.compliance, normal.indices.astype(np.int64))
-            else:
-                S = dense(self.compliance, normal)
-            return Reduced(S, np.zeros(rows.shape[0]))
+            return Reduced(self._cells.along(_normal_part(rows)), np.zeros(rows.shape[0]))
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows."""
         upwards = np.asarray(_normal_part(rows).T @ forces).reshape(self.grid.shape)
         u = np.zeros((self.grid.n_cells, 3))
         if upwards.any():
-            u[:, 2] = whole_grid(self.compliance).apply(upwards / self.grid.area).ravel()
+            u[:, 2] = self._cells.product.apply(upwards / self.grid.area).ravel()
         return u.ravel()
 
     def describe(self) -> str:
@@ -283,10 +278,3 @@ def _normal_part(rows: sp.csr_matrix) -> sp.csr_matrix:
     normal = (coo.col % 3 == 2) & (coo.data != 0)
     shape = (rows.shape[0], rows.shape[1] // 3)
     return sp.csr_matrix((coo.data[normal], (coo.row[normal], coo.col[normal] // 3)), shape=shape)
-
-
-def _is_selection(rows: sp.csr_matrix) -> bool:
-    """Whether every row has one cell, with the sign of a contact from above."""
-    return rows.nnz == rows.shape[0] and bool(
-        (np.diff(rows.indptr) == 1).all() and (np.abs(rows.data + 1) < 1e-12).all()
-    )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace.cg import GridIterate, GridProblem, solve_on_grid
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.bodies.halfspace.smooth import Corrected, Product, SmoothTerm
 from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.common.arrays import Array, Mask
 
@@ -51,6 +52,8 @@ class GridLevel:
     F : (m,) array
         Loads; with symmetry, those of the modelled part.
     symmetric : (bool, bool)
+    smooth : tuple of SmoothTerm
+        Smooth additions to the compliance, over the modelled part.
     """
 
     kernel: Array
@@ -60,6 +63,7 @@ class GridLevel:
     B: Array
     F: Array
     symmetric: Even
+    smooth: tuple[SmoothTerm, ...] = ()
 
     @property
     def whole(self) -> tuple[slice, slice]:
@@ -67,14 +71,15 @@ class GridLevel:
         return slice(0, self.g.shape[0]), slice(0, self.g.shape[1])
 
 
-def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
+def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Product:
     """Compliance among the cells of a part of a grid."""
     shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
     spectrum = level.kernel
     if not level.periodic:
         cells = _cells(shape, level.symmetric)
         spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (padded(cells[0]), padded(cells[1])))
-    return Convolution(spectrum, shape, level.symmetric, tally, workers=workers)
+    convolution = Convolution(spectrum, shape, level.symmetric, tally, workers=workers)
+    return Corrected(convolution, tuple(term.part(part) for term in level.smooth)) if level.smooth else convolution
 
 
 def preconditioner(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
@@ -104,7 +109,8 @@ def coarser(level: GridLevel, kernel: Array) -> GridLevel:
     safe = np.maximum(count, 1)
     g = (_blocks(level.g) * allowed).sum(axis=(-3, -1)) / safe
     B = (_blocks(level.B) * allowed).sum(axis=(-3, -1))
-    return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B)
+    smooth = tuple(term.coarser() for term in level.smooth)
+    return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B, smooth=smooth)
 
 
 def _blocks(values: NDArray) -> NDArray:

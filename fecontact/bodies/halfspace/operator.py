@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,7 +13,8 @@ from fecontact.bodies.halfspace.cg import GridIterate
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.nested import GridLevel, solve_nested
-from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
+from fecontact.bodies.halfspace.smooth import Corrected, Product, SmoothTerm
+from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arrays import Array, IntArray
 from fecontact.solvers import ComplementarityProblem, Status
 from fecontact.solvers.outcome import Outcome
@@ -20,42 +22,95 @@ from fecontact.solvers.outcome import Outcome
 MOST_CELLS = 3000
 """Cells in a scene's rows up to which the compliance among them is formed as a matrix."""
 
+DENSE_LIMIT = 1500
+"""Rows of a scene up to which the compliance is a matrix."""
+
 MOST_SHARES = 20
 """Largest number of reassignments of cells under several bodies."""
 
 
-def whole_grid(body: SurfaceCompliance, workers: int | None = None) -> Convolution:
-    """Compliance among all cells."""
-    shape = body.grid.shape
-    spectrum = body.kernel()
-    if not body.periodic:
-        spectrum = kernel_spectrum(spectrum, (padded(shape[0]), padded(shape[1])))
-    return Convolution(spectrum, shape, (False, False), Tally(body.grid.n_cells), workers=workers)
+@dataclass(frozen=True, eq=False)
+class CellModel:
+    """Compliance among the cells of a grid, or of the half or quarter of it that planes of symmetry leave.
 
-
-def dense(body: SurfaceCompliance, rows: sp.csr_matrix) -> Array:
-    """Displacements along rows (n, n_cells) by unit forces along them, (n, n).
-
-    Few cells: from the table of offsets. Many: by one transform for each row's force.
+    Attributes
+    ----------
+    body : SurfaceCompliance
+        With the whole grid.
+    mirrored : (bool, bool)
+        Axes along which only the cells with positive coordinates are modelled; the others have the same pressures.
+    smooth : tuple of SmoothTerm
+        Smooth additions, over the modelled cells.
     """
-    used = np.unique(rows.indices)
-    if len(used) > MOST_CELLS:
-        operator, shape = whole_grid(body), body.grid.shape
-        columns = [rows @ operator.apply(row.toarray().reshape(shape)).ravel() for row in rows]
-        S = np.stack(columns, axis=1) / body.grid.area
-        return np.asarray((S + S.T) / 2)
-    ny = body.grid.shape[1]
-    ix, iy = used // ny, used % ny
-    if body.periodic:
-        unit = np.zeros(body.grid.shape)
-        unit[0, 0] = 1.0
-        table = whole_grid(body).apply(unit)
-    else:
-        table = body.kernel()
-    among = table[np.abs(ix[:, None] - ix), np.abs(iy[:, None] - iy)] / body.grid.area
-    local = rows[:, used]
-    half = local @ among
-    return np.asarray((local @ half.T).T)
+
+    body: SurfaceCompliance
+    mirrored: Even = (False, False)
+    smooth: tuple[SmoothTerm, ...] = ()
+
+    @cached_property
+    def part(self) -> tuple[slice, slice]:
+        """The modelled cells."""
+        return part_of(self.body.grid.shape, self.mirrored)
+
+    @cached_property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of modelled cells along x and y."""
+        return self.part[0].stop - self.part[0].start, self.part[1].stop - self.part[1].start
+
+    @property
+    def n_cells(self) -> int:
+        """Number of modelled cells."""
+        return self.shape[0] * self.shape[1]
+
+    @cached_property
+    def product(self) -> Product:
+        """Displacements of all modelled cells by pressures on them."""
+        grid, spectrum = self.body.grid, self.body.kernel()
+        if not self.body.periodic:
+            spectrum = kernel_spectrum(spectrum, (padded(grid.shape[0]), padded(grid.shape[1])))
+        convolution = Convolution(spectrum, self.shape, self.mirrored, Tally(grid.n_cells))
+        return Corrected(convolution, self.smooth) if self.smooth else convolution
+
+    def along(self, rows: sp.csr_matrix) -> Array | GridCompliance:
+        """Compliance along rows (n, n_cells): a matrix, or an operator for more than `DENSE_LIMIT` of one cell each."""
+        if rows.shape[0] > DENSE_LIMIT and _is_selection(rows):
+            return GridCompliance(self, rows.indices.astype(np.int64))
+        return self.dense(rows)
+
+    def dense(self, rows: sp.csr_matrix) -> Array:
+        """Displacements along rows (n, n_cells) by unit forces along them, (n, n).
+
+        Few cells: from the table of offsets. Many: by one transform for each row's force.
+        """
+        used = np.unique(rows.indices)
+        if len(used) > MOST_CELLS:
+            columns = [rows @ self.product.apply(row.toarray().reshape(self.shape)).ravel() for row in rows]
+            S = np.stack(columns, axis=1) / self.body.grid.area
+            return np.asarray((S + S.T) / 2)
+        local = rows[:, used]
+        half = local @ self._among(used)
+        return np.asarray((local @ half.T).T)
+
+    def _among(self, cells: IntArray) -> Array:
+        """Displacements (n, n) of cells (n,) by unit forces on them and on their mirror images."""
+        grid = self.body.grid
+        if self.body.periodic:
+            unit = np.zeros(grid.shape)
+            unit[0, 0] = 1.0
+            table = self.product.apply(unit)
+        else:
+            table = self.body.kernel()
+        along = []
+        for index, n, part, even in zip(
+            np.divmod(cells, self.shape[1]), grid.shape, self.part, self.mirrored, strict=True
+        ):
+            place = index + part.start
+            along.append([np.abs(place[:, None] - at) for at in ((place, n - 1 - place) if even else (place,))])
+        among = sum(table[ix, iy] for ix in along[0] for iy in along[1]) / grid.area
+        for term in self.smooth:
+            nodes = term.rows(cells)
+            among = among + nodes @ term.core @ nodes.T
+        return np.asarray(among)
 
 
 class GridCompliance(LinearOperator):
@@ -63,15 +118,14 @@ class GridCompliance(LinearOperator):
 
     Parameters
     ----------
-    body : SurfaceCompliance
+    model : CellModel
     cells : (n,) int array
         Cell of each row; a cell under several bodies appears several times.
     """
 
-    def __init__(self, body: SurfaceCompliance, cells: IntArray) -> None:
+    def __init__(self, model: CellModel, cells: IntArray) -> None:
         super().__init__(dtype=np.dtype(float), shape=(len(cells), len(cells)))
-        self.body, self.cells = body, cells
-        self.convolution = whole_grid(body)
+        self.model, self.cells = model, cells
 
     def _matvec(self, x: Array) -> Array:
         return self.displacement(self.cells, np.ravel(x))[self.cells]
@@ -81,9 +135,8 @@ class GridCompliance(LinearOperator):
 
     def displacement(self, cells: IntArray, forces: Array) -> Array:
         """Displacements (n_cells,) by forces on cells."""
-        grid = self.body.grid
-        total = np.bincount(cells, weights=forces, minlength=grid.n_cells).reshape(grid.shape)
-        return np.asarray(self.convolution.apply(total / grid.area)).ravel()
+        total = np.bincount(cells, weights=forces, minlength=self.model.n_cells).reshape(self.model.shape)
+        return np.asarray(self.model.product.apply(total / self.model.body.grid.area)).ravel()
 
     solver = "nested-grid"
 
@@ -108,10 +161,10 @@ class GridCompliance(LinearOperator):
         several = len(np.unique(self.cells)) < problem.n
         for _ in range(MOST_SHARES if several else 1):
             owner = self._owners(problem.g + problem.B.T @ q)
-            at, q = _solve(self.body, self.cells[owner], problem, owner, tolerance)
+            at, q = _solve(self.model, self.cells[owner], problem, owner, tolerance)
             nit += at.nit
             forces = np.zeros(problem.n)
-            forces[owner] = np.maximum(at.p, 0.0).ravel()[self.cells[owner]] * self.body.grid.area
+            forces[owner] = np.maximum(at.p, 0.0).ravel()[self.cells[owner]] * self.model.body.grid.area
             if not at.converged:
                 break
             if not several:
@@ -128,30 +181,39 @@ class GridCompliance(LinearOperator):
 
 
 def _solve(
-    body: SurfaceCompliance, cells: IntArray, problem: ComplementarityProblem, owner: IntArray, tolerance: float
+    model: CellModel, cells: IntArray, problem: ComplementarityProblem, owner: IntArray, tolerance: float
 ) -> tuple[GridIterate, Array]:
-    """Solve with the given rows only; the pressures are those of the whole grid."""
-    grid = body.grid
-    allowed = np.zeros(grid.n_cells, bool)
+    """Solve with the given rows only; the pressures are those of all modelled cells."""
+    body, shape = model.body, model.shape
+    allowed = np.zeros(model.n_cells, bool)
     allowed[cells] = True
-    g = np.zeros(grid.n_cells)
+    g = np.zeros(model.n_cells)
     g[cells] = problem.g[owner]
-    rows = np.zeros((problem.m, grid.n_cells))
+    rows = np.zeros((problem.m, model.n_cells))
     rows[:, cells] = problem.B[:, owner]
     scale = np.abs(rows).max(axis=1, initial=0.0)
     scale[scale == 0] = 1.0
-    rows = (rows / scale[:, None]).reshape(problem.m, *grid.shape)
-    allowed, g = allowed.reshape(grid.shape), g.reshape(grid.shape)
-    symmetric = even_axes(g, allowed, rows)
-    part = part_of(grid.shape, symmetric)
+    rows = (rows / scale[:, None]).reshape(problem.m, *shape)
+    allowed, g = allowed.reshape(shape), g.reshape(shape)
+    # a smooth term is symmetric only where planes of symmetry make it so: such a grid is a part already
+    found = (False, False) if model.smooth or any(model.mirrored) else even_axes(g, allowed, rows)
+    part = part_of(shape, found)
     level = GridLevel(
         kernel=body.kernel(),
         periodic=body.periodic,
         g=np.ascontiguousarray(g[part]),
         allowed=np.ascontiguousarray(allowed[part]),
         B=np.ascontiguousarray(rows[:, *part]),
-        F=problem.F / scale / grid.area / 2 ** sum(symmetric),
-        symmetric=symmetric,
+        F=problem.F / scale / body.grid.area / 2 ** sum(found),
+        symmetric=found if any(found) else model.mirrored,
+        smooth=model.smooth,
     )
-    at, _ = solve_nested(level, body.kernel, tolerance, Tally(4 * grid.n_cells))
-    return replace(at, p=unfold(at.p, symmetric)), at.q / scale
+    at, _ = solve_nested(level, body.kernel, tolerance, Tally(4 * body.grid.n_cells))
+    return replace(at, p=unfold(at.p, found)), at.q / scale
+
+
+def _is_selection(rows: sp.csr_matrix) -> bool:
+    """Whether every row has one cell, with the sign of a contact from above."""
+    return rows.nnz == rows.shape[0] and bool(
+        (np.diff(rows.indptr) == 1).all() and (np.abs(rows.data + 1) < 1e-12).all()
+    )

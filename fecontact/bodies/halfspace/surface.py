@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
 
@@ -35,26 +35,35 @@ class GridSurface(FacetSurface):
         return self.cells.area
 
     @property
+    def axes(self) -> tuple[Array, Array]:
+        """Coordinates of the cells along x and y."""
+        return self.cells.x, self.cells.y
+
+    @property
+    def normal(self) -> Array:
+        """Outward normal (3,) of the plane, along which the cells are displaced."""
+        return np.array([0.0, 0.0, 1.0])
+
+    @property
     def is_divisible(self) -> bool:
         """False: all cells are paired at once."""
         return False
 
     def project(self, points: Array, n_near: int = 3) -> Projection:
         """Projection along z of points (n, 3), with bilinear weights, which preserve the moment of a force."""
-        grid = self.cells
         index, local, outside = [], [], np.zeros(len(points), bool)
-        for axis, (x, side) in enumerate(zip((grid.x, grid.y), grid.cell, strict=True)):
+        for axis, (x, side) in enumerate(zip(self.axes, self.cells.cell, strict=True)):
             place = (points[:, axis] - x[0]) / side
             outside |= (place < 0) | (place > len(x) - 1)
             first = np.clip(np.floor(place), 0, len(x) - 2).astype(np.int64)
             index.append(first)
             local.append(np.clip(place - first, 0.0, 1.0))
-        ny = grid.shape[1]
+        ny = len(self.axes[1])
         facet = index[0] * (ny - 1) + index[1]
         s, t = local
         weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
         indptr = np.arange(0, weights.size + 1, 4)
-        matrix = sp.csr_matrix((weights.ravel(), self.facets[facet].ravel(), indptr), (len(points), grid.n_cells))
+        matrix = sp.csr_matrix((weights.ravel(), self.facets[facet].ravel(), indptr), (len(points), len(self.points)))
         normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
         projection = points * np.array([1.0, 1.0, 0.0])
         return Projection(projection, normals, points[:, 2].copy(), outside, matrix, facet, np.stack(local, axis=1))
@@ -66,6 +75,16 @@ def grid_surface(grid: Grid, name: str) -> GridSurface:
     points = np.zeros((grid.n_cells, 3))
     points[:, 0] = np.repeat(grid.x, ny)
     points[:, 1] = np.tile(grid.y, nx)
+    return GridSurface(points, between_cells(nx, ny), name, grid=grid)
+
+
+def between_cells(nx: int, ny: int) -> IntArray:
+    """Quadrilaterals (n, 4) between the centres of nx times ny cells, numbered row by row.
+
+    Examples
+    --------
+    >>> between_cells(2, 2).tolist()
+    [[0, 2, 3, 1]]
+    """
     corner = (np.arange(nx - 1)[:, None] * ny + np.arange(ny - 1)).ravel()
-    facets = np.stack([corner, corner + ny, corner + ny + 1, corner + 1], axis=1)
-    return GridSurface(points, facets, name, grid=grid)
+    return np.stack([corner, corner + ny, corner + ny + 1, corner + 1], axis=1)

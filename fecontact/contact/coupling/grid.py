@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.common.arrays import Array
 from fecontact.contact.coupling.facing import STEEPEST
 from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
 from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.surfaces.facet_surface import Projection, Surface
 from fecontact.surfaces.rigid.indenter import heights_of
+
+UPWARDS = (0.0, 0.0, 1.0)
+"""Normal of a half-space in its own axes."""
 
 CLOSE = 1e-14
 """Distance, relative to the size of the surfaces, at which the search along a vertical line has converged."""
@@ -19,18 +24,23 @@ MOST_STEPS = 60
 
 
 def straight_above(
-    points: Array, master: Surface, rotation: Array, translation: Array, closest: Projection | None = None
+    points: Array,
+    master: Surface,
+    rotation: Array,
+    translation: Array,
+    closest: Projection | None = None,
+    normal: ArrayLike = UPWARDS,
 ) -> Projection:
-    """Intersection of lines along +z through points (n, 3) with the master; `gap` is measured along them.
+    """Intersection of lines along a normal (3,) through points (n, 3) with the master; `gap` is measured along them.
 
-    Taken from `heights` where the surface has them and is not tilted; otherwise by Newton's method, with steps of the
-    distance over its cosine; `closest` are the closest points, if they are known.
+    Taken from `heights` where the surface has them and the lines are along its z; otherwise by Newton's method, with
+    steps of the distance over its cosine; `closest` are the closest points, if they are known.
     """
-    direction = rotation[:, 2]
+    direction = rotation @ np.asarray(normal, dtype=float)
     start = points @ rotation.T + translation
     normals = np.tile(-direction, (len(points), 1))
     heights = heights_of(master)
-    if heights is not None and np.array_equal(rotation, np.eye(3)):
+    if heights is not None and np.array_equal(direction, UPWARDS):
         height = heights(start[:, 0], start[:, 1])
         outside = ~np.isfinite(height)
         height = np.where(outside, start[:, 2], height)
@@ -68,6 +78,7 @@ def pair_cells(surfaces: SurfacePair, area: float) -> Pairing:
     """
     surface, rotation, translation = surfaces.slave, surfaces.rotation, surfaces.translation
     known = surfaces.closest if "closest" in vars(surfaces) else None
-    projection = straight_above(surface.points, surfaces.master, rotation, translation, known)
-    n = len(surface.points)
-    return nodal_pairing(surface, np.arange(n), np.full(n, area), projection, rotation, translation)
+    assert isinstance(surface, GridSurface)
+    cells = surface.nodes
+    projection = straight_above(surface.points[cells], surfaces.master, rotation, translation, known, surface.normal)
+    return nodal_pairing(surface, cells, np.full(len(cells), area), projection, rotation, translation)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.bodies.halfspace.operator import GridCompliance, dense, whole_grid
+from fecontact.bodies.halfspace.operator import CellModel, GridCompliance
 from fecontact.common.errors import InputError
 from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid, self_affine
@@ -16,7 +16,7 @@ def reference(half, z, **load):
     """The same contact by a dense active-set solver."""
     import scipy.sparse as sp
 
-    S = dense(half.compliance, sp.identity(half.grid.n_cells, format="csr"))
+    S = CellModel(half.compliance).dense(sp.identity(half.grid.n_cells, format="csr"))
     if "force" in load:
         B, F = np.ones((1, z.size)), np.array([load["force"]])
         return solve(ComplementarityProblem(S, z.ravel(), B, F), tolerance=1e-11)
@@ -151,12 +151,12 @@ def test_operator_and_matrix_agree():
     half = fc.HalfSpace(UNIT, size=(1.0, 2.0), shape=(6, 8))
     cells = np.array([3, 17, 17, 40])
     rows = sp.csr_matrix((np.ones(4), (np.arange(4), cells)), shape=(4, 48))
-    operator = GridCompliance(half.compliance, cells)
-    assert np.abs(operator @ np.eye(4) - dense(half.compliance, rows)).max() < 1e-14
+    operator = GridCompliance(CellModel(half.compliance), cells)
+    assert np.abs(operator @ np.eye(4) - CellModel(half.compliance).dense(rows)).max() < 1e-14
     periodic = fc.HalfSpace(UNIT, size=(1.0, 2.0), shape=(6, 8), periodic=True)
     wave = np.random.default_rng(0).random((6, 8))
-    S = dense(periodic.compliance, sp.identity(48, format="csr"))
-    u = whole_grid(periodic.compliance).apply(wave / periodic.grid.area)
+    S = CellModel(periodic.compliance).dense(sp.identity(48, format="csr"))
+    u = CellModel(periodic.compliance).product.apply(wave / periodic.grid.area)
     assert np.abs(S @ wave.ravel() - u.ravel()).max() < 1e-13
 
 

@@ -1,0 +1,59 @@
+"""Surface of a local body in a scene: the cells of its window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from fecontact.bodies.halfspace.surface import GridSurface, between_cells
+from fecontact.bodies.local.window import Window
+from fecontact.common.arrays import Array
+from fecontact.surfaces.facet_surface import Projection
+
+
+@dataclass(frozen=True, eq=False)
+class WindowSurface(GridSurface):
+    """Cell centres of a window as nodes, quadrilaterals between them as facets; then the nodes of the body's mesh.
+
+    Parameters
+    ----------
+    window : Window
+    """
+
+    window: Window | None = None
+
+    @property
+    def _window(self) -> Window:
+        assert self.window is not None
+        return self.window
+
+    @property
+    def axes(self) -> tuple[Array, Array]:
+        """Coordinates of the modelled cells along the window's directions."""
+        return self._window.along
+
+    @property
+    def normal(self) -> Array:
+        """Outward normal (3,) of the window."""
+        return self._window.normal
+
+    def project(self, points: Array, n_near: int = 3) -> Projection:
+        """Projection along the window's normal of points (n, 3)."""
+        window = self._window
+        found = super().project(window.coordinates(points), n_near)
+        normals = np.tile(window.normal, (len(points), 1))
+        return replace(found, points=window.at(found.points[:, 0], found.points[:, 1]), normals=normals)
+
+    def moved(self, rotation: Array, translation: Array) -> Self:
+        """The surface in other axes, rotated and translated."""
+        window = self._window
+        moved = replace(window, origin=rotation @ window.origin + translation, axes=rotation @ window.axes)
+        return replace(super().moved(rotation, translation), window=moved)
+
+
+def window_surface(window: Window, nodes: Array, name: str) -> WindowSurface:
+    """The surface of a window, with the nodes (n, 3) of the body's mesh after its own."""
+    points = np.concatenate([window.cells, nodes])
+    return WindowSurface(points, between_cells(*window.shape), name, grid=window.grid, window=window)

@@ -1,0 +1,149 @@
+"""Local bodies: their window, their compliance, what they refuse, and that nothing depends on axes and place."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import fecontact as fc
+from fecontact.bodies.halfspace.smooth import SmoothTerm
+from fecontact.bodies.local.window import chebyshev, coefficients, interpolation
+from fecontact.common.stopwatch import Stopwatch
+
+SOLID = fc.Material(E=2.0, nu=0.3)
+SIDES = np.array([4.0, 4.0, 2.0])
+
+
+def block(turn=None, **options):
+    """A clamped block, its axes permuted cyclically: the loaded face is normal to z, x or y."""
+    mesh = fc.shapes.block(tuple(SIDES), (5, 5, 4))
+    if turn:
+        mesh = mesh.drawn_at(np.roll(mesh.points, turn, axis=1))
+    return fc.ElasticBody(mesh, SOLID, **{"supports": {"bottom": "xyz"}, "name": "block", **options})
+
+
+def pressed(local, top, normal, force=0.02, **options):
+    """The local body under a ball pressed against its window; the result and the ball."""
+    turn = {0: fc.rotation_about((0, 1, 0), np.pi / 2), 1: fc.rotation_about((1, 0, 0), -np.pi / 2), 2: np.eye(3)}
+    pose = fc.Pose(turn[int(np.argmax(normal))], np.asarray(top, dtype=float))
+    ball = fc.RigidBody(fc.Sphere(10.0), pose=pose)
+    result = fc.Scene([local, ball], [fc.Contact(local, ball)]).solve(
+        forces={ball: -force * np.asarray(normal, dtype=float)}, **options
+    )
+    return result, ball
+
+
+def approach(result, ball):
+    return float(np.linalg.norm(result.rigid_motion(ball).translation))
+
+
+def test_polynomials_are_interpolated_exactly_also_by_halves() -> None:
+    x = np.linspace(0.05, 1.9, 7)
+    for even, powers in ((False, (0, 1, 5)), (True, (0, 2, 4))):
+        nodes = chebyshev(2.0, 6, even)
+        for power in powers:
+            found = interpolation(x, 2.0, 6, even) @ nodes**power
+            assert np.abs(found - x**power).max() < 1e-12
+    # 2 T_2(x / 2) + 2 = x^2
+    assert np.allclose(coefficients(2.0, 6, False) @ chebyshev(2.0, 6, False) ** 2, [2, 0, 2, 0, 0, 0])
+
+
+def test_a_smooth_term_on_coarser_cells_gives_the_same_to_second_order() -> None:
+    core = np.array([[2.0, 0.5], [0.5, 1.0]])
+    x = (np.arange(40) - 19.5) / 20
+    term = SmoothTerm(interpolation(x, 1.0, 2, False), np.ones((4, 1)), core, 0.01)
+    p = np.ones((40, 4))
+    coarse = term.coarser().apply(np.ones((20, 2)))
+    assert np.allclose(term.apply(p)[::2, 0] / 2 + term.apply(p)[1::2, 0] / 2, coarse[:, 0])
+
+
+@pytest.mark.parametrize("turn", [1, 2])
+def test_the_axes_of_the_mesh_do_not_matter(turn: int) -> None:
+    normal, at = np.array([0.0, 0, 1]), np.array([1.8, 2.0, 2.0])
+    one, ball = pressed(fc.LocalBody(block(), at, 1.2, (32, 32)), at, normal)
+    normal, at = np.roll(normal, turn), np.roll(at, turn)
+    other, rolled = pressed(fc.LocalBody(block(turn), at, 1.2, (32, 32)), at, normal)
+    assert abs(approach(other, rolled) / approach(one, ball) - 1) < 1e-7
+    assert abs(other.contacts[0].pressure.max() / one.contacts[0].pressure.max() - 1) < 1e-7
+
+
+def test_a_pose_does_not_matter() -> None:
+    at, force = (2.0, 2.0, 2.0), 0.02
+    local = fc.LocalBody(block(), at, 1.2, (32, 32))
+    here, ball = pressed(local, at, (0, 0, 1), force)
+    Q, t = fc.rotation_about((1, 2, 3), 0.7), np.array([30.0, -20.0, 10.0])
+    moved, there = local.placed(t, Q), ball.placed(t, Q)
+    assert moved.remainder is local.remainder
+    result = fc.Scene([moved, there], [fc.Contact(moved, there)]).solve(forces={there: -force * Q[:, 2]})
+    assert abs(approach(result, there) / approach(here, ball) - 1) < 1e-9
+
+
+@pytest.mark.parametrize("planes", [("x_min",), ("x_min", "y_min")])
+def test_planes_of_symmetry_give_the_same_answer_as_the_whole(planes: tuple[str, ...]) -> None:
+    """The mesh of the whole is that of the part and its mirror image, so the answers differ by rounding alone."""
+    whole = fc.LocalBody(
+        fc.ElasticBody(fc.shapes.block((4.0, 4.0, 2.0), (6, 6, 4)), SOLID, supports={"bottom": "xyz"}),
+        (2.0, 2.0, 2.0), 1.2, (32, 32),
+    )  # fmt: skip
+    size = [2.0 if f"{c}_min" in planes else 4.0 for c in "xy"]
+    mesh = fc.shapes.block((*size, 2.0), (*(3 if s == 2 else 6 for s in size), 4))
+    supports = {"bottom": "xyz", **{name: name[0] for name in planes}}
+    at = tuple(0.0 if s == 2 else 2.0 for s in size)
+    part = fc.LocalBody(fc.ElasticBody(mesh, SOLID, supports=supports), (*at, 2.0), 1.2, (32, 32))
+    one, ball = pressed(whole, (2.0, 2.0, 2.0), (0, 0, 1), 0.02, finite_motion=False)
+    other, rigid = pressed(part, (*at, 2.0), (0, 0, 1), 0.02 / 2 ** len(planes), finite_motion=False)
+    assert len(part.window.cells) == 1024 / 2 ** len(planes)
+    assert abs(approach(other, rigid) / approach(one, ball) - 1) < 1e-7
+    assert abs(other.contacts[0].pressure.max() / one.contacts[0].pressure.max() - 1) < 1e-7
+
+
+def test_compliance_is_symmetric_and_that_of_the_displacements() -> None:
+    local = fc.LocalBody(block(), (2.0, 2.0, 2.0), 1.2, (8, 8))
+    cells = sp.csr_matrix((-np.ones(64), (np.arange(64), 3 * np.arange(64) + 2)), shape=(64, local.n_dofs))
+    spring = local.attachment(np.array([0.0, 0.0, 2.0]), np.array([1.0, 0.0, 0.0]))
+    rows = sp.csr_matrix(sp.vstack([cells, spring]))
+    S = local.reduce(rows, None, Stopwatch()).compliance
+    assert np.abs(S - S.T).max() == 0
+    forces = np.random.default_rng(1).random(65)
+    u = rows @ local.displacement(rows, forces, None)
+    # at the cells to rounding; at the node Betti's theorem holds to the error of the coarse mesh
+    assert np.abs(u[:64] - (S @ forces)[:64]).max() < 1e-12 * np.abs(u).max()
+    assert abs(u[64] / (S @ forces)[64] - 1) < 0.02
+
+
+def test_loads_of_the_body_move_the_window() -> None:
+    """Uniaxial tension by a pressure below zero: the window moves by sigma h / E, exact for these elements."""
+    supports = {"bottom": "z", "x_min": "x", "y_min": "y"}
+    local = fc.LocalBody(block(supports=supports), (2.0, 2.0, 2.0), 1.0, (8, 8))
+    loads = local.boundary_pressure("top", -0.5)
+    u = local.displacement(sp.csr_matrix((1, local.n_dofs)), np.zeros(1), loads)
+    assert np.allclose(u[: 3 * 64].reshape(-1, 3), [0, 0, 0.5 * 2.0 / SOLID.E], atol=1e-12)
+
+
+REFUSED = {
+    "off the surface": ({"at": (2.0, 2.0, 1.9), "window": 1.0}, "it is 0.1 from it"),
+    "across an edge": ({"at": (0.4, 2.0, 2.0), "window": 1.0}, "is 0.1 from the surface"),
+    "no body": ({"at": (0, 0, 0), "window": 1.0, "body": None}, "ElasticBody"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusals(case: str) -> None:
+    options, message = REFUSED[case]
+    with pytest.raises(fc.InputError, match=message):
+        fc.LocalBody(**{"body": block(), **options})
+
+
+def test_two_materials_are_refused() -> None:
+    mesh = fc.shapes.block((2.0, 2.0, 2.0), (2, 2, 2))
+    half = {"low": np.arange(4), "high": np.arange(4, 8)}
+    mesh = fc.Mesh(mesh.points, mesh.cells, mesh.boundaries, groups=half)
+    body = fc.ElasticBody(mesh, {"low": SOLID, "high": fc.Material(1.0, 0.2)}, supports={"bottom": "xyz"})
+    with pytest.raises(fc.InputError, match="has 2"):
+        fc.LocalBody(body, (1.0, 1.0, 2.0), 0.5)
+
+
+def test_a_mesh_too_coarse_for_the_edge_beside_the_window_is_refused() -> None:
+    local = fc.LocalBody(block(), (0.31, 2.0, 2.0), 0.6, (8, 8))
+    with pytest.raises(fc.InputError, match="contradicts Betti's theorem"):
+        local.remainder  # noqa: B018
+    assert fc.LocalBody(block(), (2.0, 2.0, 2.0), 0.6, (8, 8)).remainder.defect < 0.01

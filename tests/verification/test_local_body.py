@@ -1,0 +1,43 @@
+"""Local bodies: a coarse mesh and a half-space's grid against references of the whole body."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.analytic import layer_contact
+from fecontact.surfaces import Paraboloid
+
+GRADED = np.array([0, 0.3, 0.6, 0.9, 1.2, 1.5, 1.9, 2.4, 3, 4, 6.0])
+
+
+def quarter_of_a_layer(material):
+    """A layer of thickness 1 on a rigid base, cut off at 6 thicknesses: a quarter, with elements graded by hand."""
+    mesh = fc.shapes.block((6.0, 6.0, 1.0), (GRADED, GRADED, np.linspace(0, 1, 7)))
+    return fc.ElasticBody(mesh, material, supports={"bottom": "xyz", "x_min": "x", "y_min": "y"}, name="layer")
+
+
+# Found: 0.067 to 0.077 % in the pressure, of which the cells alone make 0.07 % (half-space, 512 cells), and up to
+# 0.008 % in the approach; a half-space without remainder is 5 to 20 % and 13 to 106 % off. The bounds are those asked
+# of the method.
+@pytest.mark.parametrize("nu", [0.3, 0.45])
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0])
+def test_bonded_layer(ratio, nu, row):
+    """A paraboloid on a bonded layer, 9300 dofs, 512 cells along the window.
+
+    Source: the layer's integral equation (`analytic.layer_contact`).
+    """
+    material = fc.Material(E=1.0, nu=nu)
+    exact = layer_contact.paraboloid(radius=1.0, thickness=1.0, material=material, a=ratio)
+    local = fc.LocalBody(quarter_of_a_layer(material), at=(0, 0, 1), window=2.3 * exact.a, shape=(512, 512))
+    ball = fc.RigidBody(Paraboloid(1.0), pose=fc.Pose(translation=(0, 0, 1)))
+    scene = fc.Scene([local, ball], [fc.Contact(local, ball)])
+    result = scene.solve(forces={ball: (0, 0, -exact.force / 4)}, finite_motion=False)
+    (contact,) = result.contacts
+    expected = exact.pressure(np.hypot(contact.points[:, 0], contact.points[:, 1]))
+    error = np.sqrt(((contact.pressure - expected) ** 2).sum() / (expected**2).sum())
+    case = f"paraboloid on a bonded layer, a/h = {ratio}, nu = {nu}"
+    approach = -result.rigid_motion(ball).translation[2]
+    row(case, "pressure L2", 0.0, float(error), 1.5e-3, local.body.n_dofs)
+    row(case, "approach", exact.approach, approach, 5e-4, local.body.n_dofs)
+    row(case, "Betti defect", 0.0, local.remainder.defect, 1e-3, local.body.n_dofs)
+    assert result.residuals().worst < 1e-8
