@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+#: Estimated error of the pressure above which a result warns.
+LARGEST_ERROR = 0.1
+#: Reason for no estimate.
+NO_CONTACT = "no contact, nothing to estimate"
+
 
 @dataclass(frozen=True)
 class ErrorEstimate:
@@ -25,6 +30,8 @@ class ErrorEstimate:
         Error of the contact area.
     faces_across : float
         Number of faces across the contact at its narrowest.
+    reason : str
+        Why there is no estimate; empty where there is one.
 
     Examples
     --------
@@ -38,14 +45,20 @@ class ErrorEstimate:
     peak: float
     area: float
     faces_across: float
+    reason: str = ""
 
-    def summary(self) -> dict[str, float | None]:
-        """Its figures, ready for JSON; None without contact."""
-        return {name: value if math.isfinite(value) else None for name, value in vars(self).items()}
+    @classmethod
+    def none(cls, reason: str) -> ErrorEstimate:
+        """No estimate, for a reason."""
+        return cls(math.nan, math.nan, math.nan, math.nan, math.nan, 0.0, reason)
+
+    def summary(self) -> dict[str, float | str | None]:
+        """Its figures, ready for JSON; None where there is no estimate."""
+        return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in vars(self).items()}
 
     def __str__(self) -> str:
-        if math.isnan(self.pressure):
-            return "pressure: no contact, nothing to estimate"
+        if self.reason:
+            return f"pressure: {self.reason}"
         return (
             f"pressure: about {percent(self.pressure)} (peak {percent(self.peak)}, area {percent(self.area)}), "
             f"resolved by {self.faces_across:.2g} faces across"

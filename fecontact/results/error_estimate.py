@@ -24,7 +24,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.results.facet_samples import facet_samples, hats
 from fecontact.results.geometry_error import TouchingSurfaces, geometry_error
@@ -182,7 +182,7 @@ def _recovered(contact: PressureOnFacets, known: Array, chosen: IntArray) -> Rec
 def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None) -> ErrorEstimate:
     """Errors of a contact estimated from its reconstructed pressures and the kinks between its faces."""
     if readings is None:
-        return ErrorEstimate(np.nan, np.nan, np.nan, np.nan, np.nan, 0.0)
+        return ErrorEstimate.none(NO_CONTACT)
     area = float(readings.in_contact.sum())
     counted = float(contact.weights[contact.active].sum())
     # pressures that would pull part instead, so that they are never off by more than all of them

@@ -62,7 +62,9 @@ class CurveFigures:
         head = "".join(f"{name:>19}" for name in names)
         lines = ["".join(f"{row[name]:>19.6g}" for name in names) for row in self.rows()]
         worst = max(step.contact.residuals.worst for step in self.steps)
-        return "\n".join([f"{self.steps[0].name}, {len(self.steps)} loads", head, *lines, f"residuals: {worst:.1e}"])
+        error = max(self.steps, key=lambda step: step.contact.error_estimate.pressure).contact.error_estimate
+        ends = [f"residuals: {worst:.1e}", f"largest error of {error}"]
+        return "\n".join([f"{self.steps[0].name}, {len(self.steps)} loads", head, *lines, *ends])
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +135,8 @@ class IndentationFigures:
             "regions": c.n_regions,
             "exact": None if self.exact is None else {"source": self.exact.source, **_finite(self.exact.figures)},
             "errors": _finite(self.errors),
+            "error_estimate": c.error_estimate.summary(),
+            "warnings": list(c.warnings),
             "residuals": vars(c.residuals),
             "iterations": s.nit,
             "transforms": s.transforms,
@@ -162,5 +166,7 @@ class IndentationFigures:
         lines.append(f"  {'regions':20}{c.n_regions:>14d}")
         lines.append(f"  centre of pressure  {c.centre_of_pressure[0]:>14.6g}{c.centre_of_pressure[1]:>14.6g}")
         lines.append(f"residuals: {c.residuals}")
+        lines.append(f"error of {c.error_estimate}")
+        lines += [f"Warning: {text}" for text in c.warnings]
         lines.append(f"{c.solver.nit} iterations, {c.solver.transforms:.1f} transforms, {c.solver.seconds:.3f} s")
         return "\n".join(lines)

@@ -12,10 +12,13 @@ import scipy.sparse.csgraph
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import inside
-from fecontact.bodies.halfspace.edge import edge_area
+from fecontact.bodies.halfspace.edge import EdgeCells, edge_area, edge_cells
 from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.grid_error import grid_error_estimate
 from fecontact.bodies.halfspace.layered import Layer
+from fecontact.bodies.halfspace.symmetry import part_of
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, percent
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.solvers import Residuals
@@ -71,6 +74,7 @@ class HalfSpaceContact:
     layers : tuple of Layer
     pressure : (nx, ny) array
         Uniform over each cell (bilinear: at the nodes), compression positive.
+    pressure_kind : {'uniform', 'bilinear', 'point'}
     displacement : (nx, ny) array
         Displacement of the surface into the body; of both bodies together with a counter-material.
     gap : (nx, ny) array
@@ -85,6 +89,8 @@ class HalfSpaceContact:
     status : str
         'solved' or 'no-contact'.
     solver : SolverReport
+    coarse : (mx, my) array or None
+        Pressure on cells twice as large, over the modelled part; None if there was no coarser grid.
     """
 
     grid: Grid
@@ -92,6 +98,7 @@ class HalfSpaceContact:
     material: Material | None
     layers: tuple[Layer, ...]
     pressure: Array
+    pressure_kind: str
     displacement: Array
     gap: Array
     approach: float
@@ -99,6 +106,7 @@ class HalfSpaceContact:
     residuals: Residuals
     status: str
     solver: SolverReport
+    coarse: Array | None
 
     @property
     def active(self) -> Mask:
@@ -118,7 +126,39 @@ class HalfSpaceContact:
     @cached_property
     def edge_area(self) -> float:
         """Area with the edge located within its cells, see `edge`; several times more accurate for smooth surfaces."""
-        return edge_area(self.pressure, np.isfinite(self.gap), self.periodic) * self.grid.area
+        return edge_area(self._edge, int(self.active.sum())) * self.grid.area
+
+    @cached_property
+    def _edge(self) -> EdgeCells:
+        return edge_cells(self.pressure, np.isfinite(self.gap), self.periodic)
+
+    @cached_property
+    def error_estimate(self) -> ErrorEstimate:
+        """Estimated discretisation errors, see `grid_error`.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> print(half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3).error_estimate)
+        pressure: about 0.8 % (peak 0.2 %, area 0.5 %), resolved by 44 faces across
+        """
+        part = part_of(self.grid.shape, self.solver.symmetric)
+        points = self.pressure_kind == "point"
+        area = self.edge_area / self.grid.area
+        return grid_error_estimate(self.pressure, self.coarse, part, self._edge, area, points)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warning of an estimated error of the pressure above a tenth."""
+        estimate = self.error_estimate
+        if not estimate.pressure > LARGEST_ERROR:
+            return ()
+        return (
+            f"The pressure may be off by about {percent(estimate.pressure)} in the mean and {percent(estimate.peak)} "
+            f"at its peak: the contact is resolved by {estimate.faces_across:.2g} cells across. Take more cells, or a "
+            "smaller grid around it.",
+        )
 
     @property
     def area_fraction(self) -> float:
@@ -241,5 +281,7 @@ class HalfSpaceContact:
                 f"  {s.nit} iterations in {s.rounds} rounds on the finest of {s.levels} grids; {s.products} products, "
                 f"{s.transforms:.1f} transforms of the padded grid, {s.seconds:.3f} s",
                 f"  residuals: {r}",
+                f"  error of {self.error_estimate}",
+                *(f"  Warning: {text}" for text in self.warnings),
             ]
         )

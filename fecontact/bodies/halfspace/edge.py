@@ -1,4 +1,4 @@
-"""Contact area with its edge located within the cells.
+"""Cells at the edge of a contact, and the contact area with its edge located within them.
 
 Counting cells gives the area to first order only. Where the surface is smooth the pressure falls to zero as the square
 root of the distance from the edge and its square linearly: a straight line through the last two cells of each row and
@@ -9,6 +9,8 @@ under a flat punch, the edge is known and not corrected.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,8 +20,24 @@ FARTHEST = 1.0
 """Largest correction of an edge, in cells."""
 
 
-def edge_area(pressure: Array, allowed: Mask, periodic: bool) -> float:
-    """Contact area in cells.
+class EdgeCells(NamedTuple):
+    """Last cells of rows and columns of a contact, beside cells without pressure under the counter-surface.
+
+    Attributes
+    ----------
+    last, before : (n,) arrays
+        Pressure of the last cell and of the one before.
+    share : (n,) array
+        Squared cosine between the edge's normal and the row or column, taken at the cell before.
+    """
+
+    last: Array
+    before: Array
+    share: Array
+
+
+def edge_cells(pressure: Array, allowed: Mask, periodic: bool) -> EdgeCells:
+    """Edge cells of all rows and columns; those of contacts one cell wide are left out.
 
     Parameters
     ----------
@@ -27,47 +45,52 @@ def edge_area(pressure: Array, allowed: Mask, periodic: bool) -> float:
     allowed : (nx, ny) bool array
         Cells that have a counter-surface.
     periodic : bool
+    """
+    active = pressure > 0
+    parts = [_one_way(pressure, active, allowed, axis, step, periodic) for axis in (0, 1) for step in (-1, 1)]
+    return EdgeCells(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def _one_way(pressure: Array, active: Mask, allowed: Mask, axis: int, step: int, periodic: bool) -> EdgeCells:
+    """Edge cells facing one way; step -1: the contact ends at the upper side, 1: at the lower side."""
+
+    def beside(values: NDArray, by: int) -> NDArray:
+        rolled = np.roll(values, by, axis)
+        if not periodic:
+            lines = np.moveaxis(rolled, axis, 0)
+            lines[slice(0, by) if by > 0 else slice(by, None)] = False
+        return rolled
+
+    at = np.array(np.nonzero(active & ~beside(active, step) & beside(allowed, step) & beside(active, -step)))
+    before = at.copy()
+    before[axis] = (before[axis] + step) % pressure.shape[axis]
+    slope = [_slope(pressure, before, k) for k in (0, 1)]
+    total = slope[0] + slope[1]
+    share = np.divide(slope[axis], total, out=np.full(total.shape, 0.5), where=total > 0)
+    return EdgeCells(pressure[tuple(at)], pressure[tuple(before)], share)
+
+
+def _slope(pressure: Array, at: NDArray, axis: int) -> Array:
+    """Squared differences (n,) of squared pressures beside cells (2, n), along an axis."""
+    low, high = at.copy(), at.copy()
+    low[axis] -= 1
+    high[axis] = (high[axis] + 1) % pressure.shape[axis]
+    return np.asarray((pressure[tuple(high)] ** 2 - pressure[tuple(low)] ** 2) ** 2)
+
+
+def edge_area(edge: EdgeCells, count: int) -> float:
+    """Contact area in cells, from their number and those at its edge.
 
     Examples
     --------
     >>> import numpy as np
     >>> x = np.arange(-9.5, 10.0)[:, None]  # a strip of half-width 6.8
     >>> strip = np.sqrt(np.maximum(6.8**2 - x**2, 0.0)) * np.ones(20)
-    >>> bool(abs(edge_area(strip, np.ones((20, 20), bool), True) / 20 - 2 * 6.8) < 0.1)
+    >>> edge = edge_cells(strip, np.ones((20, 20), bool), True)
+    >>> bool(abs(edge_area(edge, 14 * 20) / 20 - 2 * 6.8) < 0.1)
     True
     """
-    square = pressure**2
-    slope = [(np.roll(square, -1, axis) - np.roll(square, 1, axis)) ** 2 for axis in (0, 1)]
-    total = slope[0] + slope[1]
-    out = float((pressure > 0).sum())
-    for axis in (0, 1):
-        share = np.divide(slope[axis], total, out=np.full(total.shape, 0.5), where=total > 0)
-        out += sum(_moved(square, allowed, share, axis, step, periodic) for step in (-1, 1))
-    return out
-
-
-def _moved(square: Array, allowed: Mask, share: Array, axis: int, step: int, periodic: bool) -> float:
-    """Weighted sum of the distances, in cells, from the outer side of the last cell to edges facing one way.
-
-    Parameters
-    ----------
-    square : (nx, ny) array
-        Squared pressures.
-    share : (nx, ny) array
-        Squared cosine between the edge's normal and the axis, taken one cell inside.
-    step : int
-        -1: the contact ends at the upper side, 1: at the lower side.
-    """
-
-    def beside(values: NDArray, by: int) -> NDArray:
-        rolled = np.roll(values, by, axis)
-        if not periodic:
-            lines = np.moveaxis(rolled, axis, 0)
-            lines[slice(0, by) if by > 0 else slice(by, None)] = 0
-        return rolled
-
-    last = (square > 0) & (beside(square, step) == 0) & beside(allowed, step) & (beside(square, -step) > 0)
-    here, before, counted = square[last], beside(square, -step)[last], beside(share, -step)[last]
-    falls = before > here
-    reach = np.where(falls, here / np.where(falls, before - here, 1.0), 0.5)  # from the middle of the last cell
-    return float(counted @ (np.minimum(reach, 0.5 + FARTHEST) - 0.5))
+    last, before, share = edge
+    square, falls = last**2, before > last
+    reach = np.where(falls, square / np.where(falls, before**2 - square, 1.0), 0.5)  # from the middle of the last cell
+    return float(count + share @ (np.minimum(reach, 0.5 + FARTHEST) - 0.5))

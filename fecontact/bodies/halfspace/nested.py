@@ -104,16 +104,16 @@ def coarser(level: GridLevel, kernel: Array) -> GridLevel:
 
     Gaps are means, rows are sums over the cells that have a counter-surface.
     """
-    allowed = _blocks(level.allowed)
+    allowed = blocks(level.allowed)
     count = allowed.sum(axis=(-3, -1))
     safe = np.maximum(count, 1)
-    g = (_blocks(level.g) * allowed).sum(axis=(-3, -1)) / safe
-    B = (_blocks(level.B) * allowed).sum(axis=(-3, -1))
+    g = (blocks(level.g) * allowed).sum(axis=(-3, -1)) / safe
+    B = (blocks(level.B) * allowed).sum(axis=(-3, -1))
     smooth = tuple(term.coarser() for term in level.smooth)
     return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B, smooth=smooth)
 
 
-def _blocks(values: NDArray) -> NDArray:
+def blocks(values: NDArray) -> NDArray:
     """Blocks of 2 x 2 cells (..., mx, 2, my, 2), padded with zeros."""
     nx, ny = values.shape[-2:]
     padding = [(0, 0)] * (values.ndim - 2) + [(0, nx % 2), (0, ny % 2)]
@@ -209,7 +209,7 @@ def solve_nested(
     tolerance: float,
     tally: Tally,
     workers: int | None = None,
-) -> tuple[GridIterate, int]:
+) -> tuple[GridIterate, int, Array | None]:
     """Solve on a grid, starting from coarser ones.
 
     Parameters
@@ -228,16 +228,19 @@ def solve_nested(
     iterate : GridIterate
         Solution on the finest grid.
     n_levels : int
+    coarse : (mx, my) array or None
+        Pressure on the next coarser grid; None without one.
     """
     levels = [level]
     while max(_cells(levels[-1].g.shape, level.symmetric)) > COARSEST and _can_coarsen(levels[-1]):
         levels.append(coarser(levels[-1], kernel_of(len(levels))))
-    start, active = np.zeros(levels[-1].g.shape), _first_guess(levels[-1])
+    start, active, coarse = np.zeros(levels[-1].g.shape), _first_guess(levels[-1]), None
     for k in range(len(levels) - 1, 0, -1):
         at = solve_level(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
-        start = finer(np.maximum(at.p, 0.0), levels[k - 1].g.shape, level.symmetric, level.periodic)
+        coarse = np.maximum(at.p, 0.0)
+        start = finer(coarse, levels[k - 1].g.shape, level.symmetric, level.periodic)
         active = (start > 0) & levels[k - 1].allowed
-    return solve_level(level, start, active, tolerance, tally, workers), len(levels)
+    return solve_level(level, start, active, tolerance, tally, workers), len(levels), coarse
 
 
 def _can_coarsen(level: GridLevel) -> bool:

@@ -208,7 +208,7 @@ def _solve(
         symmetric=found if any(found) else model.mirrored,
         smooth=model.smooth,
     )
-    at, _ = solve_nested(level, body.kernel, tolerance, Tally(4 * body.grid.n_cells))
+    at, *_ = solve_nested(level, body.kernel, tolerance, Tally(4 * body.grid.n_cells))
     return replace(at, p=unfold(at.p, found)), at.q / scale
 
 

@@ -101,7 +101,7 @@ def press(
         tally = Tally(body.grid.n_cells)
     if len(level.F):
         _check_load_point(body.grid, allowed, load.point)
-    at, n_levels = solve_nested(level, body.kernel, tolerance, tally, workers)
+    at, n_levels, coarse = solve_nested(level, body.kernel, tolerance, tally, workers)
     if not body.periodic and boxed:
         _check_box(body.grid, at.active, at.p, symmetric)
     operator = compliance(level, level.whole, tally, workers)
@@ -129,6 +129,7 @@ def press(
         material=body.material,
         layers=tuple(body.layers),
         pressure=unfold(p, symmetric),
+        pressure_kind=body.pressure,
         displacement=unfold(u, symmetric),
         gap=unfold(gap, symmetric),
         approach=approach,
@@ -136,6 +137,7 @@ def press(
         residuals=residuals,
         status="solved" if p.any() else "no-contact",
         solver=report,
+        coarse=coarse,
     )
 
 

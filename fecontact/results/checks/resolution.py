@@ -11,7 +11,7 @@ import numpy as np
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, Mask
-from fecontact.common.error_estimate import ErrorEstimate, percent
+from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, percent
 from fecontact.contact.coupling.facing import STEEPEST, opposition
 from fecontact.contact.search.region import with_rings
 from fecontact.results.checks.rims import node_sizes
@@ -21,8 +21,6 @@ from fecontact.surfaces.facet_surface import FacetSurface
 #: Overlap of nodes, relative to the sum of elastic displacement and overlap, above which a result warns, and relative
 #: to a face, below which it is rounding.
 LEAST_OVERLAP, ROUNDING = 0.2, 1e-4
-#: Estimated error of the pressure above which a result warns.
-LARGEST_ERROR = 0.1
 
 
 class _Side(NamedTuple):

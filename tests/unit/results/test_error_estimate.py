@@ -28,6 +28,10 @@ def sheet(element, n=6):
     return surface.points, surface.facets, np.bincount(surface.facets.ravel(), minlength=len(surface.points)) / n**2
 
 
+def figures(estimate):
+    return [value for value in vars(estimate).values() if isinstance(value, float)]
+
+
 def everywhere(points):
     return np.ones(len(points))
 
@@ -132,7 +136,7 @@ def indented(scale=1.0, unit=1.0, turn=UPRIGHT, seed=None, n=8, coupling="auto",
 def test_the_estimate_depends_on_no_unit_pose_or_numbering(other, coupling):
     """Source: each other. Tolerance: that of the solution, 1e-9, relative to the estimate."""
     one, two = (indented(**kind, coupling=coupling).contacts[0].error_estimate for kind in ({}, other))
-    assert np.allclose(list(vars(one).values()), list(vars(two).values()), rtol=1e-6)
+    assert np.allclose(figures(one), figures(two), rtol=1e-6)
 
 
 def test_uniform_pressure_has_no_error():

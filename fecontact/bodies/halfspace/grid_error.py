@@ -1,0 +1,103 @@
+"""Estimated errors of a half-space's contact, from its edge cells and from the next coarser grid of its nesting.
+
+At a straight edge along the cells the pressure is K sqrt(s) of the distance s, whatever the loads, and the error of
+uniform pressures depends only on where in its cell the edge lies. So does the ratio of the last two pressures, which
+gives the error (`EDGE_ERROR`, from Westergaard's wavy surface on fine grids). Other edges are parted as in `edge`.
+
+Inside, the change from the grid of cells twice as large counts. A smooth pressure has a third of it as its error, one
+with a kink or a logarithm about all.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fecontact.bodies.halfspace.edge import EdgeCells
+from fecontact.bodies.halfspace.nested import blocks
+from fecontact.common.arrays import Array
+from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate
+
+#: Ratio of the last two pressures at a straight edge.
+EDGE_RATIO = np.array([0.0, 0.05, 0.1, 0.175, 0.18, 0.19, 0.2, 0.222, 0.25, 0.3, 0.37, 0.46, 0.6, 0.622, 0.65, 0.7])
+#: Root of the summed squared errors of a row's cells there, over the last pressure but one.
+EDGE_ERROR = np.array(
+    [0.056, 0.068, 0.107, 0.177, 0.131, 0.07, 0.044, 0.022, 0.036, 0.061, 0.072, 0.062, 0.015, 0.006, 0.011, 0.037]
+)
+#: Factor on it, for edges that run across the cells.
+OBLIQUE = 1.1
+#: With no coarser grid: factor for what is inside as well, and least error times the cells across, usual for a disc.
+ALONE, USUAL = 1.5, 0.2
+#: Change from the coarser grid over the error inside, of pressures over cells and of point forces.
+CHANGE, CHANGE_OF_POINTS = 1.5, 0.7
+#: Least error of the largest pressure and of the area, as a share of that of the pressure.
+LEAST_SHARE = 0.25
+
+
+def grid_error_estimate(
+    pressure: Array,
+    coarse: Array | None,
+    modelled: tuple[slice, slice],
+    edge: EdgeCells,
+    edge_area: float,
+    points: bool = False,
+) -> ErrorEstimate:
+    """Estimate the errors of a contact.
+
+    Parameters
+    ----------
+    pressure : (nx, ny) array
+    coarse : (mx, my) array or None
+        On cells twice as large, over the modelled part; None if there was no coarser grid.
+    modelled : (slice, slice)
+        Part of the grid that was solved, by symmetry.
+    edge : EdgeCells
+    edge_area : float
+        Area of the contact in cells, with its edge located within them.
+    points : bool
+        Whether the pressure of a cell is a force at its centre.
+
+    Examples
+    --------
+    >>> p, whole = np.ones((4, 4)), (slice(None), slice(None))
+    >>> nothing = EdgeCells(*np.zeros((3, 0)))
+    >>> round(grid_error_estimate(p, 1.015 * np.ones((2, 2)), whole, nothing, 16.0).pressure, 9)
+    0.01
+    """
+    if not pressure.any():
+        return ErrorEstimate.none(NO_CONTACT)
+    if points and coarse is None:
+        return ErrorEstimate.none("not estimated for point forces on a grid without a coarser one")
+    squares = np.interp(edge.last / edge.before, EDGE_RATIO, EDGE_ERROR) ** 2 @ (edge.share * edge.before**2)
+    at_edge = float(np.sqrt(squares) / np.linalg.norm(pressure))
+    area = int((pressure > 0).sum())
+    across = _across(pressure, area)
+    if coarse is None:
+        inside, peak, error = 0.0, 0.0, max(ALONE * at_edge, USUAL / across)
+    else:
+        inside, peak = _changes(pressure[modelled], coarse)
+        inside /= CHANGE_OF_POINTS if points else CHANGE
+        error = float(np.hypot(OBLIQUE * at_edge, inside))
+    error = min(1.0, error)
+    return ErrorEstimate(
+        pressure=error,
+        geometry=0.0,
+        interior=inside,
+        peak=max(peak, LEAST_SHARE * error),
+        area=max(abs(area / edge_area - 1), LEAST_SHARE * error),
+        faces_across=across,
+    )
+
+
+def _changes(pressure: Array, coarse: Array) -> tuple[float, float]:
+    """Changes from the coarser grid, over whole blocks of cells in contact: relative L2 norm, and of the largest."""
+    block = blocks(pressure)
+    means = block.sum(axis=(-3, -1)) / 4
+    inside = (block > 0).all(axis=(-3, -1))
+    change = float(np.linalg.norm((means - coarse)[inside]) / np.linalg.norm(means))
+    return change, abs(float(coarse.max()) / float(pressure.max()) - 1)
+
+
+def _across(pressure: Array, area: int) -> float:
+    """Cells across: four times their number over that of the sides around them, on a disc 4/pi; with no edge, all."""
+    sides = sum(int(((pressure > 0) != np.roll(pressure > 0, 1, axis)).sum()) for axis in (0, 1))
+    return float(16 / np.pi * area / sides) if sides else float(min(pressure.shape))

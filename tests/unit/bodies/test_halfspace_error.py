@@ -1,0 +1,132 @@
+"""Estimated errors of half-space contacts against closed forms; their invariances, refusals and cost."""
+
+import json
+import math
+import time
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.analytic import hertz
+from fecontact.app.indentation.indentation import curve, indent
+from fecontact.app.indentation.setup import Ground, IndentationLoad
+from fecontact.bodies.halfspace.edge import EdgeCells
+from fecontact.bodies.halfspace.grid_error import grid_error_estimate
+from fecontact.surfaces import Paraboloid
+
+UNIT = fc.Material(E=1.0, nu=0.0)
+FORCE = 4 / 30  # radius 1 under a paraboloid of radius 10
+
+
+def ball(n, side=3.0, **options):
+    return fc.HalfSpace(UNIT, size=(side, side), shape=(n, n)).press(Paraboloid(10.0), force=FORCE, **options)
+
+
+def error_of_ball(contact):
+    exact = hertz.spheres((10.0, math.inf), (UNIT, None), force=FORCE)
+    known = exact.pressure(np.hypot(contact.grid.x[:, None], contact.grid.y[None, :]))
+    return np.linalg.norm(contact.pressure - known) / np.linalg.norm(known)
+
+
+@pytest.mark.parametrize("where", np.linspace(0.0, 0.95, 20))
+def test_error_at_a_straight_edge_wherever_it_lies_in_its_cell(where):
+    """Westergaard's wavy surface, in contact up to a place within a cell, which the estimate is not told.
+
+    The error itself varies by a factor of 14 with the place; where it passes zero between two tabulated ratios the
+    table is off most.
+    """
+    n, ny = 128, 8
+    a = (28 + where) / n
+    half = fc.HalfSpace(UNIT, size=(1.0, ny / n), shape=(n, ny), periodic=True)
+    wave = 0.01 * (1 - np.cos(2 * np.pi * half.grid.x))[:, None] * np.ones(ny)
+    mean = np.pi * 0.01 * math.sin(np.pi * a) ** 2
+    contact = half.press(wave, force=mean * ny / n)
+    inside = np.maximum(math.sin(np.pi * a) ** 2 - np.sin(np.pi * half.grid.x) ** 2, 0.0)
+    known = 2 * mean * np.cos(np.pi * half.grid.x) * np.sqrt(inside) / math.sin(np.pi * a) ** 2
+    error = np.linalg.norm(contact.pressure[:, 0] - known) / np.linalg.norm(known)
+    # the least errors, below 0.1 %, are of the size of those inside
+    assert 0.8 <= contact.error_estimate.pressure / error <= (3 if error > 1e-3 else 5)
+
+
+@pytest.mark.parametrize("pressure", ["uniform", "bilinear", "point"])
+@pytest.mark.parametrize("n", [48, 96, 160])
+def test_error_of_a_ball(n, pressure):
+    half = fc.HalfSpace(UNIT, size=(3.37, 3.37), shape=(n, n), pressure=pressure)
+    contact = half.press(Paraboloid(10.0), force=FORCE)
+    assert 0.8 <= contact.error_estimate.pressure / error_of_ball(contact) <= 2
+
+
+def test_error_of_a_grid_without_a_coarser_one():
+    ratios = [(c := ball(n)).error_estimate.pressure / error_of_ball(c) for n in (8, 12, 16, 22)]
+    assert min(ratios) > 0.8
+    assert max(ratios) < 3
+
+
+def test_peak_and_area():
+    """The peak estimate has no closed form to be near to; it bounds the true error, and is below the pressure's."""
+    for n in (32, 64, 128):
+        contact = ball(n)
+        estimate = contact.error_estimate
+        peak = abs(contact.max_pressure / hertz.spheres((10.0, math.inf), (UNIT, None), force=FORCE).p0 - 1)
+        assert peak <= estimate.peak <= estimate.pressure
+        assert abs(contact.area / math.pi - 1) <= 1.5 * estimate.area
+        assert abs(estimate.faces_across / (2 * n / 3) - 1) < 0.05
+
+
+def test_estimate_depends_on_no_unit_and_no_symmetry():
+    one = ball(64).error_estimate
+    whole = ball(64, symmetry=False).error_estimate
+    half = fc.HalfSpace(fc.Material(E=210e9, nu=0.0), size=(3e-3, 3e-3), shape=(64, 64))
+    scaled = half.press(Paraboloid(10e-3), force=FORCE * 210e9 * 1e-6).error_estimate
+    for other in (whole, scaled):
+        # the coarser grid is solved to 1e-3
+        for name in ("pressure", "peak", "area", "faces_across"):
+            assert abs(getattr(other, name) / getattr(one, name) - 1) < 1e-2
+
+
+def test_full_contact_of_a_periodic_surface_has_no_error():
+    """The compliance of a periodic half-space is exact for a wave given at the centres."""
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(32, 32), periodic=True)
+    estimate = half.press(0.001 * np.cos(2 * np.pi * half.grid.x)[:, None] * np.ones(32), force=0.1).error_estimate
+    assert estimate.pressure < 1e-9
+    assert estimate.faces_across == 32
+
+
+def test_coarse_grids_are_warned_of_and_fine_ones_are_not():
+    (text,) = ball(10, 4.0).warnings
+    assert "cells across. Take more cells" in text
+    assert text in str(ball(10, 4.0))
+    assert ball(64).warnings == ()
+    assert "Warning" not in str(ball(64))
+
+
+def test_reasons_for_no_estimate():
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(16, 16), pressure="point")
+    assert "point forces" in str(half.press(Paraboloid(10.0), force=FORCE).error_estimate)
+    nothing = grid_error_estimate(np.zeros((4, 4)), None, (slice(4), slice(4)), EdgeCells(*np.zeros((3, 0))), 0.0)
+    assert str(nothing) == "pressure: no contact, nothing to estimate"
+    assert json.loads(json.dumps(nothing.summary()))["pressure"] is None
+
+
+def test_indentations_tell_their_error():
+    found = indent(Paraboloid(10.0), Ground(UNIT), IndentationLoad(force=FORCE), cells=(16, 16), size=(2.3, 2.3))
+    estimate = found.contact.error_estimate
+    assert f"error of {estimate}" in str(found)
+    told = json.loads(json.dumps(found.as_dict()))
+    assert told["error_estimate"]["pressure"] == estimate.pressure
+    assert told["warnings"] == list(found.contact.warnings)
+    over = curve(
+        Paraboloid(10.0), Ground(UNIT), [IndentationLoad(force=f) for f in (FORCE / 8, FORCE)], size=(2.3, 2.3)
+    )
+    assert f"largest error of {over.steps[0].contact.error_estimate}" in str(over)
+
+
+def test_the_estimate_costs_less_than_a_tenth():
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(512, 512))
+    start = time.process_time()
+    contact = half.press(Paraboloid(10.0), force=FORCE)
+    solved = time.process_time()
+    assert contact.error_estimate.pressure < 0.01
+    assert time.process_time() - solved < 0.1 * (solved - start)
+    assert contact.coarse.nbytes <= 0.1 * contact.pressure.nbytes
