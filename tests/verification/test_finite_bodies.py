@@ -20,7 +20,8 @@ def test_largest_shear_stress_lies_below_the_surface(row):
     place is good to an element.
     """
     hertz = fc.hertz.spheres((25.0, 25.0), (STEEL, STEEL), force=100.0)
-    mesh = fc.sections.half_disc(25.0, contact_radius=hertz.a, level=5, element="quad9")
+    cut = fc.shapes.Level(core=6, rings=8, edge=0.012, layer=0.07)
+    mesh = fc.sections.half_disc(25.0, contact_radius=hertz.a, level=cut, element="quad9")
     body = fc.AxisymmetricBody(mesh, STEEL, "cap", {"base": "xz"}, name="ball")
     plane = fc.RigidBody(fc.Plane())
     result = fc.Scene([body, plane], [fc.Contact(body, plane)]).solve(forces={body: (0, 0, -100.0)})

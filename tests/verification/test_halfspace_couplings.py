@@ -7,6 +7,8 @@ import fecontact as fc
 
 MATERIAL = fc.Material(E=1.0, nu=0.3)
 RADIUS, FORCE = 10.0, 0.02
+#: Its narrowest faces are as wide as the cells.
+LEVEL = fc.shapes.Level(core=2, rings=3, edge=0.08, layer=0.2)
 
 
 def figures(contact, hertz):
@@ -17,7 +19,7 @@ def figures(contact, hertz):
 
 
 def ball(a):
-    mesh = fc.shapes.half_sphere(RADIUS, contact_radius=a, level=1)
+    mesh = fc.shapes.half_sphere(RADIUS, contact_radius=a, level=LEVEL)
     return fc.ElasticBody(mesh, MATERIAL, "cap", {"base": "xyz"}, name="ball")
 
 

@@ -12,15 +12,15 @@ from fecontact.app.spheres.spheres import solve_spheres
 
 # pressure L2, centre pressure, contact radius, approach: what the project promises at the default level
 PROMISED = {
-    ("equal", "two-bodies", "hex20"): (0.015, 0.005, 0.001, 0.01),
-    ("equal", "symmetric", "hex20"): (0.015, 0.005, 0.001, 0.01),
-    ("unequal", "two-bodies", "hex20"): (0.03, 0.005, 0.005, 0.01),
-    ("light", "two-bodies", "hex20"): (0.03, 0.005, 0.005, 0.01),
-    ("light", "symmetric", "hex20"): (0.03, 0.005, 0.005, 0.01),
-    ("equal", "symmetric", "hex27"): (0.03, 0.005, 0.005, 0.01),
-    # the straight-sided 8-node element: 8 % pressure; it is too stiff far from the contact for a claim on the approach
-    ("equal", "two-bodies", "hex8"): (0.08, 0.03, 0.005, 0.05),
-    ("unequal", "two-bodies", "hex8"): (0.08, 0.03, 0.005, 0.05),
+    ("equal", "two-bodies", "hex20"): (0.007, 0.005, 0.001, 0.01),
+    ("equal", "symmetric", "hex20"): (0.007, 0.005, 0.001, 0.01),
+    ("unequal", "two-bodies", "hex20"): (0.007, 0.005, 0.001, 0.01),
+    ("light", "two-bodies", "hex20"): (0.007, 0.005, 0.001, 0.01),
+    ("light", "symmetric", "hex20"): (0.007, 0.005, 0.001, 0.01),
+    ("equal", "symmetric", "hex27"): (0.007, 0.005, 0.001, 0.01),
+    # the straight-sided 8-node element: 4 % pressure; it is too stiff far from the contact for a claim on the approach
+    ("equal", "two-bodies", "hex8"): (0.04, 0.02, 0.005, 0.05),
+    ("unequal", "two-bodies", "hex8"): (0.04, 0.02, 0.005, 0.05),
 }
 
 
@@ -53,13 +53,13 @@ def certified(out):
     assert abs(out.total_force / out.case.force - 1) <= 1e-10
 
 
-def test_level_three_is_within_half_a_percent_in_the_centre_and_one_percent_in_the_field(row):
+def test_level_three_is_within_half_a_percent(row):
     """Two equal spheres at level 3.
 
-    Source: Hertz. One percent in the field and half a percent in the centre are what the project promises.
+    Source: Hertz. Half a percent in the field and in the centre are what the project promises.
     """
     out = solve_spheres("equal", level=3)
-    row("1 equal spheres, level 3", "pressure L2", 0.0, out.pressure_l2_error, 0.01, out.result.n_dofs)
+    row("1 equal spheres, level 3", "pressure L2", 0.0, out.pressure_l2_error, 0.005, out.result.n_dofs)
     centre = out.case.hertz.p0
     row("1 equal spheres, level 3", "centre pressure", centre, out.centre_pressure, 0.005, out.result.n_dofs)
     certified(out)
@@ -90,15 +90,15 @@ def test_edge_fit_pays(row):
     assert abs(fitted.pressure_l2_error) < abs(plain.pressure_l2_error)
 
 
-def test_first_pass_knows_the_edge_to_half_a_percent(row):
-    """The first pass that finds the edge of the contact.
+def test_first_passes_know_the_edge(row):
+    """The first passes that find the edge of the contact, by the spheres' sections.
 
-    Source: Hertz. Half a percent is well below the 5 % at which the fit still pays.
+    Source: Hertz. Half a thousandth is an eighth of the narrowest ring of the finest level.
     """
     for case in CASES.values():
         model = "two-bodies"
         out = solve_spheres(case, model=model, level=1)
-        row(f"1 {case.name} spheres, first pass", "contact radius", case.hertz.a, out.fitted_radius, 0.005)
+        row(f"1 {case.name} spheres, first pass", "contact radius", case.hertz.a, out.fitted_radius, 5e-4)
 
 
 def test_plain_twenty_node_faces_lose_their_corners(row):
@@ -114,12 +114,12 @@ def test_plain_twenty_node_faces_lose_their_corners(row):
     certified(out)
 
 
-@pytest.mark.parametrize(("pressure", "least", "most"), [("nodal", 0.05, 0.15), ("midface", 0.0, 0.03)])
+@pytest.mark.parametrize(("pressure", "least", "most"), [("nodal", 0.1, 0.25), ("midface", 0.0, 0.03)])
 def test_stress_at_the_centre_below_plain_and_nine_node_faces(pressure, least, most, row):
     """Stress at the centre of the contact, plain 20-node faces against nine-node ones.
 
-    Source: Hertz. Idle corners do not make the stress low: it comes out 6 to 11 % too high on levels 1 to 3, by what
-    the other nodes carry in the corners' place; with a ninth node 2.2 % too high on level 1 and less on finer ones.
+    Source: Hertz. Idle corners do not make the stress low: it comes out 16 to 18 % too high on levels 1 to 3, by what
+    the other nodes carry in the corners' place; with a ninth node 1.5 % too high on level 1 and less on finer ones.
     """
     out = solve_spheres("equal", model="symmetric", level=1, pressure=pressure)
     centre = np.linalg.norm(out.upper.mesh.points, axis=1).argmin()

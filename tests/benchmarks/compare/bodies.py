@@ -12,7 +12,6 @@ import numpy as np
 
 from compare.problems import Problem
 from fecontact.ancf.body import AncfBody
-from fecontact.app.spheres.spheres import FIRST_PASS
 from fecontact.bodies import ElasticBody, ElasticLayer, Plane, PlaneBody, RigidBody, rotation_about
 from fecontact.contact.contact import Contact
 from fecontact.mesh import section_shapes as sections
@@ -29,6 +28,8 @@ from fecontact.surfaces import Cylinder, Paraboloid
 FAR = 40.0
 #: The same in plane strain, where it is the square.
 FAR_PLANE = 150.0
+#: Of the first pass, which finds the edge to some tenths of a percent.
+FIRST_PASS = Level(core=2, rings=3, edge=0.1, layer=0.3, growth=2.0)
 #: Radius of a layer that stands for an unbounded one, over that of the contact.
 WIDE = 6.0
 

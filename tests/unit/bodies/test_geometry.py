@@ -9,12 +9,14 @@ SOFT = fc.Material(E=1.0, nu=0.3)
 RADIUS, CONTACT = 10.0, 0.5
 FORCE = 4 * SOFT.plane_strain_modulus * CONTACT**3 / (3 * RADIUS) / 4
 PEAK = 2 * SOFT.plane_strain_modulus * CONTACT / (np.pi * RADIUS)
+#: Faces of 0.08 contact radii and wider.
+LEVEL = fc.shapes.Level(core=2, rings=3, edge=0.08, layer=0.2)
 HELD = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
 
 
 def ball(geometry, element="hex8"):
     """A quarter of a ball, its lowest point at the origin."""
-    mesh = fc.shapes.quarter_sphere(RADIUS, contact_radius=CONTACT, level=1, element=element)
+    mesh = fc.shapes.quarter_sphere(RADIUS, contact_radius=CONTACT, level=LEVEL, element=element)
     return fc.ElasticBody(mesh, SOFT, "cap", HELD, geometry=geometry)
 
 
@@ -72,7 +74,7 @@ def test_division_goes_on_with_the_same_surface():
 @pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (100.0, -50.0, 30.0)])
 @pytest.mark.parametrize("scale", [1.0, 1e3])
 def test_place_and_size_do_not_matter(place, scale):
-    mesh = fc.shapes.quarter_sphere(RADIUS, contact_radius=CONTACT, level=1, element="hex8")
+    mesh = fc.shapes.quarter_sphere(RADIUS, contact_radius=CONTACT, level=LEVEL, element="hex8")
     moved = fc.ElasticBody(mesh.scaled(scale).translated(place), SOFT, "cap", HELD, geometry="auto")
     back = (moved.mesh.points - place) / scale
     assert np.abs(back - ball("auto").mesh.points).max() < 1e-9 * RADIUS

@@ -134,7 +134,8 @@ def test_weights_of_a_strip_are_simpsons():
 
 
 def test_feet_on_an_arc():
-    mesh = fc.sections.half_disc(2.0, contact_radius=0.2, level=3)
+    level = fc.shapes.Level(core=4, rings=6, edge=0.025, layer=0.1)
+    mesh = fc.sections.half_disc(2.0, contact_radius=0.2, level=level)
     surface = fc.PlaneBody(mesh, STEEL, "cap").surface("cap")
     angle = np.linspace(0.01, 0.7, 50)
     points = np.stack([2.5 * np.sin(angle), 0 * angle, 2 - 2.5 * np.cos(angle)], axis=1)

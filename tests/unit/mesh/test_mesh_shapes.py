@@ -204,7 +204,7 @@ def test_layers_follow_the_thickness_where_the_contact_is_as_wide(level):
         g = fc.shapes.grading(ratio, ratio + 8, 1.0, level)
         across = np.concatenate([np.linspace(0, g.core_radius, g.core + 1), g.radii])
         widths, depths = np.diff(across[across <= ratio * (1 + 1e-12)]), np.diff(g.depths)
-        widest = min(cut.layer * np.sqrt(ratio / 2), 0.25) * (1 + 1e-9)
+        widest = min(0.4 / cut.core * np.sqrt(ratio / 2), 0.25) * (1 + 1e-9)
         assert np.isclose(across, ratio, rtol=1e-12).sum() == 1
         assert np.ptp(depths) < 1e-12
         assert max(widths.max(), depths.max()) < widest
