@@ -126,6 +126,26 @@ class Residuals:
 
 
 @dataclass(frozen=True, eq=False)
+class ResidualScales:
+    """Sizes by which residuals are divided, see the notes of `Residuals`.
+
+    Attributes
+    ----------
+    force, gap : float
+    row : (m,) array
+    """
+
+    force: float
+    gap: float
+    row: np.ndarray
+
+    @property
+    def work(self) -> float:
+        """Force times gap."""
+        return self.force * self.gap
+
+
+@dataclass(frozen=True, eq=False)
 class ComplementarityProblem:
     """Frictionless contact on n candidate points with m rigid components in equilibrium.
 
@@ -203,13 +223,25 @@ class ComplementarityProblem:
         """
         return np.asarray(self.S @ forces + self.g + self.B.T @ q)
 
-    def residuals(self, forces: np.ndarray, q: np.ndarray) -> Residuals:
+    def residual_scales(self, forces: np.ndarray, q: np.ndarray) -> ResidualScales:
+        """Scales of the residuals of finite forces (n,) and motions q (m,)."""
+        deflection, rigid = np.asarray(self.S @ forces), self.g + self.B.T @ q
+        row = np.abs(self.B).max(axis=1, initial=0.0)
+        row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
+        force = max(float(np.abs(forces).sum()), largest(ratio(self.F, row)))
+        # where the motion exceeds g by more than a tenth, the floor of the sum is the higher one
+        gap = max(largest(deflection), GAP_FLOOR * largest(rigid), TERM_FLOOR * largest(self.g))
+        return ResidualScales(force, gap, row * force + np.abs(self.F))
+
+    def residuals(self, forces: np.ndarray, q: np.ndarray, scales: ResidualScales | None = None) -> Residuals:
         """Residuals of a solution, recomputed from the problem alone.
 
         Parameters
         ----------
         forces : ndarray, shape (n,)
         q : ndarray, shape (m,)
+        scales : ResidualScales, optional
+            Of a problem of which this is a part; by default its own.
 
         Returns
         -------
@@ -231,21 +263,14 @@ class ComplementarityProblem:
             )
         if not (np.isfinite(forces).all() and np.isfinite(q).all()):
             return Residuals(np.inf, np.inf, np.inf, np.inf)
-        deflection = np.asarray(self.S @ forces)
-        rigid = self.g + self.B.T @ q
-        gap = deflection + rigid
-        # where the motion exceeds g by more than a tenth, the floor of the sum is the higher one
-        gap_scale = max(_largest(deflection), GAP_FLOOR * _largest(rigid), TERM_FLOOR * _largest(self.g))
-        row = np.abs(self.B).max(axis=1, initial=0.0)
-        row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
-        force_scale = max(float(np.abs(forces).sum()), _largest(_ratio(self.F, row)))
-        row_scale = row * force_scale + np.abs(self.F)
-        both = np.minimum(np.abs(_ratio(forces, force_scale)), np.abs(_ratio(gap, gap_scale)))
+        scales = self.residual_scales(forces, q) if scales is None else scales
+        gap = self.gap(forces, q)
+        both = np.minimum(np.abs(ratio(forces, scales.force)), np.abs(ratio(gap, scales.gap)))
         return Residuals(
-            penetration=_largest(_ratio(np.minimum(gap, 0.0), gap_scale)),
-            tension=_largest(_ratio(np.minimum(forces, 0.0), force_scale)),
-            complementarity=_largest(both),
-            equilibrium=_largest(_ratio(self.B @ forces - self.F, row_scale)),
+            penetration=largest(ratio(np.minimum(gap, 0.0), scales.gap)),
+            tension=largest(ratio(np.minimum(forces, 0.0), scales.force)),
+            complementarity=largest(both),
+            equilibrium=largest(ratio(self.B @ forces - self.F, scales.row)),
         )
 
     def scaled(self) -> ScaledProblem:
@@ -337,9 +362,9 @@ def _array(name: str, value: object, ndim: int) -> np.ndarray:
 
 
 def _check_compliance(S: np.ndarray) -> None:
-    largest = max(S.max(), -S.min())
+    size = max(S.max(), -S.min())
     diagonal = S.diagonal()
-    if diagonal.min() < -SYMMETRY_TOLERANCE * largest:
+    if diagonal.min() < -SYMMETRY_TOLERANCE * size:
         k = int(diagonal.argmin())
         raise InputError(
             f"S must be positive semidefinite; found the diagonal entry S[{k}, {k}] = {diagonal[k]:.3g}. "
@@ -349,7 +374,7 @@ def _check_compliance(S: np.ndarray) -> None:
     for first in range(0, len(S), 512):
         strip = slice(first, first + 512)
         difference = np.abs(S[strip, : first + 512] - S[: first + 512, strip].T)
-        if difference.max() > SYMMETRY_TOLERANCE * largest:
+        if difference.max() > SYMMETRY_TOLERANCE * size:
             i, k = (int(index) for index in np.unravel_index(int(difference.argmax()), difference.shape))
             raise InputError(
                 f"S must be symmetric; found S[{first + i}, {k}] = {S[first + i, k]:.6g} and "
@@ -357,11 +382,12 @@ def _check_compliance(S: np.ndarray) -> None:
             )
 
 
-def _largest(values: np.ndarray) -> float:
+def largest(values: np.ndarray) -> float:
+    """Largest size of an entry; zero if there is none."""
     return float(np.abs(values).max(initial=0.0))
 
 
-def _ratio(values: np.ndarray, scales: np.ndarray | float) -> np.ndarray:
+def ratio(values: np.ndarray, scales: np.ndarray | float) -> np.ndarray:
     """Return values / scales, where 0 / 0 is 0 and anything else over 0 is infinite."""
     scales = np.broadcast_to(scales, values.shape)
     return np.divide(values, scales, out=np.where(values == 0, 0.0, np.inf), where=scales > 0)

@@ -122,7 +122,9 @@ class ScaledProblem:
         return direction / float(np.linalg.norm(direction))
 
 
-def scale(S: np.ndarray | LinearOperator, g: np.ndarray, B: np.ndarray, F: np.ndarray) -> ScaledProblem:
+def scale(
+    S: np.ndarray | LinearOperator, g: np.ndarray, B: np.ndarray, F: np.ndarray, together: np.ndarray | None = None
+) -> ScaledProblem:
     """Nondimensional form of a problem.
 
     Parameters
@@ -131,6 +133,8 @@ def scale(S: np.ndarray | LinearOperator, g: np.ndarray, B: np.ndarray, F: np.nd
     g : ndarray, shape (n,)
     B : ndarray, shape (m, n)
     F : ndarray, shape (m,)
+    together : ndarray of int, shape (f, j), optional
+        Groups of rows with one scale each, that of their mean diagonal: the components of a vector.
 
     Returns
     -------
@@ -143,7 +147,10 @@ def scale(S: np.ndarray | LinearOperator, g: np.ndarray, B: np.ndarray, F: np.nd
     >>> scaled.r, scaled.S.tolist()
     (1, [[1.0, 0.0], [0.0, 1.0]])
     """
-    d = 1.0 / np.sqrt(_diagonal(S, len(g)))
+    diagonal = _diagonal(S, len(g))
+    if together is not None:
+        diagonal[together] = diagonal[together].mean(axis=1, keepdims=True)
+    d = 1.0 / np.sqrt(diagonal)
     rows, loads, to_rows, inconsistency = _orthonormal_rows(B * d, F)
     gaps = g * d
     unit = max(float(np.abs(gaps).max()), float(np.abs(loads).max(initial=0.0)))

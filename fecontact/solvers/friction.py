@@ -1,0 +1,128 @@
+"""Solution of contact problems with Coulomb friction: start, Newton's method, fall-back and certificate.
+
+Examples
+--------
+A block of unit weight on two points, dragged by 0.5 at mu = 0.3, slides unless it is held:
+
+>>> import numpy as np
+>>> from fecontact.solvers import ComplementarityProblem
+>>> rows = ComplementarityProblem(np.eye(2), np.zeros(2), np.array([[1.0, 0.0]]), np.array([1.0]))
+>>> held = FrictionProblem(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.3]))
+>>> solution = solve_friction(held)
+>>> solution.forces.round(12).tolist(), solution.slip.round(12).tolist()
+([1.0, 0.0], [[0.0]])
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from fecontact.common.arrays import Array
+from fecontact.common.errors import SolverError
+from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
+from fecontact.solvers.friction_newton import FrictionRows, friction_newton, tied
+from fecontact.solvers.friction_problem import FrictionProblem, FrictionSolution
+from fecontact.solvers.friction_sweeps import friction_sweeps
+from fecontact.solvers.problem import InfeasibleLoadError, Status
+from fecontact.solvers.registry import TOLERANCE, attempt
+from fecontact.solvers.scaling import ScaledProblem, scale
+
+ATTEMPTS = 3
+"""Times that sweeps are followed by Newton's method, each with ten times sharper sweeps."""
+
+NEARLY_ROUGH = 10.0
+"""Coefficient of friction whose solution is the start for an infinite one."""
+
+FIRST_SWEEPS = 1e-3
+"""Relative change of forces to which the first sweeps converge."""
+
+
+def solve_friction(
+    problem: FrictionProblem, start: FrictionSolution | None = None, *, tolerance: float = TOLERANCE
+) -> FrictionSolution:
+    """Certified solution of a contact problem with friction, or an error that says why there is none.
+
+    Parameters
+    ----------
+    problem : FrictionProblem
+    start : FrictionSolution, optional
+        Of a problem with the same rows, such as the last load step: forces to begin with.
+    tolerance : float
+        Largest residual of a certified solution; ten times that for the penetration.
+
+    Returns
+    -------
+    FrictionSolution
+
+    Raises
+    ------
+    InfeasibleLoadError
+        If no forces within the cones balance the load; its ``direction`` is the motion, the message has the friction
+        that would hold.
+    SolverError
+        If no certified solution was found.
+    """
+    began = time.perf_counter()
+    rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu)
+    given = problem.rows
+    together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
+    scaled = scale(given.S, given.g, given.B, given.F, together)
+    direction = unbalanced_motion(scaled, rows)
+    if direction is not None:
+        raise InfeasibleLoadError(_cannot_hold(scaled, rows), direction)
+    best: FrictionSolution | None = None
+    for x, p, name in _starts(problem, scaled, rows, start):
+        outcome, orientation = friction_newton(scaled, rows, x, p)
+        forces = scaled.forces(outcome.x)
+        found = FrictionSolution(
+            problem, forces, scaled.motion(outcome.p), outcome.status, outcome.message, outcome.nit, name,
+            time.perf_counter() - began, tuple(outcome.history), orientation,
+        )  # fmt: skip
+        if found.residuals.within(tolerance):
+            status = Status.SOLVED if forces.any() else Status.NO_CONTACT
+            return replace(found, status=status, message="solved")
+        best = found if best is None or found.residuals.worst < best.residuals.worst else best
+    assert best is not None
+    raise SolverError(
+        f"No certified answer of the problem with friction: {best.message} ({best.residuals}; tolerance "
+        f"{tolerance:.0e}). Take smaller load steps; with much friction there may be no solution or several."
+    )
+
+
+def _starts(
+    problem: FrictionProblem, scaled: ScaledProblem, rows: FrictionRows, start: FrictionSolution | None
+) -> Iterator[tuple[Array, Array, str]]:
+    """First forces (N,) and motions (r,) in turn, with the name of the method; later ones only if those before fail."""
+    to_p = np.linalg.pinv(scaled.motion_map)
+    if start is not None:
+        yield start.forces / scaled.force_scale, to_p @ start.q, "newton"
+    x, p = np.zeros(scaled.n), np.zeros(scaled.r)
+    bare = attempt(problem.normal_problem(x))
+    touching = np.ones(len(rows.normals), bool)
+    if bare.success:
+        x[rows.normals] = bare.forces / scaled.force_scale[rows.normals]
+        p, touching = to_p @ bare.q, bare.active
+    if np.isinf(rows.mu).any():
+        # a rough surface is the limit of much friction
+        outcome, _ = friction_newton(scaled, replace(rows, mu=np.minimum(rows.mu, NEARLY_ROUGH)), x, p)
+        yield outcome.x, outcome.p, "newton"
+    elif bare.success:
+        yield x, p, "newton"
+    x, p = tied(scaled, rows, x, p, touching)
+    yield x, p, "newton"
+    for k in range(ATTEMPTS):
+        outcome = friction_sweeps(scaled, rows, x, p, tolerance=FIRST_SWEEPS / 10**k)
+        x, p = outcome.x, outcome.p
+        yield x, p, "sweeps, newton"
+
+
+def _cannot_hold(scaled: ScaledProblem, rows: FrictionRows) -> str:
+    least = least_friction(scaled, rows)
+    text = "No contact forces within the cones of friction balance the load: along the motion q the load does work. "
+    if np.isinf(least):
+        return text + "No friction would hold it: support that motion, or change the load."
+    return text + f"It needs at least mu = {least:.3g}, or a support."

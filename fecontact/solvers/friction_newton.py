@@ -1,0 +1,221 @@
+"""Semismooth Newton method for contact with Coulomb friction.
+
+Newton's method on the natural map of Alart & Curnier (Comput. Methods Appl. Mech. Eng. 92 (1991) 353), with z the trial
+forces x - y of scaled forces x and gaps or slips y (unit compliances):
+
+    x_n = max(0, z_n),    x_t = P(z_t),  P the projection on the disc of radius mu max(0, z_n)
+
+Open points have no force: they are eliminated from the step. The system is that of the touching points and of the rigid
+motion; steps are halved until the residual falls.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import LinAlgError, lstsq
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
+
+from fecontact.solvers.friction_problem import friction_limit
+from fecontact.solvers.outcome import Outcome
+from fecontact.solvers.problem import Status
+from fecontact.solvers.scaling import ROUNDING, ScaledProblem
+
+HALVINGS = 6
+"""Halvings of a step after which it is taken although the residual has not fallen."""
+
+SINGULAR = 1e-14
+"""Reciprocal condition number below which the smallest step is taken: forces of rigid bodies are not unique."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionRows:
+    """Rows of frictional points in a scaled problem.
+
+    Attributes
+    ----------
+    points : (f,) int array
+        Normal rows.
+    tangents : (f, k) int array
+    normals : (n,) int array
+        Normal rows of all points, with friction or without.
+    mu : (f,) array
+    """
+
+    points: np.ndarray
+    tangents: np.ndarray
+    normals: np.ndarray
+    mu: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """Residual of an iterate, and the state of each point that its trial forces tell."""
+
+    y: np.ndarray
+    pressed: np.ndarray
+    limit: np.ndarray
+    size: np.ndarray
+    direction: np.ndarray
+    residual: np.ndarray
+    balance: np.ndarray
+
+    @property
+    def merit(self) -> float:
+        return float(np.hypot(np.linalg.norm(self.residual), np.linalg.norm(self.balance)))
+
+
+def _trial(problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndarray) -> _Trial:
+    y = problem.gap(x, p)
+    z = x - y
+    pressed = z > 0
+    pressed[rows.tangents] = False
+    limit = friction_limit(rows.mu, z[rows.points])
+    tangential = z[rows.tangents]
+    size = np.linalg.norm(tangential, axis=1)
+    direction = np.divide(tangential, size[:, None], out=np.zeros_like(tangential), where=size[:, None] > 0)
+    residual = x.copy()
+    residual[rows.normals] -= np.maximum(z[rows.normals], 0.0)
+    residual[rows.tangents] -= direction * np.minimum(size, limit)[:, None]
+    return _Trial(y, pressed, limit, size, direction, residual, problem.B @ x - problem.F)
+
+
+def friction_newton(
+    problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndarray, *, max_iterations: int = 50
+) -> tuple[Outcome, int]:
+    """Solve by Newton's method.
+
+    Parameters
+    ----------
+    problem : ScaledProblem
+        With one scale for the components of a point.
+    rows : FrictionRows
+    x, p : ndarrays, shapes (N,) and (r,)
+        First forces and motion.
+    max_iterations : int
+
+    Returns
+    -------
+    Outcome
+        ``solved`` where the residual is rounding, or ``iteration-limit`` with the best iterate; the history is the
+        residual over the largest force.
+    orientation : int
+        Sign of the Jacobian's determinant at the end, +1 as without friction. -1: the solution is not the only one,
+        or not stable (Klarbring 1990); 0: singular.
+    """
+    trial = _trial(problem, rows, x, p)
+    history: list[float] = []
+    best = (np.inf, x, p)
+    orientation = 1
+    for nit in range(max_iterations + 1):
+        error = trial.merit / max(float(np.linalg.norm(x)), float(np.linalg.norm(problem.F)), ROUNDING)
+        history.append(error)
+        if error < best[0]:
+            best = (error, x, p)
+        stalled = len(history) > 2 and error < 1e3 * ROUNDING and error > 0.5 * history[-2]
+        if error <= ROUNDING or stalled:
+            return Outcome(best[1], best[2], Status.SOLVED, "solved", nit, history), orientation
+        if nit == max_iterations:
+            break
+        dx, dp, orientation = _step(problem, rows, x, trial)
+        share, before = 1.0, trial.merit
+        for _ in range(HALVINGS):
+            trial = _trial(problem, rows, x + share * dx, p + share * dp)
+            if trial.merit < (1 - 1e-4 * share) * before:
+                break
+            share /= 2
+        else:
+            trial = _trial(problem, rows, x + share * dx, p + share * dp)
+        x, p = x + share * dx, p + share * dp
+    message = f"{max_iterations} Newton steps were not enough"
+    return Outcome(best[1], best[2], Status.ITERATION_LIMIT, message, max_iterations, history), orientation
+
+
+def tied(
+    problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndarray, pressed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (N,) and motion (r,) with the gaps of `pressed` normal rows (n,) closed and without slip there."""
+    chosen = np.zeros(problem.n, bool)
+    chosen[rows.normals[pressed]] = True
+    rough = np.full(len(rows.mu), np.inf)
+    dx, dp, _ = _step(problem, rows, x, replace(_trial(problem, rows, x, p), pressed=chosen, limit=rough))
+    return x + dx, p + dp
+
+
+def _step(
+    problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, trial: _Trial
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Newton step of forces (N,) and motion (r,), and the sign of the Jacobian's determinant."""
+    S, B, r = problem.matrix, problem.B, problem.r
+    touching = trial.pressed[rows.points]
+    slips = touching & (trial.size > trial.limit)
+    holds = rows.tangents[touching & ~slips].ravel()
+    closed = np.concatenate([np.flatnonzero(trial.pressed), holds])
+    slipping = rows.tangents[slips]
+    kept = np.concatenate([closed, slipping.ravel()])
+    a = len(kept)
+    released = -x
+    released[kept] = 0.0
+    y = trial.y + S @ released  # gaps and slips once the open points are released
+    A = np.zeros((a + r, a + r), order="F")
+    A[:a, :a] = S[np.ix_(kept, kept)]
+    A[:a, a:] = B[:, kept].T
+    A[a:, :a] = B[:, kept]
+    right = np.concatenate([-y[kept], -trial.balance - B @ released])
+    _slip_rows(A, right, rows, x, (y - trial.y)[slipping], trial, slips, len(closed), kept)
+    solution, orientation = _solved(A, right, r)
+    step = released
+    step[kept] = solution[:a]
+    return step, solution[a:], orientation
+
+
+def _slip_rows(
+    A: np.ndarray,
+    right: np.ndarray,
+    rows: FrictionRows,
+    x: np.ndarray,
+    released: np.ndarray,
+    trial: _Trial,
+    slips: np.ndarray,
+    first: int,
+    kept: np.ndarray,
+) -> None:
+    """Turn the rows of slipping points from s = 0 into the linearised x_t = P(z_t), in place.
+
+    dx_t - T (dx_t - ds) - mu e (dx_n - dy_n) = mu (x_n - y_n) e - x_t
+    T = mu z_n / |z_t| (I - e e^T),   e = z_t / |z_t|
+
+    The gap closes, dy_n = -y_n. `released` (f, k) is the share of ds from open points that lose their force.
+    """
+    f, k = int(slips.sum()), rows.tangents.shape[1]
+    if f == 0:
+        return
+    e, mu = trial.direction[slips], rows.mu[slips]
+    T = (trial.limit[slips] / trial.size[slips])[:, None, None] * (np.eye(k) - e[:, :, None] * e[:, None, :])
+    place = first + np.arange(f * k).reshape(f, k)
+    normal = np.searchsorted(kept[: int(trial.pressed.sum())], rows.points[slips])
+    A[place] = np.einsum("fij,fjn->fin", T, A[place])
+    A[place[:, :, None], place[:, None, :]] += np.eye(k) - T
+    A[place, normal[:, None]] -= mu[:, None] * e
+    t, n = x[rows.tangents[slips]], x[rows.points[slips]]
+    right[place] = (mu * n)[:, None] * e - t - np.einsum("fij,fj->fi", T, released)
+
+
+def _solved(A: np.ndarray, right: np.ndarray, r: int) -> tuple[np.ndarray, int]:
+    """Solution, of least norm where A is singular, and the sign of det A times (-1)^r."""
+    if len(right) == 0:
+        return right, 1
+    norm = float(np.abs(A).sum(axis=0).max())
+    factor, pivots, info = dgetrf(A)
+    if info == 0 and dgecon(factor, norm)[0] > SINGULAR:
+        swaps = int((pivots != np.arange(len(pivots))).sum())
+        negative = int((factor.diagonal() < 0).sum())
+        solution, _ = dgetrs(factor, pivots, right)
+        # one refinement: the bordered matrix is badly scaled where contact is stiff
+        solution += dgetrs(factor, pivots, right - A @ solution)[0]
+        return np.asarray(solution), -1 if (swaps + negative + r) % 2 else 1
+    try:
+        return np.asarray(lstsq(A, right, cond=SINGULAR, lapack_driver="gelsy")[0]), 0
+    except LinAlgError:
+        return np.zeros_like(right), 0
