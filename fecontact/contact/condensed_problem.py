@@ -18,7 +18,7 @@ from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
-from fecontact.solvers import ComplementarityProblem, Solution
+from fecontact.solvers import ComplementarityProblem
 
 #: Share of the largest compliance, with pairs scaled to equal size, that counts as rounding: normals are accurate to
 #: 1e-10.
@@ -111,16 +111,16 @@ class CondensedProblem:
     interfaces: tuple[UnilateralConstraints, ...]
     by_products: bool = False
 
-    def state(self, solution: Solution) -> DisplacementState:
-        """Displacements of all bodies and gaps of all pairs, candidates or not."""
-        displacements, motions = [], []
+    def state(self, forces: Array, motions: Array) -> DisplacementState:
+        """Displacements of all bodies and gaps of all pairs, candidates or not, by forces (n,) and motions (m,)."""
+        displacements, found = [], []
         start = 0
         for part in self.parts:
-            q = solution.q[start : start + part.free.shape[1]]
+            q = motions[start : start + part.free.shape[1]]
             start += part.free.shape[1]
-            u, motion = _displacement(part, solution.forces[part.index], q)
+            u, motion = _displacement(part, forces[part.index], q)
             displacements.append(u)
-            motions.append(motion)
+            found.append(motion)
         gaps = []
         scale = max((float(np.abs(u).max(initial=0.0)) for u in displacements), default=0.0)
         for interface in self.interfaces:
@@ -130,7 +130,7 @@ class CondensedProblem:
                 if rows is not None:
                     change += rows @ u
             gaps.append(interface.gap + change)
-        return DisplacementState(tuple(displacements), tuple(motions), tuple(gaps), scale)
+        return DisplacementState(tuple(displacements), tuple(found), tuple(gaps), scale)
 
 
 def _displacement(part: BodyBlock, forces: Array, q: Array) -> tuple[Array, Array]:

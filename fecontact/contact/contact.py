@@ -26,6 +26,10 @@ class Contact:
     coupling : {'auto', 'nodal', 'mortar'}
         'nodal': forces on slave nodes; 'mortar': non-negative multipliers and weighted gaps over the exact overlap;
         'auto': nodal where faces match or nest and on rigid surfaces, mortar elsewhere.
+    friction : float
+        Coulomb's coefficient of friction, from 0 (the default, frictionless) to inf (rough: what touches sticks).
+        Friction depends on the order of loads, see `Scene.solve_path`; `Scene.solve` is one step from the unloaded
+        state.
 
     Examples
     --------
@@ -41,8 +45,13 @@ class Contact:
     surfaces: tuple[str, str] | None = None
     swap: str = "auto"
     coupling: str = "auto"
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
+        if not (isinstance(self.friction, (int, float)) and self.friction >= 0):
+            raise InputError(
+                f"friction must be a coefficient of friction from 0 on, or inf for rough; found {self.friction!r}."
+            )
         if self.coupling not in ("auto", "nodal", "mortar"):
             raise InputError(f"coupling must be 'auto', 'nodal' or 'mortar'; found {self.coupling!r}.")
         if self.swap not in ("auto", "never"):

@@ -60,6 +60,7 @@ def check_balance(interfaces: Sequence[UnilateralConstraints], loading: Loading)
             np.zeros((len(i.gap), modes.shape[1])) if r is None else opening_by_motions(r, modes, loading.rounding)
             for i, r in zip(interfaces, parts, strict=True)
         ]
+        columns += [-c for i, c in zip(interfaces, columns, strict=True) if i.two_sided]
         blocks.append(np.concatenate(columns).T)
         load.append(-loading.driving(k, frame.free))
     if not blocks:
@@ -74,7 +75,11 @@ def check_balance(interfaces: Sequence[UnilateralConstraints], loading: Loading)
     forces, rest = scipy.optimize.nnls(B, F, maxiter=50 * sum(B.shape))
     if rest <= 1e-8 * np.linalg.norm(F):
         return
-    direction = (B @ forces - F) / scale
+    raise unbalanced(motion_texts((B @ forces - F) / scale, loading), interfaces)
+
+
+def motion_texts(direction: Array, loading: Loading) -> list[str]:
+    """A motion (m,) of the free rigid components, body by body in words."""
     texts, start = [], 0
     for frame in loading.frames:
         part = direction[start : start + frame.free.shape[1]]
@@ -83,7 +88,7 @@ def check_balance(interfaces: Sequence[UnilateralConstraints], loading: Loading)
         motion = frame.free @ part
         if np.linalg.norm(arm * motion) > 1e-6 * np.linalg.norm(direction):
             texts.append(frame.describe(motion))
-    raise unbalanced(texts, interfaces)
+    return texts
 
 
 def unbalanced(texts: Sequence[str], interfaces: Sequence[UnilateralConstraints]) -> SupportError:

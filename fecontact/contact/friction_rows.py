@@ -14,10 +14,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array
-from fecontact.contact.interface import Interface
+from fecontact.common.arrays import Array, IntArray
+from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.contact.springs import SpringState
+from fecontact.solvers import ComplementarityProblem
+from fecontact.solvers.friction_problem import FrictionProblem
 
 #: Sine of the angle between a normal and the common axis of reference below which another axis is taken.
 NEARLY_PARALLEL = 0.1
@@ -80,6 +82,11 @@ class TangentialRows:
         """None: the contact is the interface."""
         return
 
+    @property
+    def two_sided(self) -> bool:
+        """Yes: friction acts either way."""
+        return True
+
     def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
         """None: it is no spring."""
         return ()
@@ -90,7 +97,7 @@ class TangentialRows:
         tangents, pairing = self.tangents, self.interface.pairing
         if pairing.coupling == "nodal":
             # a point is one sample: its tangent is the direction
-            chosen = [t for t in tangents]
+            chosen = list(tangents)
             shares = [np.eye(len(tangents))[j][:, None] * np.ones(self.n_points) for j in range(len(tangents))]
         else:
             chosen = [np.broadcast_to(e, (len(pairing.slave_normals), 3)) for e in np.eye(3)]
@@ -103,6 +110,10 @@ class TangentialRows:
         projection = replace(given.pairing.projection, normals=directions @ given.master.pose.rotation)
         pairing = replace(given.pairing, slave_normals=directions @ given.slave.pose.rotation, projection=projection)
         return replace(given, pairing=pairing)
+
+    def numbers(self, points: IntArray) -> IntArray:
+        """Rows (k, c) of some points (c,)."""
+        return np.arange(len(self.tangents))[:, None] * self.n_points + points
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Relative displacement (k n, n_dofs) by the displacements of a body; None if it is not in this contact."""
@@ -130,6 +141,48 @@ class TangentialRows:
             if rows is not None:
                 slip += rows @ (frame.modes(frame.prescribed[:, None])[:, 0])
         return slip
+
+
+def friction_problem(
+    condensed: ComplementarityProblem,
+    interfaces: Sequence[UnilateralConstraints],
+    chosen: Sequence[IntArray],
+    friction: Sequence[TangentialRows],
+) -> FrictionProblem:
+    """Friction problem of a condensed problem.
+
+    Parameters
+    ----------
+    condensed : ComplementarityProblem
+        Rows of the chosen pairs of all interfaces, one after the other, then of their tangents.
+    interfaces : sequence of UnilateralConstraints
+    chosen : sequence of int arrays
+        Chosen pairs of each.
+    friction : sequence of TangentialRows
+    """
+    first = dict(zip(map(id, interfaces), np.cumsum([0] + [len(c) for c in chosen])[:-1], strict=True))
+    start = sum(map(len, chosen))
+    points, tangents, mu = [], [], []
+    for each in friction:
+        count, k = len(chosen[_place(interfaces, each)]), len(each.tangents)
+        points.append(first[id(each.interface)] + np.arange(count))
+        tangents.append((start + np.arange(k * count)).reshape(k, count).T)
+        mu.append(np.full(count, each.mu))
+        start += k * count
+    rows = np.concatenate(tangents)
+    S = np.array(condensed.S)
+    # a direction held on both sides, as on a plane of symmetry, has no compliance: its force is zero by symmetry
+    diagonal = S.diagonal()
+    held = np.zeros(len(S), bool)
+    held[rows.ravel()] = True
+    held &= (diagonal == 0) & ~condensed.B.any(axis=0)
+    S[held, held] = diagonal.mean()
+    given = ComplementarityProblem(S, condensed.g, condensed.B, condensed.F)
+    return FrictionProblem(given, np.concatenate(points), rows, np.concatenate(mu))
+
+
+def _place(interfaces: Sequence[UnilateralConstraints], friction: TangentialRows) -> int:
+    return next(k for k, each in enumerate(interfaces) if each is friction.interface)
 
 
 def _across(normals: Array) -> Array:

@@ -38,7 +38,11 @@ class UnilateralConstraints(Protocol):
 
     @property
     def as_contact(self) -> Interface | None:
-        """The paired contact that these are; None for springs."""
+        """The paired contact that these are; None for springs and tangential rows."""
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether forces of both signs may act: friction."""
 
     def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
         """States of the springs that these are, by forces (n,) and gaps (n,); none for a contact."""
@@ -95,6 +99,11 @@ class Interface:
     def as_contact(self) -> Interface:
         """This."""
         return self
+
+    @property
+    def two_sided(self) -> bool:
+        """No: contact only presses."""
+        return False
 
     def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
         """None: it is no spring."""

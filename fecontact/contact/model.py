@@ -56,6 +56,11 @@ class SceneModel:
         """Without pairs, which are found again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
+    @property
+    def has_friction(self) -> bool:
+        """Whether a contact has friction."""
+        return any(contact.friction > 0 for contact in self.contacts)
+
     def interfaces(self, loading: Loading) -> tuple[Interface, ...]:
         """The contacts, paired over their whole surfaces as suits a load; kept for the next one that they suit."""
         out = []

@@ -164,6 +164,11 @@ class SpringRows:
         """None: springs are no contact."""
         return
 
+    @property
+    def two_sided(self) -> bool:
+        """No: a linear spring is two rows."""
+        return False
+
     def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
         """States from the forces (n,) of the rows and their gaps (n,) by the bodies' displacements only, minus e."""
         out = []

@@ -17,6 +17,7 @@ from fecontact.fem.energy_error import EnergyError
 from fecontact.mesh.section_mesh import line_shapes
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
 from fecontact.results.facet_samples import facet_samples, pressure_shapes
+from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.resultants import Region, part_of, region_numbers, sides_of_plane
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
@@ -67,6 +68,8 @@ class ContactFields:
         'nodal' or 'mortar'.
     note : str
         Note on the two meshes and the coupling.
+    friction : FrictionFields, optional
+        Tractions and slip, of a contact with friction.
     """
 
     slave: Body
@@ -90,6 +93,7 @@ class ContactFields:
     displacements: tuple[Array, Array]
     coupling: str
     note: str
+    friction: FrictionFields | None = None
 
     @property
     def pressure(self) -> Array:
@@ -108,13 +112,17 @@ class ContactFields:
 
     @property
     def force(self) -> Array:
-        """Resultant (3,) on the slave."""
-        return self.forces @ self.normals
+        """Resultant (3,) on the slave, friction included."""
+        pressed = self.forces @ self.normals
+        return pressed if self.friction is None else pressed + self.friction.force
 
     @property
     def moment(self) -> Array:
-        """Moment (3,) on the slave about its reference point."""
-        return self.forces @ self.couples
+        """Moment (3,) on the slave about its reference point, friction included."""
+        pressed = self.forces @ self.couples
+        if self.friction is None:
+            return pressed
+        return pressed + np.cross(self.centres - self.reference_point, self.friction.resultants).sum(axis=0)
 
     @property
     def total_force(self) -> float:

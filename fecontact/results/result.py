@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields, contact_fields
+from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.model_size import model_size
 from fecontact.results.report import peak_memory, report
 from fecontact.results.resultants import Region
@@ -119,20 +120,22 @@ def make_result(
     state: DisplacementState,
     timer: Stopwatch,
     rounds: int,
+    friction: Mapping[int, FrictionFields],
 ) -> ContactResult:
-    """`ContactResult` of a solution of the condensed problem."""
+    """`ContactResult` of a solution of the condensed problem; `friction` by the identities of its interfaces."""
     contacts: list[ContactFields] = []
     springs: tuple[SpringState, ...] = ()
     number = {id(body): k for k, body in enumerate(scene.bodies)}
     start = 0
-    for interface, candidates, gap in zip(interfaces, chosen, state.gaps, strict=True):
+    for interface, candidates, gap in zip(interfaces, chosen, state.gaps, strict=False):
         forces = np.zeros(len(gap))
         forces[candidates] = solution.forces[start : start + len(candidates)]
         start += len(candidates)
         springs += interface.spring_states(forces, gap)
         if (contact := interface.as_contact) is not None:
             own, other = (state.displacements[number[id(body)]] for body in (contact.slave, contact.master))
-            contacts.append(contact_fields(contact, candidates, forces, gap, (own, other)))
+            fields = contact_fields(contact, candidates, forces, gap, (own, other))
+            contacts.append(replace(fields, friction=friction.get(id(contact))))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

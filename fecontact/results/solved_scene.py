@@ -23,6 +23,7 @@ from fecontact.results.convergence import Convergence
 from fecontact.results.linearisation import LinearisationError
 from fecontact.results.resultants import hold_of_body, hold_of_boundary
 from fecontact.solvers import ComplementarityProblem, Residuals, Solution
+from fecontact.solvers.friction_problem import FrictionSolution
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +59,9 @@ class SolvedScene:
         Solved to an accuracy: the steps on the way to it.
     linearisation : LinearisationError, optional
         Error of linearised motions, where it decided whether poses are updated (``finite_motion="auto"``).
+    friction : FrictionSolution, optional
+        Solution of the condensed problem with friction; `solution` then is that of its normal forces alone, under the
+        tangential forces found.
     """
 
     scene: SceneModel
@@ -74,6 +78,7 @@ class SolvedScene:
     unrefined: Sequence[Body] = ()
     convergence: Convergence | None = None
     linearisation: LinearisationError | None = field(default=None, repr=False)
+    friction: FrictionSolution | None = field(default=None, repr=False)
 
     @property
     def success(self) -> bool:
@@ -127,7 +132,7 @@ class SolvedScene:
     @property
     def n_candidates(self) -> int:
         """Candidate points of all contacts."""
-        return self.condensed.problem.n
+        return self.solution.problem.n
 
     @property
     def n_active(self) -> int:
@@ -274,7 +279,7 @@ class SolvedScene:
         (-0.01, 0.01)
         """
         k = self._number(body)
-        part, forces = self.condensed.parts[k], self.solution.forces
+        part, forces = self.condensed.parts[k], (self.friction or self.solution).forces
         if boundary is None:
             return hold_of_body(part, self.loading, k, forces)
         return hold_of_boundary(self._elastic(body)[1], part, boundary, self.state.displacements[k], forces)

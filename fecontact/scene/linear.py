@@ -9,25 +9,28 @@ Steps: pair, choose candidates, condense, solve, check for penetration outside t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.errors import SolverError
+from fecontact.common.errors import SolverError, SupportError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import assemble
 from fecontact.contact.coupling.choose import build_interface, matrix_free
-from fecontact.contact.equilibrium import check_balance
+from fecontact.contact.equilibrium import check_balance, motion_texts
 from fecontact.contact.first_candidates import KnownContact, first_candidates
+from fecontact.contact.friction_rows import TangentialRows, friction_problem
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import FEWEST, grow, widen
 from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.springs import spring_rows
+from fecontact.results.friction_fields import friction_fields
 from fecontact.results.result import ContactResult, make_result
 from fecontact.scene.settings import Settings
-from fecontact.solvers import InfeasibleLoadError, solve
+from fecontact.solvers import InfeasibleLoadError, solve, solve_friction
 
 #: Largest number of enlargements of the candidates.
 MOST_ROUNDS = 12
@@ -44,6 +47,7 @@ def solved(
     settings: Settings,
     timer: Stopwatch,
     known: Sequence[KnownContact | None] = (),
+    before: ContactResult | None = None,
 ) -> ContactResult:
     """Solution under sorted loads.
 
@@ -54,24 +58,36 @@ def solved(
         Search radius of each contact; None: whole surfaces.
     known : sequence of KnownContact or None, optional
         Data of each contact from a similar case; they save time and do not change the solution.
+    before : ContactResult, optional
+        Result of the last load step, from which slip is counted; by default the unloaded state.
     """
     solver, tolerance, options = settings.solver, settings.tolerance, settings.options
     with timer("pair"):
         interfaces, opening, chosen = prepared(model, loading, search_radii)
-        check_balance(interfaces, loading)
+        friction = tangential_rows(model, interfaces, before)
+        every = [*interfaces, *friction]
+        check_balance(every, loading)
         chosen, start = _from_known(interfaces, chosen, known)
-    dense = solver not in MATRIX_FREE
+    dense = solver not in MATRIX_FREE or bool(friction)
     rounds = 0
     while True:
         rounds += 1
-        condensed = assemble(model.bodies, interfaces, chosen, loading, timer, dense)
+        condensed = assemble(model.bodies, every, with_tangents(interfaces, chosen, friction), loading, timer, dense)
         try:
             with timer("solve"):
-                solution = solve(condensed.problem, solver, start=start, tolerance=tolerance, **options)
-        except InfeasibleLoadError:
+                frictional = None
+                if friction:
+                    problem = friction_problem(condensed.problem, interfaces, chosen, friction)
+                    frictional = solve_friction(problem, tolerance=tolerance)
+                    solution = frictional.normal
+                else:
+                    solution = solve(condensed.problem, solver, start=start, tolerance=tolerance, **options)
+        except InfeasibleLoadError as error:
             # all pairs together can balance the load, the candidates cannot: there are too few
             wider = [widen(c, o) for c, o in zip(chosen, opening, strict=True)]
             if rounds == MOST_ROUNDS or all(len(w) == len(c) for w, c in zip(wider, chosen, strict=True)):
+                if friction:
+                    raise slides(error, loading) from error
                 raise
             chosen, start = wider, None
             continue
@@ -81,19 +97,21 @@ def solved(
             dense = True  # CG failed; direct solvers need a dense S
             continue
         with timer("certify"):
-            state = condensed.state(solution)
-            penetrating = [_outside(c, w, state.scale) for c, w in zip(chosen, state.gaps, strict=True)]
+            state = condensed.state((frictional or solution).forces, solution.q)
+            penetrating = [_outside(c, w, state.scale) for c, w in zip(chosen, state.gaps, strict=False)]
         if not any(p.any() for p in penetrating):
             break
-        before = chosen
+        smaller = chosen
         chosen = [grow(c, o, p) if p.any() else c for c, o, p in zip(chosen, opening, penetrating, strict=True)]
-        start = _warm_start(before, chosen, solution.active)
+        start = _warm_start(smaller, chosen, solution.active)
         if rounds == MOST_ROUNDS:
             raise SolverError(
                 f"The candidates still grew after {MOST_ROUNDS} rounds; the contact does not settle. "
                 "Check the loads and the initial gap."
             )
-    return make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds)
+    fields = friction_fields(friction, interfaces, chosen, frictional, state)
+    result = make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds, fields)
+    return replace(result, friction=frictional)
 
 
 def prepared(
@@ -119,6 +137,33 @@ def prepared(
         opening.append(ligaments.opening_by(loading.frames))
         chosen.append(np.arange(len(ligaments.gap)))
     return conditions, opening, chosen
+
+
+def tangential_rows(
+    model: SceneModel, interfaces: Sequence[UnilateralConstraints], before: ContactResult | None
+) -> list[TangentialRows]:
+    """Tangential rows of the contacts with friction, with slip counted from the end of the last load step."""
+    out = []
+    for k, (contact, interface) in enumerate(zip(model.contacts, interfaces, strict=False)):
+        paired = interface.as_contact
+        if contact.friction > 0 and paired is not None:
+            found = None if before is None else before.contacts[k].friction
+            past = np.zeros(0) if found is None else found.displaced.ravel()
+            out.append(TangentialRows(paired, contact.friction, past))
+    return out
+
+
+def with_tangents(
+    interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray], friction: Sequence[TangentialRows]
+) -> list[IntArray]:
+    """Chosen rows of all interfaces, then those of the tangents of chosen points."""
+    of = {id(interface): c for interface, c in zip(interfaces, chosen, strict=True)}
+    return [*chosen, *(each.numbers(of[id(each.interface)]).ravel() for each in friction)]
+
+
+def slides(error: InfeasibleLoadError, loading: Loading) -> SupportError:
+    """Error that names the motion that friction cannot hold."""
+    return SupportError(f"{'; '.join(motion_texts(error.direction, loading))}. {error}")
 
 
 def _from_known(

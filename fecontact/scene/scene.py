@@ -1,10 +1,11 @@
-"""Scene: bodies and the contacts between them, with methods to solve and sweep."""
+"""Scene: bodies and the contacts between them, with methods to solve, follow a load path and sweep."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from fecontact.contact.model import SceneModel
+from fecontact.scene.load_path import solve_path
 from fecontact.scene.solve import solve_scene
 from fecontact.scene.sweep import run_sweep
 
@@ -38,4 +39,5 @@ class Scene(SceneModel):
     """
 
     solve = solve_scene
+    solve_path = solve_path
     sweep = run_sweep

@@ -20,6 +20,7 @@ from fecontact.scene.local_search import solve_local, sorted_case
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings, renamed
 from fecontact.solvers import TOLERANCE, CustomSolver
+from fecontact.surfaces.facet_surface import has_cells
 
 
 def solve_scene(
@@ -40,7 +41,7 @@ def solve_scene(
     search: str = "global",
     **options: object,
 ) -> ContactResult:
-    """Solve the frictionless contact problem.
+    """Solve the contact problem; with friction, one load step from the unloaded state.
 
     Parameters
     ----------
@@ -100,6 +101,9 @@ def solve_scene(
     if finite_motion not in (True, False, "auto"):
         raise InputError(f"finite_motion must be 'auto', True or False; found {finite_motion!r}.")
     loads = {"forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures}
+    if model.has_friction:
+        refuse_with_friction(model, finite_motion, accuracy, solver)
+        finite_motion, search = False, "global"
     arguments = {
         **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "search": search, **options,
     }  # fmt: skip
@@ -109,6 +113,29 @@ def solve_scene(
     if max_dofs is not None or max_seconds is not None:
         raise InputError("max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.")
     return _solve_known(model, {**arguments, "finite_motion": finite_motion}, ())
+
+
+def refuse_with_friction(
+    model: SceneModel, finite_motion: bool | str, accuracy: float | None, solver: str | CustomSolver
+) -> None:
+    """Refuse what is not offered with friction.
+
+    Raises
+    ------
+    InputError
+    """
+    if finite_motion is True:
+        raise InputError("With friction, motions are small: leave finite_motion out, or give it in several load steps.")
+    if accuracy is not None:
+        raise InputError("With friction, meshes are not divided by themselves: leave accuracy out and refine the mesh.")
+    if solver != "auto":
+        raise InputError(f"Friction has a solver of its own: leave solver out; found solver={solver!r}.")
+    for contact in model.contacts:
+        if contact.friction > 0 and any(has_cells(b.surface(b.contact[0])) for b in (contact.slave, contact.master)):
+            raise InputError(
+                "A half-space in a scene has no tangential compliance: give elastic bodies, or use "
+                "HalfSpace.press for friction on a half-space."
+            )
 
 
 def _solve_known(model: SceneModel, given: Mapping[str, Any], known: Sequence[KnownContact | None]) -> ContactResult:

@@ -1,4 +1,4 @@
-"""Complementarity problems of frictionless contact and their solvers, without meshes or bodies.
+"""Problems of contact, without friction and with it, and their solvers, without meshes or bodies.
 
 Examples
 --------
@@ -10,6 +10,8 @@ Examples
 """
 
 from fecontact.solvers.custom import CustomSolver
+from fecontact.solvers.friction import solve_friction
+from fecontact.solvers.friction_problem import FrictionProblem, FrictionResiduals, FrictionSolution
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Residuals, Solution, Status
 from fecontact.solvers.registry import TOLERANCE, attempt, available_solvers, solve, validate_options
@@ -19,6 +21,9 @@ __all__ = [
     "TOLERANCE",
     "ComplementarityProblem",
     "CustomSolver",
+    "FrictionProblem",
+    "FrictionResiduals",
+    "FrictionSolution",
     "InfeasibleLoadError",
     "Outcome",
     "Residuals",
@@ -28,5 +33,6 @@ __all__ = [
     "attempt",
     "available_solvers",
     "solve",
+    "solve_friction",
     "validate_options",
 ]

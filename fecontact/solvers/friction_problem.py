@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from fecontact.common.errors import InputError
-from fecontact.solvers.problem import ComplementarityProblem, Status, largest, ratio
+from fecontact.solvers.problem import ComplementarityProblem, Solution, Status, largest, ratio
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,7 @@ class FrictionProblem:
             raise InputError("Friction needs the compliance as an array; found an operator. Form the array.")
         if points.ndim != 1 or tangents.ndim != 2 or tangents.shape[1] not in (1, 2) or len(points) != len(tangents):
             raise InputError(
-                "Expected points (f,) and tangents (f, 1) or (f, 2); "
-                f"found shapes {points.shape} and {tangents.shape}."
+                f"Expected points (f,) and tangents (f, 1) or (f, 2); found shapes {points.shape} and {tangents.shape}."
             )
         if mu.shape != points.shape:
             raise InputError(f"Expected one coefficient of friction per point, {points.shape}; found {mu.shape}.")
@@ -180,7 +179,10 @@ class FrictionProblem:
         spent = np.where(rough, 0.0, limit) * slipped
         given = np.where(rough, 0.0, np.einsum("fk,fk->f", t, s))
         return FrictionResiduals(
-            *astuple(normal),
+            normal.penetration,
+            normal.tension,
+            normal.complementarity,
+            normal.equilibrium,
             cone=largest(ratio(np.maximum(size - bound, 0.0), every.force)),
             slip=largest(ratio(moved, every.force)),
             dissipation=float(ratio(np.array([abs((spent + given).sum())]), max(spent.sum(), NO_WORK * every.work))[0]),
@@ -235,6 +237,15 @@ class FrictionSolution:
     def residuals(self) -> FrictionResiduals:
         """Residuals of forces and motion, recomputed from the problem."""
         return self.problem.residuals(self.forces, self.q)
+
+    @cached_property
+    def normal(self) -> Solution:
+        """Solution of the normal forces alone, under the tangential forces found."""
+        problem = self.problem
+        return Solution(
+            problem.normal_problem(self.forces), self.forces[problem.normals], self.q, self.status, self.message,
+            self.nit, self.solver, self.seconds, self.history,
+        )  # fmt: skip
 
     @property
     def tangential(self) -> np.ndarray:

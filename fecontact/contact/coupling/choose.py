@@ -53,6 +53,8 @@ class CouplingChoice:
         What was found about the two meshes.
     search_radius : SearchRadius, optional
         With the sides as they are here.
+    friction : bool
+        Whether tangential rows are needed too.
     """
 
     slave: Body
@@ -61,6 +63,7 @@ class CouplingChoice:
     kind: str = "nodal"
     note: str = ""
     search_radius: SearchRadius | None = None
+    friction: bool = False
 
     def turned_over(self) -> CouplingChoice:
         """The same with the sides swapped."""
@@ -101,8 +104,9 @@ class CouplingChoice:
         relative = self.slave.pose.relative_to(self.master.pose)
         share = _share(self.slave, self.master)
         return SurfacePair(
-            self.slave_surface, self.master_surface, relative.rotation, relative.translation, region, share
-        )
+            self.slave_surface, self.master_surface, relative.rotation, relative.translation, region, share,
+            self.friction,
+        )  # fmt: skip
 
 
 def sides(contact: Contact, search_radius: SearchRadius | None = None) -> CouplingChoice:
@@ -111,7 +115,9 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
     With a search radius, only the parts of two elastic bodies' facets that may touch within it are paired.
     """
     assert contact.surfaces is not None
-    given = CouplingChoice(contact.slave, contact.master, contact.surfaces, search_radius=search_radius)
+    given = CouplingChoice(
+        contact.slave, contact.master, contact.surfaces, search_radius=search_radius, friction=contact.friction > 0
+    )
     surface = contact.slave.surface(contact.surfaces[0])
     if facets_of(surface) is None:
         given = replace(given.turned_over(), note=f"{contact.master.name!r} has the nodes and was made the slave")

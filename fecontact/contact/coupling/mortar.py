@@ -78,7 +78,7 @@ def pair_mortar(surfaces: SurfacePair) -> Pairing:
             return _samples(slave, moved, master, rotation, share, *pieces)
 
         # bodies whose displacements are not nodal need the samples
-        if len(f) > BLOCK and not (slave.mortar_on_quad8 or other.mortar_on_quad8):
+        if len(f) > BLOCK and not (slave.mortar_on_quad8 or other.mortar_on_quad8 or surfaces.keep_samples):
             origin = slave.points[slave.nodes].mean(axis=0)
             parts = [slice(start, start + BLOCK) for start in range(0, len(f), BLOCK)]
             blocks = [block_of(taken(part), slave.points, origin, rotation, translation) for part in parts]

@@ -39,6 +39,8 @@ class SurfacePair:
         Parts of the surfaces that may touch; nodes elsewhere are left out.
     share : float, optional
         Weight of the slave's normal in the lines of action; the master's has the rest.
+    keep_samples : bool, optional
+        Whether the samples of a mortar coupling are kept, for rows along tangents, instead of their sums.
     """
 
     slave: FacetSurface
@@ -47,6 +49,7 @@ class SurfacePair:
     translation: Array
     region: SearchRegion | None = None
     share: float = 0.0
+    keep_samples: bool = False
 
     @cached_property
     def nodes(self) -> IntArray:

@@ -1,0 +1,117 @@
+"""Fields of friction in a contact: tractions, slip, what sticks and what slides, and the work of friction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.contact.condensed_problem import DisplacementState
+from fecontact.contact.friction_rows import TangentialRows
+from fecontact.contact.interface import UnilateralConstraints
+from fecontact.solvers import FrictionSolution
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionFields:
+    """Friction at the n points of a contact. Vectors are in world axes and act on the slave.
+
+    Attributes
+    ----------
+    mu : float
+        Coefficient of friction.
+    forces : (n, 3) array
+        Tangential forces.
+    weights : (n,) array
+        Areas of the points.
+    slip : (n, 3) array
+        Displacement of the slave against the master during the load step, in the tangent planes; where points touch,
+        slip.
+    touching, sliding : (n,) bool arrays
+        Points that are pressed, and those of them whose force is on the rim of its cone; the others stick.
+    displaced : (k, n) array
+        Tangential displacement of the slave against the master since the unloaded state.
+    resultants : (n, 3) array
+        As `forces`; of a body of revolution, sums over rings.
+    """
+
+    mu: float
+    forces: Array
+    weights: Array
+    slip: Array
+    touching: Mask
+    sliding: Mask
+    displaced: Array = field(repr=False)
+    resultants: Array = field(repr=False)
+
+    @property
+    def traction(self) -> Array:
+        """Tangential tractions (n, 3): force over area."""
+        return self.forces / self.weights[:, None]
+
+    @property
+    def sticking(self) -> Mask:
+        """Points (n,) that are pressed and do not slip."""
+        return self.touching & ~self.sliding
+
+    @property
+    def force(self) -> Array:
+        """Resultant (3,) of friction on the slave."""
+        return np.asarray(self.resultants.sum(axis=0))
+
+    @property
+    def stick_area(self) -> float:
+        """Area of the points that stick."""
+        return float(self.weights[self.sticking].sum())
+
+    @property
+    def slip_area(self) -> float:
+        """Area of the points that slide."""
+        return float(self.weights[self.sliding].sum())
+
+    @property
+    def dissipated(self) -> float:
+        """Work that friction dissipated during the load step, - sum t . s; never negative."""
+        return -float((self.forces * self.slip).sum())
+
+    @property
+    def work_density(self) -> Array:
+        """The same by area (n,); wear depth by Archard's law is this times the wear coefficient over mu."""
+        return -np.einsum("ni,ni->n", self.traction, self.slip)
+
+
+def friction_fields(
+    friction: Sequence[TangentialRows],
+    interfaces: Sequence[UnilateralConstraints],
+    chosen: Sequence[IntArray],
+    solution: FrictionSolution | None,
+    state: DisplacementState,
+) -> dict[int, FrictionFields]:
+    """Fields of every contact with friction, by the identity of its interface; none without a solution."""
+    if solution is None:
+        return {}
+    out, start = {}, 0
+    slips = state.gaps[len(interfaces) :]
+    for each, slip in zip(friction, slips, strict=True):
+        points = next(c for i, c in zip(interfaces, chosen, strict=True) if i is each.interface)
+        n, k, here = each.n_points, len(each.tangents), slice(start, start + len(points))
+        start += len(points)
+        force, moved = np.zeros((n, k)), slip.reshape(k, n)
+        force[points] = solution.tangential[here]
+        touching, sliding = np.zeros(n, bool), np.zeros(n, bool)
+        touching[points], sliding[points] = solution.touching[here], solution.sliding[here]
+        forces = np.einsum("nk,kni->ni", force, each.tangents)
+        extent = each.interface.slave_surface.out_of_plane
+        out[id(each.interface)] = FrictionFields(
+            mu=each.mu,
+            forces=forces,
+            weights=each.interface.pairing.weights,
+            slip=np.einsum("kn,kni->ni", moved, each.tangents),
+            touching=touching,
+            sliding=sliding,
+            displaced=moved - each.gap.reshape(k, n),
+            resultants=forces if extent is None else extent.mean(forces),
+        )
+    return out

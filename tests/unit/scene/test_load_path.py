@@ -1,0 +1,145 @@
+"""Friction in scenes: load paths, stick and slip of blocks, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+
+
+def dragged(mu: float, **options: object) -> tuple[fc.Scene, fc.ElasticBody]:
+    """A unit block on a floor, held at its top."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    block = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    return fc.Scene([block, floor], [fc.Contact(block, floor, friction=mu, **options)]), block
+
+
+def sloping(mu: float, angle: float) -> tuple[fc.Scene, dict[str, tuple[float, float, float]]]:
+    """A free block of weight 4.9 on a slope."""
+    mesh = fc.shapes.block((1.0, 1.0, 0.5), (3, 3, 2))
+    block = fc.ElasticBody(mesh, fc.Material(E=1e3, nu=0.3, density=1.0), contact="bottom")
+    floor = fc.RigidBody(fc.Plane())
+    pull = 9.81 * np.array([np.sin(angle), 0.0, -np.cos(angle)])
+    return fc.Scene([block, floor], [fc.Contact(block, floor, friction=mu)]), {"gravity": pull}
+
+
+def test_a_dragged_block_slides_at_mu_times_the_force() -> None:
+    scene, block = dragged(0.3)
+    path = scene.solve_path([{"motions": {block: {"z": -0.01, "x": x}}} for x in (0.0, 0.02, 0.0)])
+    np.testing.assert_allclose(path.forces[:, 0, 0], [0.0, -0.003, 0.003], atol=1e-14)
+    np.testing.assert_allclose(path.forces[:, 0, 2], 0.01, atol=1e-14)
+    assert (path.dissipated[1:] > 0).all()
+    c = path[1].contacts[0]
+    spent = 0.3 * (c.pressure * np.linalg.norm(c.friction.slip, axis=1)) @ c.weights
+    assert abs(path.dissipated[1, 0] / spent - 1) < 1e-12
+    # the wear depth is k p |s|: all pressure slides
+    worn = path.wear_depth(0, 2.0) - 2.0 * sum(
+        s.contacts[0].pressure * np.linalg.norm(s.contacts[0].friction.slip, axis=1) for s in path.steps
+    )
+    assert np.abs(worn).max() < 1e-12 * path.wear_depth(0, 2.0).max()
+
+
+def test_the_order_of_loads_matters() -> None:
+    """Pressed and then dragged, or both at once: the tractions differ; the first is what a path gives."""
+    scene, block = dragged(0.8)
+    steps = [{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.002}}}]
+    path = scene.solve_path(steps)
+    assert path[1].contacts[0].friction.sticking.all()
+    once = scene.solve(motions={block: {"z": -0.01, "x": 0.002}})
+    assert abs(once.contacts[0].force[0] / path[1].contacts[0].force[0] - 1) < 1e-9  # sticking: the same here
+    released = scene.solve_path([*steps, {"motions": {block: {"z": -0.01}}}])
+    assert abs(released[2].contacts[0].force[0]) < 1e-14  # no slip: it comes back
+    assert abs(released.dissipated).max() < 1e-14
+
+
+def test_a_block_on_a_slope_stays_or_slides() -> None:
+    angle = 0.3
+    scene, load = sloping(0.32, angle)
+    path = scene.solve_path([load] * 4)
+    c = path[3].contacts[0]
+    np.testing.assert_allclose(c.friction.force, [-4.905 * np.sin(angle), 0, 0], atol=1e-12)
+    assert abs(c.total_force - 4.905 * np.cos(angle)) < 1e-12
+    # no creep: later steps under the same load do not slip
+    first = np.abs(path[0].contacts[0].friction.slip).max()
+    for step in path.steps[1:]:
+        assert np.abs(step.contacts[0].friction.slip).max() < 1e-9 * first
+    scene, load = sloping(0.30, angle)
+    with pytest.raises(fc.SupportError, match=rf"at least mu = {np.tan(angle):.3g}"):
+        scene.solve(**load)
+
+
+@pytest.mark.parametrize("cells", [((2, 2, 2), (3, 3, 2)), ((3, 3, 2), (3, 3, 2))])
+def test_full_slip_on_faces_that_match_or_not(cells: tuple[tuple[int, ...], tuple[int, ...]]) -> None:
+    """Friction is mu times the pressure at every point, and equal and opposite on both bodies."""
+    above, below = (fc.shapes.block((1.0, 1.0, 1.0), n) for n in cells)
+    top = fc.ElasticBody(
+        above.translated((0, 0, 1.0)), fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"}
+    )
+    low = fc.ElasticBody(below, fc.Material(E=1.0, nu=0.0), contact="top", supports={"bottom": "xyz"})
+    mu, p = 0.3, 0.01
+    scene = fc.Scene([top, low], [fc.Contact(top, low, friction=mu)])
+    path = scene.solve_path([{"motions": {top: {"z": -2 * p, "x": x}}} for x in (0.0, 0.5)])
+    c = path[1].contacts[0]
+    assert c.friction.sliding.all()
+    traction = np.linalg.norm(c.friction.traction, axis=1)
+    np.testing.assert_allclose(traction, mu * c.pressure, rtol=1e-10)
+    assert abs(np.linalg.norm(c.friction.force) - mu * c.total_force) < 1e-10 * c.total_force
+    np.testing.assert_allclose(path[1].reaction(low)[:3], c.force, atol=1e-10 * p)
+
+
+def test_patch_of_stick_on_faces_that_do_not_match() -> None:
+    """Two blocks that stick stretch like one: simple shear by the sides gives a uniform traction on the interface."""
+    mu, tau, p = 5.0, 1e-3, 0.01
+    top = fc.ElasticBody(
+        fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).translated((0, 0, 1.0)),
+        fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"},
+    )  # fmt: skip
+    low = fc.ElasticBody(
+        fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 2)), fc.Material(E=1.0, nu=0.0), contact="top",
+        supports={"bottom": "xyz"},
+    )  # fmt: skip
+    scene = fc.Scene([top, low], [fc.Contact(top, low, friction=mu)])
+    # shear stress tau_xz on the sides x = 0 and 1 completes the uniform field
+    sides = {(b, s): (0, 0, f) for b in (top, low) for s, f in (("x_min", -tau), ("x_max", tau))}
+    pressed = {"motions": {top: {"z": -2 * p}}}
+    # u_x = 4 tau (1 + nu) / E at the top, over both heights
+    path = scene.solve_path([pressed, {"motions": {top: {"z": -2 * p, "x": 4 * tau}}, "forces": sides}])
+    c = path[1].contacts[0]
+    assert c.friction.sticking.all()
+    np.testing.assert_allclose(c.friction.traction[:, 0], -tau, rtol=1e-9)
+    np.testing.assert_allclose(c.pressure, p, rtol=1e-9)
+
+
+def test_what_is_not_offered_is_refused() -> None:
+    scene, block = dragged(0.3)
+    motions = {block: {"z": -0.01}}
+    with pytest.raises(fc.InputError, match="motions are small"):
+        scene.solve(motions=motions, finite_motion=True)
+    with pytest.raises(fc.InputError, match="leave accuracy out"):
+        scene.solve(motions=motions, accuracy=0.05)
+    with pytest.raises(fc.InputError, match="solver of its own"):
+        scene.solve(motions=motions, solver="wolfe")
+    with pytest.raises(fc.InputError, match="solve_path"):
+        scene.sweep([{"motions": motions}])
+    with pytest.raises(fc.InputError, match="at least one step"):
+        scene.solve_path([])
+    with pytest.raises(fc.InputError, match="Step 1 has 'motion'"):
+        scene.solve_path([{"motion": motions}])
+    smooth, block = dragged(0.0)
+    with pytest.raises(fc.InputError, match="No contact has friction"):
+        smooth.solve_path([{"motions": {block: {"z": -0.01}}}])
+
+
+@pytest.mark.parametrize("mu", [-0.1, float("nan"), "0.3", None])
+def test_senseless_friction_is_refused(mu: object) -> None:
+    with pytest.raises(fc.InputError, match="coefficient of friction"):
+        dragged(mu)  # type: ignore[arg-type]
+
+
+def test_a_step_that_cannot_be_held_has_its_number() -> None:
+    scene, block = dragged(0.3)
+    press = {"forces": {block: (0, 0, -0.01)}, "free": {block: "x"}}
+    with pytest.raises(fc.SupportError, match="Step 2 of 2"):
+        scene.solve_path([press, {"forces": {block: (0.0031, 0, -0.01)}, "free": {block: "x z"}}])

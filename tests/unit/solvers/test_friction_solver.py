@@ -1,0 +1,208 @@
+"""Contact with Coulomb friction on condensed points: solutions, certificate, limits and refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fecontact.common.errors import InputError, SolverError
+from fecontact.solvers import (
+    ComplementarityProblem,
+    FrictionProblem,
+    InfeasibleLoadError,
+    solve,
+    solve_friction,
+)
+from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
+from fecontact.solvers.friction_newton import FrictionRows, friction_newton
+from fecontact.solvers.friction_sweeps import friction_sweeps
+from fecontact.solvers.scaling import scale
+
+
+def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: bool) -> FrictionProblem:
+    """f points with k tangents and a dense compliance; loaded: pressed by f and dragged by less than friction holds."""
+    n = f * (1 + k)
+    A = rng.normal(size=(n, 2 * n))
+    tangents = f + np.arange(f * k).reshape(f, k)
+    B, F = np.zeros((0, n)), np.zeros(0)
+    if loaded:
+        B = np.zeros((1 + k, n))
+        B[0, :f] = 1
+        for j in range(k):
+            B[1 + j, tangents[:, j]] = 1
+        F = np.zeros(1 + k)
+        F[:2] = f, 0.3 * mu * f
+    rows = ComplementarityProblem(A @ A.T / n + 0.1 * np.eye(n), rng.normal(size=n), B, F)
+    return FrictionProblem(rows, np.arange(f), tangents, np.full(f, mu))
+
+
+def scaled_rows(problem: FrictionProblem) -> tuple[object, FrictionRows]:
+    given = problem.rows
+    together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
+    rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu)
+    return scale(given.S, given.g, given.B, given.F, together), rows
+
+
+@pytest.mark.parametrize("k", [1, 2])
+@pytest.mark.parametrize("loaded", [False, True])
+@pytest.mark.parametrize("mu", [0.1, 0.3, 0.8, 2.0])
+def test_random_problems_are_certified(k: int, loaded: bool, mu: float) -> None:
+    rng = np.random.default_rng(1)
+    for f in (1, 3, 12, 30):
+        found = solve_friction(random_problem(rng, f, k, mu, loaded))
+        assert found.success
+        assert found.residuals.worst < 1e-11  # rounding of a dense solve, ten times below the certificate
+        assert found.dissipated > -1e-12
+
+
+def test_without_friction_the_answer_is_the_frictionless_one() -> None:
+    rng = np.random.default_rng(2)
+    problem = random_problem(rng, 25, 2, 0.0, loaded=False)
+    found = solve_friction(problem)
+    bare = solve(problem.normal_problem(np.zeros(75)))
+    assert np.abs(found.forces[:25] - bare.forces).max() <= 1e-12 * bare.forces.max()
+    assert not found.tangential.any()
+
+
+def test_sweeps_find_the_same_forces() -> None:
+    """Block Gauss-Seidel shares nothing with Newton's method but the problem."""
+    rng = np.random.default_rng(3)
+    for mu in (0.2, 0.7):
+        problem = random_problem(rng, 20, 2, mu, loaded=True)
+        scaled, rows = scaled_rows(problem)
+        swept = friction_sweeps(scaled, rows, np.zeros(60), np.zeros(3), tolerance=1e-9, max_iterations=5000)
+        assert swept.status == "solved"
+        exact = solve_friction(problem).forces
+        assert np.abs(scaled.forces(swept.x) - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+def test_newton_is_quadratic_at_the_end() -> None:
+    problem = random_problem(np.random.default_rng(4), 40, 2, 0.3, loaded=True)
+    found = solve_friction(problem)
+    assert found.nit <= 12
+    before, last = found.history[-2:]
+    assert last < 1e-3 * before
+
+
+def test_a_single_point_by_hand() -> None:
+    """One point pressed by 1 and moved sideways by 1 with unit compliances: it slides at mu and gives 1 - mu."""
+    rows = ComplementarityProblem(np.eye(2), np.array([0.0, 1.0]), np.array([[1.0, 0.0]]), np.array([1.0]))
+    problem = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3]))
+    found = solve_friction(problem)
+    np.testing.assert_allclose(found.forces, [1.0, -0.3], atol=1e-14)
+    np.testing.assert_allclose(found.slip, [[0.7]], atol=1e-14)
+    assert found.sliding.all()
+    assert abs(found.dissipated - 0.21) < 1e-14
+
+
+def test_rough_points_stick_while_they_touch() -> None:
+    rows = ComplementarityProblem(np.eye(2), np.array([0.0, 1.0]), np.array([[1.0, 0.0]]), np.array([1.0]))
+    found = solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([np.inf])))
+    np.testing.assert_allclose(found.forces, [1.0, -1.0], atol=1e-14)
+    assert not found.sliding.any()
+    apart = ComplementarityProblem(np.eye(2), np.array([1.0, 1.0]))
+    found = solve_friction(FrictionProblem(apart, np.array([0]), np.array([[1]]), np.array([np.inf])))
+    assert found.status == "no-contact"
+
+
+@pytest.mark.parametrize(
+    ("change", "which", "size"),
+    [
+        ([0, 0, 1e-3, 0], "cone", 1e-3 / 1.09),
+        ([0, 0, -1e-3, 0], "slip", None),
+        ([0, 0, 0, 1e-3], "slip", None),
+        ([1e-3, 0, 0, 0], "penetration", None),
+    ],
+)
+def test_a_known_violation_is_reported(change: list[float], which: str, size: float | None) -> None:
+    """Two decoupled points, the first pressed in by 1 and slid by 1 along y, mu = 0.3; the second is open."""
+    tangents = np.array([[2, 3], [4, 5]])
+    g = np.array([-1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    problem = FrictionProblem(ComplementarityProblem(np.eye(6), g), np.arange(2), tangents, np.full(2, 0.3))
+    exact = np.array([1.0, 0.0, -0.3, 0.0, 0.0, 0.0])
+    assert problem.residuals(exact, np.zeros(0)).worst < 1e-15
+    wrong = exact + np.array([-change[0], change[1], -change[2], change[3], 0.0, 0.0])
+    found = getattr(problem.residuals(wrong, np.zeros(0)), which)
+    assert found > 1e-5
+    if size is not None:
+        assert abs(found / size - 1) < 0.3  # the force scale is the sum of all forces
+
+
+def test_dissipation_tells_forces_that_do_not_oppose_slip() -> None:
+    problem = FrictionProblem(
+        ComplementarityProblem(np.eye(3), np.array([-1.0, 1.0, 0.0])),
+        np.array([0]),
+        np.array([[1, 2]]),
+        np.array([0.3]),
+    )
+    turned = np.array([1.0, 0.0, -0.3])  # across the slip, on the rim of the cone
+    found = problem.residuals(turned, np.zeros(0))
+    assert found.cone < 1e-15
+    assert found.dissipation > 0.5
+    assert found.slip > 0.1
+
+
+def test_a_drag_beyond_friction_is_refused_with_the_friction_that_holds() -> None:
+    rows = ComplementarityProblem(np.eye(2), np.zeros(2), np.eye(2), np.array([1.0, 0.31]))
+    with pytest.raises(InfeasibleLoadError, match=r"at least mu = 0\.31") as caught:
+        solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3])))
+    slid = caught.value.direction
+    assert slid @ rows.F < 0
+    assert solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3101]))).success
+
+
+def test_no_friction_holds_a_pull() -> None:
+    rows = ComplementarityProblem(np.eye(2), np.zeros(2), np.eye(2), np.array([-1.0, 0.1]))
+    with pytest.raises(InfeasibleLoadError, match="No friction would hold it"):
+        solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3])))
+
+
+def test_the_cone_is_round() -> None:
+    """Drags of one size in any direction need the same friction."""
+    rng = np.random.default_rng(5)
+    for angle in rng.uniform(0, 2 * np.pi, 5):
+        F = np.array([1.0, 0.4 * np.cos(angle), 0.4 * np.sin(angle)])
+        rows = ComplementarityProblem(np.eye(3), np.zeros(3), np.eye(3), F)
+        problem = FrictionProblem(rows, np.array([0]), np.array([[1, 2]]), np.array([0.39]))
+        scaled, index = scaled_rows(problem)
+        assert unbalanced_motion(scaled, index) is not None
+        assert abs(least_friction(scaled, index) - 0.4) < 1e-5
+        assert unbalanced_motion(scaled, replace(index, mu=np.array([0.4001]))) is None
+
+
+def test_units_do_not_matter() -> None:
+    given = random_problem(np.random.default_rng(6), 15, 2, 0.4, loaded=True)
+    base = solve_friction(given)
+    force, length = 3e7, 2e-9
+    rows = given.rows
+    other = ComplementarityProblem(rows.S * length / force, rows.g * length, rows.B, rows.F * force)
+    found = solve_friction(FrictionProblem(other, given.points, given.tangents, given.mu))
+    assert np.abs(found.forces / force - base.forces).max() < 1e-9 * np.abs(base.forces).max()
+
+
+def test_a_wrong_newton_answer_is_not_returned(monkeypatch: pytest.MonkeyPatch) -> None:
+    import fecontact.solvers.friction as module
+
+    def wrong(*args: object, **options: object) -> object:
+        outcome, orientation = friction_newton(*args, **options)
+        return replace(outcome, x=outcome.x * 1.01), orientation
+
+    monkeypatch.setattr(module, "friction_newton", wrong)
+    with pytest.raises(SolverError, match="No certified answer"):
+        solve_friction(random_problem(np.random.default_rng(7), 5, 2, 0.3, loaded=True))
+
+
+@pytest.mark.parametrize("mu", [-0.1, np.nan])
+def test_senseless_coefficients_are_refused(mu: float) -> None:
+    rows = ComplementarityProblem(np.eye(2), np.zeros(2))
+    with pytest.raises(InputError, match="coefficient of friction"):
+        FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([mu]))
+
+
+def test_rows_that_do_not_fit_are_refused() -> None:
+    rows = ComplementarityProblem(np.eye(3), np.zeros(3))
+    for points, tangents in (([0], [[0]]), ([0], [[3]]), ([0, 1], [[2]]), ([0], [[1, 2, 2]])):
+        with pytest.raises(InputError):
+            FrictionProblem(rows, np.array(points), np.array(tangents), np.full(len(points), 0.1))
