@@ -19,6 +19,7 @@ class Legs:
     """Four legs of a rigid plate, each of which takes a force along z only."""
 
     infeasibility_hint = ""
+    two_sided = False
 
     def __init__(self, body):
         self.body = body
