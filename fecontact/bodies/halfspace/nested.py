@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace.cg import GridIterate, GridProblem, solve_on_grid
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
-from fecontact.bodies.halfspace.smooth import Corrected, Product, SmoothTerm
+from fecontact.bodies.halfspace.smooth import Corrected, Product, Term
 from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.common.arrays import Array, Mask
 
@@ -52,8 +52,8 @@ class GridLevel:
     F : (m,) array
         Loads; with symmetry, those of the modelled part.
     symmetric : (bool, bool)
-    smooth : tuple of SmoothTerm
-        Smooth additions to the compliance, over the modelled part.
+    smooth : tuple of Term
+        Additions to the compliance, over the modelled part.
     """
 
     kernel: Array
@@ -63,7 +63,7 @@ class GridLevel:
     B: Array
     F: Array
     symmetric: Even
-    smooth: tuple[SmoothTerm, ...] = ()
+    smooth: tuple[Term, ...] = ()
 
     @property
     def whole(self) -> tuple[slice, slice]:

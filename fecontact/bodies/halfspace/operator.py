@@ -13,7 +13,7 @@ from fecontact.bodies.halfspace.cg import GridIterate
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.nested import GridLevel, solve_nested
-from fecontact.bodies.halfspace.smooth import Corrected, Product, SmoothTerm
+from fecontact.bodies.halfspace.smooth import Corrected, Product, Term
 from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arrays import Array, IntArray
 from fecontact.solvers import ComplementarityProblem, Status
@@ -39,13 +39,13 @@ class CellModel:
         With the whole grid.
     mirrored : (bool, bool)
         Axes along which only the cells with positive coordinates are modelled; the others have the same pressures.
-    smooth : tuple of SmoothTerm
-        Smooth additions, over the modelled cells.
+    smooth : tuple of Term
+        Additions, over the modelled cells.
     """
 
     body: SurfaceCompliance
     mirrored: Even = (False, False)
-    smooth: tuple[SmoothTerm, ...] = ()
+    smooth: tuple[Term, ...] = ()
 
     @cached_property
     def part(self) -> tuple[slice, slice]:
@@ -108,8 +108,7 @@ class CellModel:
             along.append([np.abs(place[:, None] - at) for at in ((place, n - 1 - place) if even else (place,))])
         among = sum(table[ix, iy] for ix in along[0] for iy in along[1]) / grid.area
         for term in self.smooth:
-            nodes = term.rows(cells)
-            among = among + nodes @ term.core @ nodes.T
+            among = among + term.among(cells)
         return np.asarray(among)
 
 

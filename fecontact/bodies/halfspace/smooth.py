@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fecontact.bodies.halfspace.fft import Convolution
+from fecontact.bodies.halfspace.inclined import InclinedTerm
 from fecontact.common.arrays import Array, IntArray
 
 
@@ -49,10 +50,11 @@ class SmoothTerm:
         at_nodes = values.reshape(self.along_x.shape[1], self.along_y.shape[1])
         return np.asarray(self.along_x @ at_nodes @ self.along_y.T)
 
-    def rows(self, cells: IntArray) -> Array:
-        """Interpolation (n, kx ky) from the nodes to cells (n,), numbered row by row."""
+    def among(self, cells: IntArray) -> Array:
+        """Displacements (n, n) of cells (n,), numbered row by row, by unit forces on them."""
         x, y = np.divmod(cells, len(self.along_y))
-        return np.asarray((self.along_x[x][:, :, None] * self.along_y[y][:, None, :]).reshape(len(cells), -1))
+        nodes = (self.along_x[x][:, :, None] * self.along_y[y][:, None, :]).reshape(len(cells), -1)
+        return np.asarray(nodes @ self.core @ nodes.T)
 
     def part(self, part: tuple[slice, slice]) -> SmoothTerm:
         """The same among the cells of a part."""
@@ -63,6 +65,10 @@ class SmoothTerm:
         along = (_pairs(self.along_x), _pairs(self.along_y))
         return replace(self, along_x=along[0], along_y=along[1], area=4 * self.area)
 
+    def rough(self) -> SmoothTerm:
+        """Itself: its products take little time."""
+        return self
+
 
 def _pairs(rows: Array) -> Array:
     """Means of rows 0 and 1, 2 and 3, ...; the last one alone if their number is odd."""
@@ -71,22 +77,26 @@ def _pairs(rows: Array) -> Array:
     return np.asarray(np.add.reduceat(rows, starts, axis=0) / count[:, None])
 
 
+Term = SmoothTerm | InclinedTerm
+"""What is added to a convolution."""
+
+
 @dataclass(frozen=True, eq=False)
 class Corrected:
-    """A convolution and smooth terms.
+    """A convolution and other terms.
 
     Attributes
     ----------
     convolution : Convolution
-    terms : tuple of SmoothTerm
+    terms : tuple of Term
     """
 
     convolution: Convolution
-    terms: tuple[SmoothTerm, ...]
+    terms: tuple[Term, ...]
 
     def rough(self) -> Corrected:
-        """The same with the convolution in single precision."""
-        return replace(self, convolution=self.convolution.rough())
+        """The same with convolutions in single precision."""
+        return replace(self, convolution=self.convolution.rough(), terms=tuple(term.rough() for term in self.terms))
 
     def apply(self, values: Array) -> Array:
         """Displacements (nx, ny) by pressures (nx, ny)."""
