@@ -7,6 +7,7 @@ rows that differ by sixteen orders of magnitude.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.optimize import nnls
@@ -122,6 +123,14 @@ class ScaledProblem:
         return direction / float(np.linalg.norm(direction))
 
 
+@runtime_checkable
+class SizedOperator(Protocol):
+    """A compliance operator that knows its size without a product."""
+
+    def mean_diagonal(self) -> float:
+        """Mean of its diagonal, about; positive."""
+
+
 def scale(
     S: np.ndarray | LinearOperator, g: np.ndarray, B: np.ndarray, F: np.ndarray, together: np.ndarray | None = None
 ) -> ScaledProblem:
@@ -169,6 +178,8 @@ def scale(
 
 def _diagonal(S: np.ndarray | LinearOperator, n: int) -> np.ndarray:
     """Return the diagonal of S (n,), made positive so that no scaled entry exceeds one."""
+    if isinstance(S, SizedOperator):
+        return np.full(n, S.mean_diagonal())
     if not isinstance(S, np.ndarray):
         # mean diagonal by one Hutchinson probe: the entries of an operator are not available
         probe = np.where(np.random.default_rng(0).random(n) < 0.5, -1.0, 1.0)

@@ -1,0 +1,196 @@
+"""Smoothed aggregation for a stiffness, in place of a factor: memory and work proportional to its size.
+
+The near-nullspace are the six rigid modes (P. Vanek, J. Mandel, M. Brezina, Computing 56 (1996) 179); all entries count
+as strong, so that the displacements of a node are aggregated together. The smoother is symmetric Gauss-Seidel.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from fecontact.common.arrays import Array
+from fecontact.common.errors import FecontactError, MissingPackageError
+
+#: Relative residual of a solve: a hundredth of the certificate's tolerance.
+TIGHT = 1e-12
+#: Largest number of steps of one solve.
+MOST_STEPS = 2000
+#: Nodes of the coarsest level, which is factorised; a dense inverse takes longer than all other levels.
+COARSEST = 100
+#: Solutions kept to start from: those of two poses of one model.
+KEPT = 2
+
+
+class AmgFactor:
+    """Conjugate gradients with smoothed aggregation, in place of a factor.
+
+    Parameters
+    ----------
+    K : (n, n) csr_matrix
+        Upper triangle of a symmetric positive definite matrix.
+    modes : (n, 6) array
+        Rigid modes.
+
+    Raises
+    ------
+    MissingPackageError
+        Without pyamg.
+
+    Attributes
+    ----------
+    K : (n, n) csr_matrix
+        The whole matrix.
+    """
+
+    def __init__(self, K: sp.csr_matrix, modes: Array) -> None:
+        if importlib.util.find_spec("pyamg") is None:
+            raise MissingPackageError("The back-end 'amg' needs the package pyamg: pip install 'fecontact[amg]'.")
+        self.K = (K + sp.triu(K, 1).T).tocsr()
+        #: Approximation of the inverse.
+        self.cycle = Cycle.of(self.K, modes)
+        #: Steps of conjugate gradients so far.
+        self.steps = 0
+        self._last: list[Array] = []
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the stiffness and of its coarser levels."""
+        return _bytes(self.K) + self.cycle.memory
+
+    def solve(self, b: Array) -> Array:
+        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
+        return np.stack([self.solve_one(row) for row in b])
+
+    def solve_one(self, b: Array, rtol: float = TIGHT) -> Array:
+        """Solution (n,) of one right-hand side, started from a known one if that has a smaller residual than zero."""
+        size = np.linalg.norm(b)
+        V = spla.LinearOperator(self.K.shape, matvec=lambda r: self.cycle(np.ravel(r)), dtype=float)
+        x, left = np.zeros_like(b), size
+        for known in self._last:
+            if (norm := np.linalg.norm(b - self.K @ known)) < left:
+                x, left = known, norm
+        # a second pass on the true residual removes the error of the recurrence
+        for _ in range(2):
+            if left <= rtol * size:
+                break
+            step, info = spla.cg(
+                self.K, b - self.K @ x, rtol=rtol * size / left, maxiter=MOST_STEPS, M=V, callback=self._count
+            )
+            if info > 0:
+                raise FecontactError(
+                    f"Conjugate gradients with multigrid did not converge in {MOST_STEPS} steps; "
+                    "badly shaped elements slow it down: use a direct back-end."
+                )
+            x = x + step
+            left = np.linalg.norm(b - self.K @ x)
+        self.remember(x)
+        return x
+
+    def remember(self, x: Array) -> None:
+        """Start later solutions from x (n,), too."""
+        self._last = [x, *(known for known in self._last if known is not x)][:KEPT]
+
+    def _count(self, _: Array) -> None:
+        self.steps += 1
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One V-cycle of smoothed aggregation, in single precision: it need only be near the inverse.
+
+    Attributes
+    ----------
+    levels : tuple of (A, P, R)
+        Matrix, interpolation from the next level and its transpose.
+    coarsest : csr_matrix
+    """
+
+    levels: tuple[tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix], ...]
+    coarsest: sp.csr_matrix
+
+    @classmethod
+    def of(cls, K: sp.csr_matrix, modes: Array) -> Cycle:
+        """The cycle of K (n, n), symmetric and positive definite, with near-nullspace modes (n, k)."""
+        import pyamg
+
+        sizes = np.linalg.norm(modes, axis=0)
+        every = pyamg.smoothed_aggregation_solver(
+            K, B=modes / np.where(sizes > 0, sizes, 1.0), strength=("symmetric", {"theta": 0.0}), max_coarse=COARSEST,
+            presmoother=None, postsmoother=None, coarse_solver="splu", improve_candidates=None,
+        ).levels  # fmt: skip
+        levels = tuple((_single(each.A), _single(each.P), _single(each.R)) for each in every[:-1])
+        return cls(levels, _single(every[-1].A))
+
+    @cached_property
+    def _solve(self) -> Callable[[Array], Array]:
+        """Solution on the coarsest level; aggregates of one node leave zero rows."""
+        A = sp.csc_matrix(self.coarsest, dtype=float)
+        return spla.splu(A + sp.diags_array(np.full(A.shape[0], 1e-9 * A.diagonal().max()), format="csc")).solve
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the matrices of all levels."""
+        return sum(_bytes(A) for level in self.levels for A in level) + _bytes(self.coarsest)
+
+    def restricted(self, S: sp.csr_matrix, stiffness: sp.csr_matrix) -> Cycle:
+        """The cycle of (I - S)^T K (I - S) + stiffness, with S (n, n) a projection that has few entries.
+
+        Interpolation is restricted with it, so that the next levels change in a few entries: it costs a fifth of a new
+        one and is as good.
+        """
+        if not self.levels:
+            A = self.coarsest
+            return Cycle((), A - _change(A, S) + stiffness)
+        A, P, _ = self.levels[0]
+        below = [level[0] for level in self.levels[1:]] + [self.coarsest]
+        E = S @ P
+        AE, P = A @ E, _single(P - E)
+        X = self.levels[0][2] @ AE
+        coarse = _single(below[0] - X - X.T + E.T @ AE)
+        levels = [(_single(A - _change(A, S) + stiffness), P, P.T.tocsr())]
+        for _, p, r in self.levels[1:]:
+            levels.append((coarse, p, r))
+            coarse = _single(r @ coarse @ p)
+        return Cycle(tuple(levels), coarse)
+
+    def __call__(self, r: Array) -> Array:
+        """Approximation (n,) of K^-1 r; linear and symmetric."""
+        size = float(np.abs(r).max(initial=0.0))
+        return size * self._down(0, (r / size).astype(np.float32)).astype(float) if size > 0 else np.zeros_like(r)
+
+    def _down(self, k: int, b: NDArray[np.float32]) -> NDArray[np.float32]:
+        from pyamg.relaxation.relaxation import gauss_seidel
+
+        if k == len(self.levels):
+            return self._solve(b.astype(float)).astype(np.float32)
+        A, P, R = self.levels[k]
+        x = np.zeros_like(b)
+        gauss_seidel(A, x, b, sweep="symmetric")
+        x += P @ self._down(k + 1, R @ (b - A @ x))
+        gauss_seidel(A, x, b, sweep="symmetric")
+        return x
+
+
+def _single(A: sp.csr_matrix) -> sp.csr_matrix:
+    """A matrix in single precision, with the same indices where it has rows."""
+    A = sp.csr_matrix(A)
+    return sp.csr_matrix((A.data.astype(np.float32), A.indices, A.indptr), shape=A.shape)
+
+
+def _change(A: sp.csr_matrix, S: sp.csr_matrix) -> sp.csr_matrix:
+    """A - (I - S)^T A (I - S), which has few entries."""
+    AS = A @ S
+    return AS + AS.T - S.T @ AS
+
+
+def _bytes(A: sp.csr_matrix) -> int:
+    """Bytes of a sparse matrix."""
+    return int(A.data.nbytes + A.indices.nbytes + A.indptr.nbytes)
