@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fecontact.analytic import curved_kernel
 from fecontact.bodies.halfspace import kernels, layered
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.common.arrays import Array
@@ -35,6 +36,9 @@ class SurfaceCompliance:
     self_ratio : float
         With 'point': see `kernels.points`.
     periodic : bool
+    curvature : (float, float)
+        Principal curvatures of the surface along x and y, convex positive, whose first effect is added; see
+        `analytic.curved_kernel`. For the homogeneous, free one.
     """
 
     grid: Grid
@@ -44,6 +48,7 @@ class SurfaceCompliance:
     pressure: str
     self_ratio: float
     periodic: bool
+    curvature: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         among("pressure", self.pressure, PRESSURES)
@@ -67,6 +72,11 @@ class SurfaceCompliance:
         return 1 / sum(1 / m.plane_strain_modulus for m in (own, self.against) if m is not None)
 
     @property
+    def length(self) -> float:
+        """Unit of length of the logarithm that curvature brings."""
+        return self.grid.size[0]
+
+    @property
     def mean_is_stiff(self) -> bool:
         """Whether a mean pressure causes no displacement: periodic surfaces, relative to their mean plane."""
         return self.material is not None
@@ -84,7 +94,12 @@ class SurfaceCompliance:
                 table += kernels.love(shape, cell) / self.against.plane_strain_modulus
             return table
         # 1/r has no intrinsic length: the table of a coarser grid is part of this one, scaled
-        return self._table if level == 0 else self._table[: shape[0], : shape[1]] * 2.0**level
+        table = self._table if level == 0 else self._table[: shape[0], : shape[1]] * 2.0**level
+        if any(self.curvature) and self.material is not None:
+            table = table + curved_kernel.bent_table(
+                shape, cell, curvature=self.curvature, length=self.length, material=self.material
+            )
+        return table
 
     @cached_property
     def _table(self) -> Array:

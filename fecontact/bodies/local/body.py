@@ -18,6 +18,7 @@ from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.interior import nodal_displacement
 from fecontact.bodies.local.placing import place_window
 from fecontact.bodies.local.remainder import Remainder, checked, remainder, surface_weights
+from fecontact.bodies.local.sources import inclined, principal
 from fecontact.bodies.local.surface import WindowSurface, window_surface
 from fecontact.bodies.local.window import Window
 from fecontact.bodies.outside import Outside
@@ -126,8 +127,10 @@ class LocalBody(Placed):
 
     @cached_property
     def _cells(self) -> CellModel:
-        base = SurfaceCompliance(self.window.grid, self.material, (), None, "uniform", SELF_TERM_RATIO, False)
-        return CellModel(base, self.window.mirrored, (self.remainder.term,))
+        along_x, along_y = principal(self.window)
+        bend = (float(along_x), float(along_y))
+        base = SurfaceCompliance(self.window.grid, self.material, (), None, "uniform", SELF_TERM_RATIO, False, bend)
+        return CellModel(base, self.window.mirrored, (self.remainder.term, *inclined(self.window, self.material)))
 
     @property
     def n_cells(self) -> int:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.analytic import rectangle
+from fecontact.analytic.face_loads import fields
 from fecontact.bodies.local.remainder import Remainder
-from fecontact.bodies.local.sources import below, images
+from fecontact.bodies.local.sources import images
 from fecontact.common.arrays import Array
 
 BLOCKS = 8
@@ -29,13 +30,13 @@ def nodal_displacement(found: Remainder, points: Array, p: Array) -> Array:
     out = np.zeros(points.shape)
     weights = found.term.gathered(p)
     for weight, source in zip(weights, found.sources, strict=True):
-        out[~near] += weight * source.displacement(points[~near])
+        out[~near] += weight * fields(points[~near], source, found.material)[0].sum(axis=0)
     out[near] = _by_blocks(found, points[near], p)
     return out
 
 
 def _by_blocks(found: Remainder, points: Array, p: Array) -> Array:
-    window, material = found.window, found.sources[0].material
+    window = found.window
     steps = [-(-n // BLOCKS) for n in p.shape]
     centres, sums = [], p
     for axis, (x, step) in enumerate(zip(window.along, steps, strict=True)):
@@ -43,14 +44,16 @@ def _by_blocks(found: Remainder, points: Array, p: Array) -> Array:
         sums = np.add.reduceat(sums, starts, axis=axis)
         centres.append(x[0] + (starts + (step - 1) / 2) * window.grid.cell[axis])
     sides = (steps[0] * window.grid.cell[0] / 2, steps[1] * window.grid.cell[1] / 2)
-    frame = window.axes * np.array([1.0, 1.0, -1.0])
+    local = window.coordinates(points)
+    depth = -local[:, 2]
+    if window.relief is not None:  # below its own surface
+        depth = depth - np.where(window.relief.covers(*local[:, :2].T), window.relief.depth(*local[:, :2].T), 0.0)
+    below = np.stack([local[:, 0], local[:, 1], np.maximum(depth, 0.0)], axis=1)
     out = np.zeros(points.shape)
     for ix, iy in np.argwhere(sums > 0):  # at most BLOCKS^2
         pressure = float(sums[ix, iy]) / (steps[0] * steps[1])
-        where = window.at(centres[0][ix], centres[1][iy])
-        for point, turned in zip(*images(where, frame, window.origin, window.axes, window.mirrored), strict=True):
-            u = rectangle.displacement(
-                below(points, point, turned), half_sides=sides, pressure=pressure, material=material
-            )
-            out += u @ turned.T
-    return out
+        where = np.array([centres[0][ix], centres[1][iy], 0.0])
+        for mirror in images(np.eye(3), window.mirrored):
+            offset = below - mirror @ where
+            out += rectangle.displacement(offset, half_sides=sides, pressure=pressure, material=found.material)
+    return np.asarray(out @ (window.axes * np.array([1.0, 1.0, -1.0])).T)

@@ -2,24 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import cast
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.symmetry import Even
+from fecontact.bodies.local.relief import Relief, fit
 from fecontact.bodies.local.window import Window
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.fem.support import symmetry_planes
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.mesh.placement import Placement
+from fecontact.surfaces.facet_surface import FacetSurface, Surface
+from fecontact.surfaces.straight_line import along_line
 
-ON_SURFACE = 1e-6
-"""Distance from the surface, relative to the body's size, within which the middle of a window lies on it."""
+ON_SURFACE = 0.05
+"""Distance from the surface, relative to the window, within which the middle of a window is put on it."""
 
-SAMPLES = 9
-"""Points along a side of a window at which its distance from the surface is checked."""
+FLAT = 1e-7
+"""Depth below the tangent plane, relative to the body's size, up to which a surface is flat."""
+
+KINKS = 3e-3
+"""Distance from a smooth surface, relative to the window, above which a surface has kinks."""
+
+STEEPEST = 0.5
+"""Largest slope of a surface over its tangent plane: effects of slope^4 are left out of the kernel."""
+
+SAMPLES = 10
+"""Places along a side of a window at which its surface is checked."""
+
+MOST_TURNS, SETTLED, ROUND = 4, 1e-6, 1e-3
+"""Adjustments of a window to its surface, their size when it has settled, and the difference of two principal
+curvatures, relative to the larger, up to which every direction is principal."""
+
+REMEDY = "Take a smaller window, or use the ElasticBody itself with accuracy= when the scene is solved."
 
 THROUGH = 1e-9
 """Distance from a plane of symmetry, relative to the body's size, within which the middle lies on it."""
@@ -44,7 +66,7 @@ def place_window(body: ElasticBody, at: ArrayLike, size: tuple[float, float], sh
     skin = _skin(body, where, planes)
     found = skin.project(where[None])
     away = float(np.linalg.norm(found.points[0] - where))
-    if away > ON_SURFACE * body.size:
+    if away > ON_SURFACE * min(size):
         raise InputError(
             f"The middle of the window, at={np.array2string(where, precision=6)}, must lie on the surface of "
             f"{body.name!r}; it is {away:.4g} from it. The nearest point of the surface is "
@@ -52,30 +74,108 @@ def place_window(body: ElasticBody, at: ArrayLike, size: tuple[float, float], sh
         )
     assert found.facet is not None
     assert found.local is not None
-    normal = _cleaned(skin.normals(found.facet, found.local)[0])
-    axes, mirrored = _directions(body, planes, normal)
+    axes, mirrored = _directions(body, planes, skin.normals(found.facet, found.local)[0])
     counts = tuple(n + n % 2 if even else n for n, even in zip(shape, mirrored, strict=True))
-    window = Window(where, axes, Grid(size, (counts[0], counts[1])), mirrored)
-    _check_flat(body, window, skin)
-    return window
+    window = Window(found.points[0], axes, Grid(size, (counts[0], counts[1])), mirrored)
+    return _on_relief(body, window, skin, _geometry(body, skin.facets[found.facet[0]]), turning=not any(mirrored))
 
 
-def _check_flat(body: ElasticBody, window: Window, skin: FacetSurface) -> None:
-    """Refuse a window that is not within one flat face."""
-    x, y = (
-        np.linspace(0.0 if even else -half, half, SAMPLES)
-        for half, even in zip(window.half, window.mirrored, strict=True)
-    )
-    points = window.at(*(c.ravel() for c in np.meshgrid(x, y, indexing="ij")))
-    away = np.linalg.norm(points - skin.project(points).points, axis=1)
-    worst = int(np.argmax(away))
-    if away[worst] > ON_SURFACE * body.size:
-        middle, place = (np.array2string(p, precision=4) for p in (window.origin, points[worst]))
+def _geometry(body: ElasticBody, facet: IntArray) -> Surface | None:
+    """The surface that the contact boundary with a facet was placed on; None for one that is as its mesh."""
+    mesh = body.model.mesh
+    assert isinstance(body.geometry, Mapping)
+    for name, made in body.geometry.items():
+        if isinstance(made, Placement):
+            corners = np.sort(mesh.face_nodes(mesh.faces(name))[:, :4], axis=1)
+            if (corners == np.sort(facet[:4])).all(axis=1).any():
+                return cast(Surface, made.surface)
+    return None
+
+
+def _on_relief(
+    body: ElasticBody, window: Window, skin: FacetSurface, geometry: Surface | None, turning: bool
+) -> Window:
+    """The window with the relief of its surface, tangent to it, along the directions of principal curvature.
+
+    Raises
+    ------
+    InputError
+        If the surface ends within the window, has kinks, or is too steep.
+    """
+    for _ in range(MOST_TURNS):
+        depths = _Depths(window, skin, geometry)
+        relief = fit(depths, window.half, window.mirrored)
+        x, y = window.node_places(SAMPLES)
+        if not np.isfinite(depths(x, y)).all():
+            raise _ends(body, window, depths(x, y))
+        if np.abs(relief.depth(x, y)).max() <= FLAT * body.size:
+            return window
+        turn = _turn(relief, turning)
+        if np.abs(turn - np.eye(3)).max() < SETTLED:
+            break
+        window = replace(window, axes=window.axes @ turn)
+    if relief.misfit > KINKS * float(window.half.min()):
         raise InputError(
-            f"The window of {body.name!r} must lie within one flat face. With its sides {window.grid.size} about "
-            f"{middle}, its point {place} is {away[worst]:.3g} from the surface. Take a smaller window, or use the "
-            "ElasticBody itself with accuracy= when the scene is solved."
+            f"The surface of {body.name!r} in its window, sides {window.grid.size}, has kinks: it departs by "
+            f"{relief.misfit:.3g} from a smooth one. {REMEDY}"
         )
+    steepest = float(np.linalg.norm(relief.slopes(x, y), axis=1).max())
+    if steepest > STEEPEST:
+        raise InputError(
+            f"The surface of {body.name!r} inclines by {steepest:.2g} to the tangent plane within its window, sides "
+            f"{window.grid.size}; up to {STEEPEST:g} is possible. {REMEDY}"
+        )
+    window = replace(window, relief=relief)
+    start = window.on_surface(*window.places)
+    further, _, _ = along_line(geometry or skin, start, -window.normal, facing=geometry is None)
+    return replace(window, depths=relief.depth(*window.places) + further)
+
+
+def _ends(body: ElasticBody, window: Window, depths: Array) -> InputError:
+    x, y = window.node_places(SAMPLES)
+    place = window.at(x, y)[np.argmin(np.isfinite(depths))]
+    return InputError(
+        f"The window of {body.name!r}, sides {window.grid.size} about {np.array2string(window.origin, precision=4)}, "
+        f"reaches across an edge: below its point {np.array2string(place, precision=4)} there is no surface that goes "
+        f"on smoothly from the middle. {REMEDY}"
+    )
+
+
+def _turn(relief: Relief, turning: bool) -> Array:
+    """Rotation of a window's axes (3, 3) that makes it tangent in its middle and, if it may turn there, principal."""
+    middle = np.zeros(1)
+    slopes = relief.slopes(middle, middle)[0]
+    normal = np.array([*slopes, 1.0]) / np.sqrt(1 + slopes @ slopes)
+    values, vectors = np.linalg.eigh(relief.hessian(middle, middle)[0])
+    first = np.array([1.0, 0.0, 0.0])
+    if turning and values[1] - values[0] > ROUND * np.abs(values).max():
+        # the direction nearer to the first of the axes
+        one = vectors[:, np.argmax(np.abs(vectors[0]))]
+        first[:2] = one * np.sign(one[0])
+    first = first - (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first), normal], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Depths:
+    """Depths of a surface below the plane of a window; NaN where it does not go on."""
+
+    window: Window
+    skin: FacetSurface
+    geometry: Surface | None
+
+    def __call__(self, x: Array, y: Array) -> Array:
+        start = self.window.at(x, y)
+        travel, found, lost = along_line(self.skin, start, -self.window.normal)
+        # a line beside the body ends nowhere: the closest point is then not on the line
+        ended = start - travel[:, None] * self.window.normal
+        lost |= np.linalg.norm(found.points - ended, axis=1) > ON_SURFACE * self.window.half.min()
+        if self.geometry is not None:
+            travel, _, astray = along_line(self.geometry, start, -self.window.normal, facing=False)
+            lost |= astray
+        lost |= np.abs(travel) > STEEPEST * np.hypot(x, y)
+        return np.where(lost, np.nan, travel)
 
 
 def _skin(body: ElasticBody, point: Array, planes: list[Array]) -> FacetSurface:
@@ -96,12 +196,15 @@ def _cleaned(normal: Array) -> Array:
 
 def _directions(body: ElasticBody, planes: list[Array], normal: Array) -> tuple[Array, Even]:
     """Axes (3, 3) of a window, and which of the first two are normal to a plane of symmetry through its middle."""
-    inside = [d for d in planes if abs(d @ normal) <= ALONG]
+    inside = [d for d in planes if abs(d @ normal) <= STEEPEST]
     if len(inside) < len(planes) or (len(inside) == 2 and abs(inside[0] @ inside[1]) > ALONG) or len(inside) > 2:
         raise InputError(
             f"The planes of symmetry of {body.name!r} through the middle of its window must be normal to its surface "
             "and to each other; they are not. Model the body without them."
         )
+    for d in inside:  # the facet there may incline a little
+        normal = normal - (normal @ d) * d
+    normal = _cleaned(normal / np.linalg.norm(normal))
     if inside:
         first = inside[0]
     else:

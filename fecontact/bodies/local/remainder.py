@@ -12,17 +12,19 @@ asymmetry is an estimate of that error, which costs nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
+from fecontact.analytic.face_loads import FaceLoads, fields
 from fecontact.bodies.halfspace.smooth import SmoothTerm
+from fecontact.bodies.local.chebyshev import coefficients, interpolation
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.sources import Source, images
-from fecontact.bodies.local.window import Window, chebyshev, coefficients, interpolation
+from fecontact.bodies.local.sources import singular_part, sources
+from fecontact.bodies.local.window import Window
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -37,8 +39,17 @@ ORDERS = (6, 8, 10, 12)
 SMALL = 1e-4
 """Coefficients of the highest degree, relative to the mean compliance of the window, at which the order suffices."""
 
+DECAY = 0.7
+"""Ratio of these coefficients at one order to those at the last from which more nodes are of no use."""
+
 LARGEST_DEFECT = 0.01
 """Asymmetry of the remainder, relative to the mean compliance of the window, from which the model is refused."""
+
+BESIDE = 0.05
+"""Distance from a window's relief, relative to the window, up to which faces are taken to be on it."""
+
+LEAST_FACING = 0.5
+"""Cosine between the normals of a face and of the window from which the face may hold points of the window."""
 
 IN_PLANE = 1e-9
 """Distance from a plane, relative to the body's size, within which a face lies in it."""
@@ -63,7 +74,9 @@ class Remainder:
         Displacements into the body at the nodes by unit forces there, symmetric.
     fields : (n_dofs, k) array
         Displacements of the mesh's nodes, without those of the half-space.
-    sources : tuple of Source
+    material : Material
+        Of the half-space.
+    sources : tuple of FaceLoads
         The unit loads at the nodes.
     defect : float
         Largest asymmetry of the core before it was made symmetric, relative to the mean compliance of the window.
@@ -75,14 +88,15 @@ class Remainder:
     order: int
     core: Array
     fields: Array
-    sources: tuple[Source, ...]
+    material: Material
+    sources: tuple[FaceLoads, ...]
     defect: float
     tail: float
 
     @cached_property
     def points(self) -> Array:
-        """The nodes (k, 3), in the body's axes."""
-        return node_points(self.window, self.order)
+        """The nodes (k, 3) on the surface, in the body's axes."""
+        return self.window.on_surface(*self.window.node_places(self.order))
 
     @cached_property
     def term(self) -> SmoothTerm:
@@ -108,9 +122,13 @@ def remainder(factored: Factored, window: Window, material: Material) -> Remaind
     -------
     Remainder
     """
-    for order in ORDERS:
+    found = _at_order(factored, window, material, ORDERS[0])
+    for order in ORDERS[1:]:
+        before = found.tail
+        if before <= SMALL:
+            break
         found = _at_order(factored, window, material, order)
-        if found.tail <= SMALL:
+        if found.tail > DECAY * before:
             break
     return found
 
@@ -131,23 +149,39 @@ def checked(found: Remainder, name: str) -> Remainder:
     return found
 
 
-def node_points(window: Window, order: int) -> Array:
-    """Chebyshev nodes (k, 3) of a window, in the body's axes."""
-    along = (chebyshev(b, order, even) for b, even in zip(window.half, window.mirrored, strict=True))
-    return window.at(*(c.ravel() for c in np.meshgrid(*along, indexing="ij")))
-
-
 def _at_order(factored: Factored, window: Window, material: Material, order: int) -> Remainder:
-    points = node_points(window, order)
-    frame = window.axes * np.array([1.0, 1.0, -1.0])
-    sources = tuple(Source(*images(p, frame, window.origin, window.axes, window.mirrored), material) for p in points)
-    fields = factored.solve(_loads(factored.model.mesh, window, sources), _at_supports(factored, sources))
+    mesh, loads = factored.model.mesh, sources(window, order)
+    fields = factored.solve(_loads(mesh, window, loads, material), _at_supports(factored, loads, material))
+    points = window.on_surface(*window.node_places(order))
     inwards = np.tile(-window.normal, (len(points), 1))
-    core = components_along(surface_weights(factored.model.mesh, window, points), inwards) @ fields
+    core = components_along(surface_weights(mesh, window, points), inwards) @ fields
+    if window.relief is not None:
+        core = core + _direct(points, loads, inwards[0], material) - singular_part(window, order, material)
     scale = _mean_compliance(window, material)
     defect = _asymmetry(core) / scale
     core = (core + core.T) / 2
-    return Remainder(window, order, core, fields, sources, defect, _tail(core, window, order) / scale)
+    return Remainder(window, order, core, fields, material, loads, defect, _tail(core, window, order) / scale)
+
+
+def _direct(points: Array, loads: Sequence[FaceLoads], inwards: Array, material: Material) -> Array:
+    """Displacements (k, k) into the body at points by the half-spaces' fields of loads there and of their images.
+
+    Of a load itself, at its own place, the limit of what the kernel leaves is zero.
+    """
+    out = np.zeros((len(points), len(loads)))
+    for k, load in enumerate(loads):
+        others = np.arange(len(points)) != k
+        out[others, k] = (fields(points[others], load, material)[0] @ inwards).sum(axis=0)
+        if len(load.places) > 1:
+            mirrored = FaceLoads(
+                load.places[1:],
+                load.normals[1:],
+                load.forces[1:],
+                None if load.curvatures is None else load.curvatures[1:],
+                load.length,
+            )
+            out[k, k] = (fields(points[k : k + 1], mirrored, material)[0] @ inwards).sum()
+    return out
 
 
 def _mean_compliance(window: Window, material: Material) -> float:
@@ -170,13 +204,13 @@ def _tail(core: Array, window: Window, order: int) -> float:
     return float(max(np.abs(values[-1]).max(), np.abs(values[:, -1]).max()))
 
 
-def in_planes(mesh: Mesh, window: Window) -> tuple[IntArray, IntArray, IntArray]:
-    """Outer faces (n, 2) in the window's plane, on its planes of symmetry, and all others."""
+def in_planes(mesh: Mesh, window: Window) -> tuple[IntArray, IntArray]:
+    """Outer faces (n, 2) without traction, in a flat window or on planes of symmetry, and the others."""
     faces = mesh.outer_faces
     corners = window.coordinates(mesh.points)[mesh.face_nodes(faces)[:, :4]]
     flat = np.abs(corners).max(axis=1) <= IN_PLANE * np.ptp(mesh.points, axis=0).max()
-    mirror = (flat[:, :2] & np.array(window.mirrored)).any(axis=1)
-    return faces[flat[:, 2]], faces[mirror & ~flat[:, 2]], faces[~mirror & ~flat[:, 2]]
+    free = (flat & np.array([*window.mirrored, window.relief is None])).any(axis=1)
+    return faces[free], faces[~free]
 
 
 def facet_groups(mesh: Mesh, faces: IntArray) -> Iterator[IntArray]:
@@ -189,10 +223,10 @@ def facet_groups(mesh: Mesh, faces: IntArray) -> Iterator[IntArray]:
             yield mesh.face_nodes(faces[chosen])
 
 
-def _loads(mesh: Mesh, window: Window, sources: tuple[Source, ...]) -> Array:
-    """Nodal forces (n_dofs, k) of the tractions, with opposite sign, of point loads on the faces beside the window."""
-    f = np.zeros((len(mesh.points), 3, len(sources)))
-    for facets in facet_groups(mesh, in_planes(mesh, window)[2]):
+def _loads(mesh: Mesh, window: Window, loads: Sequence[FaceLoads], material: Material) -> Array:
+    """Nodal forces (n_dofs, k) of the tractions of point loads on the other faces, with opposite sign."""
+    f = np.zeros((len(mesh.points), 3, len(loads)))
+    for facets in facet_groups(mesh, in_planes(mesh, window)[1]):
         corners = mesh.points[facets[:, :4]]
         size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
         away = np.linalg.norm(corners - window.origin, axis=2).min(axis=1) - np.linalg.norm(window.half)
@@ -200,13 +234,32 @@ def _loads(mesh: Mesh, window: Window, sources: tuple[Source, ...]) -> Array:
             if not chosen.any():
                 continue
             N, x, dA = facet_integrals(mesh.points, facets[chosen], order)
-            for k, source in enumerate(sources):
-                nodal = np.einsum("fqa,fqi->fai", N, source.traction(x, dA), optimize=True)
+            x, dA = _smoothed(window, x, dA)
+            for k, load in enumerate(loads):
+                stress = fields(x.reshape(-1, 3), load, material)[1].sum(axis=0).reshape(*x.shape, 3)
+                nodal = np.einsum("fqa,fqij,fqj->fai", N, stress, dA, optimize=True)
                 np.subtract.at(f[:, :, k], facets[chosen], nodal)
-    return f.reshape(-1, len(sources))
+    return f.reshape(-1, len(loads))
 
 
-def _at_supports(factored: Factored, sources: tuple[Source, ...]) -> Array:
+def _smoothed(window: Window, x: Array, dA: Array) -> tuple[Array, Array]:
+    """Points (..., 3) and areas (..., 3) of faces, those near the window on its relief instead of the mesh.
+
+    Near a load the traction on a face that is tangent to the surface is bounded; on the mesh's faces it is not.
+    """
+    if window.relief is None:
+        return x, dA
+    local = window.coordinates(x)
+    u, v = local[..., 0], local[..., 1]
+    depth = window.relief.depth(u, v)
+    on = window.relief.covers(u, v) & (np.abs(local[..., 2] + depth) <= BESIDE * np.linalg.norm(window.half))
+    up = np.concatenate([window.relief.slopes(u, v), np.ones((*u.shape, 1))], axis=-1) @ window.axes.T
+    there = window.at(u, v) - depth[..., None] * window.normal
+    projected = (dA @ window.normal)[..., None] * up
+    return np.where(on[..., None], there, x), np.where(on[..., None], projected, dA)
+
+
+def _at_supports(factored: Factored, loads: Sequence[FaceLoads], material: Material) -> Array:
     """Displacements (n_dofs, k) that the supports need: those of point loads, with opposite sign; zero elsewhere."""
     model = factored.model
     points = model.mesh.points
@@ -215,16 +268,16 @@ def _at_supports(factored: Factored, sources: tuple[Source, ...]) -> Array:
     nodes = np.flatnonzero(marks.reshape(-1, 3).any(axis=1))
     if model.coordinates.ties is not None:
         nodes = model.coordinates.ties.free[nodes]
-    out = np.zeros((len(points), 3, len(sources)))
-    for k, source in enumerate(sources):
-        out[nodes, :, k] = -source.displacement(points[nodes])
-    return out.reshape(-1, len(sources))
+    out = np.zeros((len(points), 3, len(loads)))
+    for k, load in enumerate(loads):
+        out[nodes, :, k] = -fields(points[nodes], load, material)[0].sum(axis=0)
+    return out.reshape(-1, len(loads))
 
 
 def surface_weights(mesh: Mesh, window: Window, points: Array) -> sp.csr_matrix:
-    """Interpolation (n, n_nodes) of the surface in the window's plane, from the mesh's nodes to points (n, 3)."""
+    """Interpolation (n, n_nodes) of the surface of the window, from the mesh's nodes to points (n, 3)."""
     nearest, out = np.full(len(points), np.inf), sp.csr_matrix((len(points), len(mesh.points)))
-    for facets in facet_groups(mesh, in_planes(mesh, window)[0]):
+    for facets in facet_groups(mesh, _facing(mesh, window)):
         found = FacetSurface(mesh.points, facets).project(points)
         away = np.linalg.norm(points - found.points, axis=1)
         better = away < nearest
@@ -232,3 +285,13 @@ def surface_weights(mesh: Mesh, window: Window, points: Array) -> sp.csr_matrix:
         assert found.weights is not None
         out = sp.diags_array((~better).astype(float)) @ out + sp.diags_array(better.astype(float)) @ found.weights
     return sp.csr_matrix(out)
+
+
+def _facing(mesh: Mesh, window: Window) -> IntArray:
+    """Outer faces (n, 2) that look along the window's normal."""
+    faces = mesh.outer_faces
+    corners = mesh.points[mesh.face_nodes(faces)[:, :4]]
+    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    triangle = np.linalg.norm(corners[:, 3] - corners[:, 2], axis=1) == 0
+    across[triangle] = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[triangle]
+    return faces[across @ window.normal > LEAST_FACING * np.linalg.norm(across, axis=1)]

@@ -1,100 +1,94 @@
-"""Point loads at the nodes of a window: Boussinesq's fields in a half-space of the body's material."""
+"""Point loads at the nodes of a window, with their mirror images, and what curvature and slopes add to the kernel."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 
-from fecontact.analytic import boussinesq
+from fecontact.analytic import curved_kernel
+from fecontact.analytic.face_loads import FaceLoads
+from fecontact.bodies.halfspace.inclined import InclinedTerm
 from fecontact.bodies.halfspace.symmetry import Even
+from fecontact.bodies.local.window import Window
 from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
-ABOVE = 1e-7
-"""Height over the tangent plane, relative to the distance from the load, that counts as rounding."""
+LEAST = 1e-5
+"""Effect of slopes, relative to the compliance, below which it is left out."""
 
 
-@dataclass(frozen=True, eq=False)
-class Source:
-    """A unit load into a body at a point of its surface, with its mirror images in planes of symmetry.
-
-    Attributes
-    ----------
-    points : (n, 3) array
-        The point and its images.
-    frames : (n, 3, 3) arrays
-        Columns: two tangents and the direction into the body, in which the load acts.
-    material : Material
-    """
-
-    points: Array
-    frames: Array
-    material: Material
-
-    def displacement(self, x: Array) -> Array:
-        """Displacements (..., 3) of a half-space below the tangent plane at points (..., 3)."""
-        out = np.zeros(x.shape)
-        for point, frame in zip(self.points, self.frames, strict=True):
-            u = boussinesq.displacement(below(x, point, frame), force=(0.0, 0.0, 1.0), material=self.material)
-            out += u @ frame.T
-        return out
-
-    def traction(self, x: Array, normals: Array) -> Array:
-        """Tractions (..., 3) of that half-space on areas with normals (..., 3), of any length, at points (..., 3)."""
-        out = np.zeros(x.shape)
-        for point, frame in zip(self.points, self.frames, strict=True):
-            stress = boussinesq.stress(below(x, point, frame), force=(0.0, 0.0, 1.0), material=self.material)
-            out += np.einsum("...ij,...j->...i", stress, normals @ frame) @ frame.T
-        return out
+def sources(window: Window, order: int) -> tuple[FaceLoads, ...]:
+    """Unit loads against the window's normal at its nodes of an order, each with its images."""
+    x, y = window.node_places(order)
+    points, force = window.on_surface(x, y), -window.normal
+    if window.relief is None:
+        return tuple(_with_images(window, p, force) for p in points)
+    slopes, bend = window.relief.slopes(x, y), window.relief.curvature(x, y)
+    inwards = -np.concatenate([slopes, np.ones((len(x), 1))], axis=1) @ window.axes.T
+    curvatures = window.axes @ bend @ window.axes.T
+    return tuple(_with_images(window, *each) for each in zip(points, inwards, curvatures, strict=True))
 
 
-def below(x: Array, point: Array, frame: Array) -> Array:
-    """Coordinates in a frame whose third axis points into the body; rounding above the plane is cut off.
-
-    Raises
-    ------
-    InputError
-        If the body reaches above the tangent plane.
-    """
-    local = (x - point) @ frame
-    if (local[..., 2] < -ABOVE * np.linalg.norm(local, axis=-1)).any():
-        worst = x.reshape(-1, 3)[np.argmin(local[..., 2])]
-        raise InputError(
-            f"The body reaches above the tangent plane of its window, at {np.array2string(worst, precision=4)} by "
-            f"{-float(local[..., 2].min()):.3g}: a half-space is no start for it. Use an ElasticBody there, with "
-            "accuracy= when the scene is solved."
-        )
-    local[..., 2] = np.maximum(local[..., 2], 0.0)
-    return local
+def _with_images(window: Window, point: Array, inwards: Array, curvature: Array | None = None) -> FaceLoads:
+    mirrors = images(window.axes, window.mirrored)
+    bent = None if curvature is None else mirrors @ curvature @ mirrors
+    length = None if curvature is None else window.grid.size[0]
+    forces = np.tile(-window.normal, (len(mirrors), 1))
+    return FaceLoads(window.origin + mirrors @ (point - window.origin), mirrors @ inwards, forces, bent, length)
 
 
-def images(points: Array, frame: Array, origin: Array, axes: Array, mirrored: Even) -> tuple[Array, Array]:
-    """A point's mirror images about the middle of a window, itself the first, with mirrored frames.
-
-    Parameters
-    ----------
-    points : (3,) array
-    frame : (3, 3) array
-    origin, axes : (3,) and (3, 3) arrays
-        Middle and directions of the window.
-    mirrored : (bool, bool)
-
-    Returns
-    -------
-    points : (n, 3) array
-    frames : (n, 3, 3) array
+def images(axes: Array, mirrored: Even) -> Array:
+    """Reflections (n, 3, 3), the identity first, about the middle of a window with these axes.
 
     Examples
     --------
-    >>> images(np.array([1.0, 2.0, 0.0]), np.eye(3), np.zeros(3), np.eye(3), (True, False))[0].tolist()
-    [[1.0, 2.0, 0.0], [-1.0, 2.0, 0.0]]
+    >>> (images(np.eye(3), (True, False)) @ [1.0, 2.0, 3.0]).tolist()
+    [[1.0, 2.0, 3.0], [-1.0, 2.0, 3.0]]
     """
-    where, frames = [points], [frame]
+    found = [np.eye(3)]
     for axis in (0, 1):
         if mirrored[axis]:
             mirror = np.eye(3) - 2 * np.outer(axes[:, axis], axes[:, axis])
-            where += [origin + mirror @ (p - origin) for p in where]
-            frames += [mirror @ f for f in frames]
-    return np.array(where), np.array(frames)
+            found += [mirror @ other for other in found]
+    return np.array(found)
+
+
+def singular_part(window: Window, order: int, material: Material) -> Array:
+    """Displacements (k, k) into the body at nodes by unit loads there, as the kernel of the grid has them.
+
+    Source: `analytic.curved_kernel`. A load's own displacement is left out, those of its images are not.
+    """
+    x, y = window.node_places(order)
+    assert window.relief is not None
+    depth = window.relief.depth(x, y)
+    places = np.stack([x, y, depth], axis=1)
+    bend = np.diag(principal(window))
+    out = np.zeros((len(x), len(x)))
+    for k, mirror in enumerate(images(np.eye(3), window.mirrored)):
+        offset = places[:, None] - places @ mirror
+        own = np.eye(len(x), dtype=bool) & (k == 0)
+        offset[own] = 1.0
+        length = window.grid.size[0]
+        u = curved_kernel.displacement(offset, curvature=bend, length=length, material=material)
+        out += np.where(own, 0.0, u)
+    return out
+
+
+def inclined(window: Window, material: Material) -> Iterator[InclinedTerm]:
+    """The effect of slopes in a window, unless it is negligible."""
+    if window.relief is None:
+        return
+    x, y = window.places
+    slopes = window.relief.slopes(x, y)
+    if abs(3 * material.nu - 1) / (2 * (1 - material.nu)) * (slopes**2).sum(axis=1).max() > LEAST:
+        depths = window.relief.depth(x, y).reshape(window.shape)
+        yield InclinedTerm(depths, slopes.reshape(*window.shape, 2), window.grid.cell, material, window.mirrored)
+
+
+def principal(window: Window) -> Array:
+    """Curvatures (2,) of the surface along the window's directions in its middle, convex positive."""
+    if window.relief is None:
+        return np.zeros(2)
+    middle = np.zeros(1)
+    return np.diagonal(window.relief.hessian(middle, middle)[0]).copy()

@@ -43,8 +43,13 @@ class WindowSurface(GridSurface):
         """Projection along the window's normal of points (n, 3)."""
         window = self._window
         found = super().project(window.coordinates(points), n_near)
+        assert found.weights is not None
         normals = np.tile(window.normal, (len(points), 1))
-        return replace(found, points=window.at(found.points[:, 0], found.points[:, 1]), normals=normals)
+        plane = window.at(found.points[:, 0], found.points[:, 1])
+        if window.depths is None:
+            return replace(found, points=plane, normals=normals)
+        depth = found.weights[:, : len(window.depths)] @ window.depths
+        return replace(found, points=plane - depth[:, None] * normals, normals=normals, gap=found.gap + depth)
 
     def moved(self, rotation: Array, translation: Array) -> Self:
         """The surface in other axes, rotated and translated."""

@@ -9,6 +9,8 @@ import numpy as np
 
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.symmetry import Even, part_of
+from fecontact.bodies.local.chebyshev import nodes
+from fecontact.bodies.local.relief import Relief
 from fecontact.common.arrays import Array
 
 
@@ -26,6 +28,10 @@ class Window:
         Its cells, those beyond planes of symmetry too.
     mirrored : (bool, bool)
         Directions whose middle is a plane of symmetry of the body; the body has the positive side.
+    relief : Relief, optional
+        Depth of the surface below the plane, for slopes and curvatures; None for a flat surface.
+    depths : (n_cells,) array, optional
+        Depths of the surface at the modelled cells, as it is.
 
     Examples
     --------
@@ -38,6 +44,8 @@ class Window:
     axes: Array
     grid: Grid
     mirrored: Even
+    relief: Relief | None = None
+    depths: Array | None = None
 
     @property
     def normal(self) -> Array:
@@ -61,68 +69,32 @@ class Window:
         return len(self.along[0]), len(self.along[1])
 
     @cached_property
+    def places(self) -> tuple[Array, Array]:
+        """Coordinates (n_cells,) of the modelled cells on the plane."""
+        x, y = np.meshgrid(*self.along, indexing="ij")
+        return x.ravel(), y.ravel()
+
+    @cached_property
     def cells(self) -> Array:
-        """Centres (n_cells, 3) of the modelled cells, in the body's axes."""
-        return self.at(*(c.ravel() for c in np.meshgrid(*self.along, indexing="ij")))
+        """Centres (n_cells, 3) of the modelled cells on the surface, in the body's axes."""
+        plane = self.at(*self.places)
+        return plane if self.depths is None else plane - self.depths[:, None] * self.normal
+
+    def node_places(self, order: int) -> tuple[Array, Array]:
+        """Coordinates (k,) on the plane of the Chebyshev nodes of an order, see `chebyshev`."""
+        along = (nodes(b, order, even) for b, even in zip(self.half, self.mirrored, strict=True))
+        x, y = np.meshgrid(*along, indexing="ij")
+        return x.ravel(), y.ravel()
 
     def at(self, x: Array, y: Array) -> Array:
-        """Points (n, 3) in the body's axes of coordinates on the plane."""
+        """Points (n, 3) of the plane in the body's axes."""
         return self.origin + np.stack([x, y], axis=-1) @ self.axes[:, :2].T
+
+    def on_surface(self, x: Array, y: Array) -> Array:
+        """Points (n, 3) of the surface, smoothed by its relief, in the body's axes."""
+        plane = self.at(x, y)
+        return plane if self.relief is None else plane - self.relief.depth(x, y)[..., None] * self.normal
 
     def coordinates(self, points: Array) -> Array:
         """Coordinates (..., 3) along its directions and the outward normal, of points in the body's axes."""
         return (points - self.origin) @ self.axes
-
-
-def chebyshev(half: float, order: int, mirrored: bool) -> Array:
-    """Chebyshev nodes on (-half, half), increasing; of an even number, the positive ones where it is mirrored.
-
-    Examples
-    --------
-    >>> chebyshev(1.0, 2, True).round(4).tolist()
-    [0.7071]
-    """
-    x = -half * np.cos(np.pi * (np.arange(order) + 0.5) / order)
-    return np.asarray(x[order // 2 :] if mirrored else x)
-
-
-def polynomials(x: Array, half: float, order: int, mirrored: bool) -> Array:
-    """Chebyshev polynomials (n, k) of x / half below an order; where it is mirrored, the even ones.
-
-    Examples
-    --------
-    >>> polynomials(np.array([0.5]), 1.0, 4, True).round(12).tolist()
-    [[1.0, -0.5]]
-    """
-    degree = np.arange(0, order, 2 if mirrored else 1)
-    return np.asarray(np.cos(degree * np.arccos(np.clip(x / half, -1.0, 1.0))[:, None]))
-
-
-def coefficients(half: float, order: int, mirrored: bool) -> Array:
-    """Matrix (k, k) from values at `chebyshev` nodes to the coefficients of `polynomials`.
-
-    Source: discrete orthogonality at the zeros of T_order (J. C. Mason, D. C. Handscomb, Chebyshev Polynomials, 2003,
-    section 4.6).
-
-    Examples
-    --------
-    >>> values = chebyshev(2.0, 4, False) ** 2
-    >>> bool(np.allclose(coefficients(2.0, 4, False) @ values, [2.0, 0.0, 2.0, 0.0]))
-    True
-    """
-    T = polynomials(chebyshev(half, order, mirrored), half, order, mirrored)
-    scale = np.full(T.shape[1], 2.0 / len(T))
-    scale[0] /= 2
-    return np.asarray(scale[:, None] * T.T)
-
-
-def interpolation(x: Array, half: float, order: int, mirrored: bool) -> Array:
-    """Matrix (n, k) from values at `chebyshev` nodes to the interpolating polynomial at x (n,).
-
-    Examples
-    --------
-    >>> x = np.array([0.3, 1.5])
-    >>> (interpolation(x, 2.0, 3, False) @ chebyshev(2.0, 3, False) ** 2).round(12).tolist()
-    [0.09, 2.25]
-    """
-    return np.asarray(polynomials(x, half, order, mirrored) @ coefficients(half, order, mirrored))

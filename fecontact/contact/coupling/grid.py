@@ -7,20 +7,14 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.common.arrays import Array
-from fecontact.contact.coupling.facing import STEEPEST
 from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
 from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.surfaces.facet_surface import Projection, Surface
 from fecontact.surfaces.rigid.indenter import heights_of
+from fecontact.surfaces.straight_line import along_line
 
 UPWARDS = (0.0, 0.0, 1.0)
 """Normal of a half-space in its own axes."""
-
-CLOSE = 1e-14
-"""Distance, relative to the size of the surfaces, at which the search along a vertical line has converged."""
-
-
-MOST_STEPS = 60
 
 
 def straight_above(
@@ -46,18 +40,7 @@ def straight_above(
         height = np.where(outside, start[:, 2], height)
         projection = np.stack([start[:, 0], start[:, 1], height], axis=1)
         return Projection(projection, normals, height - start[:, 2], outside)
-    travel = np.zeros(len(points))
-    lost = np.zeros(len(points), bool)
-    size = float(np.ptp(points, axis=0).max())
-    for step in range(MOST_STEPS):
-        known = closest if step == 0 else None
-        found = master.project(start + travel[:, None] * direction) if known is None else known
-        cosine = -(found.normals @ direction)
-        lost |= cosine < STEEPEST
-        further = np.where(lost, 0.0, found.gap / np.where(lost, 1.0, cosine))
-        travel = travel + further
-        if np.abs(further).max(initial=0.0) <= CLOSE * size:
-            break
+    travel, found, lost = along_line(master, start, direction, closest)
     projection = start + travel[:, None] * direction
     return Projection(
         projection, normals, travel, found.outside | lost, found.weights, found.facet, found.local, found.surface
