@@ -116,37 +116,54 @@ def _evaluate(
     """
     A, M, B = series
     z = place[..., 2]
-    w = (place[..., 0] + 1j * place[..., 1]) / (rho + z)
-
-    def power(j: int) -> Array:
-        return np.asarray(w**j if j >= 0 else np.conj(w) ** -j)
+    powers = _powers((place[..., 0] + 1j * place[..., 1]) / (rho + z), max(abs(j) for s in series for j in s) + 1)
+    direct, bent = _sum((2 - nu, A), (nu, M)), _sum((0.5, A), (-0.5, M))
 
     def value(terms: Series) -> Array:
         logarithm = -np.log((rho + z) / length)
-        return np.asarray(sum(c * (power(j) / abs(j) if j else logarithm) for j, c in terms.items()))
+        return np.asarray(sum(c * (powers[j] / abs(j) if j else logarithm) for j, c in terms.items()))
 
     def E(terms: Series) -> Array:
-        return np.asarray(sum(c * power(j) for j, c in terms.items()) / rho)
+        return np.asarray(sum(c * powers[j] for j, c in terms.items()) / rho)
 
     def F(terms: Series) -> Array:
         """The derivative of E along z."""
-        return np.asarray(-sum(c * (abs(j) + z / rho) * power(j) for j, c in terms.items()) / rho**2)
+        by_order = sum(c * abs(j) * powers[j] for j, c in terms.items())
+        return np.asarray(-(by_order + z * E(terms)) / rho**2)
 
     def planar(derivative: Derivative) -> Array:
         """2 mu times a derivative of u_x + i u_y, z held."""
-        a, m = derivative(A), derivative(M)
-        return (2 - nu) * E(a) + nu * E(m) + z / 2 * (F(a) - F(m))
+        return E(derivative(direct)) + z * F(derivative(bent))
 
-    A_z, M_z, B_z = _down(A), _down(M), _down(B)
-    u = (2 - nu) * value(A) + nu * value(M) + z / 2 * (E(A_z) - E(M_z))
-    u_z = ((1 - 2 * nu) * value(B) - z * E(B_z)).real
+    turn = E(_down(bent))
+    B_z = E(_down(B)).real
+    u = value(direct) + z * turn
+    u_z = (1 - 2 * nu) * value(B).real - z * B_z
     displacement = np.stack(np.broadcast_arrays(u.real, u.imag, u_z), axis=-1) / modulus
-    area, twist = planar(_conjugate).real, planar(_along)
+    # D of the real part of B, as half of D B and the conjugate of D* B
     slope = (1 - 2 * nu) * (E(_along(B)) + np.conj(E(_conjugate(B)))) / 2
     slope = slope - z * (F(_along(B)) + np.conj(F(_conjugate(B)))) / 2
-    shear = planar(_down) + (E(A_z) - E(M_z)) / 2 + slope
-    depth = -2 * nu * E(B_z).real - z * F(B_z).real
-    return displacement, _hooke(area, twist, shear, depth, nu)
+    shear = planar(_down) + turn + slope
+    depth = -2 * nu * B_z - z * F(_down(B)).real
+    return displacement, _hooke(planar(_conjugate).real, planar(_along), shear, depth, nu)
+
+
+def _powers(w: Array, most: int) -> Series:
+    """Powers of w by their order, those of its conjugate by the negative one."""
+    powers = {0: np.ones_like(w)}
+    for j in range(1, most + 1):
+        powers[j] = powers[j - 1] * w
+        powers[-j] = np.conj(powers[j])
+    return powers
+
+
+def _sum(*parts: tuple[float, Series]) -> Series:
+    """Sum of series with factors."""
+    total: Series = {}
+    for factor, terms in parts:
+        for j, c in terms.items():
+            total[j] = total.get(j, 0.0) + factor * c
+    return total
 
 
 def _along(terms: Series) -> Series:
