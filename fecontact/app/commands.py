@@ -102,6 +102,8 @@ def solve(options: argparse.Namespace) -> int:
         return 0
     if scene.cases:
         return _sweep(scene, options.json)
+    if scene.steps:
+        return _follow(scene, options.json)
     result = scene.solve()
     remarks = _show(_titled(scene, result), scene.summary(result), options.json)
     for path in scene.write(result):
@@ -114,6 +116,15 @@ def _sweep(scene: SceneFile, to: str | None) -> int:
     remarks = _show(_titled(scene, table_of(rows)), {"cases": rows}, to)
     for output in scene.outputs:
         print(f"wrote {output.path}", file=remarks)
+    return 0
+
+
+def _follow(scene: SceneFile, to: str | None) -> int:
+    path = scene.solve_path()
+    figures = {"steps": [result.summary() for result in path.steps], "dissipated": path.dissipated.tolist()}
+    remarks = _show(_titled(scene, f"{path[-1]}\n{path}"), figures, to)
+    for written in scene.write(path[-1]):
+        print(f"wrote {written}", file=remarks)
     return 0
 
 

@@ -39,16 +39,26 @@ def save_result(result: SolvedScene, path: str | Path, summary: Callable[[], dic
 
 
 def save_csv(result: SolvedScene, path: str | Path) -> Path:
-    """One row per contact point: contact, position, normal, area, force, pressure, gap, region (0: no contact)."""
+    """One row per contact point: contact, position, normal, area, force, pressure, gap, region (0: no contact).
+
+    With friction also traction (tx, ty, tz), slip of the step (sx, sy, sz) and state (open, stick, slip).
+    """
     path = check_writable(path)
     head = ["contact", "x", "y", "z", "nx", "ny", "nz", "area", "force", "pressure", "gap", "region"]
+    if result.friction is not None:
+        head += ["tx", "ty", "tz", "sx", "sy", "sz", "state"]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(head)
         for k, c in enumerate(result.contacts):
             table = np.column_stack([c.points, c.normals, c.weights, c.forces, c.pressure, c.gap])
             rows = zip(table.tolist(), c.region.tolist(), strict=True)
-            writer.writerows([k, *map(repr, row), region] for row, region in rows)
+            lines = [[k, *map(repr, row), region] for row, region in rows]
+            if c.friction is not None:
+                f = c.friction
+                tangential = np.column_stack([f.traction, f.slip]).tolist()
+                lines = [[*a, *map(repr, b), s] for a, b, s in zip(lines, tangential, f.state, strict=True)]
+            writer.writerows(lines)
     return path
 
 

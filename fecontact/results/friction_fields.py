@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -57,6 +58,11 @@ class FrictionFields:
         return self.touching & ~self.sliding
 
     @property
+    def state(self) -> list[str]:
+        """State of each of the n points: "open", "stick" or "slip"."""
+        return [("open", "stick", "slip")[k] for k in self.touching + 1 * self.sliding]
+
+    @property
     def force(self) -> Array:
         """Resultant (3,) of friction on the slave."""
         return np.asarray(self.resultants.sum(axis=0))
@@ -70,6 +76,16 @@ class FrictionFields:
     def slip_area(self) -> float:
         """Area of the points that slide."""
         return float(self.weights[self.sliding].sum())
+
+    def summary(self) -> dict[str, Any]:
+        """Figures for scripts, ready for JSON; an infinite coefficient as "rough"."""
+        return {
+            "mu": self.mu if np.isfinite(self.mu) else "rough",
+            "force": self.force.tolist(),
+            "stick_area": self.stick_area,
+            "slip_area": self.slip_area,
+            "dissipated": self.dissipated,
+        }
 
     @property
     def dissipated(self) -> float:

@@ -31,6 +31,13 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
         if c.active.any():
             lines.append(f"  error of {c.error_estimate}")
             lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}")
+        if c.friction is not None:
+            f = c.friction
+            lines += [
+                f"  friction, mu {f.mu:<9g} {_numbers(f.force)}",
+                f"  area stuck, sliding   {f.stick_area:>13.6g} {f.slip_area:>13.6g}",
+                f"  work of friction      {f.dissipated:>13.6g}   in this step",
+            ]
         if len(c.regions) > 1:
             lines += [
                 f"  region {k + 1}: area {r.area:.6g}, pressure max {r.max_pressure:.6g}, force {_numbers(r.force)}"
@@ -42,6 +49,9 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
         f"Residuals: penetration {r.penetration:.1e}, tension {r.tension:.1e}, "
         f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}"
     )
+    if result.friction is not None:
+        law = result.friction.residuals
+        lines.append(f"Friction:  cone {law.cone:.1e}, slip {law.slip:.1e}, dissipation {law.dissipation:.1e}")
     lines += [f"Warning:   {text}" for text in warnings]
     lines += [f"Note:      {text}" for text in notes]
     if result.convergence is not None:

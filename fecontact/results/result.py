@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -80,6 +80,7 @@ class ContactResult(SolvedScene):
                     "regions": len(c.regions),
                     "region_resultants": [_plain_region(r) for r in c.regions],
                     "note": c.note,
+                    **({} if c.friction is None else {"friction": c.friction.summary()}),
                 }
                 for c in self.contacts
             ],
@@ -94,6 +95,7 @@ class ContactResult(SolvedScene):
                 "tension": r.tension,
                 "complementarity": r.complementarity,
                 "equilibrium": r.equilibrium,
+                **({} if self.friction is None else {"friction": asdict(self.friction.residuals)}),
             },
             "seconds": dict(self.seconds),
             "memory_mb": dict(self.memory),

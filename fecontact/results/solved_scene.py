@@ -62,6 +62,8 @@ class SolvedScene:
     friction : FrictionSolution, optional
         Solution of the condensed problem with friction; `solution` then is that of its normal forces alone, under the
         tangential forces found.
+    follows_step : bool
+        Whether it belongs to a load path.
     """
 
     scene: SceneModel
@@ -79,6 +81,7 @@ class SolvedScene:
     convergence: Convergence | None = None
     linearisation: LinearisationError | None = field(default=None, repr=False)
     friction: FrictionSolution | None = field(default=None, repr=False)
+    follows_step: bool = False
 
     @property
     def success(self) -> bool:

@@ -60,6 +60,24 @@ def missed_accuracy(result: SolvedScene) -> Iterator[str]:
         )
 
 
+def friction_not_unique(result: SolvedScene) -> Iterator[str]:
+    """Warning of a solution with friction beyond which others exist or which is not stable."""
+    if result.friction is not None and result.friction.orientation < 0:
+        yield (
+            "With this much friction the solution is not the only one, or not stable (the determinant of Newton's "
+            "matrix has changed its sign). Follow the load in smaller steps by Scene.solve_path, and compare."
+        )
+
+
+def single_step(result: SolvedScene) -> Iterator[str]:
+    """Note on friction under loads applied at once."""
+    if result.friction is not None and not result.follows_step:
+        yield (
+            "Friction depends on the order of loads: these act together, in one step from the unloaded state. "
+            "Scene.solve_path applies them one after the other."
+        )
+
+
 def mended(result: SolvedScene) -> Iterator[str]:
     """Notes of corrections made by readers and surfaces."""
     notes = ((body.name, text) for body in result.scene.bodies for text in body.notes)
@@ -76,8 +94,9 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     overlap_left,
     coarse_pressures,
     missed_accuracy,
+    friction_not_unique,
 )
-NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended,)
+NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, single_step)
 
 
 def warnings_of(result: SolvedScene) -> tuple[str, ...]:

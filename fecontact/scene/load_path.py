@@ -7,7 +7,7 @@ certified solution is cut in halves, with loads and motions in between.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -177,7 +177,7 @@ def _solved_step(
         if isinstance(error, SupportError) or depth == HALVINGS:
             raise
     else:
-        yield found
+        yield replace(found, follows_step=True)
         return
     middle = between(given, step)
     for start, end in ((given, middle), (middle, step)):

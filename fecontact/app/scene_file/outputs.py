@@ -15,9 +15,9 @@ from fecontact.common.units import Units
 from fecontact.results.result import ContactResult
 
 PICTURES = (".png", ".svg", ".pdf")
-#: Fields that [outputs] can draw on the bodies; those of the contacts are 'pressure' and 'gap'.
+#: Fields that [outputs] can draw on the bodies; those of the contacts are 'pressure', 'gap', 'friction'.
 BODY_PICTURES = ("von_mises", "contact_pressure", "displacement")
-CONTACT_PICTURES = ("pressure", "gap")
+CONTACT_PICTURES = ("pressure", "gap", "friction")
 FILES = {"vtu": (".vtu",), "json": (".json",), "csv": (".csv",), "table": (".txt", ".md", ".log")}
 
 

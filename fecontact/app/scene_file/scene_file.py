@@ -7,7 +7,7 @@ file. `docs/scene-file.md` has all keys.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target
+from fecontact.scene.load_path import LoadPath
 from fecontact.scene.scene import Scene
 from fecontact.solvers import available_solvers
 
@@ -46,6 +47,8 @@ class SceneFile:
     outputs : tuple of Output
     cases : tuple of dict
         Cases of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty for a single case.
+    steps : tuple of dict
+        Steps of a load path with friction: arguments of `Scene.solve_path`; empty unless given.
     """
 
     path: Path
@@ -57,10 +60,15 @@ class SceneFile:
     options: dict[str, Any]
     outputs: tuple[Output, ...]
     cases: tuple[dict[str, Any], ...] = ()
+    steps: tuple[dict[str, Any], ...] = ()
 
     def solve(self) -> ContactResult:
         """Solve the scene under its loads, see `Scene.solve`; for the cases of a sweep use `sweep`."""
         return self.scene.solve(**self.loads, **self.options)
+
+    def solve_path(self) -> LoadPath:
+        """Solve the steps of a load path, see `Scene.solve_path`."""
+        return self.scene.solve_path(self.steps, **self.options)
 
     def sweep(self) -> list[dict[str, Any]]:
         """Solve all cases and write their files; returns one summary each, see `sweep.run_sweep`."""
@@ -89,6 +97,7 @@ class SceneFile:
         lines += [f"  spring   {s.name}" for s in self.scene.springs]
         lines += [f"  load     {kind}: {_targets(value)}" for kind, value in self.loads.items()]
         lines += [f"  case     {case['name']}" for case in self.cases]
+        lines += [f"  step     {k}: {', '.join(step)}" for k, step in enumerate(self.steps, start=1)]
         lines += [f"  output   {o.kind}: {o.path}" for o in self.outputs]
         return "\n".join(lines)
 
@@ -157,6 +166,8 @@ def read_scene(
     options = _solve_options(root.table("solve"))
     tables = root.tables("cases")
     cases = [_case(table, k, bodies, loads) for k, table in enumerate(tables)]
+    steps = [_loads(step, bodies) for step in root.tables("steps")]
+    _check_steps(root, loads, cases, steps, options)
     outputs = read_outputs(root.table("outputs"), folder if out is None else Path(out), bodies, bool(cases))
     root.finish()
     made = {name: body for name, body in bodies.items() if body is not None}
@@ -168,7 +179,19 @@ def read_scene(
     scene = Scene(
         list(made.values()), [c for c in contacts if c is not None], springs=[s for s in springs if s is not None]
     )
-    return SceneFile(root.faults.path, title, units, scene, made, loads, options, outputs, tuple(cases))
+    return SceneFile(root.faults.path, title, units, scene, made, loads, options, outputs, tuple(cases), tuple(steps))
+
+
+def _check_steps(
+    root: Table, loads: Mapping[str, Any], cases: Sequence[Any], steps: Sequence[Any], options: Mapping[str, Any]
+) -> None:
+    """Refuse steps beside other ways to give loads, and settings that a load path does not have."""
+    if not steps:
+        return
+    if loads or cases:
+        root.fault("steps", "has all loads of a load path: leave [loads] and [[cases]] out.")
+    if others := sorted(set(options) - {"tolerance"}):
+        root.fault("steps", f"is a load path with friction, which has no {', '.join(others)}.")
 
 
 def _units(table: Table) -> Units:
@@ -195,6 +218,7 @@ def _contact(table: Table, bodies: Mapping[str, AnyBody | None]) -> Contact | No
         table.fault("surfaces", f"must be two names, the slave's first; found {names!r}.")
     swap = table.text("swap", ("auto", "never")) or "auto"
     coupling = table.text("coupling", ("auto", "nodal", "mortar")) or "auto"
+    friction = _friction(table)
     table.finish()
     if table.faulty:
         return None
@@ -202,7 +226,15 @@ def _contact(table: Table, bodies: Mapping[str, AnyBody | None]) -> Contact | No
     if one is None or other is None:
         return None
     surfaces = None if names is None else (names[0], names[1])
-    return table.attempt(lambda: Contact(one, other, surfaces, swap, coupling))
+    return table.attempt(lambda: Contact(one, other, surfaces, swap, coupling, friction))
+
+
+def _friction(table: Table) -> float:
+    """Coefficient of friction; the word "rough" for an infinite one."""
+    if table.values.get("friction") == "rough":
+        table.text("friction")
+        return math.inf
+    return table.number("friction") or 0.0
 
 
 def _spring(table: Table, bodies: Mapping[str, AnyBody | None]) -> Spring | None:

@@ -19,13 +19,15 @@ from fecontact.common.text_files import check_writable
 from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.pictures.convergence import draw_convergence
+from fecontact.results.pictures.friction_map import draw_arrows, draw_friction_curve
 from fecontact.results.pictures.section_curve import draw_curve
 from fecontact.results.solved_scene import SolvedScene
 
-FIELDS = ("pressure", "gap")
+FIELDS = ("pressure", "gap", "friction")
 STYLES = ("smooth", "sensels")
-COLOURS = {"pressure": "magma_r", "gap": "viridis"}
+COLOURS = {"pressure": "magma_r", "gap": "viridis", "friction": "Greys"}
 #: Cells per side into which a facet is divided for a smooth picture.
 FINENESS = 6
 #: Share of the largest pressure at which a region is outlined, and above which a sensel shows its pressure.
@@ -48,7 +50,7 @@ def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | 
     ----------
     result : SolvedScene
     what : str
-        'pressure' or 'gap' of the contacts; 'convergence' of a result solved to an accuracy; 'von_mises',
+        'pressure', 'gap' or 'friction' of the contacts; 'convergence' of a result solved to an accuracy; 'von_mises',
         'displacement', 'contact_pressure', 'stress_xx', ... on the bodies.
     path : str or Path, optional
         File to write; the suffix decides the format.
@@ -88,7 +90,8 @@ def plot_contacts(
     Parameters
     ----------
     result : SolvedScene
-    what : {'pressure', 'gap'}
+    what : {'pressure', 'gap', 'friction'}
+        'friction': sizes and directions of tractions, and what sticks and slides.
     path : str or Path, optional
         File to write; the suffix decides the format.
     units, length, force : str
@@ -118,18 +121,30 @@ def plot_contacts(
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     top = max(c.max_pressure for c in shown) if same_colours else None
     for axes, contact in zip(grid, shown, strict=False):
-        if contact.is_curve:
+        friction = contact.friction
+        if what == "friction" and friction is not None:
+            draw_friction(axes, contact, friction, names)
+        elif contact.is_curve:
             draw_curve(axes, contact, what, names, top)
         elif style == "sensels":
             draw_sensels(axes, contact, pitch, names, top)
         else:
             draw_field(axes, contact, getattr(contact, what), what, names, top=top)
-        if not contact.is_curve:
+        if not contact.is_curve and what != "friction":
             draw_regions(axes, contact, names)
         axes.set_title(_title(contact, names), fontsize="medium")
     for axes in grid[len(shown) :]:
         axes.set_axis_off()
     return save_figure(figure, path)
+
+
+def draw_friction(axes: Any, contact: ContactFields, friction: FrictionFields, units: Units) -> None:
+    """Draw sizes and directions of tractions of friction."""
+    if contact.is_curve:
+        draw_friction_curve(axes, contact, friction, units)
+        return
+    draw_field(axes, contact, np.linalg.norm(friction.traction, axis=1), "friction", units)
+    draw_arrows(axes, contact, friction, view_axes(contact.normals, contact.forces))
 
 
 def _check_map(result: SolvedScene, what: str, style: str, pitch: float | None, contacts: Sequence[int] | None) -> None:
@@ -139,6 +154,8 @@ def _check_map(result: SolvedScene, what: str, style: str, pitch: float | None, 
         raise InputError(f"Sensels feel pressure; found the field {what!r}. Draw it with style='smooth'.")
     if pitch is not None:
         positive("the pitch of the sensels", pitch)
+    if what == "friction" and any(c.friction is None for c in result.contacts):
+        raise InputError("A contact without friction has no tractions to draw; give Contact(..., friction=...).")
     if wrong := [k for k in contacts or () if not 0 <= k < len(result.contacts)]:
         raise InputError(f"There is no contact {wrong[0]}; the result has {len(result.contacts)} (0, 1, ...).")
 
@@ -181,15 +198,16 @@ def draw_field(
     names = units or Units()
     plane = view_axes(contact.normals, contact.forces)
     triangles, xy, shades = _shaded(
-        contact, contact.nodes @ plane.T, values, 0.0 if what == "pressure" else values.max(initial=0.0)
+        contact, contact.nodes @ plane.T, values, values.max(initial=0.0) if what == "gap" else 0.0
     )
-    limits = {"vmin": 0.0, "vmax": top or values.max(initial=0.0) or 1.0} if what == "pressure" else {}
+    limits = {"vmin": 0.0, "vmax": top or values.max(initial=0.0) or 1.0} if what != "gap" else {}
     drawn = axes.tripcolor(
         Triangulation(xy[:, 0], xy[:, 1], triangles), shades, shading="gouraud", cmap=COLOURS[what], **limits
     )
     for side in _facet_sides(contact, contact.nodes @ plane.T):
         axes.plot(*side.T, color="0.4", linewidth=0.3, alpha=0.6)
-    label = names.after("contact pressure", "stress") if what == "pressure" else names.after("gap", "length")
+    labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
+    label = names.after(labels[what], "length" if what == "gap" else "stress")
     axes.figure.colorbar(drawn, ax=axes, label=label)
     _frame(axes, contact, plane, names, margin)
 

@@ -45,7 +45,7 @@ def draw_curve(axes: Any, contact: ContactFields, what: str, units: Units, top: 
         label="interpolated in the sides",
     )
     axes.plot(contact.points[:, k], values, "o", color="tab:blue", markersize=3.5, label="contact nodes")
-    low, high = _window(contact, k)
+    low, high = curve_window(contact, k)
     axes.set_xlim(low, high)
     if what == "pressure":
         axes.set_ylim(0.0, 1.05 * (top or float(values.max(initial=0.0)) or 1.0))
@@ -53,14 +53,14 @@ def draw_curve(axes: Any, contact: ContactFields, what: str, units: Units, top: 
         shown = values[(contact.points[:, k] >= low) & (contact.points[:, k] <= high)]
         room = 0.05 * (float(np.ptp(shown)) or 1.0)
         axes.set_ylim(float(shown.min()) - room, float(shown.max()) + room)
-    axes.set_xlabel(units.after(_name(contact, k), "length"))
+    axes.set_xlabel(units.after(axis_name(contact, k), "length"))
     axes.set_ylabel(units.after("contact pressure", "stress") if what == "pressure" else units.after("gap", "length"))
     axes.grid(color="0.9")
     axes.legend(loc="best", fontsize="small")
 
 
-def _window(contact: ContactFields, k: int) -> tuple[float, float]:
-    """Limits of the picture: the contact and a margin, within the curve; the whole curve without contact."""
+def curve_window(contact: ContactFields, k: int) -> tuple[float, float]:
+    """Limits of a picture: the contact and a margin, within the curve; the whole curve without contact."""
     place = contact.points[:, k]
     low, high = float(place.min()), float(place.max())
     if not contact.active.any():
@@ -70,7 +70,8 @@ def _window(contact: ContactFields, k: int) -> tuple[float, float]:
     return max(low, float(touched.min()) - search_radius), min(high, float(touched.max()) + search_radius)
 
 
-def _name(contact: ContactFields, k: int) -> str:
+def axis_name(contact: ContactFields, k: int) -> str:
+    """Name of the horizontal axis."""
     if k == 2:
         return "z"
     return "radius" if contact.is_ring else "x"

@@ -143,3 +143,96 @@ def test_a_step_that_cannot_be_held_has_its_number() -> None:
     press = {"forces": {block: (0, 0, -0.01)}, "free": {block: "x"}}
     with pytest.raises(fc.SupportError, match="Step 2 of 2"):
         scene.solve_path([press, {"forces": {block: (0.0031, 0, -0.01)}, "free": {block: "x z"}}])
+
+
+def test_a_result_tells_its_friction(tmp_path) -> None:
+    scene, block = dragged(0.3)
+    path = scene.solve_path([{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}])
+    text = str(path[1])
+    assert "friction, mu 0.3" in text
+    assert "area stuck, sliding" in text
+    assert "Friction:  cone" in text
+    assert len(str(path).splitlines()) == 3
+    told = path[1].summary()
+    assert abs(told["contacts"][0]["friction"]["slip_area"] - 1) < 1e-12
+    assert told["residuals"]["friction"]["cone"] < 1e-10
+    lines = path[1].save(tmp_path / "points.csv").read_text().splitlines()
+    assert lines[0].endswith("tx,ty,tz,sx,sy,sz,state")
+    assert all(line.endswith("slip") for line in lines[1:])
+    figure = path[1].plot("friction", tmp_path / "friction.png")
+    assert (tmp_path / "friction.png").stat().st_size > 5000
+    assert "traction of friction" in {axes.get_ylabel() for axes in figure.axes}
+
+
+def test_loads_at_once_are_noted_and_a_path_is_not() -> None:
+    scene, block = dragged(0.3)
+    motions = {"motions": {block: {"z": -0.01, "x": 0.001}}}
+    assert any("order of loads" in text for text in scene.solve(**motions).notes)
+    assert not any("order of loads" in text for text in scene.solve_path([motions])[0].notes)
+
+
+def test_pictures_of_friction_need_friction() -> None:
+    scene, block = dragged(0.0)
+    with pytest.raises(fc.InputError, match="without friction"):
+        scene.solve(motions={block: {"z": -0.01}}).plot("friction")
+
+
+def test_a_step_without_certified_solution_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    from fecontact.scene import load_path
+
+    scene, block = dragged(0.3)
+    steps = [{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}]
+    whole, given, calls = scene.solve_path(steps), load_path.solved, []
+
+    def failing(*args: object) -> object:
+        calls.append(args)
+        if len(calls) == 2:
+            raise fc.SolverError("no")
+        return given(*args)
+
+    monkeypatch.setattr(load_path, "solved", failing)
+    cut = scene.solve_path(steps)
+    assert cut.cuts == (1, 2)
+    assert abs(cut.forces - whole.forces).max() < 1e-12  # full slip: the path does not matter
+    assert cut.dissipated[1, 0] > 0
+
+
+def test_a_load_path_in_a_scene_file(tmp_path, capsys) -> None:
+    from fecontact.app.cli import main
+
+    text = """
+    [materials.rubber]
+    E = 1.0
+    nu = 0.0
+    [bodies.block]
+    shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [2, 2, 2]}
+    material = "rubber"
+    contact = "bottom"
+    supports = {top = "xyz"}
+    [bodies.floor]
+    type = "rigid"
+    shape = {kind = "plane"}
+    [[contacts]]
+    slave = "block"
+    master = "floor"
+    friction = FRICTION
+    [[steps]]
+    motions.block = {z = -0.01}
+    [[steps]]
+    motions.block = {z = -0.01, x = 0.02}
+    [outputs]
+    friction = "friction.png"
+    """
+    file = tmp_path / "drag.toml"
+    file.write_text(text.replace("FRICTION", "0.3"))
+    assert main(["solve", str(file)]) == 0
+    assert "slip area" in capsys.readouterr().out
+    assert (tmp_path / "friction.png").exists()
+    file.write_text(text.replace("FRICTION", '"rough"'))
+    assert np.isinf(fc.read_scene(file).scene.contacts[0].friction)
+    file.write_text(text.replace("FRICTION", "-0.3"))
+    with pytest.raises(fc.InputError, match="coefficient of friction"):
+        fc.read_scene(file)
+    file.write_text(text.replace("FRICTION", "0.3") + "[loads]\nmotions.block = {z = -0.01}\n")
+    with pytest.raises(fc.InputError, match=r"leave \[loads\] and \[\[cases\]\] out"):
+        fc.read_scene(file)

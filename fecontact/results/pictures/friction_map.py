@@ -1,0 +1,58 @@
+"""Pictures of friction: tangential tractions with their directions, and what sticks and what slides."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fecontact.common.arrays import Array, Mask
+from fecontact.common.units import Units
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.friction_fields import FrictionFields
+from fecontact.results.pictures.section_curve import along_axis, axis_name, curve_window
+
+#: Colours of points that stick and slide.
+STICK, SLIDE = "tab:blue", "tab:red"
+#: Arrows drawn at most.
+MOST_ARROWS = 300
+
+
+def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFields, units: Units) -> None:
+    """Draw tractions along a contact of sections, between the limits of friction."""
+    k = along_axis(contact)
+    order = np.argsort(contact.points[:, k])
+    place = contact.points[order, k]
+    along = np.linalg.norm(friction.traction, axis=1) * np.sign(friction.traction[:, k])
+    if np.isfinite(friction.mu):
+        limit = friction.mu * contact.pressure[order]
+        axes.fill_between(place, -limit, limit, color="0.9", label="up to mu times the pressure")
+    axes.plot(place, along[order], color="0.4", linewidth=1.0)
+    for chosen, colour, name in _states(friction):
+        axes.plot(contact.points[chosen, k], along[chosen], "o", color=colour, markersize=4, label=name)
+    axes.set_xlim(*curve_window(contact, k))
+    axes.set_xlabel(units.after(axis_name(contact, k), "length"))
+    axes.set_ylabel(units.after("traction of friction", "stress"))
+    axes.grid(color="0.9")
+    axes.legend(loc="best", fontsize="small")
+
+
+def draw_arrows(axes: Any, contact: ContactFields, friction: FrictionFields, plane: Array) -> None:
+    """Draw directions of tractions on the slave, in a view (2, 3), coloured by what sticks and slides."""
+    flat, traction = contact.points @ plane.T, friction.traction @ plane.T
+    largest = float(np.linalg.norm(traction, axis=1).max(initial=0.0))
+    every = max(1, -(-int(friction.touching.sum()) // MOST_ARROWS))
+    for chosen, colour, name in _states(friction):
+        axes.plot(*flat[chosen].T, ".", color=colour, markersize=3.0, label=name)
+        some = np.flatnonzero(chosen)[::every]
+        if largest > 0 and len(some):
+            spread = float(np.ptp(flat[friction.touching], axis=0).max())
+            axes.quiver(
+                *flat[some].T, *traction[some].T, color=colour, angles="xy", scale_units="xy",
+                scale=10 * largest / spread, width=0.003,
+            )  # fmt: skip
+    axes.legend(loc="upper right", fontsize="small")
+
+
+def _states(friction: FrictionFields) -> tuple[tuple[Mask, str, str], ...]:
+    return ((friction.sticking, STICK, "sticks"), (friction.sliding, SLIDE, "slides"))

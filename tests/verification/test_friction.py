@@ -1,0 +1,158 @@
+"""Coulomb friction of elastic bodies: partial slip, torque of a press fit, belts, slopes, patch test, energy."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.analytic import friction, hertz
+
+UPSIDE_DOWN = np.diag([-1.0, 1.0, -1.0])
+CERTIFIED = 1e-10
+
+
+def worst(path):
+    """Largest residual of all steps."""
+    return max(result.friction.residuals.worst for result in path.steps)
+
+
+@pytest.mark.parametrize(("level", "traction", "radius"), [(1, 0.045, 0.019), (2, 0.0165, 0.033)])
+def test_partial_slip_of_two_balls(level, traction, radius, row):
+    """Partial slip of two equal balls: traction and stick radius.
+
+    Source: Cattaneo 1938, Mindlin 1949, with nu = 0, where the radial slip of their solution opposes no traction. Equal
+    balls: no coupling of pressures and tangential displacements. Tolerances a quarter above what was measured. The
+    mesh errs: the edge of stick lies inside its faces, by up to half a face.
+    """
+    steel = fc.Material(E=2.0e6, nu=0.0)
+    ball, load, mu = hertz.spheres((25.0, 25.0), (steel, steel), force=726.4), 726.4, 0.3
+    exact = friction.mindlin(ball, mu, tangential=0.6 * mu * load)
+    mesh = fc.shapes.half_sphere(25.0, contact_radius=ball.a, level=level, sector="half")
+    lower = fc.ElasticBody(mesh, steel, "cap", {"base": "xyz", "sym_y": "y"}, name="lower")
+    upper = lower.placed(rotation=UPSIDE_DOWN, name="upper")
+    scene = fc.Scene([lower, upper], [fc.Contact(lower, upper, friction=mu)])
+    # half of each ball is modelled; `lower` lies above the other
+    steps = [(0, 0, load / 2), (0.3 * mu * load, 0, load / 2)]
+    path = scene.solve_path([{"forces": {upper: f}, "free": {upper: "x z"}} for f in steps])
+    contact = path[1].contacts[0]
+    r = np.hypot(*contact.points[:, :2].T)
+    target = exact.traction(r)
+    found = np.linalg.norm(contact.friction.traction - [[1, 0, 0]] * target[:, None], axis=1)
+    case = f"partial slip of balls, level {level}"
+    error = math.sqrt(contact.weights @ found**2 / (contact.weights @ target**2))
+    row(case, "traction at the nodes, L2 error", 0, error, traction, dofs=path[1].n_dofs)
+    row(case, "stick radius by area", exact.c, math.sqrt(2 * contact.friction.stick_area / math.pi), radius)
+    row(case, "friction", 0.3 * mu * load, contact.friction.force[0], 1e-9)
+    row(case, "worst residual", 0, worst(path), CERTIFIED)
+    assert max(result.friction.nit for result in path.steps) <= 12
+
+
+def test_torque_of_a_press_fit(row):
+    """Torque at which a ring slides on a shaft pressed into it.
+
+    Source: mu p 2 pi R^2 h with Lame's pressure of a ring held at its outer face. The ring's twenty-node cells, twelve
+    round it, err by 1e-4 in the pressure.
+    """
+    steel, inner, outer, height, press, mu = fc.Material(E=2e5, nu=0.3), 10.0, 20.0, 4.0, 0.01, 0.15
+    mesh = fc.shapes.thick_ring(inner, outer, height, (3, 3, 1), sector="full")
+    ring = fc.ElasticBody(mesh, steel, "inner", {"outer": "xyz", "bottom": "z", "top": "z"}, name="ring")
+    shaft = fc.RigidBody(fc.surfaces.Cylinder(inner + press), name="shaft")
+    shaft = shaft.placed((0, 0, -inner - press)).placed(rotation=fc.rotation_about((1, 0, 0), math.pi / 2))
+    path = fc.Scene([ring, shaft], [fc.Contact(ring, shaft, friction=mu)]).solve_path(
+        [{"motions": {ring: {"rz": turn}}} for turn in (0.0, 1e-4, 5e-3)]
+    )
+    a, b = np.linalg.solve([[inner, 1 / inner], [outer, 1 / outer]], [press, 0.0])
+    shear, bulk = 2e5 / 2.6, 2e5 * 0.3 / 1.3 / 0.4 + 2e5 / 2.6
+    pressure = 2 * shear * b / inner**2 - 2 * bulk * a
+    torque = mu * pressure * 2 * math.pi * inner**2 * height
+    row("press fit", "torque at slip", torque, path[2].reaction(ring)[5], 2e-4)
+    row("press fit", "pressure", pressure, path[2].contacts[0].mean_pressure, 2e-4)
+    row("press fit", "sliding share of the area", 1.0, path[2].contacts[0].friction.sliding.mean(), 1e-12)
+    row("press fit", "worst residual", 0, worst(path), CERTIFIED)
+    assert path[1].contacts[0].friction.sticking.all()
+
+
+def test_belt_on_a_drum(row):
+    """Tight against slack side of a belt that slides over a quarter of a drum.
+
+    Source: Euler and Eytelwein, T2 = T1 exp(mu angle). A belt of a hundredth of the radius: its bending and the offset
+    of its middle, t / 2R, are left out.
+    """
+    mu, slack = 0.3, 1e-3
+    mesh = fc.sections.annulus(1.0, 1.01, (40, 1), element="quad9")
+    belt = fc.PlaneBody(mesh, fc.Material(E=100.0, nu=0.0), "inner", {"sym_x": "x"}, name="belt")
+    drum = fc.RigidBody(fc.surfaces.Cylinder(1.0), name="drum").placed((0, 0, -1.0))
+    path = fc.Scene([belt, drum], [fc.Contact(belt, drum, friction=mu)]).solve_path(
+        [{"forces": {(belt, "sym_z"): (0, 0, -slack)}, "motions": {belt: {"x": -pull}}} for pull in (0.0, 0.02)]
+    )
+    tight = friction.belt_tension(slack, mu, math.pi / 2)
+    row("belt on a drum", "tight side", tight, -path[1].reaction(belt)[0], 1e-3)
+    row("belt on a drum", "worst residual", 0, worst(path), CERTIFIED)
+
+
+def test_a_block_rests_on_a_slope(row):
+    """A block on a slope: no creep under constant load while tan(angle) < mu, over 200 steps.
+
+    Source: statics. With penalties or regularised friction the block creeps by a share of its first slip in each step.
+    """
+    angle, mesh = 0.3, fc.shapes.block((1.0, 1.0, 0.5), (2, 2, 1))
+    block = fc.ElasticBody(mesh, fc.Material(E=1e3, nu=0.3, density=1.0), "bottom", name="block")
+    floor = fc.RigidBody(fc.Plane())
+    pull = 9.81 * np.array([math.sin(angle), 0.0, -math.cos(angle)])
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor, friction=1.05 * math.tan(angle))])
+    path = scene.solve_path([{"gravity": pull}] * 200)
+    slips = [np.abs(result.contacts[0].friction.slip).max() for result in path.steps]
+    row("block on a slope", "slip in 199 later steps over that of the first", 0, sum(slips[1:]) / slips[0], 1e-9)
+    row("block on a slope", "friction", 4.905 * math.sin(angle), -path[199].contacts[0].friction.force[0], 1e-10)
+
+
+def test_energy_of_load_paths(row):
+    """Friction dissipates in every step of random load paths, and nothing where all sticks.
+
+    Source: the second law; maximum dissipation makes the work of every step at least zero.
+    """
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    block = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), "bottom", {"top": "xyz"}, name="block")
+    floor = fc.RigidBody(fc.Plane())
+    rng, least, scale = np.random.default_rng(0), 0.0, 0.0
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor, friction=0.4)])
+    for _ in range(10):
+        moves = rng.uniform([-0.02, -0.02, -0.02], [0.02, 0.02, 0.0], size=(10, 3))
+        path = scene.solve_path([{"motions": {block: dict(zip("xyz", move, strict=True))}} for move in moves])
+        least, scale = min(least, path.dissipated.min()), max(scale, path.dissipated.max())
+        assert worst(path) < CERTIFIED
+    row("random load paths", "least work of a step over the largest", 0, -least / scale, 1e-12)
+    rough = fc.Scene([block, floor], [fc.Contact(block, floor, friction=50.0)])
+    cycle = [(0, 0, -0.02), (0.004, 0, -0.02), (0, 0.004, -0.02), (0, 0, -0.02)]
+    path = rough.solve_path([{"motions": {block: dict(zip("xyz", move, strict=True))}} for move in cycle])
+    row("cycle without slip", "work over force times motion", 0, path.dissipated[1:].sum() / (0.02 * 0.004), 1e-9)
+    change = np.abs(path.forces[3] - path.forces[0]).max() / path.forces[0, 0, 2]
+    row("cycle without slip", "change of the force after it", 0, change, 1e-9)
+
+
+def test_patch_of_stick_and_slip(row):
+    """Uniform shear and pressure through faces that do not match: sticking, and sliding at the limit.
+
+    Source: uniform stress; tractions tau = mu p on all faces, with tau_xz on the sides to complete the field.
+    """
+    p, mu = 0.01, 0.3
+    material = fc.Material(E=1.0, nu=0.0)
+    for share, case in ((0.5, "patch, stick"), (1.0, "patch, slip")):
+        tau = share * mu * p
+        above = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).translated((0, 0, 1.0))
+        top = fc.ElasticBody(above, material, "bottom", {"top": "xyz"}, name="top")
+        low = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 2)), material, "top", {"bottom": "xyz"})
+        scene = fc.Scene([top, low], [fc.Contact(top, low, friction=mu)])
+        sides = {(b, s): (0, 0, f) for b in (top, low) for s, f in (("x_min", -tau), ("x_max", tau))}
+        # sliding goes on beyond the shear 4 tau (1 + nu) / E of both blocks
+        shift = 4 * tau + (0.01 if share == 1 else 0.0)
+        path = scene.solve_path(
+            [{"motions": {top: {"z": -2 * p}}}, {"motions": {top: {"z": -2 * p, "x": shift}}, "forces": sides}]
+        )
+        contact = path[1].contacts[0]
+        error = np.abs(contact.friction.traction - [-tau, 0, 0]).max() / tau
+        row(case, "traction, largest error", 0, error, 1e-10)
+        row(case, "pressure, largest error", 0, np.abs(contact.pressure / p - 1).max(), 1e-10)
+        stuck = contact.friction.sticking if share < 1 else contact.friction.sliding
+        assert stuck.all()
