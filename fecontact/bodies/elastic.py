@@ -224,9 +224,9 @@ class ElasticBody(Placed):
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance and response along rows, by a route of `fem.condensation`."""
         model = self.model
-        condensation = model.condensed(model.touched(rows), timer)
+        C = model.solved_rows(rows)
+        condensation = model.condensed(model.touched(rows), timer, rows=C)
         with timer("condense"):
-            C = model.solved_rows(rows)
             response = np.zeros(rows.shape[0])
             if loads is not None and loads.any():
                 response = condensation.response(C, model.solved_forces(loads))

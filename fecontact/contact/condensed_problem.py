@@ -271,18 +271,18 @@ def _condense_shared(
     bodies: Sequence[Body], interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray], timer: Stopwatch
 ) -> None:
     """Condense a model used in several poses once, onto the candidates of all poses together."""
-    nodes: dict[int, list[IntArray]] = {}
+    shared: dict[int, list[sp.csr_matrix]] = {}
     models = {}
     for body in elastic_among(bodies):
-        model = body.model
-        models[id(model)] = model
+        models[id(body.model)] = body.model
         for interface, c in zip(interfaces, chosen, strict=True):
             rows = interface.rows(body)
             if rows is not None:
-                nodes.setdefault(id(model), []).append(model.touched(rows[c]))
-    for key, lists in nodes.items():
+                shared.setdefault(id(body.model), []).append(rows[c])
+    for key, lists in shared.items():
         if len(lists) > 1:
-            models[key].condensed(np.unique(np.concatenate(lists)), timer)
+            both = sp.vstack(lists, format="csr")
+            models[key].condensed(models[key].touched(both), timer, rows=models[key].solved_rows(both))
 
 
 def _part(

@@ -3,12 +3,13 @@
 ==========  =========================================================================================================
 schur       K condensed onto the m nodes in the rows, K_hat = L L^T, S = Y^T Y with Y = L^-1 C_c^T: factorising
             gives K_hat, later rows on the same nodes are small products; dense matrices of (3 m)^2
-columns     plain factor and blocks of right-hand sides; the dense S of n^2 only
+columns     plain factor and the dense S of n^2 only: with PARDISO the Schur complement -S of [[K, C^T], [C, 0]], which
+            is part of the factorisation; otherwise blocks of right-hand sides
 operator    plain factor; S x = C K^-1 (C^T x) by one forward and one backward step; nothing dense
 ==========  =========================================================================================================
 
-A plain factor does not depend on the candidates: `columns` and `operator` factorise once. Times are measured in
-`docs/scale.md`; `choose_route` decides by them and by the free memory.
+A plain factor does not depend on the candidates: `operator` factorises once; `columns` with PARDISO once for each set
+of rows. Times are measured in `docs/scale.md`; `choose_route` decides by them and by the free memory.
 """
 
 from __future__ import annotations
@@ -27,18 +28,19 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError
-from fecontact.fem.factor import Condensed, Factor
+from fecontact.fem.factor import BorderedFactor, Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR
 
 ROUTES = ("auto", "schur", "columns", "operator")
 
 #: Largest share of the free memory for dense matrices of a body.
 MEMORY_SHARE = 0.5
-#: Candidate nodes, over the root of the degrees of freedom, above which products with the factor are clearly faster
-#: than its Schur complement: 1700 nodes at 3e4, 3600 at 1.3e5. The times are equal at 6.5 (docs/scale.md), but the
-#: direct solvers need the Schur complement; products allow conjugate gradients only, which are slow for singular
-#: compliances.
-MANY_NODES = 10.0
+#: Candidate nodes, over the root of the degrees of freedom, above which the columns of given rows are faster than the
+#: Schur complement on their nodes, although that one serves other rows on the same nodes too: 500 nodes at 3e4
+#: (docs/scale.md).
+MANY_NODES = 3.0
+#: The same above which products are faster than solving for columns one by one, without PARDISO.
+MANY_PRODUCTS = 10.0
 #: Right-hand sides solved at once.
 BLOCK = 64
 
@@ -315,7 +317,67 @@ class Plain:
         return self.factor.solve(f[None])[0]
 
 
-def choose_route(n_dofs: int, n_retained: int, budget: float, often: bool = False) -> tuple[str, str]:
+@dataclass(frozen=True, eq=False)
+class Bordered:
+    """Factor of the whole stiffness together with the compliance of given rows.
+
+    Attributes
+    ----------
+    factor : BorderedFactor
+    rows : (n_rows, n) csr_matrix
+        C.
+    why : str
+    """
+
+    factor: BorderedFactor
+    rows: sp.csr_matrix
+    why: str
+    route: str = "columns"
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation."""
+        return self.factor.memory
+
+    @property
+    def n_retained(self) -> int:
+        """None."""
+        return 0
+
+    def invert(self) -> None:
+        """Nothing else is dense."""
+
+    def covers(self, dofs: IntArray) -> bool:
+        """Always, by right-hand sides."""
+        return True
+
+    def numbers(self, C: sp.csr_matrix) -> IntArray | None:
+        """Numbers (n,) of rows C among the given ones; None if one is not among them."""
+        probe = np.random.default_rng(0).uniform(1.0, 2.0, C.shape[1])
+        mark, own = C @ probe, self.rows @ probe
+        order = np.argsort(own, kind="stable")
+        found = order[np.minimum(np.searchsorted(own[order], mark), len(own) - 1)]
+        return found if (self.rows[found] != C).nnz == 0 else None
+
+    def compliance(self, C: sp.csr_matrix) -> Array:
+        """S of some of the given rows, or of others by blocks of right-hand sides."""
+        found = self.numbers(C)
+        if found is None:
+            return Compliance(self.factor, C).dense()
+        return np.asarray(self.factor.compliance[np.ix_(found, found)])
+
+    def response(self, C: sp.csr_matrix, f: Array) -> Array:
+        """C K^-1 f."""
+        return np.asarray(C @ self.solve(f))
+
+    def solve(self, f: Array) -> Array:
+        """K^-1 f."""
+        return self.factor.solve(f[None])[0]
+
+
+def choose_route(
+    n_dofs: int, n_retained: int, budget: float, often: bool = False, one_by_one: bool = False
+) -> tuple[str, str]:
     """Choose a route of condensation; return it with the reason.
 
     Parameters
@@ -328,22 +390,29 @@ def choose_route(n_dofs: int, n_retained: int, budget: float, often: bool = Fals
         Bytes available for dense matrices.
     often : bool
         Whether many poses share the condensation, so that its cost is spread.
+    one_by_one : bool
+        Whether columns are solved for one by one, see `fem.factor.has_bordered`.
 
     Examples
     --------
     >>> choose_route(40000, 900, 4e9)[0], choose_route(100000, 15000, 64e9)[0], choose_route(40000, 900, 1e6)[0]
-    ('schur', 'operator', 'operator')
+    ('schur', 'columns', 'operator')
     """
-    nodes, many = n_retained // 3, int(MANY_NODES * n_dofs**0.5)
-    # K_hat twice (one inside PARDISO), Y, S and a solver's copies
-    needed = 8.0 * (2 * n_retained**2 + n_retained * nodes + 4 * nodes**2)
-    if needed > budget:
-        return "operator", f"a dense matrix for {nodes} nodes takes {needed / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
-    if often:
+    nodes, root = n_retained // 3, n_dofs**0.5
+    # S and a solver's copies; K_hat twice (one inside PARDISO) and Y
+    columns = 8.0 * 5 * nodes**2
+    dense = columns + 8.0 * (2 * n_retained**2 + n_retained * nodes)
+    if columns > budget or (one_by_one and dense > budget):
+        return "operator", f"a dense matrix for {nodes} nodes takes {columns / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
+    if often and dense <= budget:
         return "schur", f"{nodes} candidate nodes, shared by many poses"
-    if nodes >= many:
+    if one_by_one and nodes >= (many := int(MANY_PRODUCTS * root)):
         return "operator", f"{nodes} candidate nodes, from {many} on products with the factor are quicker"
-    return "schur", f"{nodes} candidate nodes, fewer than {many}"
+    if dense > budget:
+        return "columns", f"the Schur complement on {nodes} nodes takes {dense / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
+    if not one_by_one and nodes >= (many := int(MANY_NODES * root)):
+        return "columns", f"{nodes} candidate nodes, from {many} on only their columns are computed"
+    return "schur", f"{nodes} candidate nodes, fewer than {int((MANY_PRODUCTS if one_by_one else MANY_NODES) * root)}"
 
 
 def memory_budget() -> float:

@@ -19,7 +19,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MissingPackageError, SolverNotFoundError
-from fecontact.fem.pardiso import PardisoFactor, PardisoSchur
+from fecontact.fem.pardiso import PardisoBordered, PardisoFactor, PardisoSchur
 from fecontact.fem.superlu import SuperLUFactor, SuperLUSchur, symmetric
 
 DIRECT = ("pardiso", "superlu")
@@ -52,6 +52,14 @@ class Factor(Protocol):
 
     def solve(self, b: Array) -> Array:
         """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
+
+
+class BorderedFactor(Factor, Protocol):
+    """Factor of a stiffness K with a border of rows C."""
+
+    @property
+    def compliance(self) -> Array:
+        """C K^-1 C^T (n_rows, n_rows), symmetric."""
 
 
 #: Below this size, or for diagonal matrices, PARDISO's nested dissection may crash; SuperLU is used instead.
@@ -131,3 +139,33 @@ def factorise(K: sp.csr_matrix, backend: str = "auto") -> Factor:
     [[1.0, 1.0]]
     """
     return PardisoFactor(K) if _chosen(backend, K) == "pardiso" else SuperLUFactor(symmetric(K))
+
+
+def has_bordered(backend: str = "auto") -> bool:
+    """Whether a back-end has `bordered`."""
+    return backend in ("auto", "pardiso") and "pardiso" in available_backends()
+
+
+def bordered(K: sp.csr_matrix, C: sp.csr_matrix) -> BorderedFactor | None:
+    """Factorise a whole stiffness together with the compliance of given rows, by PARDISO; None for tiny matrices.
+
+    Parameters
+    ----------
+    K : (n, n) csr_matrix
+        Upper triangle of a symmetric positive definite matrix.
+    C : (n_rows, n) csr_matrix
+
+    Raises
+    ------
+    FecontactError
+        If the stiffness is singular.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> K, C = sp.diags([2.0 * np.ones(80), -np.ones(79)], [0, 1]).tocsr(), sp.eye(1, 80).tocsr()
+    >>> found = bordered(K, C) if has_bordered() else None
+    >>> found is None or bool(abs(found.compliance[0, 0] - 80 / 81) < 1e-12)
+    True
+    """
+    return PardisoBordered(K, C) if _chosen("auto", K) == "pardiso" and C.count_nonzero() else None

@@ -7,7 +7,6 @@ factorisation.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -20,10 +19,10 @@ from fecontact.common.errors import InputError, MeshError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.amg import AmgFactor
-from fecontact.fem.condensation import Carried, Condensation, Plain, Schur, choose_route, memory_budget
+from fecontact.fem.condensation import Bordered, Carried, Condensation, Plain, Schur, choose_route, memory_budget
 from fecontact.fem.coordinates import Coordinates, restricted
 from fecontact.fem.energy_error import EnergyError, energy_error
-from fecontact.fem.factor import Factor, condense, factorise
+from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
@@ -257,10 +256,13 @@ class Model:
         """Contribution (n_dofs,) of one support to the support forces, see `fem.support`."""
         return share_of_support(self.mesh, self.supports, name, self.coordinates.gathered(rest))
 
-    def condensed(self, nodes: IntArray, timer: Stopwatch, often: bool = False) -> Condensation:
+    def condensed(
+        self, nodes: IntArray, timer: Stopwatch, often: bool = False, rows: sp.csr_matrix | None = None
+    ) -> Condensation:
         """Condensation onto at least the given triples; the last one is cached and reused if it covers them.
 
-        With `often` (many poses) it is dense if the memory allows, for any number of nodes.
+        With `often` (many poses) it is dense if the memory allows, for any number of nodes. With the rows (n,
+        n_solved) themselves, over the solved coordinates, their compliance alone may be computed.
         """
         mask = np.zeros(self.n_coordinates, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
@@ -270,17 +272,25 @@ class Model:
         last = self.condensation
         if self.backend == "amg":
             return self._multigrid(timer)
-        route, why = self.way, "as asked"
+        route, why, border = self.way, "as asked", has_bordered(self.backend)
         if route == "auto":
-            route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget(), often)
-        if last is not None and last.covers(dofs):
-            if isinstance(last, Plain) and route not in ("schur", last.route):
-                self.condensation = replace(last, route=route, why=why)
-            return self.condensation or last
+            route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget(), often, not border)
+        other_rows = isinstance(last, Bordered) and rows is not None and last.numbers(rows) is None
+        if last is not None and last.covers(dofs) and (not other_rows or route == "operator"):
+            if isinstance(last, (Plain, Bordered)) and rows is not None and route not in ("schur", last.route):
+                last = self.condensation = Plain(last.factor, route, why)
+            return last
         with timer("assemble"):
             K = self.solved_stiffness()
             # the factor works on the copy: discard K; reassembled on demand
             vars(self).pop("stiffness", None)
+        if route == "columns" and rows is not None and border:
+            with timer("factorise"):
+                self.condensation = last = None  # two factors at once would take twice the memory
+                factor = bordered(K, rows)
+            if factor is not None:
+                self.condensation = Bordered(factor, rows, why)
+                return self.condensation
         if route != "schur":
             with timer("factorise"):
                 self.condensation = Plain(factorise(K, self.backend), route, why)
@@ -289,9 +299,9 @@ class Model:
             # earlier candidates are likely to return in a sweep
             dofs = np.union1d(dofs, np.flatnonzero(last.position >= 0))
         with timer("factorise"):
-            factor = condense(K, dofs, self.backend)
+            condensed = condense(K, dofs, self.backend)
         with timer("condense"):
-            self.condensation = Schur.of(factor, len(self.solved_dofs), dofs, why)
+            self.condensation = Schur.of(condensed, len(self.solved_dofs), dofs, why)
             if isinstance(last, (Schur, Carried)) and last.inverted:
                 self.condensation.invert()
         return self.condensation

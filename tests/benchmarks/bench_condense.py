@@ -41,7 +41,7 @@ def row(divisions, candidates, way):
     K = model.stiffness
     spans = {"assemble": time.process_time() - began}
     began = time.process_time()
-    model.condensed(top[near], timer)
+    model.condensed(top[near], timer, rows=model.solved_rows(rows))
     spans["factorise"] = time.process_time() - began
     began = time.process_time()
     S = body.reduce(rows, None, timer).compliance

@@ -10,7 +10,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import condensation, model
 from fecontact.fem.condensation import choose_route, memory_budget
-from fecontact.fem.factor import available_backends, factorise
+from fecontact.fem.factor import available_backends, bordered, factorise, has_bordered
 from fecontact.scene import linear as scene_module
 
 # projected conjugate gradients stop at 1e-12 of the deflection; the forces have that times the condition of S, 1e2
@@ -75,6 +75,7 @@ def test_dense_solvers_get_an_array():
 def test_two_poses_of_one_model_share_the_factor(monkeypatch):
     calls = []
     monkeypatch.setattr(model, "factorise", lambda K, backend: calls.append(K.shape) or factorise(K, backend))
+    monkeypatch.setattr(model, "bordered", lambda K, C: calls.append(K.shape) or bordered(K, C))
     forces = []
     for route in ROUTES:
         mesh = fc.shapes.quarter_sphere(1.0, contact_radius=0.1, level=1, element="hex8")
@@ -92,7 +93,7 @@ def test_two_poses_of_one_model_share_the_factor(monkeypatch):
 
 
 def test_a_plain_factor_serves_any_candidates():
-    body, *_ = ball_on_block("columns")
+    body, *_ = ball_on_block("operator")
     top, side = (body.mesh.boundary_nodes(n) for n in ("top", "x_max"))
     first = body.model.condensed(top, Stopwatch())
     assert body.model.condensed(side, Stopwatch()) is first
@@ -100,10 +101,15 @@ def test_a_plain_factor_serves_any_candidates():
 
 def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
     assert choose_route(10000, 300, 1e9)[0] == "schur"
-    assert choose_route(10000, 3 * int(100 * condensation.MANY_NODES), 1e12)[0] == "operator"
-    assert choose_route(10000, 300, 1e5) == ("operator", "a dense matrix for 100 nodes takes 0.002 GB of 0.0001 GB")
+    assert choose_route(10000, 3 * int(100 * condensation.MANY_NODES), 1e12)[0] == "columns"
+    assert choose_route(10000, 3 * int(100 * condensation.MANY_NODES), 1e12, often=True)[0] == "schur"
+    assert choose_route(10000, 3 * int(100 * condensation.MANY_NODES), 1e12, one_by_one=True)[0] == "schur"
+    assert choose_route(10000, 3 * int(100 * condensation.MANY_PRODUCTS), 1e12, one_by_one=True)[0] == "operator"
+    # S of 1000 nodes takes 40 MB with its copies, the Schur complement on them 180 MB more
+    assert choose_route(1000_000, 3000, 1e8)[0] == "columns"
+    assert choose_route(10000, 300, 1e5) == ("operator", "a dense matrix for 100 nodes takes 0.0004 GB of 0.0001 GB")
     assert memory_budget() > 0
-    monkeypatch.setattr(model, "memory_budget", lambda: 1e4)
+    monkeypatch.setattr(model, "memory_budget", lambda: 1e3)
     _, ball, scene = ball_on_block("auto")
     result = scene.solve(forces={ball: (0.0, 0.0, -0.02)})
     assert result.condensation["block"].startswith("operator: a dense matrix for")
@@ -154,3 +160,45 @@ def test_where_products_do_not_do_the_array_is_formed(monkeypatch):
     # the check of the solver's options asks once, with an array
     assert asked[-2:] == [False, True]
     assert np.abs(found - expected).max() < 1e-9 * expected.max()
+
+
+def bordered_case(n_rows=30):
+    body, *_ = ball_on_block("columns")
+    nodes = body.mesh.boundary_nodes("top")[:n_rows]
+    rows = sp.csr_matrix((np.full(len(nodes), -1.0), (np.arange(len(nodes)), 3 * nodes + 2)), (len(nodes), body.n_dofs))
+    C = body.model.solved_rows(rows)
+    return body.model, nodes, C
+
+
+@pytest.mark.skipif(not has_bordered(), reason="needs PARDISO")
+def test_the_compliance_of_rows_comes_with_the_factor():
+    """In any units, with rows that depend on each other; other rows cost right-hand sides or another factor."""
+    model_, nodes, C = bordered_case()
+    K = model_.solved_stiffness()
+    plain = factorise(K.copy())
+    twice = sp.vstack([C, C[3:7], sp.csr_matrix((2, C.shape[1]))], format="csr")
+    expected = twice @ plain.solve(twice.toarray()).T
+    for unit in (1.0, 1e-9, 1e12):
+        found = bordered(unit * K, twice)
+        assert same(unit * found.compliance, expected)
+        assert (found.compliance == found.compliance.T).all()
+        f = np.random.default_rng(1).normal(size=(2, K.shape[0]))
+        assert same(unit * found.solve(f), plain.solve(f))
+    known = model_.condensed(nodes, Stopwatch(), rows=C)
+    assert isinstance(known, condensation.Bordered)
+    assert model_.condensed(nodes[:4], Stopwatch(), rows=C[:4]) is known
+    assert same(known.compliance(C[[5, 2]]), expected[np.ix_([5, 2], [5, 2])])
+    other = C.copy()
+    other.data *= 2.0
+    assert same(known.compliance(other), 4 * expected[: len(nodes), : len(nodes)])
+    assert model_.condensed(nodes, Stopwatch(), rows=other) is not known
+    assert model_.condensed(nodes, Stopwatch()) is model_.condensation
+
+
+@pytest.mark.skipif(not has_bordered(), reason="needs PARDISO")
+def test_a_loose_body_has_no_bordered_factor():
+    model_, *_ = bordered_case()
+    K = model_.coordinates.stiffness(model_.stiffness)
+    C = sp.csr_matrix(([1.0], ([0], [2])), shape=(1, K.shape[0]))
+    with pytest.raises(fc.FecontactError, match="loose"):
+        bordered(K, C)
