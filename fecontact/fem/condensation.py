@@ -341,8 +341,8 @@ class Bordered:
 
     @property
     def n_retained(self) -> int:
-        """None."""
-        return 0
+        """Rows of the border."""
+        return int(self.rows.shape[0])
 
     def invert(self) -> None:
         """Nothing else is dense."""

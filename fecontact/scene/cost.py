@@ -22,7 +22,8 @@ from fecontact.common.stopwatch import Stopwatch, peak_memory
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import make_loading
 from fecontact.contact.model import SceneModel
-from fecontact.fem.factor import available_backends
+from fecontact.fem.condensation import choose_route, memory_budget
+from fecontact.fem.factor import available_backends, has_bordered
 from fecontact.fem.model import Model
 from fecontact.mesh import shapes
 from fecontact.results.model_size import modelled
@@ -225,6 +226,7 @@ def _model_costs(
 ) -> tuple[ModelCost, ...]:
     """Costs of all models, each condensed once onto the candidates of all its bodies."""
     touched: dict[int, set[int]] = {}
+    n_rows: dict[int, int] = {}
     first: dict[int, ElasticBody] = {}
     for body in elastic:
         first.setdefault(id(body.model), body)
@@ -233,21 +235,28 @@ def _model_costs(
             rows = condition.rows(body)
             if rows is not None:
                 nodes.update(body.model.touched(rows[candidates]).tolist())
+                n_rows[id(body.model)] = n_rows.get(id(body.model), 0) + len(candidates)
     if not first:
         return ()
     rate = _measured_rate()
     return tuple(
-        _model_cost(first[key], np.array(sorted(nodes), dtype=np.int64), rate) for key, nodes in touched.items()
+        _model_cost(first[key], np.array(sorted(nodes), dtype=np.int64), n_rows.get(key, 0), rate)
+        for key, nodes in touched.items()
     )
 
 
-def _model_cost(body: ElasticBody, nodes: np.ndarray, rate: float) -> ModelCost:
+def _model_cost(body: ElasticBody, nodes: np.ndarray, n_rows: int, rate: float) -> ModelCost:
     model = body.model
     mask = np.zeros(model.n_coordinates, bool)
     mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
     mask[model.held] = mask[model.grounded] = False
     retained = max(int(mask.sum()), 1)
     backend = available_backends()[0] if body.backend == "auto" else body.backend
+    route = body.condensation
+    if route == "auto":
+        one_by_one = not has_bordered(body.backend)
+        route, _ = choose_route(len(model.solved_dofs), retained, memory_budget(), one_by_one=one_by_one)
+    retained = {"schur": retained, "columns": n_rows if has_bordered(body.backend) else 0}.get(route, 0)
     assembling, stored, factor = _arrays(body, model)
     factor *= 1.0 if backend == "pardiso" else SUPERLU
     dense = DENSE_RETAINED * 8 * retained**2
