@@ -272,7 +272,7 @@ class Model:
         last = self.condensation
         if self.backend == "amg":
             return self._multigrid(timer)
-        route, why, border = self.way, "as asked", has_bordered(self.backend)
+        route, why, border = self.way, "as asked", rows is not None and has_bordered(self.backend)
         if route == "auto":
             route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget(), often, not border)
         other_rows = isinstance(last, Bordered) and rows is not None and last.numbers(rows) is None
