@@ -64,7 +64,8 @@ class ElasticBody(Placed):
         Selective reduced integration against locking; 'auto' chooses it for Poisson's ratios above 0.48.
     condensation : {'auto', 'schur', 'columns', 'operator'}
         Route to the compliance of the candidates: from the Schur complement on their nodes, their columns alone, or
-        as an operator with one solve per product. 'auto' decides by the number of candidates and the free memory, see `fem.condensation`.
+        as an operator with one solve per product. 'auto' decides by the number of candidates and the free memory, see
+        `fem.condensation`.
     geometry : 'auto', 'plain', a shape, or a mapping of contact boundary to one of these, optional
         What the nodes of contact faces are placed on: a smooth surface fitted to the mesh where its faces are curved
         ('auto'; cells of 8 nodes become those of 20 for it), a rigid shape such as ``fc.Sphere(10.0)``, as it stands or
