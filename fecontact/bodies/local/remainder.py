@@ -23,7 +23,7 @@ from fecontact.analytic.face_loads import FaceLoads, fields
 from fecontact.bodies.halfspace.smooth import SmoothTerm
 from fecontact.bodies.local.chebyshev import coefficients, interpolation
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.sources import singular_part, sources
+from fecontact.bodies.local.sources import own_part, singular_part, sources
 from fecontact.bodies.local.window import Window
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -157,6 +157,7 @@ def _at_order(factored: Factored, window: Window, material: Material, order: int
     core = components_along(surface_weights(mesh, window, points), inwards) @ fields
     if window.relief is not None:
         core = core + _direct(points, loads, inwards[0], material) - singular_part(window, order, material)
+        core = core + np.diag(own_part(window, order, loads, material))
     scale = _mean_compliance(window, material)
     defect = _asymmetry(core) / scale
     core = (core + core.T) / 2
@@ -166,7 +167,7 @@ def _at_order(factored: Factored, window: Window, material: Material, order: int
 def _direct(points: Array, loads: Sequence[FaceLoads], inwards: Array, material: Material) -> Array:
     """Displacements (k, k) into the body at points by the half-spaces' fields of loads there and of their images.
 
-    Of a load itself, at its own place, the limit of what the kernel leaves is zero.
+    A load's own at its place is left out, see `own_part`.
     """
     out = np.zeros((len(points), len(loads)))
     for k, load in enumerate(loads):

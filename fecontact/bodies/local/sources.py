@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from fecontact.analytic import curved_kernel
-from fecontact.analytic.face_loads import FaceLoads
+from fecontact.analytic.face_loads import FaceLoads, fields
 from fecontact.bodies.halfspace.inclined import InclinedTerm
 from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.bodies.local.window import Window
@@ -16,6 +16,9 @@ from fecontact.common.material import Material
 
 LEAST = 1e-5
 """Effect of slopes, relative to the compliance, below which it is left out."""
+
+OWN, ROUND = 0.25, 8
+"""Radius, relative to the distance of nodes in the middle of the window, and points of the circle round a load."""
 
 
 def sources(window: Window, order: int) -> tuple[FaceLoads, ...]:
@@ -73,6 +76,26 @@ def singular_part(window: Window, order: int, material: Material) -> Array:
         u = curved_kernel.displacement(offset, curvature=bend, length=length, material=material)
         out += np.where(own, 0.0, u)
     return out
+
+
+def own_part(window: Window, order: int, loads: Sequence[FaceLoads], material: Material) -> Array:
+    """What the kernel leaves (k,) of the displacements by loads at their own places.
+
+    It has no limit there: of the order slope^2 curvature log(distance). Taken is its mean over a circle within the
+    distance of the nodes, as the polynomials between them can follow it.
+    """
+    x, y = window.node_places(order)
+    assert window.relief is not None
+    angle = 2 * np.pi * np.arange(ROUND) / ROUND
+    radius = OWN * np.pi * float(window.half.min()) / order
+    u, v = x[:, None] + radius * np.cos(angle), y[:, None] + radius * np.sin(angle)
+    around = window.on_surface(u, v)
+    depths = window.relief.depth(u, v) - window.relief.depth(x, y)[:, None]
+    offset = np.stack([u - x[:, None], v - y[:, None], depths], axis=-1)
+    bend, length = np.diag(principal(window)), window.grid.size[0]
+    kernel = curved_kernel.displacement(offset, curvature=bend, length=length, material=material)
+    found = [-fields(p, load, material)[0][0] @ window.normal for p, load in zip(around, loads, strict=True)]
+    return np.asarray((np.array(found) - kernel).mean(axis=1))
 
 
 def inclined(window: Window, material: Material) -> Iterator[InclinedTerm]:
