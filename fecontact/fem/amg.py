@@ -7,7 +7,7 @@ as strong, so that the displacements of a node are aggregated together. The smoo
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -140,6 +140,22 @@ class Cycle:
         """Bytes of the matrices of all levels."""
         return sum(_bytes(A) for level in self.levels for A in level) + _bytes(self.coarsest)
 
+    @classmethod
+    def side_by_side(cls, cycles: Sequence[Cycle]) -> Cycle:
+        """The cycle of several bodies that do not touch; the shallower ones end in levels of one size."""
+        if len(cycles) == 1:
+            return cycles[0]
+        depth = max(len(each.levels) for each in cycles)
+        padded = []
+        for each in cycles:
+            one = sp.eye_array(each.coarsest.shape[0], dtype=np.float32, format="csr")
+            padded.append([*each.levels, *[(each.coarsest, one, one)] * (depth - len(each.levels))])
+        levels = tuple(
+            (_beside([A for A, _, _ in level]), _beside([P for _, P, _ in level]), _beside([R for _, _, R in level]))
+            for level in zip(*padded, strict=True)
+        )
+        return cls(levels, _beside([each.coarsest for each in cycles]))
+
     def restricted(self, S: sp.csr_matrix, stiffness: sp.csr_matrix) -> Cycle:
         """The cycle of (I - S)^T K (I - S) + stiffness, with S (n, n) a projection that has few entries.
 
@@ -183,6 +199,10 @@ def _single(A: sp.csr_matrix) -> sp.csr_matrix:
     """A matrix in single precision, with the same indices where it has rows."""
     A = sp.csr_matrix(A)
     return sp.csr_matrix((A.data.astype(np.float32), A.indices, A.indptr), shape=A.shape)
+
+
+def _beside(blocks: Sequence[sp.csr_matrix]) -> sp.csr_matrix:
+    return sp.csr_matrix(sp.block_diag(blocks, format="csr"))
 
 
 def _change(A: sp.csr_matrix, S: sp.csr_matrix) -> sp.csr_matrix:

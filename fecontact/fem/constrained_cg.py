@@ -29,6 +29,9 @@ DEPENDENT = 1e-12
 #: Largest number of steps, and of passes on the true residual.
 MOST_STEPS, PASSES = 2000, 5
 
+#: Entries of (G W G^T)^-1, relative to its diagonal, that are dropped from a preconditioner.
+DROPPED = 1e-2
+
 Product = Callable[[Array], Array]
 
 
@@ -90,8 +93,18 @@ class Rows:
         return v - self.lift(self.G @ v)
 
     def removed(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """L G, which projects on what P removes, and G^T (G W G^T)^-1 G, a stiffness on it alone; of rows apart."""
-        scaled = sp.csr_matrix(self.G.multiply(1.0 / self.gram.diagonal()[:, None]))
+        """L G, which projects on what P removes, and G^T (G W G^T)^-1 G, a stiffness on it alone.
+
+        Small entries of the inverse are dropped: away from the diagonal they decay exponentially.
+        """
+        if self.apart:
+            few = sp.diags_array(1.0 / self.gram.diagonal(), format="csr")
+        else:
+            inverse = np.linalg.inv(self.gram.toarray())
+            size = np.sqrt(inverse.diagonal())
+            inverse[np.abs(inverse) < DROPPED * size * size[:, None]] = 0.0
+            few = sp.csr_matrix(inverse)
+        scaled = few @ self.G
         return sp.csr_matrix(self._weighted_transpose @ scaled), sp.csr_matrix(self._transpose @ scaled)
 
 

@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.fem.amg import TIGHT, AmgFactor
+from fecontact.fem.amg import TIGHT, AmgFactor, Cycle
 from fecontact.fem.condensation import Compliance
 from fecontact.fem.constrained_cg import DependentRowsError, Held, Rows, constrained_cg
 from fecontact.solvers.outcome import Outcome
@@ -32,6 +32,8 @@ from fecontact.solvers.registry import attempt
 LOOSE = 1e-3
 #: Relative residual of the product that scales the half-space.
 PROBE = 1e-2
+#: Rows with common displacements up to which their dense inverse is taken.
+MOST_INVERTED = 3000
 #: Largest number of active sets.
 MOST_SETS = 60
 #: Boussinesq's displacement under the middle of a uniformly loaded square: 4 ln(1 + sqrt(2)) over its side.
@@ -145,9 +147,9 @@ class Assembly:
         return np.concatenate([factor.K @ v for factor, v in zip(self.factors, self.parts(u), strict=True)])
 
     def cycle(self, rows: Rows) -> Callable[[Array], Array]:
-        """V-cycle of the bodies: of one on its rows, if these are apart, else of free bodies."""
-        if len(self.factors) == 1 and rows.apart:
-            return self.factors[0].cycle.restricted(*rows.removed())
+        """V-cycle of the bodies on their rows; of free bodies where the inverse that it takes is too large."""
+        if rows.apart or rows.G.shape[0] <= MOST_INVERTED:
+            return Cycle.side_by_side([factor.cycle for factor in self.factors]).restricted(*rows.removed())
         return lambda r: np.concatenate([f.cycle(v) for f, v in zip(self.factors, self.parts(r), strict=True)])
 
     def count(self) -> None:

@@ -103,7 +103,11 @@ def _two_blocks(backend, springs=False):
     upper = fc.ElasticBody(other, material, "bottom", {"top": "xyz"}, name="upper", backend=backend)
     upper = upper.placed(translation=(0.0, 0.0, 0.6))
     pulled = other.points[0]
-    ties = [fc.Spring(0.05, (upper, pulled), (None, pulled + [0.0, 0.0, 2.0]), slack_length=1.0)] if springs else []
+    ties = (
+        [fc.Spring(0.05, (upper, pulled), (None, pulled + np.array([0.0, 0.0, 2.0])), slack_length=1.0)]
+        if springs
+        else []
+    )
     scene = fc.Scene([lower, upper], [fc.Contact(upper, lower)], springs=ties)
     return scene.solve(motions={upper: {"z": -0.01, "rx": 0.005}})
 

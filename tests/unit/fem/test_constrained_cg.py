@@ -63,6 +63,24 @@ def test_dependent_rows_are_refused(G):
         Rows(sp.csr_matrix(np.array(G)), np.ones(2))
 
 
+def test_bodies_side_by_side_have_their_own_cycles():
+    """Also where one has more levels. Source: the cycles by themselves, in single precision."""
+    pytest.importorskip("pyamg")
+    from fecontact.fem.amg import AmgFactor, Cycle
+
+    cycles, parts = [], []
+    for divisions in ((3, 3, 3), (9, 9, 8)):
+        mesh = fc.shapes.block((1.0, 1.0, 1.0), divisions, element="hex8")
+        model = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "top", {"bottom": "xyz"}, backend="amg").model
+        cycles.append(AmgFactor(model.solved_stiffness(), model.nodal_modes[model.solved_dofs]).cycle)
+        parts.append(np.random.default_rng(1).standard_normal(len(model.solved_dofs)))
+    assert len(cycles[0].levels) < len(cycles[1].levels)
+    both = Cycle.side_by_side(cycles)(np.concatenate(parts))
+    alone = np.concatenate([cycle(r) for cycle, r in zip(cycles, parts, strict=True)])
+    # the shallow body is smoothed before its exact solution, which leaves rounding
+    assert both == pytest.approx(alone, abs=1e-4 * np.abs(alone).max())
+
+
 def test_a_cycle_restricted_to_rows_is_that_of_the_restricted_matrix():
     """On every level the matrix is the one between its interpolations, and the constrained stiffness on the first.
 
