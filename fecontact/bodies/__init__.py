@@ -2,7 +2,7 @@
 
 from fecontact.bodies.assembled import AssembledBody
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace import HalfSpace, HalfSpaceContact, Layer
+from fecontact.bodies.halfspace import FrictionContact, FrictionPath, HalfSpace, HalfSpaceContact, Layer, PressStep
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.local.body import LocalBody
 from fecontact.bodies.pose import Pose, rotation_about
@@ -17,6 +17,8 @@ __all__ = [
     "Body",
     "ElasticBody",
     "ElasticLayer",
+    "FrictionContact",
+    "FrictionPath",
     "HalfSpace",
     "HalfSpaceContact",
     "Layer",
@@ -24,6 +26,7 @@ __all__ = [
     "Plane",
     "PlaneBody",
     "Pose",
+    "PressStep",
     "RigidBody",
     "Sphere",
     "SurfaceBody",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, overload
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.halfspace import kernels
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
+from fecontact.bodies.halfspace.friction import PressStep
+from fecontact.bodies.halfspace.friction_contact import FrictionContact
+from fecontact.bodies.halfspace.friction_path import FrictionPath, solve_path
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import Layer
 from fecontact.bodies.halfspace.operator import CellModel
@@ -25,6 +28,7 @@ from fecontact.bodies.protocol import Reduced
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array
 from fecontact.common.checks import share
+from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.surfaces.rigid.indenter import heights_of
@@ -133,6 +137,7 @@ class HalfSpace(SurfaceBody):
             SurfaceCompliance(self.grid, material, self.layers, against, pressure, self_ratio, self.periodic),
         )
 
+    @overload
     def press(
         self,
         surface: HeightSurface | ArrayLike,
@@ -140,11 +145,45 @@ class HalfSpace(SurfaceBody):
         force: float | None = None,
         approach: float | None = None,
         load_point: tuple[float, float] | None = None,
+        friction: None = None,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> HalfSpaceContact: ...
+
+    @overload
+    def press(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        force: float | None = None,
+        approach: float | None = None,
+        friction: float,
+        tangential: tuple[float, float] | None = None,
+        shift: tuple[float, float] | None = None,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> FrictionContact: ...
+
+    def press(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        force: float | None = None,
+        approach: float | None = None,
+        load_point: tuple[float, float] | None = None,
+        friction: float | None = None,
+        tangential: tuple[float, float] | None = None,
+        shift: tuple[float, float] | None = None,
         tolerance: float = 1e-8,
         symmetry: bool = True,
         workers: int | None = None,
     ) -> HalfSpaceContact:
-        """Press a rigid, frictionless surface down on the half-space.
+        """Press a rigid surface down on the half-space, without friction or with it.
+
+        With friction it is one step from the unloaded state, in which all loads grow together; for others see
+        `press_path`.
 
         Parameters
         ----------
@@ -156,6 +195,12 @@ class HalfSpace(SurfaceBody):
             Downward displacement of the surface from the given heights. Exactly one of the two.
         load_point : (float, float), optional
             Point of action of the force; the surface is then free to tilt. Without it there is no tilt.
+        friction : float, optional
+            Coulomb's mu, zero or positive; infinite: what touches sticks. Without it the surface is frictionless.
+        tangential : (float, float), optional
+            With friction: force on the surface along x and y; zero unless this or the shift is given.
+        shift : (float, float), optional
+            With friction: displacement of the surface along x and y.
         tolerance : float
             Relative tolerance of the certificate, see `solvers.Residuals`.
         symmetry : bool
@@ -166,6 +211,7 @@ class HalfSpace(SurfaceBody):
         Returns
         -------
         HalfSpaceContact
+            A `FrictionContact` with friction.
 
         Raises
         ------
@@ -183,11 +229,92 @@ class HalfSpace(SurfaceBody):
         >>> contact = half.press(waves, force=0.1)
         >>> contact.area_fraction, round(contact.force, 12)
         (1.0, 0.1)
+
+        A ball dragged by 0.6 of what friction holds sticks within a radius of 0.74 of the contact's:
+
+        >>> plain = fc.Material(E=1.0, nu=0.0)
+        >>> half = fc.HalfSpace(plain, size=(3.0, 3.0), shape=(64, 64), against=plain)
+        >>> dragged = half.press(fc.surfaces.Paraboloid(1.0), force=2 / 3, friction=0.5, tangential=(0.2, 0.0))
+        >>> round((dragged.stick_area / dragged.area) ** 0.5, 2), round(dragged.tangential[0], 9)
+        (0.74, 0.2)
         """
+        if friction is not None:
+            if load_point is not None:
+                raise InputError("A load point is offered without friction only: leave it or the friction out.")
+            step = PressStep(force, approach, tangential, shift)
+            return self.press_path(surface, [step], friction, tolerance, symmetry, workers).contacts[0]
+        if tangential is not None or shift is not None:
+            raise InputError("A tangential force or a shift needs friction: give friction=, Coulomb's mu.")
         share("the tolerance", tolerance)
         load = Load(force, approach, load_point)
         z = self.heights_of(surface)
         return press(self.compliance, z, load, tolerance, symmetry, workers)
+
+    def press_path(
+        self,
+        surface: HeightSurface | ArrayLike,
+        steps: Sequence[PressStep],
+        friction: float,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> FrictionPath:
+        """Press and drag a rigid surface with friction along a path of loads, from the unloaded state.
+
+        With friction the answer depends on the order of the loads. In a step they change together; slip is counted
+        from the end of the step before.
+
+        Parameters
+        ----------
+        surface : shape with `heights`, or (nx, ny) array_like
+            As in `press`; steps at other positions need a shape.
+        steps : sequence of PressStep
+            Loads at the ends of the steps.
+        friction : float
+            Coulomb's mu, zero or positive; infinite: what touches sticks.
+        tolerance, symmetry, workers
+            As in `press`; symmetry concerns the pressures.
+
+        Returns
+        -------
+        FrictionPath
+
+        Raises
+        ------
+        InputError
+            If steps, friction or heights are invalid, with layers, or where the loads exceed what friction holds; the
+            message names the step and the friction needed.
+        SolverError
+            If no certified solution was found.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> plain = fc.Material(E=1.0, nu=0.0)
+        >>> half = fc.HalfSpace(plain, size=(3.0, 3.0), shape=(32, 32), against=plain)
+        >>> pull = [fc.PressStep(force=2 / 3, tangential=(q, 0.0)) for q in (0.0, 0.2, -0.2, 0.2)]
+        >>> path = half.press_path(fc.surfaces.Paraboloid(1.0), pull, friction=0.5)
+        >>> path.shift[:, 0].round(3)
+        array([ 0.   ,  0.229, -0.229,  0.229])
+        """
+        share("the tolerance", tolerance)
+        return solve_path(self.compliance, self._heights_at(surface), steps, friction, tolerance, symmetry, workers)
+
+    def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
+        """Heights (nx, ny) of a surface by its position."""
+        shape, grid = heights_of(surface), self.grid
+
+        def heights(position: tuple[float, float]) -> Array:
+            if tuple(position) == (0.0, 0.0):
+                return self.heights_of(surface)
+            if not shape:
+                raise InputError(
+                    "Heights given as an array cannot be moved to a position: give a shape with `heights`."
+                )
+            z = shape(grid.x[:, None] - position[0], grid.y[None, :] - position[1])
+            return np.broadcast_to(np.asarray(z, dtype=float), grid.shape)
+
+        return heights
 
     def stiffness(self, contact: HalfSpaceContact) -> float:
         """Slope of force over approach at a contact with this half-space, without tilt.

@@ -61,7 +61,7 @@ def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
     >>> bool(np.isclose(table[0, 0], 4 * np.log(1 + np.sqrt(2)) / np.pi))
     True
     """
-    X, Y, near = _near(shape, cell, NEAR)
+    X, Y, near = cells_near(shape, cell, NEAR)
     table = _multipole(shape, cell, BOX_MOMENTS)
     potential = X * np.arcsinh(Y / np.abs(X)) + Y * np.arcsinh(X / np.abs(Y))
     table[near] = np.diff(np.diff(potential, axis=0), axis=1) / math.pi
@@ -101,7 +101,7 @@ def bilinear(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
     >>> bilinear((2, 2), (1.0, 1.0)).round(4).tolist()
     [[0.9464, 0.354], [0.354, 0.2384]]
     """
-    X, Y, near = _near(shape, cell, NEAR_BILINEAR, nodes=True)
+    X, Y, near = cells_near(shape, cell, NEAR_BILINEAR, nodes=True)
     table = _multipole(shape, cell, HAT_MOMENTS)
     r = np.hypot(X, Y)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -112,7 +112,7 @@ def bilinear(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
     return table
 
 
-def _near(
+def cells_near(
     shape: tuple[int, int], cell: tuple[float, float], reach: int, nodes: bool = False
 ) -> tuple[Array, Array, tuple[slice, slice]]:
     """Edges of the cells near the origin (neighbouring nodes for bilinear pressure), and their part of the table."""

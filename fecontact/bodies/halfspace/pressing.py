@@ -203,6 +203,14 @@ def _residuals(level: GridLevel, operator: object, p: Array, q: Array) -> Residu
     return problem.residuals(p.ravel()[cells], q)
 
 
+def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, contact: HalfSpaceContact) -> Residuals:
+    """Residuals of a contact's pressures and approach without tilt, recomputed on the whole grid for given heights."""
+    z, allowed = checked_heights(heights, body.grid)
+    level = _level(body, z, allowed, load, symmetry=False)
+    operator = compliance(level, level.whole, Tally(body.grid.n_cells), None)
+    return _residuals(level, operator, contact.pressure, np.full(len(level.F), -contact.approach))
+
+
 def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | None) -> None:
     """Refuse a load point outside the counter-surface's outline: the surface would tip over."""
     if point is None:

@@ -1,0 +1,151 @@
+"""Result of pressing and dragging a rigid surface on a half-space with friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fecontact.bodies.halfspace.contact import HalfSpaceContact
+from fecontact.common.arrays import Array, Mask
+from fecontact.common.errors import InputError
+from fecontact.solvers import FrictionResiduals
+
+ON_CONE = 1e-9
+"""Relative distance from the limit of friction at which a cell counts as slipping."""
+
+
+@dataclass(frozen=True)
+class TangentialReport:
+    """Statistics of the tractions.
+
+    Attributes
+    ----------
+    turns : int
+        Turns of pressures and tractions.
+    newton : int
+        Newton steps on the finest grid.
+    nit : int
+        Steps of conjugate gradients on the finest grid.
+    seconds : float
+        For the step, pressures included.
+    """
+
+    turns: int
+    newton: int
+    nit: int
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionContact(HalfSpaceContact):
+    """Contact of a half-space with a rigid surface, with friction, at the end of a step of a load path.
+
+    Made by `HalfSpace.press` with `friction`, and by `HalfSpace.press_path`. Tractions act on the half-space, slip is
+    its motion against the counter-surface; so slip opposes the traction.
+
+    Attributes
+    ----------
+    friction : float
+        Coulomb's mu.
+    traction : (2, nx, ny) array
+        Tangential tractions along x and y.
+    slip : (2, nx, ny) array
+        Slip along x and y during the step; zero where nothing touches at its end.
+    shift : (float, float)
+        Displacement of the counter-surface along x and y since the unloaded state.
+    twist : float
+        Its rotation about the normal since the unloaded state.
+    position : (float, float)
+        Where the counter-surface's own origin is.
+    friction_residuals : FrictionResiduals
+        Recomputed from the problem, relative; forces are over the largest pressure, displacements over the largest
+        normal one, loads over the normal force.
+    tangential_solver : TangentialReport
+    """
+
+    friction: float
+    traction: Array
+    slip: Array
+    shift: tuple[float, float]
+    twist: float
+    position: tuple[float, float]
+    friction_residuals: FrictionResiduals
+    tangential_solver: TangentialReport
+
+    @cached_property
+    def tangential(self) -> tuple[float, float]:
+        """Tangential force along x and y, on the half-space by the counter-surface."""
+        x, y = self.traction.sum(axis=(1, 2)) * self.grid.area
+        return float(x), float(y)
+
+    @cached_property
+    def torque(self) -> float:
+        """Torque of the tractions about the normal through `position`."""
+        x, y = self.grid.x[:, None] - self.position[0], self.grid.y[None, :] - self.position[1]
+        return float((x * self.traction[1] - y * self.traction[0]).sum()) * self.grid.area
+
+    @cached_property
+    def slipping(self) -> Mask:
+        """Cells (nx, ny) in contact whose traction is at its limit mu p."""
+        size = np.hypot(self.traction[0], self.traction[1])
+        limit = np.multiply(self.friction, self.pressure, out=np.zeros(size.shape), where=self.active)
+        return np.asarray(self.active & (size >= (1 - ON_CONE) * limit))
+
+    @property
+    def sticking(self) -> Mask:
+        """Cells (nx, ny) in contact that do not slip."""
+        return np.asarray(self.active & ~self.slipping)
+
+    @property
+    def stick_area(self) -> float:
+        """Area of the cells that stick."""
+        return int(self.sticking.sum()) * self.grid.area
+
+    @cached_property
+    def work(self) -> Array:
+        """Work of friction in the step, per area (nx, ny), not negative."""
+        return np.asarray(-(self.traction * self.slip).sum(axis=0))
+
+    @property
+    def dissipated(self) -> float:
+        """Work of friction in the step."""
+        return float(self.work.sum()) * self.grid.area
+
+    def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
+        """Refused: the stress by tangential tractions is not offered.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(
+            "Stress inside is offered for contacts without friction only: that of tangential tractions is not in it. "
+            "Press without friction for the stress by the pressures alone."
+        )
+
+    def __str__(self) -> str:
+        s, report = super().__str__(), self.tangential_solver
+        rows = [
+            ("friction", self.friction),
+            ("tangential force x", self.tangential[0]),
+            ("tangential force y", self.tangential[1]),
+            ("shift x", self.shift[0]),
+            ("shift y", self.shift[1]),
+            ("stick area", self.stick_area),
+            ("work of friction", self.dissipated),
+        ]
+        if self.twist or self.torque:
+            rows += [("torque", self.torque), ("twist", self.twist)]
+        return "\n".join(
+            [
+                s,
+                *(f"  {name:19}{value:>14.6g}" for name, value in rows),
+                f"  {report.turns} turns, {report.newton} Newton steps, {report.nit} iterations, "
+                f"{report.seconds:.3f} s",
+                f"  residuals: {self.friction_residuals}",
+            ]
+        )

@@ -1,0 +1,251 @@
+"""Compliance of a half-space to tangential tractions, and its coupling with pressures, on a box of cells.
+
+Displacements are of the half-space against the counter-surface, tractions act on the half-space: with an elastic
+counter-body, whose tractions are the reverse, the compliances along the surface add up and the couplings subtract.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from fecontact.bodies.halfspace.cerruti import cerruti
+from fecontact.bodies.halfspace.compliance import SurfaceCompliance
+from fecontact.bodies.halfspace.fft import padded
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+
+Box = tuple[slice, slice]
+
+
+@dataclass(frozen=True)
+class Elasticity:
+    """Elastic constants of the surface: u_x = (direct/r + poisson x^2/r^3) Q_x and so on, by unit forces.
+
+    Attributes
+    ----------
+    direct : float
+        Sum of (1 - nu)/(2 pi G) over the bodies; the normal displacement is direct/r too.
+    poisson : float
+        Sum of nu/(2 pi G) over the bodies.
+    coupling : float
+        (1 - 2 nu)/(4 pi G) of the half-space less that of the counter-body; the normal displacement by a tangential
+        force is coupling x/r^2, the tangential one by a normal force -coupling x/r^2.
+
+    References
+    ----------
+    K. L. Johnson, Contact Mechanics, 1985, sections 3.2 and 3.6.
+    """
+
+    direct: float
+    poisson: float
+    coupling: float
+
+    @classmethod
+    def of(cls, body: SurfaceCompliance) -> Elasticity:
+        """Constants of a half-space and its counter-body.
+
+        Raises
+        ------
+        InputError
+            With layers, or forces at points of cells.
+        """
+        if body.layers or body.material is None:
+            raise InputError(
+                "Friction is offered on a homogeneous half-space, not with layers: their compliance to tangential "
+                "tractions is not in it. Leave out the layers, or model the body by finite elements."
+            )
+        if body.pressure != "uniform":
+            raise InputError(f"Friction needs pressure='uniform'; found {body.pressure!r}.")
+        pair = [(body.material, 1)] + ([(body.against, -1)] if body.against is not None else [])
+        return cls(
+            sum((1 - m.nu) / (2 * math.pi * m.shear_modulus) for m, _ in pair),
+            sum(m.nu / (2 * math.pi * m.shear_modulus) for m, _ in pair),
+            sum(side * (1 - 2 * m.nu) / (4 * math.pi * m.shear_modulus) for m, side in pair),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialCompliance:
+    """Products among the cells of a box; made by `tangential_compliance`.
+
+    Attributes
+    ----------
+    shape : (int, int)
+        Cells of the box.
+    lengths : (int, int)
+        Lengths of the transforms.
+    xx, yy : arrays
+        Spectra of u_x by q_x and u_y by q_y.
+    xy : array or None
+        Spectrum of u_x by q_y and of u_y by q_x; None if Poisson's ratio is zero, where it and xx - yy vanish.
+    normal : pair of arrays, or None
+        Spectra of the normal displacement by q_x and by q_y; None without coupling.
+    inverse : three arrays
+        Spectra of the approximate inverse, as xx, yy and xy.
+    inverse_lengths : (int, int)
+        Lengths of its transforms, without padding.
+    own : float
+        Displacement of a cell by a unit traction on itself, the scale of the finest waves.
+    periodic : bool
+    workers : int, optional
+    """
+
+    shape: tuple[int, int]
+    lengths: tuple[int, int]
+    xx: Array
+    yy: Array
+    xy: Array | None
+    normal: tuple[NDArray, NDArray] | None
+    inverse: tuple[Array, Array, Array]
+    inverse_lengths: tuple[int, int]
+    own: float
+    periodic: bool
+    workers: int | None = None
+
+    def apply(self, q: Array) -> Array:
+        """Tangential displacements (2, bx, by) by tangential tractions (2, bx, by)."""
+        if self.xy is None:
+            whole = zip((self.xx, self.yy), q, strict=True)
+            return np.stack([self._back(k * self._forward(v)) if v.any() else np.zeros(self.shape) for k, v in whole])
+        x, y = self._forward(q[0]), self._forward(q[1])
+        return np.stack([self._back(self.xx * x + self.xy * y), self._back(self.xy * x + self.yy * y)])
+
+    def of_pressure(self, p: Array) -> Array:
+        """Tangential displacements (2, bx, by) by pressures (bx, by)."""
+        if self.normal is None:
+            return np.zeros((2, *self.shape))
+        spectrum = self._forward(p)
+        return np.stack([self._back(-kernel * spectrum) for kernel in self.normal])
+
+    def normal_displacement(self, q: Array) -> Array:
+        """Displacements (bx, by) into the half-space by tangential tractions (2, bx, by)."""
+        if self.normal is None:
+            return np.zeros(self.shape)
+        return self._back(self.normal[0] * self._forward(q[0]) + self.normal[1] * self._forward(q[1]))
+
+    def precondition(self, s: Array) -> Array:
+        """Approximate tractions by displacements (2, bx, by): the inverse in wave numbers, as if without end."""
+        xx, yy, xy = self.inverse
+        x, y = (self._forward(part, self.inverse_lengths) for part in s)
+        parts = (xx * x + xy * y, xy * x + yy * y)
+        return np.stack([self._back(part, self.inverse_lengths) for part in parts])
+
+    def _forward(self, values: Array, lengths: tuple[int, int] | None = None) -> Array:
+        """Spectrum of values (bx, by); rows of padding are not transformed."""
+        nx, ny = lengths or self.lengths
+        rows = scipy.fft.rfft(values, n=ny, axis=1, workers=self.workers)
+        return np.asarray(scipy.fft.fft(rows, n=nx, axis=0, overwrite_x=True, workers=self.workers))
+
+    def _back(self, spectrum: Array, lengths: tuple[int, int] | None = None) -> Array:
+        """Values (bx, by) of a spectrum, which is lost."""
+        ny = (lengths or self.lengths)[1]
+        rows = scipy.fft.ifft(spectrum, axis=0, overwrite_x=True, workers=self.workers)[: self.shape[0]]
+        return np.asarray(scipy.fft.irfft(rows, n=ny, axis=1, workers=self.workers)[:, : self.shape[1]])
+
+
+def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None = None) -> TangentialCompliance:
+    """Compliance among the cells of a box of the grid; a periodic one is taken whole.
+
+    Raises
+    ------
+    InputError
+        See `Elasticity.of`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import fecontact as fc
+    >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(4.0, 4.0), shape=(4, 4))
+    >>> compliance = tangential_compliance(half.compliance, (slice(0, 4), slice(0, 4)))
+    >>> q = np.zeros((2, 4, 4))
+    >>> q[0, 1, 2] = 1.0
+    >>> u = compliance.apply(q)
+    >>> bool(np.isclose(u[0, 1, 2], 8 * np.log(1 + np.sqrt(2)) / (2 * np.pi))), bool(np.abs(u[1]).max() < 1e-15)
+    (True, True)
+    """
+    constants = Elasticity.of(body)
+    if body.periodic:
+        return _periodic(body, constants, workers)
+    shape = (box[0].stop - box[0].start, box[1].stop - box[1].start)
+    tables = cerruti(shape, body.grid.cell)
+    lengths = (2 * padded(shape[0]), 2 * padded(shape[1]))
+    both = constants.direct * (tables.xx + tables.yy)
+
+    def spectrum(table: Array, signs: tuple[int, int]) -> Array:
+        return np.asarray(scipy.fft.rfft2(_extended(table, lengths, signs), workers=workers))
+
+    normal = None
+    if constants.coupling != 0:
+        normal = (
+            spectrum(constants.coupling * tables.x, (-1, 1)),
+            spectrum(constants.coupling * tables.y, (1, -1)),
+        )
+    xx = yy = spectrum(both + constants.poisson * tables.xx, (1, 1)).real
+    xy = None
+    if constants.poisson != 0:
+        yy = spectrum(both + constants.poisson * tables.yy, (1, 1)).real
+        xy = spectrum(constants.poisson * tables.xy, (-1, -1)).real
+    inverse = _inverse(constants, shape, body.grid.cell)
+    return TangentialCompliance(shape, lengths, xx, yy, xy, normal, *inverse, float(both[0, 0]), False, workers)
+
+
+def _extended(table: Array, lengths: tuple[int, int], signs: tuple[int, int]) -> Array:
+    """Table of offsets 0, 1, ... with those of negative offsets at the end, even (1) or odd (-1) in each direction."""
+    nx, ny = table.shape
+    full = np.zeros(lengths)
+    full[:nx, :ny] = table
+    full[lengths[0] - nx + 1 :, :ny] = signs[0] * table[:0:-1]
+    full[:, lengths[1] - ny + 1 :] = signs[1] * full[:, ny - 1 : 0 : -1]
+    return full
+
+
+def _periodic(body: SurfaceCompliance, constants: Elasticity, workers: int | None) -> TangentialCompliance:
+    """The same in wave numbers k: u = 2 pi (direct + poisson (1 - k k/k^2)) q/k, and -i 2 pi coupling k/k^2 normally.
+
+    The Fourier transforms of x^2/r^3 and x/r^2 are 2 pi k_y^2/k^3 and -2 pi i k_x/k^2. The mean moves nothing; odd
+    kernels leave out the waves of two cells, which have no sign.
+    """
+    shape = body.grid.shape
+    kx, ky, k = _waves(shape, body.grid.cell)
+    k[0, 0] = math.inf
+    odd_x, odd_y = kx.copy(), ky.copy()
+    odd_x[shape[0] // 2], odd_y[:, shape[1] // 2] = 0.0, 0.0
+    direct, poisson = 2 * math.pi * constants.direct / k, 2 * math.pi * constants.poisson / k
+    cx, cy = kx / k, ky / k
+    coupling = -2j * math.pi * constants.coupling / k**2
+    return TangentialCompliance(
+        shape,
+        shape,
+        direct + poisson * cy**2,
+        direct + poisson * cx**2,
+        -poisson * (odd_x / k) * (odd_y / k) if constants.poisson != 0 else None,
+        (coupling * odd_x, coupling * odd_y) if constants.coupling != 0 else None,
+        *_inverse(constants, shape, body.grid.cell),
+        constants.direct * math.sqrt(body.grid.area) * 4 * math.log(1 + math.sqrt(2)),
+        True,
+        workers,
+    )
+
+
+def _inverse(
+    constants: Elasticity, shape: tuple[int, int], cell: tuple[float, float]
+) -> tuple[tuple[Array, Array, Array], tuple[int, int]]:
+    """Inverse of the compliance in wave numbers, positive definite, and the lengths of its transforms."""
+    lengths = (padded(shape[0]), padded(shape[1]))
+    kx, ky, k = _waves(lengths, cell)
+    k[0, 0] = min(k[0, 1], k[1, 0]) / 2
+    across = k / (2 * math.pi * (constants.direct + constants.poisson))
+    more = (k / (2 * math.pi * constants.direct) - across) / k**2
+    return (across + more * kx**2, across + more * ky**2, more * kx * ky), lengths
+
+
+def _waves(shape: tuple[int, int], cell: tuple[float, float]) -> tuple[Array, Array, Array]:
+    """Wave numbers of a real transform along x and y, and their lengths."""
+    kx = 2 * math.pi * scipy.fft.fftfreq(shape[0], cell[0])[:, None]
+    ky = 2 * math.pi * scipy.fft.rfftfreq(shape[1], cell[1])[None, :]
+    return kx, ky, np.hypot(kx, ky)
