@@ -28,7 +28,7 @@ OBLIQUE = 1.1
 #: With no coarser grid: factor for what is inside as well, and least error times the cells across, usual for a disc.
 ALONE, USUAL = 1.5, 0.2
 #: Change from the coarser grid over the error inside, of pressures over cells and of point forces.
-CHANGE, CHANGE_OF_POINTS = 1.5, 0.7
+CHANGE, CHANGE_OF_POINTS = 1.2, 0.7
 #: Least error of the largest pressure and of the area, as a share of that of the pressure.
 LEAST_SHARE = 0.25
 
@@ -60,7 +60,7 @@ def grid_error_estimate(
     --------
     >>> p, whole = np.ones((4, 4)), (slice(None), slice(None))
     >>> nothing = EdgeCells(*np.zeros((3, 0)))
-    >>> round(grid_error_estimate(p, 1.015 * np.ones((2, 2)), whole, nothing, 16.0).pressure, 9)
+    >>> round(grid_error_estimate(p, 1.012 * np.ones((2, 2)), whole, nothing, 16.0).pressure, 9)
     0.01
     """
     if not pressure.any():
