@@ -40,14 +40,17 @@ class Rim:
 
     Attributes
     ----------
+    nodes : (n, 2) int array
+        Nodes at the ends of the sides; equal on a section, where a rim consists of points.
     ends : (n, 2, 3) array
-        Ends of the sides; equal on a section, where a rim consists of points.
+        Their positions.
     size : (n,) array
         Sizes of their faces.
     found : function
         Function for `smooth`, which is rarely needed.
     """
 
+    nodes: IntArray
     ends: Array
     size: Array
     found: Callable[[], Mask]
@@ -95,7 +98,7 @@ def rim_of_surface(body: Body, name: str) -> Rim | None:
         mesh = body.surface_of[0] if isinstance(body, ElasticLayer) else getattr(body, "mesh", None)
         return _goes_on(mesh, name, nodes) if isinstance(mesh, Mesh) else np.zeros(len(nodes), bool)
 
-    return Rim(surface.points[nodes], surface.mean_facet_size[facet], smooth)
+    return Rim(nodes, surface.points[nodes], surface.mean_facet_size[facet], smooth)
 
 
 def _goes_on(mesh: Mesh, name: str, sides: IntArray) -> Mask:
@@ -128,8 +131,8 @@ def _of_section(surface: CurveSurface, mesh: SectionMesh, name: str) -> Rim | No
         beyond = others[(others[:, :2] == node).any(axis=1)]
         size[k] = np.linalg.norm(np.diff(surface.points[own[0, :2]], axis=0))
         smooth[k] = len(beyond) > 0 and float(_tangent(mesh, own[0], node) @ _tangent(mesh, beyond[0], node)) >= SMOOTH
-    place = surface.points[ends]
-    return Rim(np.stack([place, place], axis=1), size, lambda: smooth)
+    nodes = np.stack([ends, ends], axis=1)
+    return Rim(nodes, surface.points[nodes], size, lambda: smooth)
 
 
 def _tangent(mesh: SectionMesh, side: IntArray, node: int) -> Array:

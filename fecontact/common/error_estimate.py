@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 #: Estimated error of the pressure above which a result warns.
 LARGEST_ERROR = 0.1
@@ -11,9 +12,33 @@ LARGEST_ERROR = 0.1
 NO_CONTACT = "no contact, nothing to estimate"
 
 
+class UnboundedPeak(NamedTuple):
+    """A pressure that grows without bound towards an edge.
+
+    Attributes
+    ----------
+    body : str
+        Name of the body with the edge.
+    point : (float, float, float)
+        Point of the contact at the edge where the pressure found is largest.
+    exponent : float
+        Of the inverse distance from the edge.
+    """
+
+    body: str
+    point: tuple[float, float, float]
+    exponent: float
+
+    def __str__(self) -> str:
+        place = ", ".join(f"{v:.4g}" for v in self.point)
+        return f"unbounded at the edge of {self.body!r}, as distance^-{self.exponent:.2g}, first at ({place})"
+
+
 @dataclass(frozen=True)
 class ErrorEstimate:
     """Estimated errors of one contact, all relative.
+
+    Where the pressure is unbounded, faces at the edge concerned count neither in `pressure` nor in its parts.
 
     Attributes
     ----------
@@ -25,11 +50,13 @@ class ErrorEstimate:
     interior : float
         Part of it due to elements below the contact; finer faces alone reduce it little.
     peak : float
-        Error of the largest pressure.
+        Error of the largest pressure; infinite where it is unbounded.
     area : float
         Error of the contact area.
     faces_across : float
         Number of faces across the contact at its narrowest.
+    unbounded : UnboundedPeak or None
+        Edge where the pressure has no bound.
     reason : str
         Why there is no estimate; empty where there is one.
 
@@ -45,28 +72,42 @@ class ErrorEstimate:
     peak: float
     area: float
     faces_across: float
+    unbounded: UnboundedPeak | None = None
     reason: str = ""
 
     @classmethod
     def none(cls, reason: str) -> ErrorEstimate:
         """No estimate, for a reason."""
-        return cls(math.nan, math.nan, math.nan, math.nan, math.nan, 0.0, reason)
+        return cls(math.nan, math.nan, math.nan, math.nan, math.nan, 0.0, None, reason)
 
-    def summary(self) -> dict[str, float | str | None]:
+    @property
+    def amount(self) -> str:
+        """How much the pressure and its peak are off, in words."""
+        mean = f"{percent(self.pressure)} in the mean"
+        if self.unbounded is None:
+            return f"{mean} and {percent(self.peak)} at its peak"
+        return f"{mean} away from the edge of {self.unbounded.body!r}, where it has no bound"
+
+    def summary(self) -> dict[str, Any]:
         """Its figures, ready for JSON; None where there is no estimate."""
-        return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in vars(self).items()}
+        figures = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in vars(self).items()}
+        return figures | {"unbounded": None if self.unbounded is None else self.unbounded._asdict()}
 
     def __str__(self) -> str:
         if self.reason:
             return f"pressure: {self.reason}"
-        return (
-            f"pressure: about {percent(self.pressure)} (peak {percent(self.peak)}, area {percent(self.area)}), "
+        peak, where = f"peak {percent(self.peak)}", ""
+        if self.unbounded is not None:
+            peak, where = "no peak", f" away from the edge of {self.unbounded.body!r}"
+        text = (
+            f"pressure: about {percent(self.pressure)}{where} ({peak}, area {percent(self.area)}), "
             f"resolved by {self.faces_across:.2g} faces across"
         )
+        return text if self.unbounded is None else f"{text}; {self.unbounded}"
 
 
 def percent(share: float) -> str:
-    """A share in percent as text: one digit below ten, integers above.
+    """A share in percent as text: one digit below 9.5, integers above.
 
     Examples
     --------
@@ -74,4 +115,4 @@ def percent(share: float) -> str:
     ('7 %', '0.4 %', '23 %')
     """
     value = 100 * share
-    return f"{value:.0f} %" if value >= 10 else f"{value:.1g} %"
+    return f"{value:.0f} %" if value >= 9.5 else f"{value:.1g} %"

@@ -19,6 +19,7 @@ from fecontact.results.error_estimate import PressureReadings, energy_errors, er
 from fecontact.results.facet_samples import facet_samples, pressure_shapes
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.resultants import Region, part_of, region_numbers, sides_of_plane
+from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
 
@@ -154,6 +155,11 @@ class ContactFields:
     def regions(self) -> tuple[Region, ...]:
         """Connected parts of the contact area, the most loaded first; points are connected by facets they share."""
         return tuple(part_of(self, self.region == k) for k in range(1, self.region.max(initial=0) + 1))
+
+    @cached_property
+    def singular_edge(self) -> SingularEdge | None:
+        """Edge towards which the pressure grows without bound, see `results.singular`; None where there is none."""
+        return singular_edge(self)
 
     @cached_property
     def _readings(self) -> PressureReadings | None:

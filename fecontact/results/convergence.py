@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -53,15 +54,20 @@ class Convergence:
     reason: str
 
     def as_dict(self) -> dict[str, Any]:
-        """All figures, ready for JSON."""
-        return asdict(self)
+        """All figures, ready for JSON; the error of a peak without bound is None."""
+        steps = [asdict(s) | {"peak": s.peak if math.isfinite(s.peak) else None} for s in self.steps]
+        return asdict(self) | {"steps": steps}
 
     def __str__(self) -> str:
         names = ("dofs", "hanging", "candidates", "pressure", "peak", "max p", "area", "s")
         head = "{:>9} {:>8} {:>11} {:>9} {:>8} {:>12} {:>12} {:>7}".format(*names)
         rows = [
-            f"{s.n_dofs:>9} {s.n_hanging:>8} {s.n_candidates:>11} {s.pressure:>9.2%} {s.peak:>8.2%} "
+            f"{s.n_dofs:>9} {s.n_hanging:>8} {s.n_candidates:>11} {s.pressure:>9.2%} {_percent(s.peak)} "
             f"{s.max_pressure:>12.6g} {s.area:>12.6g} {s.seconds:>7.2f}"
             for s in self.steps
         ]
         return "\n".join([head, *rows, f"Accuracy {self.accuracy:.3g}: {self.reason}"])
+
+
+def _percent(peak: float) -> str:
+    return f"{peak:>8.2%}" if math.isfinite(peak) else f"{'none':>8}"

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -30,6 +30,7 @@ from fecontact.results.facet_samples import facet_samples, hats
 from fecontact.results.geometry_error import TouchingSurfaces, geometry_error
 from fecontact.results.recovery import RecoveredPressure, recovered
 from fecontact.results.resultants import LoadedPoints
+from fecontact.results.singular import SingularEdge
 
 #: Least and largest number of samples along each side of a face, and the total above which it is reduced.
 SAMPLES, MOST_SAMPLES = (3, 6), 40_000
@@ -70,6 +71,10 @@ class PressureOnFacets(LoadedPoints, TouchingSurfaces, Protocol):
         """Matrix (m, n) from values at the contact points to the nodes."""
 
     @property
+    def singular_edge(self) -> SingularEdge | None:
+        """Edge where the pressure has no bound."""
+
+    @property
     def region(self) -> IntArray:
         """Connected region (n,) of each contact point, zero without force."""
 
@@ -101,10 +106,12 @@ class PressureReadings:
         Samples on them, see `results.facet_samples`.
     interpolated, root, smooth : (n, n_q) arrays
         The pressure of the coupling, the root of its interpolated squares, and the recovered one.
+    bounded : (n,) bool array
+        Facets off edges where the pressure has no bound; only these count.
     peak : float
         Largest pressure at a node.
     peak_offset : float
-        Its difference from the recovered pressure there.
+        Its difference from the recovered pressure there; infinite where the pressure has no bound.
     """
 
     facets: IntArray
@@ -113,6 +120,7 @@ class PressureReadings:
     interpolated: Array
     root: Array
     smooth: Array
+    bounded: Mask
     peak: float
     peak_offset: float
 
@@ -120,17 +128,18 @@ class PressureReadings:
     def misfit(self) -> Array:
         """Integral (n,) over each facet of the squared difference, the larger of the two."""
         others = (self.root, self.smooth)
-        return np.max([(self.areas * (p - self.interpolated) ** 2).sum(axis=1) for p in others], axis=0)
+        squares = np.max([(self.areas * (p - self.interpolated) ** 2).sum(axis=1) for p in others], axis=0)
+        return np.where(self.bounded, squares, 0.0)
 
     @cached_property
     def error(self) -> float:
-        """Relative L2 norm of the misfit."""
-        return float(np.sqrt(self.misfit.sum() / self.norm))
+        """Relative L2 norm of the misfit; one where no facet counts."""
+        return float(np.sqrt(self.misfit.sum() / self.norm)) if self.bounded.any() else 1.0
 
     @cached_property
     def norm(self) -> float:
         """Integral of the squared pressure."""
-        return float((self.areas * self.interpolated**2).sum())
+        return float((self.areas * self.interpolated**2)[self.bounded].sum())
 
     @cached_property
     def in_contact(self) -> Array:
@@ -145,38 +154,57 @@ def readings_of(contact: PressureOnFacets) -> PressureReadings | None:
     known = np.where(np.diff(contact.at_nodes.indptr) == 1, nodal, np.nan)
     if not (known > 0).any():
         return None
-    chosen = np.flatnonzero((nodal[contact.facets] > 0).any(axis=1))
+    loaded = (nodal[contact.facets] > 0).any(axis=1)
+    bounded = loaded
+    if (edge := contact.singular_edge) is not None:
+        at_edge = np.asarray(contact.at_nodes @ edge.points > 0)
+        known[at_edge], bounded = np.nan, loaded & ~at_edge[contact.facets].any(axis=1)
+    field = _Nodal(nodal, known, bounded)
+    chosen = np.flatnonzero(loaded)
     n = int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
-    blocks = [_read(contact, nodal, known, chosen[k : k + BLOCK], n) for k in range(0, len(chosen), BLOCK)]
+    blocks = [_read(contact, field, chosen[k : k + BLOCK], n) for k in range(0, len(chosen), BLOCK)]
     points, areas, interpolated, root, smooth = (np.concatenate(part) for part in zip(*blocks, strict=True))
-    highest = int(np.nanargmax(known))
-    there = chosen[(contact.facets[chosen] == highest).any(axis=1)]
-    at_peak = _recovered(contact, known, there).at(np.broadcast_to(contact.nodes[highest], (len(there), 1, 3)))
-    offset = float(abs(nodal[highest] - at_peak.mean()))
-    return PressureReadings(chosen, points, areas, interpolated, root, smooth, float(nodal[highest]), offset)
+    peak, offset = _peak(contact, field, edge is None)
+    return PressureReadings(chosen, points, areas, interpolated, root, smooth, bounded[chosen], peak, offset)
 
 
-def _read(contact: PressureOnFacets, nodal: Array, known: Array, chosen: IntArray, n: int) -> tuple[Array, ...]:
+class _Nodal(NamedTuple):
+    """Pressures at the nodes (m,), those that carry information (else NaN), and facets on which they are bounded."""
+
+    pressure: Array
+    known: Array
+    bounded: Mask
+
+
+def _peak(contact: PressureOnFacets, field: _Nodal, bounded: bool) -> tuple[float, float]:
+    """Largest pressure and its difference from the recovered one there, infinite without bound."""
+    if not bounded:
+        return float(field.pressure.max()), np.inf
+    highest = int(np.nanargmax(field.known))
+    there = np.flatnonzero((contact.facets == highest).any(axis=1))
+    at_peak = _recovered(contact, field, there).at(np.broadcast_to(contact.nodes[highest], (len(there), 1, 3)))
+    return float(field.pressure[highest]), float(abs(field.pressure[highest] - at_peak.mean()))
+
+
+def _read(contact: PressureOnFacets, field: _Nodal, chosen: IntArray, n: int) -> tuple[Array, ...]:
     """Points, areas and the three pressures on some of the facets, at n samples along each side."""
     facets, mortar = contact.facets[chosen], contact.coupling == "mortar"
     samples = facet_samples(contact.nodes, facets, mortar, contact.extent, n)
-    squares = np.einsum("fqa,fa->fq", hats(facets, samples.local, mortar), nodal[facets] ** 2)
-    return (
-        samples.points,
-        samples.areas,
-        np.einsum("fqa,fa->fq", samples.shapes, nodal[facets]),
-        np.sqrt(np.maximum(squares, 0.0)),
-        _recovered(contact, known, chosen).at(samples.points),
-    )
+    squares = np.einsum("fqa,fa->fq", hats(facets, samples.local, mortar), field.pressure[facets] ** 2)
+    interpolated = np.einsum("fqa,fa->fq", samples.shapes, field.pressure[facets])
+    smooth, some = interpolated.copy(), field.bounded[chosen]
+    if some.any():
+        smooth[some] = _recovered(contact, field, chosen[some]).at(samples.points[some])
+    return samples.points, samples.areas, interpolated, np.sqrt(np.maximum(squares, 0.0)), smooth
 
 
-def _recovered(contact: PressureOnFacets, known: Array, chosen: IntArray) -> RecoveredPressure:
+def _recovered(contact: PressureOnFacets, field: _Nodal, chosen: IntArray) -> RecoveredPressure:
     # on an elastic foundation the pressure falls to zero linearly
     power = 1 if contact.slave.is_foundation else 2
     # only facets with pressure: which others were paired is a matter of the search
-    loaded = np.flatnonzero((contact.at_nodes @ contact.pressure > 0)[contact.facets].any(axis=1))
-    facets, own = contact.facets[loaded], np.searchsorted(loaded, chosen)
-    return recovered(contact.nodes, facets, own, known, contact.at_nodes @ contact.weights, power)
+    counted = np.flatnonzero(field.bounded)
+    facets, own = contact.facets[counted], np.searchsorted(counted, chosen)
+    return recovered(contact.nodes, facets, own, field.known, contact.at_nodes @ contact.weights, power)
 
 
 def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None) -> ErrorEstimate:
@@ -186,17 +214,20 @@ def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None)
     area = float(readings.in_contact.sum())
     counted = float(contact.weights[contact.active].sum())
     # pressures that would pull part instead, so that they are never off by more than all of them
-    geometry = min(1.0, geometry_error(contact) * np.sqrt(max(area, counted) / readings.norm))
+    norm = readings.norm
+    geometry = min(1.0, float(geometry_error(contact) * np.sqrt(max(area, counted) / norm))) if norm > 0 else 0.0
+    edge = contact.singular_edge
     across = faces_across(contact, readings)
     interior = interior_error(contact.energy_errors)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     return ErrorEstimate(
         pressure=pressure,
-        geometry=float(geometry),
+        geometry=geometry,
         interior=interior,
-        peak=max(readings.peak_offset / readings.peak, LEAST_SHARE * pressure, AT_KINKS * float(geometry)),
+        peak=max(readings.peak_offset / readings.peak, LEAST_SHARE * pressure, AT_KINKS * geometry),
         area=max(abs(counted / area - 1), LEAST_SHARE * pressure) if area > 0 else 1.0,
         faces_across=across,
+        unbounded=None if edge is None else edge.peak,
     )
 
 

@@ -84,6 +84,16 @@ def mended(result: SolvedScene) -> Iterator[str]:
     yield from dict.fromkeys(f"{name!r}: {text}" for name, text in notes)
 
 
+def unbounded_pressures(result: SolvedScene) -> Iterator[str]:
+    """Notes of pressures without bound."""
+    for contact in result.contacts:
+        if (edge := contact.singular_edge) is not None:
+            yield (
+                f"The pressure between {contact.slave.name!r} and {contact.master.name!r} is {edge.peak}: its largest "
+                f"value, {contact.max_pressure:.3g}, depends on the mesh. Round the edge to get one that does not."
+            )
+
+
 #: Checks for `ContactResult.warnings` and for `ContactResult.notes`.
 CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     unborne_motions,
@@ -96,7 +106,7 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     missed_accuracy,
     friction_not_unique,
 )
-NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, single_step)
+NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, single_step, unbounded_pressures)
 
 
 def warnings_of(result: SolvedScene) -> tuple[str, ...]:

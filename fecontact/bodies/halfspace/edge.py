@@ -19,6 +19,9 @@ from fecontact.common.arrays import Array, Mask
 FARTHEST = 1.0
 """Largest correction of an edge, in cells."""
 
+FALLS = 0.3
+"""Mean pressure at an end over that of the contact, below which the pressure falls to zero there."""
+
 
 class EdgeCells(NamedTuple):
     """Last cells of rows and columns of a contact, beside cells without pressure under the counter-surface.
@@ -34,6 +37,26 @@ class EdgeCells(NamedTuple):
     last: Array
     before: Array
     share: Array
+
+
+def pressed_ends(pressure: Array, allowed: Mask) -> Mask:
+    """Cells (nx, ny) in contact beside cells without counter-surface, where the pressure does not fall to zero.
+
+    All of them, or none: that is where their mean pressure is above a part of that of the contact.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> flat, round_edge = np.array([[0.0, 2.0, 1.0, 2.0, 0.0]]), np.array([[0.0, 0.1, 1.0, 0.1, 0.0]])
+    >>> pressed_ends(flat, flat > 0).tolist(), bool(pressed_ends(round_edge, flat > 0).any())
+    ([[False, True, False, True, False]], False)
+    """
+    active = pressure > 0
+    open_beside = [~np.roll(allowed, step, axis) for axis in (0, 1) for step in (-1, 1)]
+    ends = active & np.any(open_beside, axis=0)
+    if ends.any() and pressure[ends].mean() > FALLS * pressure[active].mean():
+        return np.asarray(ends)
+    return np.zeros(pressure.shape, bool)
 
 
 def edge_cells(pressure: Array, allowed: Mask, periodic: bool) -> EdgeCells:

@@ -11,10 +11,11 @@ with a kink or a logarithm about all.
 from __future__ import annotations
 
 import numpy as np
+import scipy.ndimage
 
 from fecontact.bodies.halfspace.edge import EdgeCells
 from fecontact.bodies.halfspace.nested import blocks
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate
 
 #: Ratio of the last two pressures at a straight edge.
@@ -25,10 +26,14 @@ EDGE_ERROR = np.array(
 )
 #: Factor on it, for edges that run across the cells.
 OBLIQUE = 1.1
-#: With no coarser grid: factor for what is inside as well, and least error times the cells across, usual for a disc.
-ALONE, USUAL = 1.5, 0.2
-#: Change from the coarser grid over the error inside, of pressures over cells and of point forces.
-CHANGE, CHANGE_OF_POINTS = 1.2, 0.7
+#: With no coarser grid: factor for what is inside as well, and least error times the cells across, usual for a disc
+#: and for a stepped outline.
+ALONE, USUAL, USUAL_OF_OUTLINE = 1.5, 0.2, 0.6
+#: Change from the coarser grid over the error inside, of pressures over cells, of point forces, and under ends of the
+#: counter-surface, whose outline a coarser grid widens.
+CHANGE, CHANGE_OF_POINTS, CHANGE_OF_OUTLINE = 1.2, 0.7, 5.0
+#: Cells beside those with a pressure without bound that do not count either.
+BESIDE = 2
 #: Least error of the largest pressure and of the area, as a share of that of the pressure.
 LEAST_SHARE = 0.25
 
@@ -40,6 +45,7 @@ def grid_error_estimate(
     edge: EdgeCells,
     edge_area: float,
     points: bool = False,
+    ends: Mask | None = None,
 ) -> ErrorEstimate:
     """Estimate the errors of a contact.
 
@@ -55,6 +61,8 @@ def grid_error_estimate(
         Area of the contact in cells, with its edge located within them.
     points : bool
         Whether the pressure of a cell is a force at its centre.
+    ends : (nx, ny) bool array, optional
+        Cells with a pressure without bound; these and their neighbours do not count.
 
     Examples
     --------
@@ -68,14 +76,21 @@ def grid_error_estimate(
     if points and coarse is None:
         return ErrorEstimate.none("not estimated for point forces on a grid without a coarser one")
     squares = np.interp(edge.last / edge.before, EDGE_RATIO, EDGE_ERROR) ** 2 @ (edge.share * edge.before**2)
-    at_edge = float(np.sqrt(squares) / np.linalg.norm(pressure))
+    counted, change_over_error, usual = np.ones(pressure.shape, bool), CHANGE_OF_POINTS if points else CHANGE, USUAL
+    if ends is not None and ends.any():
+        change_over_error, usual = CHANGE_OF_OUTLINE, USUAL_OF_OUTLINE
+        counted = ~scipy.ndimage.binary_dilation(ends, np.ones((3, 3)), BESIDE)
+    norm = float(np.linalg.norm(pressure[counted]))
+    if norm == 0:
+        return ErrorEstimate.none("not estimated so near an edge where it has no bound")
+    at_edge = float(np.sqrt(squares) / norm)
     area = int((pressure > 0).sum())
     across = _across(pressure, area)
     if coarse is None:
-        inside, peak, error = 0.0, 0.0, max(ALONE * at_edge, USUAL / across)
+        inside, peak, error = 0.0, 0.0, max(ALONE * at_edge, usual / across)
     else:
-        inside, peak = _changes(pressure[modelled], coarse)
-        inside /= CHANGE_OF_POINTS if points else CHANGE
+        change, peak = _changes(pressure[modelled], coarse, counted[modelled])
+        inside = change / change_over_error
         error = float(np.hypot(OBLIQUE * at_edge, inside))
     error = min(1.0, error)
     return ErrorEstimate(
@@ -88,12 +103,12 @@ def grid_error_estimate(
     )
 
 
-def _changes(pressure: Array, coarse: Array) -> tuple[float, float]:
-    """Changes from the coarser grid, over whole blocks of cells in contact: relative L2 norm, and of the largest."""
+def _changes(pressure: Array, coarse: Array, counted: Mask) -> tuple[float, float]:
+    """Changes from the coarser grid, over whole blocks of counted cells: relative L2 norm, and of the largest."""
     block = blocks(pressure)
     means = block.sum(axis=(-3, -1)) / 4
-    inside = (block > 0).all(axis=(-3, -1))
-    change = float(np.linalg.norm((means - coarse)[inside]) / np.linalg.norm(means))
+    inside = ((block > 0) & blocks(counted)).all(axis=(-3, -1))
+    change = float(np.linalg.norm((means - coarse)[inside]) / np.linalg.norm(means[inside])) if inside.any() else 0.0
     return change, abs(float(coarse.max()) / float(pressure.max()) - 1)
 
 

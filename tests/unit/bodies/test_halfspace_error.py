@@ -45,8 +45,8 @@ def test_error_at_a_straight_edge_wherever_it_lies_in_its_cell(where):
     inside = np.maximum(math.sin(np.pi * a) ** 2 - np.sin(np.pi * half.grid.x) ** 2, 0.0)
     known = 2 * mean * np.cos(np.pi * half.grid.x) * np.sqrt(inside) / math.sin(np.pi * a) ** 2
     error = np.linalg.norm(contact.pressure[:, 0] - known) / np.linalg.norm(known)
-    # the least errors, below 0.1 %, are of the size of those inside
-    assert 0.8 <= contact.error_estimate.pressure / error <= (3 if error > 1e-3 else 5)
+    # the least errors, below 0.2 %, are of the size of those inside
+    assert 0.8 <= contact.error_estimate.pressure / error <= (3 if error > 2e-3 else 5)
 
 
 @pytest.mark.parametrize("pressure", ["uniform", "bilinear", "point"])

@@ -1,0 +1,177 @@
+"""Pressures without bound: where a sharp edge of one body presses on another that goes on and gives.
+
+Beside the end of a wedge of angle phi the pressure grows as r^(lambda - 1). Without shear the normal displacement of a
+wedge under that pressure is proportional to
+
+    c(phi) = (sin(2 lambda phi) + lambda sin(2 phi)) / (sin(lambda phi)^2 - lambda^2 sin(phi)^2) / E*
+
+and those of both bodies add up to none: c1(phi) + c2(pi) = 0 with the smallest root from 1/2 on (Williams 1952, *Stress
+singularities resulting from various boundary conditions in angular corners of plates in extension*; Dundurs & Lee 1972,
+*Stress concentration at a sharp edge in contact problems*). For a right-angled end lambda is 1/2 if it is rigid, 0.774
+on a body of its own material, 1 on a rigid one. Ends are taken as right-angled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.optimize import brentq
+
+from fecontact.bodies.protocol import Body
+from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.error_estimate import UnboundedPeak
+from fecontact.results.geometry_error import TouchingSurfaces
+from fecontact.surfaces.facet_surface import FacetSurface, facets_of
+
+#: Exponent 1 - lambda below which a pressure counts as bounded.
+BOUNDED = 0.05
+#: Mean pressure at an edge over that of the contact, below which the pressure falls to zero there.
+FALLS = 0.3
+#: Distance from its own rim, relative to a face, at which a node counts as on it.
+ON_RIM = 1e-3
+#: Cosine between a side and a plane's normal up to which it lies in the plane.
+IN_PLANE = 1e-5
+
+
+class PressedEdges(TouchingSurfaces, Protocol):
+    """Forces on facets that may end, as in `contact_fields.ContactFields`."""
+
+    @property
+    def forces(self) -> Array:
+        """Contact forces (n,)."""
+
+    @property
+    def weights(self) -> Array:
+        """Areas (n,)."""
+
+    @property
+    def normals(self) -> Array:
+        """Force vectors (n, 3) on the slave."""
+
+    @property
+    def sharing(self) -> sp.csr_matrix:
+        """Points on facets of the slave's whole surface (n, n_surface_facets)."""
+
+
+@dataclass(frozen=True, eq=False)
+class SingularEdge:
+    """Where a pressure has no bound.
+
+    Attributes
+    ----------
+    peak : UnboundedPeak
+    points : (n,) bool array
+        Contact points at the edge.
+    """
+
+    peak: UnboundedPeak
+    points: Mask
+
+
+def singular_edge(contact: PressedEdges) -> SingularEdge | None:
+    """The edge with the worst singularity of a contact's pressure; None where there is none."""
+    active = np.flatnonzero(contact.active)
+    bodies = (contact.slave, contact.master)
+    exponents = [edge_exponent(body, other) for body, other in (bodies, bodies[::-1])]
+    if not len(active) or max(exponents) < BOUNDED:
+        return None
+    mean = contact.forces[active].sum() / contact.weights[active].sum()
+    found = []
+    for body, exponent, here in zip(bodies, exponents, _at_edges(contact, active), strict=True):
+        at = active[here]
+        if exponent < BOUNDED or not len(at) or contact.forces[at].sum() < FALLS * mean * contact.weights[at].sum():
+            continue
+        highest = at[np.argmax(contact.forces[at] / contact.weights[at])]
+        x, y, z = (float(v) for v in contact.points[highest])
+        points = np.zeros(len(contact.forces), bool)
+        points[at] = True
+        found.append(SingularEdge(UnboundedPeak(body.name, (x, y, z), exponent), points))
+    return max(found, key=lambda edge: edge.peak.exponent, default=None)
+
+
+def edge_exponent(body: Body, other: Body) -> float:
+    """Exponent of the inverse distance with which the pressure grows towards an edge of a body on another.
+
+    Zero where the other is rigid, or a foundation of springs, which gives under its own pressure only.
+    """
+    if np.isinf(other.contact_modulus) or other.is_foundation or body.is_foundation:
+        return 0.0
+    stiffness = body.contact_modulus / other.contact_modulus
+    return 0.5 if np.isinf(stiffness) else 1.0 - wedge_eigenvalue(np.pi / 2, stiffness)
+
+
+def wedge_eigenvalue(angle: float, stiffness: float) -> float:
+    """Smallest lambda from 1/2 to 1 for a wedge of an angle up to pi on a half-plane, by the ratio of their moduli.
+
+    Examples
+    --------
+    >>> [round(wedge_eigenvalue(np.pi / 2, ratio), 3) for ratio in (1e9, 1.0, 1e-9)]
+    [0.5, 0.774, 1.0]
+    >>> round(wedge_eigenvalue(np.pi, 1.0), 3)
+    0.5
+    """
+
+    def equation(root: float) -> float:
+        wedge = np.sin(2 * root * angle) + root * np.sin(2 * angle)
+        below = np.sin(root * angle) ** 2 - root**2 * np.sin(angle) ** 2
+        return float(wedge * np.sin(np.pi * root) + 2 * stiffness * below * np.cos(np.pi * root))
+
+    low, high = 0.5 + 1e-9, 1 - 1e-9
+    if equation(low) <= 0:
+        return 0.5
+    return float(brentq(equation, low, high)) if equation(high) < 0 else 1.0
+
+
+def _at_edges(contact: PressedEdges, active: IntArray) -> tuple[Mask, Mask]:
+    """Whether active points lie at an edge of the slave that has none of the master within a face, and the converse."""
+    slave, master, names = contact.slave, contact.master, contact.surfaces
+    surface = facets_of(slave.surface(names[0]))
+    assert surface is not None
+    shared = contact.sharing[active]
+    size = (shared @ surface.mean_facet_size) / np.maximum(np.asarray(shared.sum(axis=1)).ravel(), 1)
+    spacing = size if surface.facets.shape[1] == 4 else size / 2
+    place = contact.points[active]
+    ours, near_ours = _near_sharp_rim(slave, names[0], slave.pose.to_body(place), ON_RIM * size, size)
+    theirs = master.pose.to_body(place)
+    if not master.is_rigid:
+        theirs = master.surface(names[1]).project(theirs).points
+        at, near = _near_sharp_rim(master, names[1], theirs, spacing, size)
+    elif master.is_cut_off:
+        at = near = np.zeros(len(active), bool)
+    else:
+        lines = contact.normals[active] @ master.pose.rotation
+        length = np.linalg.norm(lines, axis=1, keepdims=True)
+        lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
+        at, near = (ends_near(master, names[1], theirs, lines, reach) for reach in (spacing, size))
+    return ours & ~near, at & ~near_ours
+
+
+def _near_sharp_rim(body: Body, name: str, points: Array, reach: Array, size: Array) -> tuple[Mask, Mask]:
+    """Whether points (n, 3) lie within distances (n,) of a sharp edge of a body, planes of symmetry left out."""
+    rim, surface = rim_of_surface(body, name), facets_of(body.surface(name))
+    none = np.zeros(len(points), bool)
+    if rim is None or surface is None:
+        return none, none
+    chosen = ~_in_planes(surface, rim)
+    if not rim.within(points, size, chosen).any():
+        return none, none
+    chosen &= ~rim.smooth
+    return rim.within(points, reach, chosen), rim.within(points, size, chosen)
+
+
+def _in_planes(surface: FacetSurface, rim: Rim) -> Mask:
+    """Whether sides (n,) of a rim lie in a plane of symmetry of the surface."""
+    out = np.zeros(len(rim.size), bool)
+    if surface.planes is None:
+        return out
+    nodes, normals = surface.planes
+    along = rim.ends[:, 1] - rim.ends[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    for normal in np.unique(np.abs(normals.round(6)), axis=0):  # two or three
+        mine = nodes[np.abs(np.abs(normals @ normal) - 1) < IN_PLANE]
+        out |= np.isin(rim.nodes, mine).all(axis=1) & (np.abs(along @ normal) <= IN_PLANE * length)
+    return out

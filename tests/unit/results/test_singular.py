@@ -1,0 +1,171 @@
+"""Pressures without bound: reported with place and order where a sharp edge presses, and nowhere else."""
+
+import json
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.bodies import AxisymmetricBody, PlaneBody
+from fecontact.mesh import section_shapes
+from fecontact.results.singular import wedge_eigenvalue
+from fecontact.surfaces import FlatPunch
+
+SOLID = fc.Material(E=1.0, nu=0.3)
+#: Distances from an edge, halved down to 0.3 %.
+NEAR = np.array([1.0, 0.7, 0.4, *0.2 * 0.5 ** np.arange(7), 0.0])
+
+
+def dundurs_lee(root, alpha):
+    """Equation (14) of Dundurs & Lee (1972) for a right-angled end, by their parameter of the two stiffnesses."""
+    corner = np.cos(np.pi * root) * (np.sin(np.pi * root / 2) ** 2 - root**2)
+    return (1 + alpha) * corner + (1 - alpha) * np.sin(np.pi * root) ** 2 / 2
+
+
+@pytest.mark.parametrize("alpha", [-0.6, 0.0, 0.3, 0.8])
+def test_right_angled_end_against_dundurs_and_lee(alpha):
+    root = wedge_eigenvalue(np.pi / 2, (1 + alpha) / (1 - alpha))
+    assert 0.5 < root < 1
+    assert abs(dundurs_lee(root, alpha)) < 1e-9
+
+
+def end_on_half_plane(E):
+    """The right-angled end of a strip of modulus E on a large block of modulus 1, cut fine at the edge."""
+    beyond = np.concatenate([1 - NEAR, 1 + NEAR[::-1][1:], [3.0, 6.0, 10.0]])
+    depth = np.concatenate([[-10.0, -6.0, -3.0, -1.7], -NEAR]) + 10
+    below = section_shapes.rectangle((10.0, 10.0), (beyond, depth)).translated((0, 0, -10.0))
+    above = section_shapes.rectangle((1.0, 1.0), (1 - NEAR, NEAR[::-1]))
+    lower = PlaneBody(below, SOLID, "top", {"bottom": "xz", "left": "x"}, name="lower")
+    upper = PlaneBody(above, fc.Material(E, 0.3), "bottom", {"top": "z", "left": "x"}, name="upper")
+    return fc.Scene([upper, lower], [fc.Contact(upper, lower)]).solve(motions={upper: {"z": -0.01}})
+
+
+@pytest.mark.parametrize("E", [0.2, 1.0, 5.0, 1000.0])
+def test_pressure_found_grows_with_the_order_reported(E):
+    contact = end_on_half_plane(E).contacts[0]
+    distance = 1 - contact.points[:, 0]
+    chosen = (distance > 0.005) & (distance < 0.06)
+    slope, _ = np.polyfit(np.log(distance[chosen]), np.log(contact.pressure[chosen]), 1)
+    peak = contact.error_estimate.unbounded
+    assert peak.body == "upper"
+    assert np.allclose(peak.point, (1, 0, 0), atol=1e-12)
+    # farther off the regular part counts; under a nearly rigid end by 0.02
+    assert abs(peak.exponent + slope) < 0.03
+
+
+def block(n, side=1.0, element="hex20", **options):
+    mesh = fc.shapes.block((side, side, 1.0), (n, n, 4), element=element)
+    return fc.ElasticBody(mesh.translated((-side / 2, -side / 2, -1)), SOLID, "top", {"bottom": "xyz"}, **options)
+
+
+def on_block(side, n=4, slide=0.0, coupling="auto", swap=False):
+    """A block of side 1 on one of another side."""
+    lower = block(round(side * n), side, name="lower")
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3)).translated((-0.5 + slide, -0.5, 0))
+    upper = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, name="upper")
+    pair = (lower, upper) if swap else (upper, lower)
+    contact = fc.Contact(*pair, coupling=coupling)
+    return fc.Scene([upper, lower], [contact]).solve(motions={upper: {"z": -0.01}})
+
+
+@pytest.mark.parametrize(("coupling", "swap"), [("nodal", False), ("nodal", True), ("mortar", False), ("mortar", True)])
+def test_a_block_on_a_larger_one(coupling, swap):
+    peak = on_block(2.0, coupling=coupling, swap=swap).contacts[0].error_estimate.unbounded
+    assert peak.body == "upper"
+    # at its edge, or half a face from it where the points are those of the block below
+    assert 0.5 - 0.13 <= np.abs(peak.point[:2]).max() <= 0.5 + 1e-9
+    assert abs(peak.exponent - 0.226) < 1e-3
+
+
+def test_blocks_of_one_side_end_together_and_are_bounded():
+    assert on_block(1.0).contacts[0].error_estimate.unbounded is None
+
+
+def test_a_block_that_hangs_over_is_pressed_by_both_edges():
+    peak = on_block(1.0, slide=0.4).contacts[0].error_estimate.unbounded
+    assert abs(np.abs(peak.point[0] - 0.2)) == pytest.approx(0.3, abs=0.17)
+
+
+def punched(shape, n=12):
+    body, rigid = block(n, 2.0, name="block"), fc.RigidBody(shape, name="punch")
+    return fc.Scene([body, rigid], [fc.Contact(body, rigid)]).solve(motions={rigid: {"z": -0.01}})
+
+
+def test_a_flat_punch_is_reported_and_a_ball_is_not():
+    result = punched(FlatPunch(radius=0.55))
+    contact = result.contacts[0]
+    peak = contact.error_estimate.unbounded
+    assert peak.body == "punch"
+    assert peak.exponent == 0.5
+    assert 0.55 - 2 / 12 <= np.hypot(*peak.point[:2]) <= 0.55
+    assert punched(fc.Sphere(8.0)).contacts[0].error_estimate.unbounded is None
+    (line,) = (line for line in str(result).splitlines() if "error of pressure" in line)
+    assert "away from the edge of 'punch' (no peak" in line
+    assert str(peak) in line
+    (note,) = result.notes
+    assert "Round the edge" in note
+    told = json.loads(json.dumps(result.summary(), allow_nan=False))["contacts"][0]["error_estimate"]
+    assert told["peak"] is None
+    assert told["unbounded"]["exponent"] == 0.5
+
+
+@pytest.mark.parametrize("n", [10, 20])
+def test_a_section_under_a_flat_punch_away_from_its_edge(n):
+    """Source: Sneddon 1965, p = F / (2 pi a sqrt(a^2 - r^2)), on the points off the outermost two faces."""
+    x = np.concatenate([np.linspace(0, 0.7, int(1.4 * n) + 1), [0.8, 1.0, 1.4, 2.2, 4.0, 8.0, 20.0]])
+    mesh = section_shapes.rectangle((20.0, 20.0), (x, 20 - x[::-1])).translated((0, 0, -20))
+    body = AxisymmetricBody(mesh, SOLID, "top", {"bottom": "xz"})
+    punch = fc.RigidBody(FlatPunch(radius=0.5), name="punch")
+    contact = fc.Scene([body, punch], [fc.Contact(body, punch)]).solve(forces={punch: (0, 0, -1.0)}).contacts[0]
+    estimate = contact.error_estimate
+    assert estimate.unbounded.body == "punch"
+    assert abs(estimate.unbounded.point[0] - 0.5) < 0.5 / n
+    at, pressure, areas = contact.sampled(contact.pressure, 8)
+    r = np.hypot(at[:, 0], at[:, 1])
+    inside = r < 0.5 - 1 / n
+    known = 1 / (2 * np.pi * 0.5 * np.sqrt(0.25 - r[inside] ** 2))
+    areas, difference = areas[inside], pressure[inside] - known
+    error = np.sqrt(areas @ difference**2 / (areas @ known**2))
+    assert 0.5 <= estimate.pressure / error <= 3
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3])
+def test_no_edge_on_a_rigid_floor_or_on_a_plane_of_symmetry(nu):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (4, 4, 4))
+    body = fc.ElasticBody(mesh, fc.Material(1.0, nu), "bottom", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    assert result.contacts[0].error_estimate.unbounded is None
+    quarter = {"bottom": "z", "x_min": "x", "y_min": "y"}
+    body = fc.ElasticBody(mesh, SOLID, "top", quarter)
+    ball = fc.RigidBody(fc.Sphere(1.0)).placed((0, 0, 1.0))
+    result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.05}})
+    assert result.contacts[0].error_estimate.unbounded is None
+
+
+def test_an_accuracy_is_met_away_from_the_edge():
+    """The faces at the edge are not divided for ever: it ends by the error elsewhere."""
+    body, punch = block(4, 2.0, name="block"), fc.RigidBody(FlatPunch(radius=0.6), name="punch")
+    scene = fc.Scene([body, punch], [fc.Contact(body, punch)])
+    result = scene.solve(motions={punch: {"z": -0.01}}, accuracy=0.08, max_dofs=60_000)
+    assert result.convergence.met
+    assert result.contacts[0].error_estimate.unbounded.body == "punch"
+    json.dumps(result.convergence.as_dict(), allow_nan=False)
+    assert "inf" not in str(result.convergence)
+
+
+@pytest.mark.parametrize("n", [32, 64, 128])
+def test_a_flat_punch_on_a_half_space(n):
+    """Source: Sneddon 1965, away from the edge by the two cells that do not count."""
+    half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(2.7, 2.7), shape=(n, n))
+    contact = half.press(FlatPunch(radius=1.0), force=1.0)
+    estimate = contact.error_estimate
+    assert estimate.unbounded.exponent == 0.5
+    assert abs(np.hypot(*estimate.unbounded.point[:2]) - 1) < 2.7 / n
+    r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
+    inside = r < 1 - 4 * 2.7 / n
+    known = 1 / (2 * np.pi * np.sqrt(1 - r[inside] ** 2))
+    error = np.linalg.norm(contact.pressure[inside] - known) / np.linalg.norm(known)
+    assert 0.8 <= estimate.pressure / error <= 3
+    json.dumps(estimate.summary(), allow_nan=False)
+    assert half.press(fc.Sphere(10.0), force=0.05).error_estimate.unbounded is None
