@@ -67,10 +67,12 @@ class ElasticBody(Placed):
         as an operator with one solve per product. 'auto' decides by the number of candidates and the free memory, see
         `fem.condensation`.
     geometry : 'auto', 'plain', a shape, or a mapping of contact boundary to one of these, optional
-        What the nodes of contact faces are placed on: a smooth surface fitted to the mesh where its faces are curved
-        ('auto'; cells of 8 nodes become those of 20 for it), a rigid shape such as ``fc.Sphere(10.0)``, as it stands or
-        posed as a `RigidBody`, in the axes of the mesh, or nothing ('plain', or None). Flat faces stay as they are. See
-        docs/design.md. In a body that is made, the surfaces that were found.
+        What the nodes of contact faces are placed on, now and when cells are divided: a smooth surface fitted to the
+        mesh where its faces are curved ('auto'), a rigid shape such as ``fc.Sphere(10.0)``, as it stands or posed as a
+        `RigidBody`, in the axes of the mesh, or nothing ('plain', or None). Flat faces stay as they are, and so do
+        faces that no smooth surface represents; a note tells what was moved. Cells of 8 nodes have flat faces;
+        ``mesh.upgraded(20)`` makes them curved. See docs/design.md. In a body that is made, the surfaces that were
+        found.
 
     Raises
     ------
@@ -98,7 +100,7 @@ class ElasticBody(Placed):
     integration: str = "auto"
     condensation: str = "auto"
     pose: Pose = field(default_factory=Pose)
-    geometry: Geometry | Mapping[str, Geometry] = "plain"
+    geometry: Geometry | Mapping[str, Geometry] = "auto"
 
     def __post_init__(self) -> None:
         among("pressure", self.pressure, self.pressures)

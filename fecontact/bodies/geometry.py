@@ -1,7 +1,8 @@
 """Geometry of a body's contact faces: placed on the surface that they stand for when the body is made.
 
 Flat pieces of a round surface, straight sides and the 20-node map, which has no s^2 t^2, make contacts that no division
-of cells mends. The nodes of contact faces are therefore placed on a given surface, or on one fitted to the mesh.
+of cells mends. The nodes of contact faces are therefore placed on a given surface, or on one fitted to the mesh. Cells
+keep their kind: those of 8 nodes stay flat, but the nodes of their divisions are placed.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.placement import Placement, curved_facets, placed
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
+from fecontact.surfaces.smooth import SmoothSurface
 from fecontact.surfaces.smooth_fit import bordering, fitted
 
 #: What a contact surface is made of: fitted where it is curved, a shape in the body's axes, what an earlier body of the
@@ -27,8 +29,14 @@ Geometry = str | RigidShape | RigidBody | Placement | None
 CHOICES = ("auto", "plain")
 #: Part of the height of curved faces by which nodes move without being worth a note.
 UNTOLD = 0.01
+#: Shift of nodes, relative to the size of the mesh, that is rounding.
+ROUNDING = 1e-9
 #: Distance from a given surface, in sizes of the face, above which it is another surface.
 FARTHEST = 0.5
+#: Share of a boundary's nodes that a smooth surface must represent for its faces to be placed on it.
+LEAST_FITTED = 0.75
+#: End of the note on moved nodes.
+TURNED_OFF = "(geometry='plain' leaves them as they were)."
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +56,6 @@ def recovered(
     mesh: Mesh, names: tuple[str, ...], geometry: Geometry | Mapping[str, Geometry], midface: bool
 ) -> tuple[Mesh, dict[str, Geometry]]:
     """A mesh with the nodes of contact faces where they belong, and what they were placed on.
-
-    Cells of 8 nodes become those of 20 where a face is curved.
 
     Parameters
     ----------
@@ -75,16 +81,32 @@ def recovered(
         )
     fresh = fitted(mesh, [name for name, what in choice.items() if isinstance(what, str) and what == "auto"])
     given = {name: _given(mesh, name, what) for name, what in choice.items() if not isinstance(what, str)}
-    known = {name for name, what in choice.items() if isinstance(what, Placement)}
-    placements = {**fresh, **given}
-    out = mesh
-    if placements and mesh.cell_type == "hex8" and mesh.hanging is None:
-        out = mesh.upgraded(20)
-    if midface and names and out.cell_type == "hex20":
-        out = out.with_midface_nodes(names)
-    where, drawn = placed(out, placements)
-    told = [] if known == set(placements) else _notes(mesh, out, where, placements, drawn)
-    return replace(where, notes=(*where.notes, *told)), {name: placements.get(name, "plain") for name in names}
+    out = mesh.with_midface_nodes(names) if midface and names and mesh.cell_type == "hex20" else mesh
+    # a fitted surface passes through the corners: as long as these are all there is, nothing moves
+    due = given if mesh.cell_type == "hex8" else {**fresh, **given}
+    rough = {name for name, what in due.items() if _share(what) < LEAST_FITTED}
+    where, drawn = placed(out, {name: what for name, what in due.items() if name not in rough})
+    told = [_left_alone(name, due[name]) for name in sorted(rough)]
+    if not any(note.endswith(TURNED_OFF) for note in mesh.notes):
+        told += _notes(out, where, due, drawn)
+    kept: dict[str, Geometry] = {
+        name: "plain" if name in rough else {**fresh, **given}.get(name, "plain") for name in names
+    }
+    return replace(where, notes=(*where.notes, *told)), kept
+
+
+def _share(placement: Placement) -> float:
+    """Share of a boundary's nodes that its surface represents: all, where it is given."""
+    surface = placement.surface
+    return float(surface.fits.is_fitted.mean()) if isinstance(surface, SmoothSurface) else 1.0
+
+
+def _left_alone(name: str, placement: Placement) -> str:
+    """Note on a boundary whose nodes no smooth surface represents."""
+    return (
+        f"faces of {name!r} are left as they were: no smooth surface represents {1 - _share(placement):.0%} of their "
+        "nodes, too few or too rough (geometry='plain' says that this is meant)."
+    )
 
 
 def _choice(geometry: Geometry | Mapping[str, Geometry], name: str) -> str | RigidShape | RigidBody | Placement:
@@ -129,19 +151,20 @@ def _given(mesh: Mesh, name: str, what: RigidShape | RigidBody | Placement) -> P
     return out
 
 
-def _notes(given: Mesh, before: Mesh, after: Mesh, placements: Mapping[str, Placement], drawn: int) -> list[str]:
+def _notes(before: Mesh, after: Mesh, placements: Mapping[str, Placement], drawn: int) -> list[str]:
     """What was done, for the notes of results."""
     out = []
+    least = ROUNDING * float(np.linalg.norm(np.ptp(before.points, axis=0)))
     for name, placement in placements.items():
         facets = after.face_nodes(after.faces(name))
         shift = np.linalg.norm(after.points[facets] - before.points[facets], axis=2).max()
         corners = after.points[facets[:, :4]].mean(axis=1)
         height = np.linalg.norm(after.points[facets].mean(axis=1) - corners, axis=1).max()
-        if shift > UNTOLD * height:
-            kind = "a smooth surface through them" if hasattr(placement.surface, "fits") else "the given surface"
-            out.append(f"faces of {name!r} moved by up to {shift:.2g} onto {kind}")
-    if out and before.cell_type != given.cell_type:
-        out.append(f"{given.cell_type} cells became {before.cell_type} cells")
+        if shift > max(UNTOLD * height, least):
+            kind = (
+                "a smooth surface through them" if isinstance(placement.surface, SmoothSurface) else "the given surface"
+            )
+            out.append(f"nodes of {name!r} moved by up to {shift:.2g} onto {kind}")
     if drawn:
         out.append(f"{drawn} nodes less far, lest cells fold")
-    return [f"{'; '.join(out)} (geometry='plain' leaves them as they were)."] if out else []
+    return [f"{'; '.join(out)} {TURNED_OFF}"] if out else []

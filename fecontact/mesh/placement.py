@@ -19,8 +19,9 @@ IN_PLANE = 1e-9
 MOST_STEPS, SETTLED = 30, 1e-14
 #: Sine of the angle between a surface and a plane below which nodes in the plane stay where they are.
 LEAST_ANGLE = 0.05
-#: Least Jacobian of a cell, relative to its largest, that moved nodes may leave, and how often they are drawn back.
-LEAST_JACOBIAN, HALVINGS = 0.02, 5
+#: Least Jacobian of a cell, relative to its largest, that moved nodes may leave, and the part of what it was that they
+#: may leave of a lower one; how often they are drawn back.
+LEAST_JACOBIAN, LEAST_LEFT, HALVINGS = 0.2, 0.5, 5
 
 
 class Foot(Protocol):
@@ -131,7 +132,7 @@ def placed(mesh: Mesh, placements: Mapping[str, Placement]) -> tuple[Mesh, int]:
             shift = _centres(points, facets) - _centres(mesh.points, facets)
             points[facets[:, 8]] = placements[name].placed(mesh.points[facets[:, 8]] + shift)
     moved = np.any(points != mesh.points, axis=1)
-    return _unfolded(mesh, points, moved) if moved.any() else (mesh, 0)
+    return unfolded(mesh, points, moved) if moved.any() else (mesh, 0)
 
 
 def curved_facets(mesh: Mesh, name: str, placement: Placement) -> IntArray:
@@ -151,8 +152,22 @@ def _centres(points: Array, facets: IntArray) -> Array:
     return np.einsum("na,nai->ni", N, points[facets[:, :8]])
 
 
-def _unfolded(mesh: Mesh, points: Array, moved: Mask) -> tuple[Mesh, int]:
-    """The mesh with moved points; those of cells that would fold are drawn back half-way, again and again."""
+def unfolded(mesh: Mesh, points: Array, moved: Mask) -> tuple[Mesh, int]:
+    """A mesh with moved points; those of cells that would fold are drawn back half-way, again and again.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    points : (n_points, 3) array
+    moved : (n_points,) bool array
+        Which of them differ from the mesh's.
+
+    Returns
+    -------
+    Mesh
+    int
+        Number of nodes that were drawn back.
+    """
     touched = _cells_at(mesh, moved)
     step, share = points - mesh.points, np.ones(len(points))
     before = least_jacobians(_part(mesh, mesh.points, touched))
@@ -161,7 +176,7 @@ def _unfolded(mesh: Mesh, points: Array, moved: Mask) -> tuple[Mesh, int]:
         if mesh.hanging is not None:
             now = mesh.hanging.followed(now)
         least = least_jacobians(_part(mesh, now, touched))
-        folded = touched[(least < LEAST_JACOBIAN) & (least < before)]
+        folded = touched[least < np.minimum(LEAST_JACOBIAN, LEAST_LEFT * before)]
         if len(folded) == 0:
             break
         nodes = np.unique(_all_nodes(mesh)[folded])

@@ -2,7 +2,9 @@
 
 An edge is sharp if the facets turn by more than 40 degrees there, or by much more than anywhere near (a crease): on a
 round shape, however coarse, neighbouring edges turn alike. A part is flat if its facets are coplanar and end at sharp
-edges all round, or have a corner in their interior; the sides of a polygon that stands for a round shape have none.
+edges all round, or have a corner in their interior; the sides of a polygon that stands for a round shape have none. A
+strip along a sharp edge, one facet wide, has none either: it is flat unless it turns to the facet beside it as that
+facet turns to the next, which the last side of a cut cylinder does.
 """
 
 from __future__ import annotations
@@ -26,9 +28,12 @@ SMOOTH = float(np.cos(np.radians(40.0)))
 LEAST_CREASE, EXCESS = float(np.radians(5.0)), 3.0
 #: Part of a facet's width by which edges lie apart, so that they are not pieces of one crease.
 APART = 0.3
-#: Sum of the angles of coplanar facets at a corner (radians, 150 degrees) above which it is in their interior, or on a
-#: straight sharp edge.
-LEAST_INSIDE = float(np.radians(150.0))
+#: Sums of the angles of coplanar facets at a corner (radians, 150 and 300 degrees) above which it is on a straight
+#: edge, and in their interior.
+LEAST_ON_EDGE, LEAST_INSIDE = float(np.radians(150.0)), float(np.radians(300.0))
+#: Turn per length from a strip to the facets beside it, relative to theirs to the next, above which it is a side of a
+#: polygon: there it is 1, from a flat strip to the first chord of an arc of the same width 1/2.
+POLYGON = 0.75
 #: Angle between coplanar facets, and distance of a node from its facet's plane relative to its size, due to rounding.
 FLAT = 1e-7
 
@@ -90,7 +95,11 @@ def smooth_parts(points: Array, facets: IntArray, hanging: HangingNodes | None =
     even = np.abs(off).max(axis=1) <= FLAT * size
     level = even[pairs].all(axis=1) & (cosine >= 1 - FLAT**2)
     plate = _components(len(facets), pairs[level])
-    flat = even & np.isin(plate, _plane_plates(points, facets, whole, plate))
+    planes, doubtful = _plane_plates(points, facets, whole, plate)
+    bent = smooth & ~level & (cosine < 1 - FLAT**2)
+    turning = _bends(points, facets, first[bent], second[bent], cosine[bent])
+    planes = np.setdiff1d(planes, _of_polygons(plate, pairs[bent], turning, doubtful))
+    flat = even & np.isin(plate, planes)
     # a plane is one of its plates; what is round around it continues without it
     together = smooth & ~flat[pairs].any(axis=1) | level & flat[pairs].all(axis=1)
     part = _components(len(facets), pairs[together])
@@ -115,13 +124,35 @@ def _corner_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
     return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0), size
 
 
-def _plane_plates(points: Array, facets: IntArray, whole: IntArray, plate: IntArray) -> IntArray:
-    """Plates of coplanar facets that have a corner in their interior, or no neighbours but across sharp edges."""
+def _plane_plates(points: Array, facets: IntArray, whole: IntArray, plate: IntArray) -> tuple[IntArray, IntArray]:
+    """Plates of coplanar facets that are planes, and those of them that may be sides of polygons.
+
+    Planes have a corner in their interior or on a straight edge, or no neighbours but across sharp edges. Those that
+    have it on an edge only are in doubt.
+    """
     corners = facets[:, :4].ravel()
     site = np.unique(np.stack([corners, np.repeat(whole, 4)]), axis=1, return_inverse=True)[1].ravel()
     angle = np.bincount(site, _corner_angles(points, facets).ravel())
-    inside = np.where(angle > LEAST_INSIDE, _one_value(site, np.repeat(plate, 4)), -1)
-    return np.union1d(inside, _one_value(whole, plate))
+    only = _one_value(site, np.repeat(plate, 4))
+    sure = np.union1d(only[angle > LEAST_INSIDE], _one_value(whole, plate))
+    along = only[(angle > LEAST_ON_EDGE) & (only >= 0)]
+    return np.union1d(sure, along), np.setdiff1d(along, sure)
+
+
+def _of_polygons(plate: IntArray, pairs: IntArray, bend: Array, doubtful: IntArray) -> IntArray:
+    """Doubtful plates that turn (n,) to the facets beside them, in pairs (n, 2), nearly as these turn to others."""
+    both, turn = np.concatenate([pairs, pairs[:, ::-1]]), np.tile(bend, 2)
+    of, beside = plate[both[:, 0]], both[:, 1]
+    ours = np.isin(of, doubtful)
+    n = plate.max(initial=-1) + 1
+    next_to = sp.csr_matrix((np.ones(ours.sum()), (of[ours], beside[ours])), shape=(n, len(plate)))
+    sides = sp.csr_matrix((np.ones(len(of)), (both[:, 0], np.arange(len(of)))), shape=(len(plate), len(of)))
+    beyond = (next_to @ sides).tocoo()
+    other = plate[both[beyond.col, 1]] != beyond.row
+    row, col = beyond.row[other], beyond.col[other]
+    own = np.bincount(of, turn, n) / np.maximum(np.bincount(of, minlength=n), 1)
+    theirs = np.bincount(row, turn[col], n) / np.maximum(np.bincount(row, minlength=n), 1)
+    return doubtful[(theirs[doubtful] > 0) & (own[doubtful] > POLYGON * theirs[doubtful])]
 
 
 def _corner_angles(points: Array, facets: IntArray) -> Array:
@@ -145,6 +176,22 @@ def _one_value(group: IntArray, value: IntArray) -> IntArray:
     return np.where(low == high, high, -1)
 
 
+def _bends(points: Array, facets: IntArray, first: IntArray, second: IntArray, cosine: Array) -> Array:
+    """Angles per length (n,) across shared sides, given as 4 facet + side of either facet."""
+    return np.arccos(np.clip(cosine, -1.0, 1.0)) / _side_lines(points, facets, first, second)[2]
+
+
+def _side_lines(points: Array, facets: IntArray, first: IntArray, second: IntArray) -> tuple[Array, Array, Array]:
+    """Directions (n, 3) and middles (n, 3) of shared sides, distances (n,) across them between facets' middles."""
+    ends = np.stack([facets[first // 4, first % 4], facets[first // 4, (first % 4 + 1) % 4]], axis=1)
+    along = points[ends[:, 1]] - points[ends[:, 0]]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    centre = points[facets[:, :4]].mean(axis=1)
+    step = centre[second // 4] - centre[first // 4]
+    width = np.linalg.norm(step - np.einsum("ni,ni->n", step, along)[:, None] * along, axis=1)
+    return along, points[ends].mean(axis=1), width
+
+
 def _creases(points: Array, facets: IntArray, first: IntArray, second: IntArray, cosine: Array) -> Mask:
     """Which shared sides (n,), given as 4 facet + side of either facet, turn far more than those near by."""
     turn = np.arccos(np.clip(cosine, -1.0, 1.0))
@@ -152,15 +199,7 @@ def _creases(points: Array, facets: IntArray, first: IntArray, second: IntArray,
     out = np.zeros(len(first), bool)
     if len(tested) == 0:
         return out
-    ends = np.stack([facets[first // 4, first % 4], facets[first // 4, (first % 4 + 1) % 4]], axis=1)
-    along = points[ends[:, 1]] - points[ends[:, 0]]
-    length = np.linalg.norm(along, axis=1)
-    along /= length[:, None]
-    middle = points[ends].mean(axis=1)
-    centre = points[facets[:, :4]].mean(axis=1)
-    step = centre[second // 4] - centre[first // 4]
-    # the distance between the middles of both facets across the side
-    width = np.linalg.norm(step - np.einsum("ni,ni->n", step, along)[:, None] * along, axis=1)
+    along, middle, width = _side_lines(points, facets, first, second)
     one, other = _near_sides(len(points), facets, np.stack([first, second], axis=1) // 4, tested)
     line, offset = along[one], middle[other] - middle[one]
     away = np.linalg.norm(offset - np.einsum("ni,ni->n", offset, line)[:, None] * line, axis=1)

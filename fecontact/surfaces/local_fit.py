@@ -25,7 +25,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.facets import distinct_columns
+from fecontact.mesh.facets import distinct_columns, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 
 #: Powers of u, v and w in the terms of all fits.
@@ -45,14 +45,17 @@ SURPLUS = 0.25
 LEAST_COSINE, LEAST_OF_QUADRIC = 0.45, 0.1
 #: Weight of a term: of all solutions the least is taken, whatever the axes (Bombieri's norm), and low powers first.
 SIZE = np.array([0.7 ** (a + b + c) * np.sqrt(comb(a + b, a)) for a, b, c in TERMS.tolist()])
+#: Largest ratio of the sizes of terms, in neighbourhoods far longer than wide.
+LARGEST_SIZE = 1e4
 #: Singular value, relative to the largest, below which data do not tell terms apart, of each kind.
 CUT = (1e-4, 1e-4, 1e-3)
 #: Least slope of F along w at the nearer data of a quadric: where it vanishes the surface folds.
 LEAST_SLOPE = 0.25
 #: Validation, relative to that of fits with fewer terms, below which a quartic is taken: on few nodes it fits anything.
 BETTER = 0.25
-#: Residual, relative to the spread of the data, that is rounding.
-ROUNDING = 1e-12
+#: Residual, relative to the spread of the data, that is rounding, and validation, relative to its square, below which a
+#: fit is exact.
+ROUNDING, EXACT = 1e-12, 100.0
 #: Spread of neighbours along an axis, relative to the largest, below which it is not scaled.
 LEAST_SPREAD = 1e-3
 #: Residual of a fit, relative to how far the surface departs from its tangent plane, above which it is no fit: noise,
@@ -154,23 +157,46 @@ def local_fits(points: Array, facets: IntArray, wanted: IntArray) -> LocalFits:
     out = LocalFits(
         points[wanted], np.zeros((*size, 3)), np.ones(size), np.zeros((size[0], len(TERMS))), np.zeros(size[0], bool)
     )
-    for rows, near in _neighbourhoods(facets, wanted, len(points)):
+    rim, ends, beside = _rim_and_rulings(facets, len(points))
+    data = np.concatenate([points, points[ends].mean(axis=1)])
+    facing = normals[ends].sum(axis=1)
+    facing = np.concatenate([normals, facing / np.linalg.norm(facing, axis=1, keepdims=True)])
+    facet, column = np.nonzero(distinct_columns(facets))
+    node = np.concatenate([facets[facet, column], np.repeat(len(points) + np.arange(len(ends)), 2)])
+    facet = np.concatenate([facet, beside.ravel()])
+    belongs = sp.csr_matrix((np.ones(len(facet), np.float32), (node, facet)), shape=(len(data), len(facets)))
+    for rows, near in _neighbourhoods(belongs, wanted, np.where(rim[wanted], AT_RIM, NEIGHBOURS)):
         for start in range(0, len(rows), BLOCK):
             part = slice(start, start + BLOCK)
-            _fit(out, points, normals, wanted, rows[part], near[part])
+            _fit(out, data, facing, wanted, rows[part], near[part])
     return out
 
 
-def _neighbourhoods(facets: IntArray, wanted: IntArray, n: int) -> Iterator[tuple[IntArray, IntArray]]:
-    """Rows (k,) of `wanted` and the nodes (k, most) round them, -1 for none: as many rings as are needed."""
-    sides = np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2)
-    key = np.sort(sides.reshape(-1, 2), axis=1) @ np.array([n, 1])
-    _, inverse, uses = np.unique(key, return_inverse=True, return_counts=True)
+def _rim_and_rulings(facets: IntArray, n: int) -> tuple[Mask, IntArray, IntArray]:
+    """Which of n nodes are on the rim, ends (k, 2) of straight sides from rim to rim, and the facets (k, 2) at these.
+
+    A row of linear quadrilaterals, one from rim to rim, does not say how it is bent that way: its sides are taken as
+    rulings. Their middles count as nodes.
+    """
+    sides = np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2)
+    order = np.argsort(np.sort(sides, axis=1) @ np.array([n, 1]), kind="stable")
+    key = np.sort(sides[order], axis=1) @ np.array([n, 1])
+    first = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
+    uses = np.diff(np.r_[first, len(key)])
     rim = np.zeros(n, bool)
-    rim[sides.reshape(-1, 2)[uses[inverse.ravel()] == 1]] = True
-    wish = np.where(rim[wanted], AT_RIM, NEIGHBOURS)
-    facet, column = np.nonzero(distinct_columns(facets))
-    belongs = sp.csr_matrix((np.ones(len(facet), np.float32), (facets[facet, column], facet)), shape=(n, len(facets)))
+    rim[sides[order[first[uses == 1]]]] = True
+    shared = first[uses == 2]
+    beside = np.stack([order[shared], order[shared + 1]], axis=1) // 4
+    ends = sides[order[shared]]
+    straight = rim[ends].all(axis=1) & ~triangular(facets)[beside].any(axis=1) & (facets.shape[1] == 4)
+    return rim, ends[straight], beside[straight]
+
+
+def _neighbourhoods(belongs: sp.csr_matrix, wanted: IntArray, wish: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Rows (k,) of `wanted` and the nodes (k, most) round them, -1 for none: rings of facets until they are as wished.
+
+    `belongs` tells which nodes belong to which facets.
+    """
     rows = np.arange(len(wanted))
     ring = belongs[wanted]
     for k in range(MOST_RINGS):
@@ -206,7 +232,7 @@ def _fit(fits: LocalFits, points: Array, normals: Array, wanted: IntArray, rows:
     local = local / scale[:, None]
     # near neighbours count more
     weight = np.where(real, cosine / (np.linalg.norm(local[..., :2], axis=2) + 0.1) ** 2, 0.0)
-    coefficients, is_fitted = _least_squares(local, weight, cosine > LEAST_COSINE)
+    coefficients, is_fitted = _least_squares(local, weight, cosine > LEAST_COSINE, scale)
     fits.axes[rows], fits.scale[rows] = axes, scale
     fits.coefficients[rows], fits.is_fitted[rows] = coefficients, is_fitted
 
@@ -222,38 +248,41 @@ def _axes(offset: Array, normals: Array) -> Array:
     return np.concatenate([np.einsum("nij,nik->njk", turn, plane), normals[:, None]], axis=1)
 
 
-def _least_squares(local: Array, weight: Array, faces: Mask) -> tuple[Array, Mask]:
+def _least_squares(local: Array, weight: Array, faces: Mask, scale: Array) -> tuple[Array, Mask]:
     """Coefficients (n, 17) of the best kind of fit to local coordinates (n, m, 3), and whether it is good enough.
 
-    Only neighbours that face as the node does (n, m) count for polynomials in u, v.
+    Only neighbours that face as the node does (n, m) count for polynomials in u, v. Coordinates are in units of a scale
+    (n, 3).
     """
     u, v, w = (power[..., exponent] for power, exponent in zip(_powers(local), TERMS.T, strict=True))
     terms = u * v * w * SIZE
+    size = (scale[:, :2].max(axis=1, keepdims=True) / scale)[:, None] ** TERMS
+    size = np.clip(size.prod(axis=2), None, LARGEST_SIZE)
     best, out = np.full(len(local), np.inf), np.zeros((len(local), len(TERMS)))
+    floor = ROUNDING**2 * (weight**2).sum(axis=1)
     for k, (kind, cut) in enumerate(zip(KINDS, CUT, strict=True)):
-        quadric = k == 1
-        own = weight if quadric else weight * faces
-        x, rank, rest = _solved(own[..., None] * terms[..., kind], own * local[..., 2], cut)
+        rows, quadric = np.flatnonzero(best > EXACT * floor), k == 1
+        own = (weight if quadric else weight * faces)[rows]
+        x, rank, rest = _solved(
+            own[..., None] * terms[rows][..., kind], own * local[rows, :, 2], cut, size[rows][:, kind]
+        )
         c = x * SIZE[kind]
         count = (own > 0).sum(axis=1)
         surplus = count - rank
-        rest += ROUNDING**2 * (own**2).sum(axis=1)
-        score = np.where(surplus >= SURPLUS * rank, rest / np.maximum(surplus, 1) ** 2, np.inf) * count
+        score = np.where(surplus >= SURPLUS * rank, (rest + floor[rows]) / np.maximum(surplus, 1) ** 2, np.inf) * count
         if quadric:
-            slope = (
-                1 - c[:, None, 5] * local[..., 0] - c[:, None, 6] * local[..., 1] - 2 * c[:, None, 7] * local[..., 2]
-            )
-            score[((slope < LEAST_SLOPE) & faces & (weight > 0)).any(axis=1)] = np.inf
-        better = score < (BETTER if k == 2 else 1.0) * best
-        best = np.where(better, score, best)
-        full = np.zeros_like(out)
-        full[:, kind] = c
-        out = np.where(better[:, None], full, out)
+            slope = 1 - np.einsum("nmi,ni->nm", local[rows] * [1, 1, 2], c[:, 5:8])
+            score[((slope < LEAST_SLOPE) & faces[rows] & (own > 0)).any(axis=1)] = np.inf
+        better = score < (BETTER if k == 2 else 1.0) * best[rows]
+        rows = rows[better]
+        best[rows], out[rows] = score[better], 0.0
+        out[np.ix_(rows, kind)] = c[better]
     own = weight * faces
-    bent = _solved(own[..., None] * terms[..., :2], own * local[..., 2], CUT[0])[2]
+    plane = np.einsum("nmp,nm->np", np.linalg.qr(own[..., None] * terms[..., :2])[0], own * local[..., 2])
+    bent = ((own * local[..., 2]) ** 2).sum(axis=1) - (plane**2).sum(axis=1)
     bent /= np.maximum((own > 0).sum(axis=1) - 2, 1)
     # where all is rounding any fit will do: it moves nothing
-    return out, np.isfinite(best) & (best <= WORST**2 * bent + 10 * ROUNDING**2 * (own**2).sum(axis=1))
+    return out, np.isfinite(best) & (best <= WORST**2 * bent + 10 * floor)
 
 
 def _powers(local: Array) -> list[Array]:
@@ -263,10 +292,11 @@ def _powers(local: Array) -> list[Array]:
     return [power[..., k, :] for k in range(3)]
 
 
-def _solved(A: Array, b: Array, cut: float) -> tuple[Array, IntArray, Array]:
-    """Least squares A (n, m, p) x = b (n, m) of least norm, the ranks (n,) and the sums of squares (n,) that are left.
+def _solved(A: Array, b: Array, cut: float, size: Array) -> tuple[Array, IntArray, Array]:
+    """Least squares A (n, m, p) x = b (n, m), the ranks (n,) and the sums of squares (n,) that are left.
 
-    Singular values below `cut` times the largest count as zero.
+    Singular values below `cut` times the largest count as zero. Of all solutions the one with least size x (n, p) is
+    taken.
     """
     p = A.shape[2]
     if A.shape[1] < p:  # rows of zeros, so that R is square
@@ -276,4 +306,12 @@ def _solved(A: Array, b: Array, cut: float) -> tuple[Array, IntArray, Array]:
     kept = cut * S[:, :1] < S
     z = np.einsum("npk,np->nk", U, np.einsum("nmp,nm->np", Q, b)) * kept
     x = np.einsum("nkp,nk->np", V, z / np.where(kept, S, 1.0))
+    open_ = np.flatnonzero(~kept.all(axis=1))
+    free = V[open_] * ~kept[open_, :, None]
+    free = np.einsum("nkp,nkq->npq", free, free)
+    heavy = free * size[open_, None] ** 2
+    matrix = heavy @ free + np.eye(p) - free
+    x[open_] -= np.einsum(
+        "npq,nq->np", free, np.linalg.solve(matrix, np.einsum("npq,nq->np", heavy, x[open_])[..., None])[..., 0]
+    )
     return x, kept.sum(axis=1), ((b - np.einsum("nmp,np->nm", A, x)) ** 2).sum(axis=1)

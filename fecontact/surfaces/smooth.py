@@ -2,12 +2,15 @@
 
 Over every facet of the starting mesh, the surface is at the distance
 
-    t = sum N_a t_a      along      d = sum N_a n_a
+    t = sum N_a s_a t_a      along      d = sum N_a n_a
 
 from the facet's point, N_a being its shape functions, n_a the normal at node a of the local fit round it
-(`surfaces.local_fit`) and t_a the distance of this fit along d. It passes through all nodes, is continuous over the
-sides of facets, and is exact where all fits are: on planes, spheres, cylinders and all other quadrics. Where a fit does
-not represent the nodes (noise, an edge that is no sharp one) t_a = 0: the surface is the facet.
+(`surfaces.local_fit`), t_a the distance of this fit along d and s_a the share of it that is taken. It passes through
+all nodes, is continuous over the sides of facets, and is exact where all fits are: on planes, spheres, cylinders and
+all other quadrics. Where a fit does not represent the nodes (noise, an edge that is no sharp one) t_a = 0: the surface
+is the facet. Where the fits of a facet's nodes disagree within it by v (root mean square) and tell m in the
+mean, as on coarse facets and in noise, the share is the linear estimate of least mean square error, m^2 / (m^2 + v^2)
+(Wiener), with sums of m^2 and v^2 over the facets at a node.
 """
 
 from __future__ import annotations
@@ -18,13 +21,17 @@ from functools import cached_property
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.mesh.facets import distinct_columns
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
-from fecontact.surfaces.local_fit import LocalFits
+from fecontact.surfaces.local_fit import LocalFits, local_fits
 
 #: Largest distance of the surface from a facet, in sizes of the facet, that is believed.
 FARTHEST = 0.5
 #: Steps by which the closest point is found, and the distance sideways, relative to the size, at which they end.
 MOST_STEPS, SETTLED = 8, 1e-6
+#: Points of a facet at which its nodes' fits are compared, in the middles of its quarters.
+IN_SQUARE = np.array([[0.25, 0.25], [0.75, 0.25], [0.75, 0.75], [0.25, 0.75]])
+IN_TRIANGLE = np.array([[1, 1], [4, 1], [1, 4], [2, 2]]) / 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,17 +42,28 @@ class SmoothSurface:
     ----------
     base : FacetSurface
         The facets.
-    fits : LocalFits
-        Round its nodes, in their order.
+    points : (n_points, 3) array
+        Nodes of these facets and of those that continue them.
+    facets : (n_facets, 4 | 8 | 9) int array
+        All these facets.
+    nodes : (n_nodes,) int array
+        Number of each node of the base among the points.
     """
 
     base: FacetSurface
-    fits: LocalFits
+    points: Array
+    facets: IntArray
+    nodes: IntArray
 
     @property
     def size(self) -> float:
         """Diagonal of the bounding box of its facets."""
         return self.base.size
+
+    @cached_property
+    def fits(self) -> LocalFits:
+        """Fits round the nodes of the base, in their order."""
+        return local_fits(self.points, self.facets, self.nodes)
 
     @cached_property
     def nodal_normals(self) -> Array:
@@ -54,23 +72,45 @@ class SmoothSurface:
         own = fits.normals(np.arange(len(fits.origins)), fits.origins)
         return np.where(fits.is_fitted[:, None], own, fits.axes[:, 2])
 
+    @cached_property
+    def shares(self) -> Array:
+        """Shares (n_nodes,) of the fits' distances that are taken."""
+        facets = self.base.facets
+        samples = np.where(self.base.triangle[:, None, None], IN_TRIANGLE, IN_SQUARE)
+        number, k = np.repeat(np.arange(len(facets)), samples.shape[1]), facets.shape[1]
+        _, N, _, t = self._distances(number, samples.reshape(-1, 2))
+        real = distinct_columns(facets)[number]
+        mean = np.einsum("na,na->n", N, t)
+        even = np.einsum("na,na->n", real, t) / real.sum(axis=1)
+        spread = np.einsum("na,na->n", real, (t - even[:, None]) ** 2) / real.sum(axis=1)
+        nodes, n = facets[number][real], len(self.fits.origins)
+        told, doubt = (np.bincount(nodes, np.repeat(x, k).reshape(t.shape)[real], n) for x in (mean**2, spread))
+        return np.divide(told, told + doubt, out=np.zeros(n), where=told > 0)
+
     def at(self, facet: IntArray, local: Array) -> tuple[Array, Array]:
         """Points (n, 3) and unit normals (n, 3) over coordinates (n, 2) of facets (n,)."""
+        x, N, d, t = self._distances(facet, local)
+        nodes = self.base.facets[facet]
+        x = x + np.einsum("na,na,na->n", N, self.shares[nodes], t)[:, None] * d
+        each = nodes.ravel()
+        normals = self.fits.normals(each, np.repeat(x, nodes.shape[1], axis=0)).reshape(*nodes.shape, 3)
+        normals = np.where(self.fits.is_fitted[nodes][..., None], normals, self.nodal_normals[nodes])
+        mean = np.einsum("na,nai->ni", N, normals)
+        return x, mean / np.linalg.norm(mean, axis=1, keepdims=True)
+
+    def _distances(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array, Array]:
+        """Points (n, 3) of facets, shape functions (n, k), directions (n, 3), and distances (n, k) of nodes' fits."""
         x, _, N = self.base.evaluate(facet, local)
         nodes = self.base.facets[facet]
         d = np.einsum("na,nai->ni", N, self.nodal_normals[nodes])
         d /= np.linalg.norm(d, axis=1, keepdims=True)
         k = nodes.shape[1]
-        each, along = nodes.ravel(), np.repeat(d, k, axis=0)
-        t = self.fits.offsets(each, np.repeat(x, k, axis=0), along)
+        each = nodes.ravel()
+        t = self.fits.offsets(each, np.repeat(x, k, axis=0), np.repeat(d, k, axis=0))
         far = FARTHEST * np.repeat(self.base.mean_facet_size[facet], k)
         # also where there is no fit or no offset
-        t = np.where(self.fits.is_fitted[each] & (np.abs(t) <= far), t, 0.0).reshape(-1, k)
-        x = x + np.einsum("na,na->n", N, t)[:, None] * d
-        normals = self.fits.normals(each, np.repeat(x, k, axis=0)).reshape(-1, k, 3)
-        normals = np.where(self.fits.is_fitted[nodes][..., None], normals, self.nodal_normals[nodes])
-        mean = np.einsum("na,nai->ni", N, normals)
-        return x, mean / np.linalg.norm(mean, axis=1, keepdims=True)
+        t = np.where(self.fits.is_fitted[each] & (np.abs(t) <= far), t, 0.0)
+        return x, N, d, t.reshape(-1, k)
 
     def project(self, points: Array) -> Projection:
         """Projection of points (n, 3): facets' closest points first, then steps along the smooth surface."""

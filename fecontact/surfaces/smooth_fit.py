@@ -13,7 +13,6 @@ from fecontact.mesh.placement import Placement
 from fecontact.mesh.smooth_parts import SmoothParts, smooth_parts
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.local_fit import local_fits
 from fecontact.surfaces.smooth import SmoothSurface
 
 #: Height of nodes on sides over the chords, relative to that of the arc between the corners' normals, below which sides
@@ -50,7 +49,8 @@ def fitted(mesh: Mesh, names: Sequence[str]) -> dict[str, Placement]:
     skin = mesh.outer
     if not names or len(skin) == 0:
         return {}
-    facets = mesh.face_nodes(skin)[:, :8]
+    # a ninth node is a point of the surface only in cells of 27
+    facets = mesh.face_nodes(skin)[:, : 9 if mesh.cell_type == "hex27" else 8]
     parts = smooth_parts(mesh.points, facets, mesh.hanging)
     number = skin @ np.array([6, 1])
     own = {name: np.isin(number, mesh.faces(name) @ np.array([6, 1])) for name in names}
@@ -58,7 +58,7 @@ def fitted(mesh: Mesh, names: Sequence[str]) -> dict[str, Placement]:
     if not curved:
         return {}
     among = np.any(list(curved.values()), axis=0)
-    if facets.shape[1] == 8 and sides_are_straight(mesh.points, facets[among]):
+    if facets.shape[1] > 4 and sides_are_straight(mesh.points, facets[among]):
         facets = facets[:, :4]
     continued = np.isin(parts.part, parts.part[among])
     sites, on_sites = _sites(facets[continued], parts.part[continued])
@@ -67,7 +67,7 @@ def fitted(mesh: Mesh, names: Sequence[str]) -> dict[str, Placement]:
     for name, chosen in curved.items():
         used, base = np.unique(on_sites[chosen[continued]], return_inverse=True)
         surface = FacetSurface(points[used], base.reshape(-1, facets.shape[1]), name)
-        fit = SmoothSurface(surface, local_fits(points, on_sites, used))
+        fit = SmoothSurface(surface, points, on_sites, used)
         out[name] = Placement(fit, _planes(mesh.points, facets, parts, chosen, own[name]))
     return out
 
