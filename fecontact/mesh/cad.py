@@ -19,6 +19,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, MeshError, MissingPackageError
 from fecontact.mesh.build import build
+from fecontact.mesh.cad_faces import on_model
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.tet_to_hex import divided
@@ -142,10 +143,9 @@ def mesh_solid(
             raise
         except Exception as error:  # gmsh raises plain Exception with its message
             raise MeshError(f"gmsh could not mesh {path.name}: {error}") from error
-        raw = _raw(gmsh, path.name)
-
-    mesh = build(raw, path.name, scale)
-    return divided(mesh) if element.startswith("hex") else mesh
+        mesh = build(_raw(gmsh, path.name), path.name)
+        mesh = on_model(gmsh, divided(mesh) if element.startswith("hex") else mesh)
+    return mesh if scale == 1 else mesh.scaled(scale)
 
 
 def _check(path: Path, size: float | None, element: str, near_size: float | None, growth: float, scale: float) -> None:

@@ -209,6 +209,24 @@ def test_solids_from_step(element, plate):
         assert len(named.faces("hole")) in [len(f) for f in mesh.boundaries.values()]
 
 
+@pytest.mark.parametrize(("element", "scale"), [("tet10", 1.0), ("hex20", 1.0), ("hex20", 1e-3)])
+def test_nodes_lie_on_the_faces_and_edges_of_the_model(element, scale, plate):
+    """Source: the cylinder of the hole; parabolas through three of its points are 1e-3 off at these sizes.
+
+    The edges of the hole are curves of OpenCASCADE's, true to 1e-7.
+    """
+    mesh = fc.mesh_solid(plate[0] / "plate.step", size=0.7, element=element, scale=scale)
+    off = np.abs(np.hypot(mesh.points[:, 0] / scale - 2, mesh.points[:, 1] / scale - 1.5) - 0.8)
+    hole = [n for n in map(mesh.boundary_nodes, mesh.boundaries) if off[n].max() < 0.1]
+    assert len(hole) == 1
+    assert off[hole[0]].max() < 1e-6
+    for axis, ends in enumerate(((0, 4), (0, 3), (0, 2))):
+        for name in mesh.boundaries:
+            x = mesh.points[mesh.boundary_nodes(name), axis] / scale
+            if np.ptp(x) < 0.1:
+                assert np.abs(x[:, None] - ends).min(axis=1).max() < 1e-12
+
+
 def test_sizes_are_graded_to_the_contact(plate):
     folder, _ = plate
     mesh = fc.mesh_solid(folder / "plate.brep", size=1.0, near=(0, 0, 2), near_size=0.1)
