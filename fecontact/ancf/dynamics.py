@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -19,8 +18,8 @@ from fecontact.ancf.schemes import GeneralisedAlpha, Instant, Scheme
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError
+from fecontact.common.files import check_writable, replacing
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.text_files import check_writable
 
 #: Halvings of the step, less the steps made since, after which the motion stops.
 MOST_HALVINGS = 12
@@ -281,11 +280,9 @@ class _Record:
     def write(self, file: Path) -> None:
         """Replace the file by the present record."""
         state = {f"now_{f.name}": np.asarray(getattr(self.now, f.name)) for f in fields(Instant)}
-        part = file.with_name(file.name + ".part")
-        with part.open("wb") as stream:
+        with replacing(file) as part, part.open("wb") as stream:
             figures = {"rows": np.array(self.rows), "frames": self.frames, "frame_times": self.frame_times}
             np.savez(stream, prints=json.dumps(self.prints), **figures, **state)  # type: ignore[arg-type]
-        os.replace(part, file)
 
     @classmethod
     def read(cls, file: Path, prints: Mapping[str, str]) -> _Record:

@@ -11,7 +11,7 @@ import numpy as np
 from fecontact.ancf.assembly import Assembly
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
-from fecontact.common.text_files import check_writable, write_collection
+from fecontact.common.files import check_writable, replacing, write_collection
 from fecontact.fem.stress import von_mises
 from fecontact.mesh.element.hexahedron import CORNERS, EDGES
 
@@ -47,7 +47,8 @@ def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, t
     files = []
     for k, q in enumerate(frames):
         files.append(path.with_name(f"{path.stem}_{k:04d}.vtu"))
-        _mesh(assembly, q).write(files[-1], file_format="vtu")
+        with replacing(files[-1]) as partial:
+            _mesh(assembly, q).write(partial, file_format="vtu")
     return write_collection(path, files, [float(t) for t in times])
 
 

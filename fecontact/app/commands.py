@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any, TextIO
 from fecontact.app.scene_file.cases import table_of
 from fecontact.app.scene_file.scene_file import SceneFile, read_scene
 from fecontact.common.errors import InputError
-from fecontact.common.text_files import check_writable, make_folder, save_json
+from fecontact.common.files import check_writable, make_folder, save_json
 
 
 def _check_files(*paths: str | None) -> None:
@@ -22,15 +23,23 @@ def _check_files(*paths: str | None) -> None:
             check_writable(path)
 
 
+def say(text: object, stream: TextIO | None = None) -> None:
+    """Print a text at once. Once nobody reads on (as behind ``| head``), nothing more is shown; files are written."""
+    stream = sys.stdout if stream is None else stream
+    try:
+        print(text, file=stream, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
 def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
     """Print a result and save its figures, or print only figures if they go to '-'; return the stream for remarks."""
     if to == "-":
-        json.dump(figures, sys.stdout, indent=2)
-        print()
+        say(json.dumps(figures, indent=2))
         return sys.stderr
-    print(result)
+    say(result)
     if to is not None:
-        print(f"wrote {save_json(to, figures)}")
+        say(f"wrote {save_json(to, figures)}")
     return sys.stdout
 
 
@@ -38,7 +47,7 @@ def _write(to: str | None, write: Callable[[str], object], remarks: TextIO) -> N
     """Write a requested file and report it."""
     if to:
         write(to)
-        print(f"wrote {Path(to)}", file=remarks)
+        say(f"wrote {Path(to)}", remarks)
 
 
 def _titled(scene: SceneFile, text: object) -> str:
@@ -66,7 +75,7 @@ def hertz(options: argparse.Namespace) -> int:
             raise InputError(
                 "--case report prints a table and writes no files; for files take --case equal, unequal or light."
             )
-        print(report_table(**{**chosen, "model": "axisymmetric" if options.model == "axisymmetric" else "two-bodies"}))
+        say(report_table(**{**chosen, "model": "axisymmetric" if options.model == "axisymmetric" else "two-bodies"}))
         return 0
     out = solve_spheres(options.case, **chosen)
     remarks = _show(out, out.as_dict(), options.json)
@@ -98,7 +107,7 @@ def solve(options: argparse.Namespace) -> int:
 
     scene = read_scene(options.scene, out=out, change=change)
     if options.dry_run:
-        print(scene.describe())
+        say(scene.describe())
         return 0
     if scene.cases:
         return _sweep(scene, options.json)
@@ -107,7 +116,7 @@ def solve(options: argparse.Namespace) -> int:
     result = scene.solve()
     remarks = _show(_titled(scene, result), scene.summary(result), options.json)
     for path in scene.write(result):
-        print(f"wrote {path}", file=remarks)
+        say(f"wrote {path}", remarks)
     return 0
 
 
@@ -115,7 +124,7 @@ def _sweep(scene: SceneFile, to: str | None) -> int:
     rows = scene.sweep()
     remarks = _show(_titled(scene, table_of(rows)), {"cases": rows}, to)
     for output in scene.outputs:
-        print(f"wrote {output.path}", file=remarks)
+        say(f"wrote {output.path}", remarks)
     return 0
 
 
@@ -124,7 +133,7 @@ def _follow(scene: SceneFile, to: str | None) -> int:
     figures = {"steps": [result.summary() for result in path.steps], "dissipated": path.dissipated.tolist()}
     remarks = _show(_titled(scene, f"{path[-1]}\n{path}"), figures, to)
     for written in scene.write(path[-1]):
-        print(f"wrote {written}", file=remarks)
+        say(f"wrote {written}", remarks)
     return 0
 
 
@@ -158,7 +167,7 @@ def view(options: argparse.Namespace) -> int:
         return 0
     path = Path(options.result).with_suffix(".png") if options.out is None else Path(options.out)
     view.view(solids, options.field, path, length=options.length, edges=not options.no_edges, **chosen)
-    print(f"wrote {path}")
+    say(f"wrote {path}")
     return 0
 
 
@@ -192,7 +201,7 @@ def compare(options: argparse.Namespace) -> int:
     title = f"{rows[0]['title']}: the finest run is the reference"
     with_errors = [row for row in rows if row["errors"]]
     written = write(files, rows, title, f"# {title}\n\n{markdown(rows)}\n", with_errors)
-    print("\n".join([title, table(rows), conditions(rows), *written]))
+    say("\n".join([title, table(rows), conditions(rows), *written]))
     return 0
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.common.errors import InputError
-from fecontact.common.text_files import check_writable
+from fecontact.common.files import check_writable, write_atomically
 
 
 def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]]:
@@ -31,7 +31,7 @@ def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]
     Raises
     ------
     InputError
-        If the file cannot be written, or a line is not a row with `key`.
+        If the file cannot be written, is no regular file, or a line is not a row with `key`.
 
     Examples
     --------
@@ -47,6 +47,8 @@ def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]
     path = check_writable(path)
     if not path.exists():
         return {}
+    if not path.is_file():
+        raise InputError(f"{path} is a pipe or a device: rows are read from the file before others are added to it.")
     rows: dict[str, dict[str, Any]] = {}
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
     for k, line in enumerate(lines):
@@ -55,13 +57,26 @@ def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]
             rows[row[key]] = row
         except (json.JSONDecodeError, KeyError, TypeError) as error:
             if k == len(lines) - 1 and not line.endswith("\n"):
-                path.write_text("".join(lines[:-1]), encoding="utf-8")
-                break
+                write_atomically(path, "".join(lines[:-1]))
+                return rows
             raise InputError(f"Line {k + 1} of {path} is not {what}; choose another file.") from error
+    if lines and not lines[-1].endswith("\n"):
+        write_atomically(path, "".join(lines) + "\n")
     return rows
 
 
 def append_row(path: str | Path, row: Mapping[str, Any]) -> None:
-    """Add a row at the end of the file."""
-    with Path(path).open("a", encoding="utf-8") as file:
-        file.write(json.dumps(row) + "\n")
+    """Add a row at the end of the file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    try:
+        with Path(path).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(row) + "\n")
+    except OSError as error:
+        raise InputError(
+            f"Cannot add a row to {path}: {error.strerror or error}. Rows before it are complete."
+        ) from error

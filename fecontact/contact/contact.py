@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fecontact.bodies.protocol import Body, check_body
+from fecontact.common.checks import friction
 from fecontact.common.errors import InputError
 
 
@@ -48,10 +49,7 @@ class Contact:
     friction: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.friction, (int, float)) and self.friction >= 0):
-            raise InputError(
-                f"friction must be a coefficient of friction from 0 on, or inf for rough; found {self.friction!r}."
-            )
+        friction(self.friction, infinite=True)
         if self.coupling not in ("auto", "nodal", "mortar"):
             raise InputError(f"coupling must be 'auto', 'nodal' or 'mortar'; found {self.coupling!r}.")
         if self.swap not in ("auto", "never"):

@@ -96,13 +96,14 @@ def mesh_solid(
     near_size: float | None = None,
     growth: float = 0.5,
     scale: float = 1.0,
+    run_script: bool = False,
 ) -> Mesh:
     """Mesh the solids of a CAD file.
 
     Parameters
     ----------
     path : str or Path
-        ``.step``, ``.stp``, ``.brep``, ``.iges`` or a gmsh script ``.geo``.
+        ``.step``, ``.stp``, ``.brep``, ``.iges``, or with `run_script` a gmsh script ``.geo``.
     size : float, optional
         Edge length of the elements; a fifteenth of the bounding box's diagonal unless given.
     element : {'tet10', 'hex20', 'tet4', 'hex8'}
@@ -116,6 +117,10 @@ def mesh_solid(
         Increase of the edge length per unit of distance from the nearest of these points.
     scale : float
         Factor applied to the coordinates at the end; `size`, `near` and `near_size` are in the file's unit.
+
+    run_script : bool
+        Whether a ``.geo`` file may be run. It is a program, which can start any other (gmsh's ``SystemCall``): run your
+        own only.
 
     Returns
     -------
@@ -131,6 +136,11 @@ def mesh_solid(
     """
     path = Path(path)
     _check(path, size, element, near_size, growth, scale)
+    if path.suffix.lower() == ".geo" and not run_script:
+        raise InputError(
+            f"{path.name} is a gmsh script, which can run any program on this machine. If it is yours, run it by "
+            "fc.mesh_solid(path, run_script=True), or mesh it with gmsh and read the .msh file."
+        )
     centres = None if near is None else np.atleast_2d(np.asarray(near, dtype=float))
     if centres is not None and (centres.shape[1] != 3 or not np.isfinite(centres).all()):
         raise InputError(f"near must be points of shape (3,) or (n, 3); found shape {centres.shape}.")

@@ -46,8 +46,9 @@ class CellSets:
     n_faces: ClassVar[int]
 
     def __post_init__(self) -> None:
-        points = np.ascontiguousarray(self.points, dtype=float)
-        cells = np.ascontiguousarray(self.cells, dtype=np.int64)
+        # copies: the caller's arrays stay theirs
+        points = np.array(self.points, dtype=float, order="C")
+        cells = np.array(self.cells, dtype=np.int64, order="C")
         if points.ndim != 2 or points.shape[1] != 3:
             raise MeshError(f"Points of a {self._noun} must have the shape (n, 3); found {points.shape}.")
         if cells.ndim != 2 or cells.shape[1] not in self.cell_types or len(cells) == 0:

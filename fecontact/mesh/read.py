@@ -44,8 +44,8 @@ def read_mesh(
     ----------
     path : str or Path
         ``.msh`` (gmsh: physical surfaces become boundaries, physical volumes element sets), ``.inp`` (Abaqus,
-        CalculiX), ``.feb`` (FEBio), ``.vtk``, ``.vtu``, ``.xdmf``; geometry ``.step``, ``.stp``, ``.brep``, ``.geo``,
-        ``.iges`` is meshed by gmsh with default sizes (`fecontact.mesh.cad.mesh_solid` has the options).
+        CalculiX), ``.feb`` (FEBio), ``.vtk``, ``.vtu``, ``.xdmf``; geometry ``.step``, ``.stp``, ``.brep``, ``.iges``
+        is meshed by gmsh with default sizes (`fecontact.mesh.cad.mesh_solid` has the options).
     scale : float
         Factor for all coordinates.
     element : {'hex20', 'hex27', 'wedge15', 'tet10'}, optional

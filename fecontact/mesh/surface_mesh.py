@@ -57,8 +57,9 @@ class SurfaceMesh:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        points = np.ascontiguousarray(self.points, dtype=float)
-        facets = np.ascontiguousarray(self.facets, dtype=np.int64)
+        # copies: the caller's arrays stay theirs
+        points = np.array(self.points, dtype=float, order="C")
+        facets = np.array(self.facets, dtype=np.int64, order="C")
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
             raise MeshError(f"Points must be finite and have the shape (n, 3); found {points.shape}.")
         if facets.ndim != 2 or facets.shape[1] not in (4, 8) or len(facets) == 0:

@@ -13,7 +13,7 @@ import numpy as np
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-from fecontact.common.text_files import check_writable, save_json, write_collection
+from fecontact.common.files import check_writable, replacing, save_json, write_collection
 from fecontact.contact.interface import Interface
 from fecontact.fem.stress import von_mises
 from fecontact.mesh.formats.generic import teach_meshio
@@ -47,7 +47,7 @@ def save_csv(result: SolvedScene, path: str | Path) -> Path:
     head = ["contact", "x", "y", "z", "nx", "ny", "nz", "area", "force", "pressure", "gap", "region"]
     if result.friction is not None:
         head += ["tx", "ty", "tz", "sx", "sy", "sz", "state"]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(head)
         for k, c in enumerate(result.contacts):
@@ -89,12 +89,14 @@ def save_vtu(result: SolvedScene, path: str | Path) -> Path:
         start += len(used)
     if not points:
         raise InputError("The scene has no elastic body, so there is nothing to write to a VTU file.")
-    meshio.Mesh(
+    mesh = meshio.Mesh(
         np.concatenate(points),
         [(name, np.concatenate(c)) for name, c in cells.items()],
         point_data={k: np.concatenate(v) for k, v in data.items()},
         cell_data={"body": [np.concatenate(owner[name]) for name in cells]},
-    ).write(path, file_format="vtu")
+    )
+    with replacing(path) as partial:
+        mesh.write(partial, file_format="vtu")
     return path
 
 

@@ -6,7 +6,6 @@ The file is NumPy's .npz: a zip archive of plain arrays. `docs/neutral-file.md` 
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.errors import InputError
-from fecontact.common.text_files import check_writable
+from fecontact.common.files import check_writable, replacing
 from fecontact.contact.condensed_problem import uncondensed
 from fecontact.contact.equilibrium import check_balance
 from fecontact.contact.loads import make_loading
@@ -104,13 +103,8 @@ def export_problem(
             arrays |= {f"body{count}_{key}": value for key, value in _elastic(body, part).items()}
             count += 1
     arrays["n_bodies"] = np.array(count)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with partial.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with replacing(path) as partial, partial.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
     return path
 
 

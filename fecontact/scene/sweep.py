@@ -6,6 +6,7 @@ import os
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
+from contextlib import nullcontext
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from tqdm import tqdm
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
+from fecontact.common.files import sole_writer
 from fecontact.common.json_lines import append_row
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading
@@ -92,16 +94,12 @@ def run_sweep(
     prints = fingerprints(scene, named)
     done = finished(path, prints)
     left = {name: case for name, case in named.items() if name not in done}
-    for name, row in tqdm(
-        _solved(scene, left, processes, executor) if left else (),
-        total=len(left),
-        desc="sweep",
-        unit="case",
-        disable=None,
-    ):
-        done[name] = {"name": name, **row, "fingerprint": prints[name]}
-        if path is not None:
-            append_row(path, done[name])
+    rows = _solved(scene, left, processes, executor) if left else ()
+    with nullcontext() if path is None else sole_writer(path):
+        for name, row in tqdm(rows, total=len(left), desc="sweep", unit="case", disable=None):
+            done[name] = {"name": name, **row, "fingerprint": prints[name]}
+            if path is not None:
+                append_row(path, done[name])
     return [done[name] for name in named]
 
 

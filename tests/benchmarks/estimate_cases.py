@@ -92,7 +92,7 @@ def cut_by_gmsh(element: str, shape: str, first: float) -> Mesh:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "part.geo"
         path.write_text(f'SetFactory("OpenCASCADE");\n{text}\n')
-        mesh = fc.mesh_solid(path, size=2.5, element=element, near=near, near_size=first, growth=0.45)
+        mesh = fc.mesh_solid(path, size=2.5, element=element, near=near, near_size=first, growth=0.45, run_script=True)
     end = pick.flood((0.15, 0.15, 0.0)) & pick.box((-1e-6,) * 3, (RADIUS / 2, RADIUS / 2, RADIUS / 5))
     mesh = mesh.with_boundary("cap", end if shape == "ball" else pick.plane((0, 0, 0), (0, 0, 1)))
     for name, axis in (("sx", (1, 0, 0)), ("sy", (0, 1, 0))):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fecontact.app.compare.picture import draw
 from fecontact.app.compare.table import Row, conditions, save_csv
-from fecontact.common.text_files import check_writable, make_folder, save_json, write_atomically
+from fecontact.common.files import check_writable, make_folder, save_json, write_atomically
 
 #: Kinds of files; 'rows' are JSON lines of finished runs, which a repeated command does not run again.
 SUFFIXES = {"rows": ".jsonl", "json": ".json", "csv": ".csv", "picture": ".png", "page": ".md"}

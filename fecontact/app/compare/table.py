@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.common.text_files import write_atomically
+from fecontact.common.files import write_atomically
 
 Row = dict[str, Any]
 

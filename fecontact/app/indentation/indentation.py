@@ -16,7 +16,7 @@ from fecontact.app.indentation.figures import CURVE, CurveFigures, IndentationFi
 from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies import HalfSpace, HalfSpaceContact
 from fecontact.common.errors import InputError
-from fecontact.common.text_files import write_atomically
+from fecontact.common.files import write_atomically
 
 BOX = 3.0
 """Default side of a grid, in half-widths of the contact."""

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fecontact.common.text_files import write_atomically
+from fecontact.common.files import write_atomically
 
 CASE_FILES = (".csv", ".jsonl")
 

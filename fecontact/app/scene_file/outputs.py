@@ -10,7 +10,7 @@ from typing import Any
 
 from fecontact.app.scene_file.cases import CASE_FILES
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
-from fecontact.common.text_files import check_writable, save_json, write_atomically
+from fecontact.common.files import check_writable, save_json, write_atomically
 from fecontact.common.units import Units
 from fecontact.results.result import ContactResult
 

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MissingPackageError
-from fecontact.common.text_files import check_writable
+from fecontact.common.files import check_writable, replacing
 from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
 from fecontact.results.pictures.rigid_patches import rigid_patches
 from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result
@@ -120,7 +120,8 @@ def view(
     _draw_ruler(axes, image, length)
     _draw_triad(figure, camera)
     if path is not None:
-        figure.savefig(path, dpi=150)
+        with replacing(path) as file:
+            figure.savefig(file, dpi=150)
     return figure
 
 

@@ -15,7 +15,7 @@ from matplotlib.tri import Triangulation
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
-from fecontact.common.text_files import check_writable
+from fecontact.common.files import replacing
 from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.results.contact_fields import ContactFields
@@ -39,7 +39,8 @@ SENSELS, STEPS = 24, 13
 def save_figure(figure: Figure, path: str | Path | None) -> Figure:
     """Write a figure if a path is given."""
     if path is not None:
-        figure.savefig(check_writable(path), dpi=150)
+        with replacing(path) as file:
+            figure.savefig(file, dpi=150)
     return figure
 
 

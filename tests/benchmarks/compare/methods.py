@@ -239,7 +239,7 @@ def _tet10(problem: Problem, setting: Any, options: Options) -> Measured:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ball.geo"
         path.write_text(script, encoding="utf-8")
-        mesh = mesh_solid(path, size=R / 4, element="tet10", near=near, near_size=fine, growth=0.4)
+        mesh = mesh_solid(path, size=R / 4, element="tet10", near=near, near_size=fine, growth=0.4, run_script=True)
     mesh = mesh.with_boundary("cap", pick.flood((0.5 * a, 0.5 * a, 0.0)) & pick.box((0, 0, 0), (R / 2, R / 2, R / 5)))
     for name, normal, point in (("x", (1, 0, 0), (0, 0, 0)), ("y", (0, 1, 0), (0, 0, 0)), ("z", (0, 0, 1), (0, 0, R))):
         mesh = mesh.with_boundary(name, pick.plane(point, normal))

@@ -1,6 +1,8 @@
 """The command line, run in this process."""
 
 import json
+import subprocess
+import sys
 
 import meshio
 import numpy as np
@@ -78,3 +80,17 @@ def test_the_report_case_refuses_files_that_it_would_not_write(tmp_path, capsys)
     """No option that does nothing."""
     assert main(["hertz", "--case", "report", "--json", str(tmp_path / "figures.json")]) == 2
     assert "writes no files" in capsys.readouterr().err
+
+
+def test_a_reader_that_stops_loses_no_files(tmp_path):
+    """As behind ``| head -1``: no traceback, and the files that were asked for are written."""
+    command = "halfspace sphere --radius 10 --E 1 --nu 0 --force 1e-4 --cells 32 --csv"
+    script = "import sys; from fecontact.app.cli import main; sys.exit(main(sys.argv[1:]))"
+    words = [sys.executable, "-c", script, *command.split(), str(tmp_path / "points.csv")]
+    run = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert run.stdout is not None
+    assert run.stderr is not None
+    run.stdout.close()
+    assert run.stderr.read() == ""
+    assert run.wait() == 0
+    assert (tmp_path / "points.csv").exists()

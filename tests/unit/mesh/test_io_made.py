@@ -244,7 +244,10 @@ def test_geo_scripts_and_defaults(tmp_path, gmsh):
         'SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 1, 1, 1};\nPhysical Surface("end") = {1};\n'
         'Physical Volume("all") = {1};\n'
     )
-    mesh = fc.read_mesh(path, scale=10.0)
+    for read in (fc.read_mesh, fc.mesh_solid):
+        with pytest.raises(fc.InputError, match="can run any program"):
+            read(path)
+    mesh = fc.mesh_solid(path, scale=10.0, run_script=True)
     assert list(mesh.kinds) == ["tet10"]
     assert abs(moments_of_volume(mesh)[0] - 1000) < 1e-9
     assert len(mesh.groups["all"]) == len(mesh.cells)

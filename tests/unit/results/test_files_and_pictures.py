@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.text_files import check_writable, save_json
+from fecontact.common.files import check_writable, save_json
 from fecontact.results.files import nodal_pressure, save_series
 
 
