@@ -18,7 +18,7 @@ from fecontact.bodies.halfspace.friction_contact import FrictionContact
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError
-from fecontact.common.text_files import write_atomically
+from fecontact.common.files import write_atomically
 
 COLUMNS = (
     "force",
