@@ -1,7 +1,9 @@
 """Smoothed aggregation for a stiffness, in place of a factor: memory and work proportional to its size.
 
 The near-nullspace are the six rigid modes (P. Vanek, J. Mandel, M. Brezina, Computing 56 (1996) 179); all entries count
-as strong, so that the displacements of a node are aggregated together. The smoother is symmetric Gauss-Seidel.
+as strong, so that the displacements of a node are aggregated together. The smoother is symmetric Gauss-Seidel. Elements
+of higher order get one level more: aggregates are made of the trilinear functions on their corners (p-multigrid; Y.
+Maday, R. Munoz, J. Sci. Comput. 3 (1988) 323), as those of the stiff nodes between corners are poor.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError, MissingPackageError
 
 #: Relative residual of a solve: a hundredth of the certificate's tolerance.
@@ -38,6 +40,8 @@ class AmgFactor:
         Upper triangle of a symmetric positive definite matrix.
     modes : (n, 6) array
         Rigid modes.
+    corners : (index, P), optional
+        Rows (k,) of the corners' displacements and the interpolation (n, k) from them, where elements have other nodes.
 
     Raises
     ------
@@ -50,12 +54,12 @@ class AmgFactor:
         The whole matrix.
     """
 
-    def __init__(self, K: sp.csr_matrix, modes: Array) -> None:
+    def __init__(self, K: sp.csr_matrix, modes: Array, corners: tuple[IntArray, sp.csr_matrix] | None = None) -> None:
         if importlib.util.find_spec("pyamg") is None:
             raise MissingPackageError("The back-end 'amg' needs the package pyamg: pip install 'fecontact[amg]'.")
         self.K = (K + sp.triu(K, 1).T).tocsr()
         #: Approximation of the inverse.
-        self.cycle = Cycle.of(self.K, modes)
+        self.cycle = Cycle.of(self.K, modes) if corners is None else Cycle.of_corners(self.K, modes, *corners)
         #: Steps of conjugate gradients so far.
         self.steps = 0
         self._last: list[Array] = []
@@ -128,6 +132,13 @@ class Cycle:
         ).levels  # fmt: skip
         levels = tuple((_single(each.A), _single(each.P), _single(each.R)) for each in every[:-1])
         return cls(levels, _single(every[-1].A))
+
+    @classmethod
+    def of_corners(cls, K: sp.csr_matrix, modes: Array, corners: IntArray, P: sp.csr_matrix) -> Cycle:
+        """The same with the displacements (k,) of corners as next level, from which P (n, k) interpolates."""
+        R = P.T.tocsr()
+        below = cls.of(sp.csr_matrix(R @ (K @ P)), modes[corners])
+        return cls(((_single(K), _single(P), _single(R)), *below.levels), below.coarsest)
 
     @cached_property
     def _solve(self) -> Callable[[Array], Array]:

@@ -30,6 +30,7 @@ from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.fem.support import Support, fix_null_space, nodal_coordinates, share_of_support
 from fecontact.mesh.check import check_mesh
+from fecontact.mesh.corner_space import corner_space
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 
@@ -326,8 +327,25 @@ class Model:
                 vars(self).pop("stiffness", None)
             with timer("factorise"):
                 positions = np.repeat(self.coordinates.of_functions(self.mesh.points), 3, axis=0)[self.solved_dofs]
-                self.condensation = Multigrid(AmgFactor(K, self.nodal_modes[self.solved_dofs]), positions)
+                factor = AmgFactor(K, self.nodal_modes[self.solved_dofs], self._corners())
+                self.condensation = Multigrid(factor, positions)
         return self.condensation
+
+    def _corners(self) -> tuple[IntArray, sp.csr_matrix] | None:
+        """Solved coordinates of corners and the interpolation from them; None if there are no other nodes.
+
+        Also None with hanging nodes, which follow from nodes that are no corners.
+        """
+        corners, weights = corner_space(self.mesh)
+        if len(corners) == len(self.mesh.points) or self.coordinates.ties is not None:
+            return None
+        P = sp.kron(weights, sp.eye_array(3), format="csr")
+        dofs = (3 * corners[:, None] + np.arange(3)).ravel()
+        axes = self.coordinates.axes
+        if axes is not None:
+            P = axes.T @ P @ axes[dofs][:, dofs]
+        kept = np.isin(dofs, self.solved_dofs)
+        return np.searchsorted(self.solved_dofs, dofs[kept]), sp.csr_matrix(P[self.solved_dofs][:, kept])
 
     def solved_stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness over the solved coordinates."""
