@@ -43,6 +43,11 @@ class Answers:
         return False
 
     @property
+    def is_placed(self) -> bool:
+        """Whether its contact surface is known before a scene is solved."""
+        return True
+
+    @property
     def is_foundation(self) -> bool:
         """Whether a surface node is displaced by its own pressure only."""
         return False

@@ -117,6 +117,10 @@ class Body(Protocol):
         """Whether the compliance of many rows is an operator, never a matrix."""
 
     @property
+    def is_placed(self) -> bool:
+        """Whether its contact surface is known before a scene is solved; False: see `scene.windows`."""
+
+    @property
     def is_foundation(self) -> bool:
         """Whether a surface node is displaced by its own pressure only."""
 

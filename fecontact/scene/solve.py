@@ -19,6 +19,7 @@ from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_local, sorted_case
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings, renamed
+from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver
 from fecontact.surfaces.facet_surface import has_cells
 
@@ -140,6 +141,8 @@ def refuse_with_friction(
 
 def _solve_known(model: SceneModel, given: Mapping[str, Any], known: Sequence[KnownContact | None]) -> ContactResult:
     """One solution from checked arguments of `Scene.solve`, and the contact of a similar case."""
+    if has_open_windows(model):
+        return solve_with_windows(model, given, _solve_known)
     arguments = dict(given)
     finite_motion, search = arguments.pop("finite_motion"), arguments["search"]
     timer = Stopwatch()

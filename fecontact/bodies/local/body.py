@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, cast
@@ -19,8 +20,9 @@ from fecontact.bodies.local.interior import nodal_displacement
 from fecontact.bodies.local.placing import place_window
 from fecontact.bodies.local.remainder import Remainder, checked, remainder, surface_weights
 from fecontact.bodies.local.sources import inclined, principal
-from fecontact.bodies.local.surface import WindowSurface, window_surface
+from fecontact.bodies.local.surface import window_surface
 from fecontact.bodies.local.window import Window
+from fecontact.bodies.local.wish import Wish
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
@@ -31,6 +33,7 @@ from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.fem.rigid import rigid_modes
+from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 
 
@@ -44,10 +47,10 @@ class LocalBody(Placed):
     Parameters
     ----------
     body : ElasticBody
-    at : (3,) array_like
-        Middle of the window, on the body's surface, in its axes.
-    window : float or (float, float)
-        Sides of the window.
+    at : (3,) array_like, optional
+        Middle of the window, on the body's surface, in its axes. Without it: where the bodies touch first.
+    window : float or (float, float), optional
+        Sides of the window. Without it: from the load by Hertz's formulas, then fitted to the contact that is found.
     shape : (int, int)
         Cells along the sides.
     name : str, optional
@@ -56,13 +59,14 @@ class LocalBody(Placed):
     Attributes
     ----------
     window : Window
+        Once it is placed; `result.solved(body)` is the body of a solution with its window.
     contact : tuple of str
         Its one contact surface, ``"window"``.
 
     Raises
     ------
     InputError
-        If the middle of the window is not on the surface, or the window is not within one flat face.
+        If the middle of the window is not on the surface, or the window is not within one smooth face.
 
     Examples
     --------
@@ -80,7 +84,8 @@ class LocalBody(Placed):
     contact: ClassVar[tuple[str, ...]] = ("window",)
 
     body: ElasticBody
-    window: Window
+    wish: Wish
+    given: Window | None
     name: str
     pose: Pose
     shared: dict[str, Any] = field(repr=False)
@@ -88,8 +93,8 @@ class LocalBody(Placed):
     def __init__(
         self,
         body: ElasticBody,
-        at: ArrayLike,
-        window: float | tuple[float, float],
+        at: ArrayLike | None = None,
+        window: float | tuple[float, float] | None = None,
         shape: tuple[int, int] = (128, 128),
         name: str | None = None,
     ) -> None:
@@ -100,11 +105,43 @@ class LocalBody(Placed):
                 f"A local body has one material, whose half-space it starts from; {body.name!r} has "
                 f"{len(body.model.materials)}. Use the ElasticBody itself, with accuracy= when the scene is solved."
             )
-        sides = (window, window) if isinstance(window, int | float) else window
-        placed = place_window(body, at, sides, shape)
-        fields = {"body": body, "window": placed, "name": body.name if name is None else name, "pose": body.pose}
-        for key, value in {**fields, "shared": {}}.items():
+        wish = Wish.of(at, window, shape)
+        placed = None if wish.at is None or wish.sides is None else place_window(body, wish.at, wish.sides, wish.shape)
+        fields = {"body": body, "wish": wish, "given": placed, "name": body.name if name is None else name}
+        for key, value in {**fields, "pose": body.pose, "shared": {}}.items():
             object.__setattr__(self, key, value)
+
+    def with_window(self, at: Array, sides: tuple[float, float]) -> LocalBody:
+        """The body with its window about a point (3,) of its axes; it keeps the factor of its stiffness."""
+        other = copy.copy(self)
+        for name in ("_surface", "_cells", "rigid_modes", "weighted_modes"):
+            vars(other).pop(name, None)
+        placed = place_window(self.body, at, sides, self.wish.shape)
+        kept = {"factored": self.shared["factored"]} if "factored" in self.shared else {}
+        for key, value in {"given": placed, "shared": kept}.items():
+            object.__setattr__(other, key, value)
+        return other
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether it has its window; else it gets one when a scene is solved."""
+        return self.given is not None
+
+    @property
+    def window(self) -> Window:
+        """The window.
+
+        Raises
+        ------
+        InputError
+            If it has none yet.
+        """
+        if self.given is None:
+            raise InputError(
+                f"{self.name!r} has no window yet; Scene.solve places it where the bodies touch. For anything else "
+                "give at=(x, y, z) and window=side when the body is made."
+            )
+        return self.given
 
     @property
     def material(self) -> Material:
@@ -134,8 +171,8 @@ class LocalBody(Placed):
 
     @property
     def n_cells(self) -> int:
-        """Number of modelled cells."""
-        return len(self.window.cells)
+        """Number of modelled cells; none before the window is placed."""
+        return len(self.given.cells) if self.given is not None else 0
 
     @property
     def n_dofs(self) -> int:
@@ -188,11 +225,14 @@ class LocalBody(Placed):
         return self._of_mesh(self.body.weighted_modes)
 
     @cached_property
-    def _surface(self) -> WindowSurface:
-        return window_surface(self.window, self.body.model.mesh.points, self.contact[0])
+    def _surface(self) -> FacetSurface:
+        mesh = self.body.model.mesh
+        if self.given is None:
+            return FacetSurface(mesh.points, mesh.skin, self.contact[0])
+        return window_surface(self.given, mesh.points, self.contact[0])
 
-    def surface(self, name: str) -> WindowSurface:
-        """Its window."""
+    def surface(self, name: str) -> FacetSurface:
+        """Its window; the whole skin of the body before the window is placed."""
         if name not in self.contact:
             raise InputError(
                 f"The contact surface of {self.name!r} is its window, {self.contact[0]!r}; found {name!r}."
@@ -295,7 +335,9 @@ class LocalBody(Placed):
 
     def describe(self) -> str:
         """One-line description of the model."""
-        nx, ny = self.window.shape
+        if self.given is None:
+            return f"{self.name}: window where it is touched; on {self.body.describe()}"
+        nx, ny = self.given.shape
         made = self.shared.get("remainder")
         known = "" if made is None else f", {len(made.core)} smooth loads, Betti defect {made.defect:.1e}"
         return f"{self.name}: window of {nx} x {ny} cells{known}; on {self.body.describe()}"

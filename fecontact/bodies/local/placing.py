@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.grid import Grid
@@ -15,7 +14,6 @@ from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.bodies.local.relief import Relief, fit
 from fecontact.bodies.local.window import Window
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.placement import Placement
@@ -37,7 +35,7 @@ STEEPEST = 0.5
 SAMPLES = 10
 """Places along a side of a window at which its surface is checked."""
 
-MOST_TURNS, SETTLED, ROUND = 4, 1e-6, 1e-3
+MOST_TURNS, SETTLED, ROUND = 8, 1e-12, 1e-3
 """Adjustments of a window to its surface, their size when it has settled, and the difference of two principal
 curvatures, relative to the larger, up to which every direction is principal."""
 
@@ -50,7 +48,7 @@ ALONG = 1e-9
 """Sine of an angle that is rounding."""
 
 
-def place_window(body: ElasticBody, at: ArrayLike, size: tuple[float, float], shape: tuple[int, int]) -> Window:
+def place_window(body: ElasticBody, at: Array, size: tuple[float, float], shape: tuple[int, int]) -> Window:
     """The window of a body at a point (3,) of its surface, of given sides and numbers of cells.
 
     Its first direction is normal to a plane of symmetry through the point, if there is one, else the axis of the mesh
@@ -61,14 +59,13 @@ def place_window(body: ElasticBody, at: ArrayLike, size: tuple[float, float], sh
     InputError
         If the point is not on the surface.
     """
-    where = np.asarray(vector("the middle of the window", at, 3), dtype=float)
-    planes = _planes_through(body, where)
-    skin = _skin(body, where, planes)
-    found = skin.project(where[None])
-    away = float(np.linalg.norm(found.points[0] - where))
+    planes = planes_through(body, at)
+    skin = _skin(body, at, planes)
+    found = skin.project(at[None])
+    away = float(np.linalg.norm(found.points[0] - at))
     if away > ON_SURFACE * min(size):
         raise InputError(
-            f"The middle of the window, at={np.array2string(where, precision=6)}, must lie on the surface of "
+            f"The middle of the window, at={np.array2string(at, precision=6)}, must lie on the surface of "
             f"{body.name!r}; it is {away:.4g} from it. The nearest point of the surface is "
             f"{np.array2string(found.points[0], precision=6)}."
         )
@@ -221,7 +218,7 @@ def _directions(body: ElasticBody, planes: list[Array], normal: Array) -> tuple[
     return np.stack([first, second, normal], axis=1), mirrored
 
 
-def _planes_through(body: ElasticBody, point: Array) -> list[Array]:
+def planes_through(body: ElasticBody, point: Array) -> list[Array]:
     """Unit normals, into the body, of its distinct planes of symmetry through a point."""
     mesh = body.model.mesh
     nodes, normals = symmetry_planes(mesh, body.supports)

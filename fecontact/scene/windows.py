@@ -1,0 +1,147 @@
+"""Windows of local bodies that are not given: placed where bodies touch first, and fitted to the contact found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, cast
+
+import numpy as np
+
+from fecontact.bodies.local import LocalBody
+from fecontact.bodies.local.first_touch import first_touch
+from fecontact.bodies.local.placing import planes_through
+from fecontact.bodies.pose import Pose, turned
+from fecontact.bodies.protocol import Body
+from fecontact.common.errors import InputError
+from fecontact.contact.first_candidates import KnownContact
+from fecontact.contact.loads import Loading
+from fecontact.contact.model import SceneModel
+from fecontact.results.result import ContactResult
+from fecontact.scene.carried import with_bodies
+from fecontact.scene.local_search import sorted_case
+
+WIDE = 1.15
+"""Half a window relative to the reach of the contact."""
+
+NEAR_RIM = 0.96
+"""Reach of a contact, relative to the window, from which the window is grown."""
+
+GROWTH = 1.5
+"""Factor by which it is grown."""
+
+SMALL = 0.6
+"""Reach of a contact, relative to the window, below which the window is fitted to it."""
+
+MOST_WINDOWS = 8
+"""Windows tried in turn."""
+
+Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None]], ContactResult]
+
+
+def has_open_windows(model: SceneModel) -> bool:
+    """Whether local bodies of a scene have no window yet."""
+    return not all(b.is_placed for b in model.bodies)
+
+
+def solve_with_windows(model: SceneModel, given: Mapping[str, Any], solve: Solve) -> ContactResult:
+    """Solution with windows where the bodies touch, as large as the contacts found.
+
+    Parameters
+    ----------
+    model : SceneModel
+    given : mapping
+        Arguments of `Scene.solve`.
+    solve : callable
+        Function ``solve(scene, arguments, known)`` for one solution.
+
+    Raises
+    ------
+    InputError
+        If a contact still reaches the rim of its window after `MOST_WINDOWS` windows.
+    """
+    # the bodies move by their prescribed motions before they touch
+    loading, _ = sorted_case(model, {k: v for k, v in given.items() if k not in ("search", "finite_motion")})
+    bodies = [b if b.is_placed else _first_window(cast(LocalBody, b), model, loading) for b in model.bodies]
+    for _ in range(MOST_WINDOWS):
+        carried = with_bodies(model, bodies)
+        result = solve(carried.scene, carried.loads(given), ())
+        fitted = [
+            b if old.is_placed else _fitted(cast(LocalBody, b), result)
+            for old, b in zip(model.bodies, bodies, strict=True)
+        ]
+        if all(new is old for new, old in zip(fitted, bodies, strict=True)):
+            return replace(result, unrefined=tuple(model.bodies))
+        bodies = fitted
+    told = ", ".join(
+        f"{b.name!r} {cast(LocalBody, b).window.grid.size}"
+        for old, b in zip(model.bodies, bodies, strict=True)
+        if not old.is_placed
+    )
+    raise InputError(
+        f"The contact still reaches the rim of its window after {MOST_WINDOWS} windows; the last: {told}. It is not "
+        "small beside the body: use the ElasticBody itself with accuracy= when the scene is solved."
+    )
+
+
+def _first_window(body: LocalBody, model: SceneModel, loading: Loading) -> LocalBody:
+    """A body with its window at the first touch, as large as Hertz's contact."""
+    contacts = [c for c in model.contacts if body is c.slave or body is c.master]
+    if len(contacts) != 1:
+        raise InputError(
+            f"{body.name!r} is in {len(contacts)} contacts; a local body has one window. Leave it an ElasticBody, or "
+            "give it one contact."
+        )
+    (contact,) = contacts
+    assert contact.surfaces is not None
+    other, name = (
+        (contact.master, contact.surfaces[1]) if body is contact.slave else (contact.slave, contact.surfaces[0])
+    )
+    moved = [_after_motion(b, loading) for b in (body, other)]
+    modulus = 1 / (1 / body.contact_modulus + 1 / other.contact_modulus)
+    find = partial(
+        first_touch, body.surface("window"), other.surface(name), moved[0].relative_to(moved[1]), modulus,
+        names=(body.name, other.name), start=body.wish.at,
+    )  # fmt: skip
+    touch = find(force=loading.magnitude)
+    images = 2 ** len(planes_through(body.body, touch.point))
+    if images > 1:  # the load is that of the modelled part
+        touch = find(force=images * loading.magnitude)
+    at = touch.point if body.wish.at is None else body.wish.at
+    if body.wish.sides is not None:
+        return body.with_window(at, body.wish.sides)
+    side = 2 * WIDE * touch.semi_axes[1]
+    square = body.with_window(at, (side, side))
+    half = touch.extents(square.window.axes[:, :2].T)
+    return body.with_window(at, (2 * WIDE * float(half[0]), 2 * WIDE * float(half[1])))
+
+
+def _after_motion(body: Body, loading: Loading) -> Pose:
+    """Pose of a body after its prescribed motion."""
+    frame = next(f for f in loading.frames if f.body is body)
+    return turned(body.pose, frame.prescribed, frame.point)
+
+
+def _fitted(body: LocalBody, result: ContactResult) -> LocalBody:
+    """The body with a window that fits the contact found; itself if it does."""
+    window, wish = body.window, body.wish
+    posed = result.solved(body)
+    ((contact, interface),) = [
+        (c, i) for c, i in zip(result.contacts, result.interfaces, strict=True) if posed is i.slave
+    ]
+    cells = interface.pairing.nodes[contact.active]
+    if len(cells) == 0 or wish.sides is not None:
+        return body
+    low, high = np.zeros(2), np.zeros(2)
+    for axis, places in enumerate(window.places):
+        low[axis], high[axis] = places[cells].min(), places[cells].max()
+    low = np.where(window.mirrored, -high, low)
+    reach = np.maximum(-low, high) / window.half
+    if (reach < NEAR_RIM).all() and (reach > SMALL).any():
+        return body
+    middle = np.where(reach < NEAR_RIM, (low + high) / 2, 0.0) if wish.at is None else np.zeros(2)
+    extent = np.maximum(high - middle, middle - low)
+    half = np.where(reach < NEAR_RIM, WIDE * extent, GROWTH * window.half)
+    at = window.origin if wish.at is not None or not middle.any() else window.on_surface(*middle)
+    return body.with_window(at, (2 * float(half[0]), 2 * float(half[1])))
