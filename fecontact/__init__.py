@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         PressStep,
         RigidBody,
         Sphere,
+        WindowedBody,
         rotation_about,
     )
     from fecontact.common.errors import (
@@ -96,6 +97,7 @@ __all__ = [
     "Spring",
     "SupportError",
     "SurfaceMesh",
+    "WindowedBody",
     "available_solvers",
     "hertz",
     "mesh_solid",
@@ -129,6 +131,7 @@ _PLACES = {
     "InputError": "fecontact.common.errors:InputError",
     "Layer": "fecontact.bodies:Layer",
     "LocalBody": "fecontact.bodies:LocalBody",
+    "WindowedBody": "fecontact.bodies:WindowedBody",
     "Material": "fecontact.common.material:Material",
     "Mesh": "fecontact.mesh.mesh:Mesh",
     "MeshError": "fecontact.common.errors:MeshError",

@@ -5,6 +5,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import FrictionContact, FrictionPath, HalfSpace, HalfSpaceContact, Layer, PressStep
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.local.body import LocalBody
+from fecontact.bodies.local.several import WindowedBody
 from fecontact.bodies.pose import Pose, rotation_about
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import Plane, RigidBody, Sphere
@@ -30,6 +31,7 @@ __all__ = [
     "RigidBody",
     "Sphere",
     "SurfaceBody",
+    "WindowedBody",
     "boundary_surface",
     "rotation_about",
 ]

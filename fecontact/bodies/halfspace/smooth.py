@@ -50,6 +50,11 @@ class SmoothTerm:
         at_nodes = values.reshape(self.along_x.shape[1], self.along_y.shape[1])
         return np.asarray(self.along_x @ at_nodes @ self.along_y.T)
 
+    @property
+    def matrix(self) -> Array:
+        """L (nx ny, kx ky)."""
+        return np.asarray(np.kron(self.along_x, self.along_y))
+
     def among(self, cells: IntArray) -> Array:
         """Displacements (n, n) of cells (n,), numbered row by row, by unit forces on them."""
         x, y = np.divmod(cells, len(self.along_y))

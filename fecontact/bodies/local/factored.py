@@ -38,9 +38,9 @@ class Factored:
     beside: sp.csr_matrix
 
     @classmethod
-    def of(cls, model: Model, origin: Array) -> Factored:
-        """Factorise a model; one that floats is held at nodes far from a point (3,), where the load will be."""
-        held = np.union1d(model.held, _grounded(model, origin))
+    def of(cls, model: Model, origins: Array) -> Factored:
+        """Factorise a model; one that floats is held at nodes far from points (n, 3), where the loads will be."""
+        held = np.union1d(model.held, _grounded(model, origins))
         solved = np.setdiff1d(np.arange(model.n_coordinates), held, assume_unique=True)
         K = model.coordinates.stiffness(model.stiffness)
         vars(model).pop("stiffness", None)
@@ -59,10 +59,11 @@ class Factored:
         return coordinates.displacements(v)
 
 
-def _grounded(model: Model, origin: Array) -> IntArray:
-    """Coordinates far from a point, one for each free motion."""
+def _grounded(model: Model, origins: Array) -> IntArray:
+    """Coordinates far from points, one for each free motion."""
     if model.free_motions.shape[1] == 0:
         return np.zeros(0, dtype=np.int64)
-    distance = np.linalg.norm(model.coordinates.of_functions(model.mesh.points) - origin, axis=1)
+    points = model.coordinates.of_functions(model.mesh.points)
+    distance = np.linalg.norm(points[:, None] - origins, axis=2).min(axis=1)
     near = np.flatnonzero(np.repeat(distance < FAR * distance.max(), 3))
     return fix_null_space(model.nodal_modes @ model.free_motions, np.union1d(model.held, near), model.size)

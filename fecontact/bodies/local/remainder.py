@@ -158,7 +158,7 @@ def _at_order(factored: Factored, window: Window, material: Material, order: int
     if window.relief is not None:
         core = core + _direct(points, loads, inwards[0], material) - singular_part(window, order, material)
         core = core + np.diag(own_part(window, order, loads, material))
-    scale = _mean_compliance(window, material)
+    scale = mean_compliance(window, material)
     defect = _asymmetry(core) / scale
     core = (core + core.T) / 2
     return Remainder(window, order, core, fields, material, loads, defect, _tail(core, window, order) / scale)
@@ -185,7 +185,7 @@ def _direct(points: Array, loads: Sequence[FaceLoads], inwards: Array, material:
     return out
 
 
-def _mean_compliance(window: Window, material: Material) -> float:
+def mean_compliance(window: Window, material: Material) -> float:
     """Mean displacement of the window, as part of a half-space, per force uniform over it."""
     side = float(np.sqrt(np.prod(window.grid.size)))
     return UNIFORM / (np.pi * material.plane_strain_modulus * side) * 2 ** sum(window.mirrored)

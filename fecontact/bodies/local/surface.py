@@ -15,14 +15,17 @@ from fecontact.surfaces.facet_surface import Projection
 
 @dataclass(frozen=True, eq=False)
 class WindowSurface(GridSurface):
-    """Cell centres of a window as nodes, quadrilaterals between them as facets; then the nodes of the body's mesh.
+    """Cell centres of a window among the nodes, quadrilaterals between them as facets; last the nodes of the mesh.
 
     Parameters
     ----------
     window : Window
+    start : int
+        Number of its first cell.
     """
 
     window: Window | None = None
+    start: int = 0
 
     @property
     def _window(self) -> Window:
@@ -48,7 +51,7 @@ class WindowSurface(GridSurface):
         plane = window.at(found.points[:, 0], found.points[:, 1])
         if window.depths is None:
             return replace(found, points=plane, normals=normals)
-        depth = found.weights[:, : len(window.depths)] @ window.depths
+        depth = found.weights[:, self.start : self.start + len(window.depths)] @ window.depths
         return replace(found, points=plane - depth[:, None] * normals, normals=normals, gap=found.gap + depth)
 
     def moved(self, rotation: Array, translation: Array) -> Self:
@@ -58,7 +61,8 @@ class WindowSurface(GridSurface):
         return replace(super().moved(rotation, translation), window=moved)
 
 
-def window_surface(window: Window, nodes: Array, name: str) -> WindowSurface:
-    """The surface of a window, with the nodes (n, 3) of the body's mesh after its own."""
-    points = np.concatenate([window.cells, nodes])
-    return WindowSurface(points, between_cells(*window.shape), name, grid=window.grid, window=window)
+def window_surface(window: Window, points: Array, name: str, start: int = 0) -> WindowSurface:
+    """The surface of a window whose cells are from number `start` on among a body's points (n, 3)."""
+    return WindowSurface(
+        points, between_cells(*window.shape) + start, name, grid=window.grid, window=window, start=start
+    )
