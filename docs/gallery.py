@@ -27,6 +27,7 @@ SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     ("hip_stem", (), ("hip_stem_pressure", "hip_stem_stress")),
     ("half_space", (), ("half_space",)),
     ("report_half_space", (), ("report_half_space",)),
+    ("rough_block", (), ("rough_block",)),
     ("plain_faces", (), ("plain_faces",)),
     ("bricks", (), ("bricks_circle", "bricks_ball", "bricks_strip", "bricks_bounce")),
 )

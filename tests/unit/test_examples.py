@@ -44,6 +44,14 @@ def test_bricks(tmp_path):
     assert (tmp_path / "bricks_bounce.pvd").exists()
 
 
+def test_rough_block(tmp_path):
+    found = load("rough_block").main(n=128, out=tmp_path)
+    assert 0.5 < found["approach"] / found["half-space"] < 0.8  # the plate holds the rubber
+    assert 3 < found["area"] < 6
+    assert found["defect"] < 0.01
+    assert (tmp_path / "rough_block.png").stat().st_size > 10_000
+
+
 def test_plain_faces(tmp_path):
     errors = load("plain_faces").main(level=1, out=tmp_path)
     assert abs(errors["midface"]) < 0.035
