@@ -283,8 +283,9 @@ class Model:
             return last
         with timer("assemble"):
             K = self.solved_stiffness()
-            # the factor works on the copy: discard K; reassembled on demand
-            vars(self).pop("stiffness", None)
+            # the factor works on the copy; K is kept where the rows change again, as from pose to pose
+            if not isinstance(last, Bordered):
+                vars(self).pop("stiffness", None)
         if route == "columns" and rows is not None and border:
             with timer("factorise"):
                 self.condensation = last = None  # two factors at once would take twice the memory

@@ -11,6 +11,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import condensation, model
 from fecontact.fem.condensation import choose_route, memory_budget
 from fecontact.fem.factor import available_backends, bordered, factorise, has_bordered
+from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.scene import linear as scene_module
 
 # projected conjugate gradients stop at 1e-12 of the deflection; the forces have that times the condition of S, 1e2
@@ -193,6 +194,20 @@ def test_the_compliance_of_rows_comes_with_the_factor():
     assert same(known.compliance(other), 4 * expected[: len(nodes), : len(nodes)])
     assert model_.condensed(nodes, Stopwatch(), rows=other) is not known
     assert model_.condensed(nodes, Stopwatch()) is model_.condensation
+
+
+@pytest.mark.skipif(not has_bordered(), reason="needs PARDISO")
+def test_the_stiffness_is_kept_where_rows_change_again(monkeypatch):
+    """One condensation discards it; from the second on, as from pose to pose, it is assembled no more."""
+    model_, nodes, C = bordered_case()
+    calls = []
+    monkeypatch.setattr(model, "assemble_stiffness", lambda *a: calls.append(1) or assemble_stiffness(*a))
+    answers = []
+    for size in (1.0, 2.0, 4.0, 1.0):
+        rows = sp.csr_matrix(size * C)
+        answers.append(model_.condensed(nodes, Stopwatch(), rows=rows).compliance(rows) / size**2)
+        assert len(calls) == min(len(answers), 2)
+    assert all(same(each, answers[0]) for each in answers)
 
 
 @pytest.mark.skipif(not has_bordered(), reason="needs PARDISO")
