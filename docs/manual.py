@@ -23,7 +23,17 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "verification.md"
 #: Files of tests in the order of the chapters, from closed forms to the hardest; others follow.
 ORDER = (
-    *("hertz", "sections", "halfspace", "halfspace_couplings", "couplings", "patch", "patch_interfaces", "patch_kites"),
+    *(
+        "hertz",
+        "sections",
+        "halfspace",
+        "halfspace_friction",
+        "halfspace_couplings",
+        "couplings",
+        "patch",
+        "patch_interfaces",
+        "patch_kites",
+    ),
     *("mesh_io", "elements", "ancf", "ancf_motion", "supports", "scenes", "finite_bodies", "hard_cases", "step_bodies"),
     *("stability", "solver_robustness", "scale"),
 )
