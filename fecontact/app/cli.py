@@ -1,4 +1,4 @@
-"""Command line: ``fecontact hertz``, ``halfspace``, ``solve``, ``explain``, ``view`` and ``compare``.
+"""Command line: ``fecontact hertz``, ``halfspace``, ``friction``, ``solve``, ``explain``, ``view`` and ``compare``.
 
 Only the options are defined here, so that help needs no numerical package; `commands` runs them.
 """
@@ -9,6 +9,7 @@ import argparse
 import sys
 from collections.abc import Callable, Sequence
 
+from fecontact.app.friction.options import STUDIES
 from fecontact.app.indentation.options import SHAPES
 from fecontact.app.spheres.options import CASES, ELEMENTS, MODELS, PRESSURES
 from fecontact.common.errors import FecontactError
@@ -28,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="fecontact", description="Frictionless elastic contact of solids, certified.")
+    parser = argparse.ArgumentParser(prog="fecontact", description="Elastic contact of solids, certified.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {VERSION}")
     commands = parser.add_subparsers(required=True, metavar="command")
     for name, (summary, description, add_options) in COMMANDS.items():
@@ -111,6 +112,23 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     out.add_argument("--units", nargs=3, default=("", "", ""), metavar=("LENGTH", "FORCE", "STRESS"), help="for labels")
 
 
+def _friction(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("study", choices=STUDIES, help="; ".join(f"{name}: {what}" for name, what in STUDIES.items()))
+    parser.add_argument("--radius", type=float, default=10.0, help="of the ball or the roller, on a plane")
+    parser.add_argument("--E", type=float, default=210e3, help="Young's modulus of both bodies")
+    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio of both bodies")
+    parser.add_argument("--force", type=float, default=100.0, help="normal force; per length of a roller")
+    parser.add_argument("--friction", type=float, default=0.3, help="Coulomb's mu")
+    parser.add_argument("--tangential", type=float, help="tangential force; 0.6 of what friction holds unless given")
+    parser.add_argument("--cells", type=int, metavar="N", help="along a side; 128 (carter: 32 across the contact)")
+    _json(parser)
+    parser.add_argument(
+        "--plot", metavar="FILE", help="tractions, stick and slip, loop or creep beside the closed form"
+    )
+    parser.add_argument("--csv", metavar="FILE", help="one row per step")
+    parser.add_argument("--units", nargs=3, default=("", "", ""), metavar=("LENGTH", "FORCE", "STRESS"))
+
+
 def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.toml")
     parser.add_argument(
@@ -167,6 +185,12 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         "Press a rigid shape on a half-space (homogeneous or layered, free or periodic) and compare with "
         "the closed form where there is one. Any consistent units.",
         _halfspace,
+    ),
+    "friction": (
+        "a ball or a roller in partial slip, fretting or rolling, on a half-space",
+        "Drag a ball or a roller on a half-space of its own material, with Coulomb friction, and compare with "
+        "the closed form. Any consistent units.",
+        _friction,
     ),
     "solve": (
         "a scene described in a TOML file",

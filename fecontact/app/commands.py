@@ -96,6 +96,18 @@ def halfspace(options: argparse.Namespace) -> int:
     return 0
 
 
+def friction(options: argparse.Namespace) -> int:
+    """Run a study of friction on a half-space."""
+    from fecontact.app.friction.studies import run
+
+    _check_files(options.plot, options.csv, options.json)
+    found = run(options.study, vars(options))
+    remarks = _show(found, found.as_dict(), options.json)
+    _write(options.csv, found.save, remarks)
+    _write(options.plot, lambda to: found.plot(to, *options.units), remarks)
+    return 0
+
+
 def solve(options: argparse.Namespace) -> int:
     """Solve a scene file."""
     _check_files(options.json)
@@ -207,5 +219,5 @@ def compare(options: argparse.Namespace) -> int:
 
 #: The commands by name.
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
-    run.__name__: run for run in (hertz, halfspace, solve, explain, view, compare)
+    run.__name__: run for run in (hertz, halfspace, friction, solve, explain, view, compare)
 }

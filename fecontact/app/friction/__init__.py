@@ -1,0 +1,1 @@
+"""Ready studies of friction on half-spaces."""

@@ -1,0 +1,10 @@
+"""Studies of ``fecontact friction``; needs no numerical package."""
+
+from __future__ import annotations
+
+#: Studies and what they show.
+STUDIES: dict[str, str] = {
+    "mindlin": "a ball dragged within friction, beside Cattaneo and Mindlin",
+    "fretting": "the same to and fro, beside Mindlin and Deresiewicz",
+    "carter": "a roller that starts to roll under a tangential force, beside Carter",
+}

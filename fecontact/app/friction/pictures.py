@@ -1,0 +1,135 @@
+"""Pictures of friction on half-spaces: stick, slip and tractions; loops; rolling."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from fecontact.analytic.friction import RoundSlip
+from fecontact.app.friction.studies import FrictionStudy
+from fecontact.bodies import FrictionContact, FrictionPath
+from fecontact.common.units import Units
+from fecontact.results.pictures.draw import save_figure
+
+COLOURS = {"open": "#f2f2f2", "sticks": "#9ecae1", "slips": "#fdae6b"}
+
+ARROWS = 16
+"""Arrows along a side of the grid."""
+
+
+def plot_contact(contact: FrictionContact, path: str | Path | None = None, units: Units | None = None) -> Figure:
+    """Stick, slip and open cells with the tractions as arrows, and the size of the tractions.
+
+    Parameters
+    ----------
+    contact : FrictionContact
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    units : Units, optional
+        Units for labels.
+    """
+    names = units or Units()
+    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    draw_stick_slip(left, contact, names)
+    half = (contact.grid.size[0] / 2, contact.grid.size[1] / 2)
+    drawn = right.imshow(
+        np.hypot(contact.traction[0], contact.traction[1]).T,
+        origin="lower",
+        extent=(-half[0], half[0], -half[1], half[1]),
+        cmap="magma_r",
+        aspect="auto",
+    )
+    figure.colorbar(drawn, ax=right, label=names.after("tangential traction", "stress"))
+    right.set_xlabel(names.after("x", "length"))
+    return save_figure(figure, path)
+
+
+def draw_stick_slip(axes: Any, contact: FrictionContact, names: Units) -> None:
+    """Draw what sticks, slips and is open, with arrows along the tractions."""
+    grid = contact.grid
+    half = (grid.size[0] / 2, grid.size[1] / 2)
+    state = np.where(contact.slipping, 2, np.where(contact.active, 1, 0))
+    axes.imshow(
+        state.T,
+        origin="lower",
+        extent=(-half[0], half[0], -half[1], half[1]),
+        cmap=ListedColormap(list(COLOURS.values())),
+        vmin=-0.5,
+        vmax=2.5,
+        aspect="equal" if max(half) < 4 * min(half) else "auto",
+        interpolation="nearest",
+    )
+    every = tuple(max(1, n // ARROWS) for n in grid.shape)
+    some = (slice(every[0] // 2, None, every[0]), slice(every[1] // 2, None, every[1]))
+    x, y = np.meshgrid(grid.x[some[0]], grid.y[some[1]], indexing="ij")
+    tx, ty = contact.traction[0][some], contact.traction[1][some]
+    drawn = np.hypot(tx, ty) > 0
+    if drawn.any():
+        axes.quiver(x[drawn], y[drawn], tx[drawn], ty[drawn], color="black", width=0.004)
+    axes.legend(handles=[Patch(color=c, label=n) for n, c in COLOURS.items()], loc="upper right", fontsize="small")
+    axes.set_xlabel(names.after("x", "length"))
+    axes.set_ylabel(names.after("y", "length"))
+
+
+def plot_study(study: FrictionStudy, path: str | Path | None = None, units: Units | None = None) -> Figure:
+    """Tractions over x beside the closed form, and a map of stick and slip, a loop, or the creep while rolling."""
+    names = units or Units()
+    figure = Figure(figsize=(11.6, 5.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    draw_tractions(left, study, names)
+    if not isinstance(study.exact, RoundSlip):
+        _draw_creep(right, study, names)
+    elif len(study.path.contacts) > 1:
+        _draw_loop(right, study.path, study.exact, names)
+    else:
+        draw_stick_slip(right, study.path.last, names)
+    figure.suptitle(f"{study.name}, friction {study.path.last.friction:g}, beside {study.source}")
+    return save_figure(figure, path)
+
+
+def draw_tractions(axes: Any, study: FrictionStudy, names: Units) -> None:
+    """Draw tractions and their limit along the middle of the grid, beside the closed form."""
+    last, exact = study.path.last, study.exact
+    middle, period = last.grid.shape[1] // 2, last.grid.size[0]
+    x = (last.grid.x - last.position[0] + period / 2) % period - period / 2
+    order = np.argsort(x)
+    near = order[np.abs(x[order]) <= 1.2 * exact.a]
+    axes.plot(x[near], last.traction[0][near, middle], "o", markersize=3, color="tab:blue", label="traction")
+    axes.plot(x[near], last.friction * last.pressure[near, middle], color="tab:orange", label="friction x pressure")
+    line = np.linspace(-1.2 * exact.a, 1.2 * exact.a, 800)
+    known = exact.traction(np.abs(line)) if isinstance(exact, RoundSlip) else exact.traction(line)
+    axes.plot(line, known, color="black", linewidth=1.0, label="closed form")
+    axes.set_xlabel(names.after("x", "length"))
+    axes.set_ylabel(names.after("traction", "stress"))
+    axes.legend()
+
+
+def _draw_loop(axes: Any, path: FrictionPath, exact: RoundSlip, names: Units) -> None:
+    """Draw force over shift, with the closed form."""
+    axes.plot(path.shift[:, 0], path.tangential[:, 0], "o", markersize=4, color="tab:blue", label="found")
+    force = np.linspace(-exact.tangential, exact.tangential, 400)
+    axes.plot(exact.shift_in_cycle(force), force, color="black", linewidth=1.0, label="closed form")
+    axes.plot(-exact.shift_in_cycle(-force), force, color="black", linewidth=1.0)
+    axes.set_xlabel(names.after("shift", "length"))
+    axes.set_ylabel(names.after("tangential force", "force"))
+    axes.grid(alpha=0.3)
+    axes.legend()
+
+
+def _draw_creep(axes: Any, study: FrictionStudy, names: Units) -> None:
+    """Draw the creepage over the distance rolled, with the steady one."""
+    contacts = study.path.contacts[1:]
+    at = np.array([contact.position[0] for contact in contacts])
+    creep = np.diff(study.path.shift[1:, 0]) / np.diff(at)
+    axes.plot(at[1:], creep, color="tab:blue", label="found")
+    axes.axhline(study.exact.creepage, color="black", linewidth=1.0, linestyle="--", label="steady (Carter)")
+    axes.set_xlabel(names.after("distance rolled", "length"))
+    axes.set_ylabel("creepage")
+    axes.grid(alpha=0.3)
+    axes.legend()

@@ -1,0 +1,82 @@
+"""Studies of friction: figures beside closed forms, files, pictures, refusals, the command."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fecontact.app.cli import main
+from fecontact.app.friction.pictures import plot_contact
+from fecontact.app.friction.studies import run
+from fecontact.common.errors import InputError
+
+PLAIN = {"radius": 10.0, "E": 2.0, "nu": 0.0, "force": 1e-3, "friction": 0.3}
+
+
+@pytest.mark.parametrize(
+    ("name", "cells", "most"),
+    # first order in the cells, of which the edge of stick and of contact is one
+    [
+        (
+            "mindlin",
+            48,
+            {"shift": 1e-3, "stick radius": 0.03, "work of friction": 0.01, "tractions, L2 difference": 0.03},
+        ),
+        ("fretting", 32, {"energy per cycle": 0.01, "shift at the ends": 1e-3, "shift without force": 0.01}),
+        ("carter", 12, {"creepage": 0.06, "half-width of contact": 0.03, "tractions, L2 difference": 0.06}),
+    ],
+)
+def test_studies_find_their_closed_form(name, cells, most):
+    found = run(name, {**PLAIN, "cells": cells})
+    for figure, within in most.items():
+        assert abs(found.errors[figure]) < within, figure
+    assert found.source.split(",")[0] in str(found)
+    assert "worst residual" in str(found)
+
+
+@pytest.mark.parametrize("name", ["mindlin", "fretting", "carter"])
+def test_files_and_pictures(name, tmp_path, capsys):
+    files = {kind: tmp_path / f"out.{kind}" for kind in ("json", "png", "csv")}
+    where = ["--json", str(files["json"]), "--plot", str(files["png"]), "--csv", str(files["csv"])]
+    assert main(["friction", name, "--cells", "12", "--units", "mm", "N", "MPa", *where]) == 0
+    assert "beside" in capsys.readouterr().out
+    told = json.loads(files["json"].read_text(encoding="utf-8"))
+    assert set(told["exact"]) <= set(told["figures"])
+    rows = files["csv"].read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 1 + len(told["steps"])
+    assert files["png"].stat().st_size > 10_000
+
+
+def test_picture_of_a_contact(tmp_path):
+    contact = run("mindlin", {**PLAIN, "cells": 16}).path.last
+    figure = plot_contact(contact, tmp_path / "contact.png")
+    shown = figure.axes[0].images[0].get_array()
+    # a cell of each kind
+    assert set(np.unique(shown)) == {0, 1, 2}
+    assert (shown.T == 2).sum() == contact.slipping.sum()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"friction": -0.1}, "friction must be positive"),
+        ({"friction": float("nan")}, "friction must be positive"),
+        ({"force": 0.0}, "force must be positive"),
+        ({"tangential": 1.0}, "slides as a whole"),
+        ({"tangential": -1e-4}, "tangential must be positive"),
+        ({"cells": 4}, "at least 8 cells"),
+    ],
+)
+def test_refusals(change, told):
+    with pytest.raises(InputError, match=told):
+        run("mindlin", {**PLAIN, "cells": 16, **change})
+
+
+def test_unknown_studies_are_named():
+    with pytest.raises(InputError, match="'mindlin', 'fretting', 'carter'"):
+        run("block", PLAIN)
+
+
+def test_the_command_tells_what_is_wrong(capsys):
+    assert main(["friction", "mindlin", "--cells", "16", "--tangential", "1000"]) == 2
+    assert "slides as a whole" in capsys.readouterr().err
