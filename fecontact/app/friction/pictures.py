@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fecontact.analytic.friction import RoundSlip
-from fecontact.app.friction.studies import FrictionStudy
+from fecontact.app.friction.figures import StudyFigures
 from fecontact.bodies import FrictionContact, FrictionPath
 from fecontact.common.units import Units
 from fecontact.results.pictures.draw import save_figure
@@ -77,13 +77,13 @@ def draw_stick_slip(axes: Any, contact: FrictionContact, names: Units) -> None:
     axes.set_ylabel(names.after("y", "length"))
 
 
-def plot_study(study: FrictionStudy, path: str | Path | None = None, units: Units | None = None) -> Figure:
+def plot_study(study: StudyFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
     """Tractions over x beside the closed form, and a map of stick and slip, a loop, or the creep while rolling."""
     names = units or Units()
     figure = Figure(figsize=(11.6, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2)
     draw_tractions(left, study, names)
-    if not isinstance(study.exact, RoundSlip):
+    if study.rolls:
         _draw_creep(right, study, names)
     elif len(study.path.contacts) > 1:
         _draw_loop(right, study.path, study.exact, names)
@@ -93,7 +93,7 @@ def plot_study(study: FrictionStudy, path: str | Path | None = None, units: Unit
     return save_figure(figure, path)
 
 
-def draw_tractions(axes: Any, study: FrictionStudy, names: Units) -> None:
+def draw_tractions(axes: Any, study: StudyFigures, names: Units) -> None:
     """Draw tractions and their limit along the middle of the grid, beside the closed form."""
     last, exact = study.path.last, study.exact
     middle, period = last.grid.shape[1] // 2, last.grid.size[0]
@@ -103,7 +103,7 @@ def draw_tractions(axes: Any, study: FrictionStudy, names: Units) -> None:
     axes.plot(x[near], last.traction[0][near, middle], "o", markersize=3, color="tab:blue", label="traction")
     axes.plot(x[near], last.friction * last.pressure[near, middle], color="tab:orange", label="friction x pressure")
     line = np.linspace(-1.2 * exact.a, 1.2 * exact.a, 800)
-    known = exact.traction(np.abs(line)) if isinstance(exact, RoundSlip) else exact.traction(line)
+    known = exact.traction(line if study.rolls else np.abs(line))
     axes.plot(line, known, color="black", linewidth=1.0, label="closed form")
     axes.set_xlabel(names.after("x", "length"))
     axes.set_ylabel(names.after("traction", "stress"))
@@ -122,7 +122,7 @@ def _draw_loop(axes: Any, path: FrictionPath, exact: RoundSlip, names: Units) ->
     axes.legend()
 
 
-def _draw_creep(axes: Any, study: FrictionStudy, names: Units) -> None:
+def _draw_creep(axes: Any, study: StudyFigures, names: Units) -> None:
     """Draw the creepage over the distance rolled, with the steady one."""
     contacts = study.path.contacts[1:]
     at = np.array([contact.position[0] for contact in contacts])

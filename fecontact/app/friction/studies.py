@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fecontact.analytic import friction, hertz
+from fecontact.app.friction.figures import StudyFigures
 from fecontact.bodies import FrictionPath, HalfSpace, PressStep
 from fecontact.common import checks
 from fecontact.common.arrays import Array
@@ -35,45 +35,8 @@ BRANCH = 8
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionStudy:
-    """A study: the path, and its figures beside those of the closed form.
-
-    Attributes
-    ----------
-    name, source : str
-        Name of the study, and of the closed form.
-    path : FrictionPath
-    exact : RoundSlip or RollingSlip
-        The closed form.
-    figures : dict of str to (float, float or None)
-        Figures found, each with its exact value where there is one.
-    """
-
-    name: str
-    source: str
-    path: FrictionPath
-    exact: Any
-    figures: dict[str, tuple[float, float | None]]
-
-    @cached_property
-    def errors(self) -> dict[str, float]:
-        """Relative errors; figures whose exact value is zero are their own error."""
-        return {
-            name: found / exact - 1 if exact else found
-            for name, (found, exact) in self.figures.items()
-            if exact is not None
-        }
-
-    def as_dict(self) -> dict[str, Any]:
-        """All figures for scripts."""
-        return {
-            "study": self.name,
-            "source": self.source,
-            "figures": {name: found for name, (found, _) in self.figures.items()},
-            "exact": {name: exact for name, (_, exact) in self.figures.items() if exact is not None},
-            "errors": self.errors,
-            **self.path.as_dict(),
-        }
+class FrictionStudy(StudyFigures):
+    """A study, with methods to draw and save it."""
 
     def save(self, path: str | Path) -> Path:
         """Write a CSV file, one row per step."""
@@ -85,20 +48,6 @@ class FrictionStudy:
         from fecontact.common.units import Units
 
         return plot_study(self, path, Units(length, force, stress))
-
-    def __str__(self) -> str:
-        last = self.path.last
-        lines = [
-            f"{self.name}, friction {last.friction:g}, {last.grid.shape[0]} x {last.grid.shape[1]} cells, "
-            f"{len(self.path.contacts)} step(s)",
-            f"beside: {self.source}",
-            f"  {'':26}{'found':>14}{'exact':>14}{'error':>11}",
-        ]
-        for name, (found, exact) in self.figures.items():
-            compared = "" if exact is None else f"{exact:>14.6g}{self.errors[name]:>+11.1e}"
-            lines.append(f"  {name:26}{found:>14.6g}{compared}")
-        worst = max(contact.friction_residuals.worst for contact in self.path.contacts)
-        return "\n".join([*lines, f"worst residual of a step: {worst:.1e}"])
 
 
 @dataclass(frozen=True)
@@ -259,7 +208,7 @@ def _carter(setting: Setting) -> FrictionStudy:
         "half-width of stick": (last.stick_area / width / 2, exact.c),
         "tractions, L2 difference": (float(np.linalg.norm(found - known) / np.linalg.norm(known)), 0.0),
     }
-    return FrictionStudy("roller", "Carter", path, exact, figures)
+    return FrictionStudy("roller", "Carter", path, exact, figures, rolls=True)
 
 
 _RUN: dict[str, Callable[[Setting], FrictionStudy]] = {"mindlin": _mindlin, "fretting": _fretting, "carter": _carter}
