@@ -73,6 +73,8 @@ def export_problem(
     path = check_writable(path)
     if path.suffix.lower() != ".npz":
         raise InputError(f"A problem is written to a .npz file; found {path.name!r}.")
+    if scene.has_friction:
+        raise InputError("The file has no place for friction: leave it out of the contacts, or use Scene.solve.")
     for body in scene.bodies:
         if not (body.is_rigid or elastic_among([body])):
             raise InputError(f"{body.name!r} is a {type(body).__name__}, which has no stiffness matrix to write.")

@@ -131,11 +131,11 @@ def refuse_with_friction(
         raise InputError("With friction, meshes are not divided by themselves: leave accuracy out and refine the mesh.")
     if solver != "auto":
         raise InputError(f"Friction has a solver of its own: leave solver out; found solver={solver!r}.")
-    for contact in model.contacts:
-        if contact.friction > 0 and any(has_cells(b.surface(b.contact[0])) for b in (contact.slave, contact.master)):
+    for body in {b for c in model.contacts if c.friction > 0 for b in (c.slave, c.master)}:
+        if body.is_foundation or has_cells(body.surface(body.contact[0])):
             raise InputError(
-                "A half-space in a scene has no tangential compliance: give elastic bodies, or use "
-                "HalfSpace.press for friction on a half-space."
+                f"{body.name!r} gives along its normal only, so friction on it has no slip to judge. Give an elastic "
+                "body, or use HalfSpace.press for friction on a half-space."
             )
 
 
