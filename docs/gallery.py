@@ -20,6 +20,7 @@ SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     ("two_spheres", (), ("two_spheres",)),
     ("scene_file", (), ()),
     ("shrink_fit", (), ("shrink_fit",)),
+    ("partial_slip", (), ("partial_slip", "partial_slip_loop")),
     ("bracket", (), ("bracket_hex20",)),
     ("knee", (), ("knee_0", "knee_60")),
     ("knee", ("menisci",), ("knee_0_menisci",)),

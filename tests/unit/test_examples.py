@@ -52,6 +52,16 @@ def test_rough_block(tmp_path):
     assert (tmp_path / "rough_block.png").stat().st_size > 10_000
 
 
+def test_partial_slip(tmp_path):
+    figures = load("partial_slip").main(level=1, out=tmp_path)
+    # the edge of stick lies inside faces of a twelfth of the radius
+    assert abs(figures["energy of a cycle"] / figures["of Mindlin and Deresiewicz"] - 1) < 0.05
+    assert abs(figures["stick radius"] / figures["of Cattaneo and Mindlin"] - 1) < 0.08
+    assert figures["largest residual"] < 1e-10
+    for name in ("partial_slip", "partial_slip_loop"):
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+
+
 def test_plain_faces(tmp_path):
     errors = load("plain_faces").main(level=1, out=tmp_path)
     assert abs(errors["midface"]) < 0.035
