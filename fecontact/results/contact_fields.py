@@ -205,7 +205,20 @@ class ContactFields:
 
         More accurate than `area`, the sum of whole points, for contacts several faces across.
         """
-        return 0.0 if self._readings is None else float(self._readings.in_contact.sum())
+        return float(self.recovered_areas.sum())
+
+    @property
+    def misfit(self) -> float:
+        """Relative L2 misfit of the pressure's reconstructions, the part of `error_estimate` due to faces and edge."""
+        return np.nan if self._readings is None else self._readings.error
+
+    @property
+    def recovered_areas(self) -> Array:
+        """Area (n_facets,) of each facet on which the recovered pressure is positive."""
+        out = np.zeros(len(self.facets))
+        if self._readings is not None:
+            out[self._readings.facets] = self._readings.in_contact
+        return out
 
     def split_by_plane(self, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
         """Resultants on both sides of a plane, for instance medial and lateral.
@@ -279,16 +292,17 @@ class ContactFields:
 
     def extent(self, points: Array) -> Array:
         """Out-of-plane extent (n,) of a section's side at points (n, 3): thickness or circumference; one in space."""
-        return self._surface.extent(self.slave.pose.to_body(points))
+        return self.surface.extent(self.slave.pose.to_body(points))
 
     @property
-    def _surface(self) -> FacetSurface:
+    def surface(self) -> FacetSurface:
+        """The slave's surface, in its own axes."""
         return with_nodes(self.slave.surface(self.surfaces[0]))
 
     @property
     def is_ring(self) -> bool:
         """Whether the contact is between bodies of revolution."""
-        return self._surface.revolved
+        return self.surface.revolved
 
     def line_points(self, s: Array) -> Array:
         """Positions (n_facets, n_q, 3) on a section's sides at coordinates s (n_q,) in [0, 1]."""

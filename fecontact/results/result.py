@@ -18,6 +18,7 @@ from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields, contact_fields
+from fecontact.results.edge_pressure import EdgePressure, edge_pressure
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.model_size import model_size
 from fecontact.results.report import peak_memory, report
@@ -40,6 +41,26 @@ class ContactResult(SolvedScene):
     def notes(self) -> tuple[str, ...]:
         """Notes about the model."""
         return notes_of(self)
+
+    @cached_property
+    def edge_pressures(self) -> tuple[EdgePressure, ...]:
+        """Pressure of each contact with its square root at the edge; see `results.edge_pressure`.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.quarter_sphere(25.0, contact_radius=0.5, level=1)
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), "cap", {"base": "xyz", "sym_x": "x", "sym_y": "y"})
+        >>> hertz = fc.hertz.spheres((25.0, float("inf")), (body.material, None), force=0.0073)
+        >>> scene = fc.Scene([body, floor := fc.RigidBody(fc.Plane())], [fc.Contact(body, floor)])
+        >>> (edge,) = scene.solve(forces={body: (0, 0, -hertz.force / 4)}).edge_pressures
+        >>> edge.accepted, abs(edge.outlines[0].semi_axes[0] / hertz.a - 1) < 2e-3
+        (True, True)
+        """
+        start = np.cumsum([0] + [len(c.candidates) for c in self.contacts])
+        forces = self.solution.forces
+        pairs = zip(self.contacts, start[:-1].tolist(), strict=True)
+        return tuple(edge_pressure(c, self.problem, first, forces) for c, first in pairs)
 
     def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Any:
         """Picture of a field, see `fecontact.results.pictures.draw`; written to `path` if given."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
@@ -14,6 +15,9 @@ from fecontact.common.arrays import Array
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.report import peak_memory
 from fecontact.results.result import ContactResult
+
+#: Samples along each side of a face for errors of the pressure.
+SAMPLES = 12
 
 
 def moment_radius(contact: ContactFields, radius: Array) -> float:
@@ -30,7 +34,7 @@ class SpheresFigures:
     ----------
     case : Spheres
     options : dict
-        Options: element, pressure, model, level, edge_fit.
+        Options: element, pressure, model, level, edge_fit; whether there is a pressure with its root at the edge.
     result : ContactResult
     upper : ElasticBody
         The upper sphere, which is pressed down.
@@ -80,9 +84,17 @@ class SpheresFigures:
 
     @cached_property
     def pressure_l2_error(self) -> float:
-        """Relative L2 error of the interpolated pressure over r <= 1.2 a, weighted by area."""
+        """Relative L2 error of the interpolated nodal pressure over r <= 1.2 a, weighted by area."""
+        return self._l2_error(*self.contact.sampled(self.contact.pressure, SAMPLES))
+
+    @cached_property
+    def edge_pressure_l2_error(self) -> float:
+        """The same of the pressure with its square root at the edge; NaN where it was not accepted."""
+        (edge,) = self.result.edge_pressures
+        return self._l2_error(*edge.sampled(SAMPLES)) if edge.accepted else math.nan
+
+    def _l2_error(self, points: Array, pressure: Array, area: Array) -> float:
         exact = self.case.hertz
-        points, pressure, area = self.contact.sampled(self.contact.pressure, 12)
         r = np.hypot(points[:, 0], points[:, 1])
         inside = r <= 1.2 * exact.a
         target = exact.pressure(r[inside])
@@ -102,6 +114,7 @@ class SpheresFigures:
     def as_dict(self) -> dict[str, Any]:
         """All figures, ready for JSON."""
         exact, r = self.case.hertz, self.result.residuals()
+        (edge,) = self.result.edge_pressures
         return {
             "case": self.case.name,
             **self.options,
@@ -116,6 +129,8 @@ class SpheresFigures:
             "approach": self.approach,
             "total_force": self.total_force,
             "pressure_l2_error": self.pressure_l2_error,
+            "edge_pressure_l2_error": self.edge_pressure_l2_error if edge.accepted else None,
+            "edge_pressure_note": edge.note,
             "errors": self.errors,
             "exact": {"a": exact.a, "p0": exact.p0, "approach": exact.approach},
             "residuals": asdict(r),

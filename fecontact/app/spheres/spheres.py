@@ -128,13 +128,17 @@ def solve_spheres(
         coupling=coupling,
     )
     stages = {"mesh": meshing, **{k: v for k, v in result.seconds.items() if k != "total"}}
-    seconds = {**stages, **seconds, "total": time.perf_counter() - began}
+    at_edge = time.perf_counter()
+    (edge,) = result.edge_pressures
+    now = time.perf_counter()
+    seconds = {**stages, **seconds, "edge": now - at_edge, "total": now - began}
     chosen = {
         "element": SECTIONS[element] if model == "axisymmetric" else element,
         "pressure": _pressures_of(element, pressure, model),
         "model": model,
         "level": level if isinstance(level, int) else asdict(level),
         "edge_fit": edge_fit,
+        "edge_pressure": edge.accepted,
     }
     return SpheresResult(spheres, chosen, result, upper, fitted if edge_fit else math.nan, seconds)
 

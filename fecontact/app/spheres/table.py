@@ -21,6 +21,7 @@ def table(out: SpheresFigures) -> str:
         _row(f"approach [{length}]", out.approach, exact.approach, e["approach"]),
         _row(f"force [{force}]", out.total_force, case.force, out.total_force / case.force - 1),
         f"{'pressure, L2 error':24}{'':>28}{100 * out.pressure_l2_error:>9.2f}%",
+        _edge(out),
         "",
         *(f"  {b.describe()}" for b in out.result.scene.bodies),
         f"  {_saved(out)}",
@@ -35,6 +36,14 @@ def table(out: SpheresFigures) -> str:
 
 def _row(name: str, value: float, exact: float, error: float) -> str:
     return f"{name:24}{value:>14.6g}{exact:>14.6g}{100 * error:>+9.2f}%"
+
+
+def _edge(out: SpheresFigures) -> str:
+    """Line on the pressure with its square root at the edge."""
+    (edge,) = out.result.edge_pressures
+    if not edge.accepted:
+        return f"  {edge.note}"
+    return f"{'  with root at the edge':24}{'':>28}{100 * out.edge_pressure_l2_error:>9.2f}%"
 
 
 def _saved(out: SpheresFigures) -> str:
