@@ -241,6 +241,7 @@ def _unsuitable(contact: ContactFields) -> str:
         (not contact.active.any(), "nothing touches"),
         (contact.is_curve, "the bodies are sections"),
         (contact.coupling != "nodal", "with mortar coupling forces are means over multiplier functions"),
+        (contact.friction is not None, "with friction the pressures follow from the tractions too"),
         (contact.slave.is_foundation, "on an elastic foundation the pressure falls to zero linearly"),
     )
     return next((f"nodal pressure: {reason}" for found, reason in reasons if found), "")
