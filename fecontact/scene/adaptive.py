@@ -25,7 +25,7 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence, Step
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, with_bodies
-from fecontact.scene.marking import facets_opposite, marked_cells, marked_facets
+from fecontact.scene.marking import facets_opposite, marked_cells, marked_facets, parts_of
 
 #: Safety factor of an estimate, see docs/error_estimates.md.
 SAFETY = 1.25
@@ -35,6 +35,9 @@ MOST_DIVISIONS, PATIENCE = 12, 2
 PROGRESS = 0.9
 #: Share of a face by which a contact may reach beyond its last point when the mesh is divided: a side's middle is half.
 EDGE = 0.6
+#: Estimate over the target from which meshes are divided twice before the next solution. Nearly all faces of a contact
+#: with an error of some tens of percent are marked, so that the second marks need no solution of their own.
+FAR = 4.0
 #: Growth of the unknowns that the next division is expected to bring.
 GROWTH = 1.6
 #: Power of the unknowns by which time and memory of a factor grow: 4/3 for nested dissection of a solid.
@@ -148,26 +151,28 @@ def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
 
 def _divided(scene: SceneModel, result: ContactResult, accuracy: float) -> SceneModel | None:
     """The scene on finer meshes; None if no body has a cell to divide."""
-    marks: dict[int, dict[str, list[IntArray]]] = {}
-    below: dict[int, list[IntArray]] = {}
+    marks: dict[int, dict[str, IntArray]] = {}
+    below: dict[int, IntArray] = {}
     number = {id(b): k for k, b in enumerate(result.scene.bodies)}
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         if not contact.active.any():
             continue
-        own = contact.facet_numbers[marked_facets(contact, accuracy)]
-        for body, name, facets in (
-            (interface.slave, interface.surfaces[0], own),
-            (interface.master, interface.surfaces[1], facets_opposite(interface, own)),
-        ):
-            if len(facets):
-                marks.setdefault(number[id(body)], {}).setdefault(name, []).append(facets)
-        for body, cells in zip((interface.slave, interface.master), marked_cells(contact, accuracy), strict=True):
-            if len(cells):
-                below.setdefault(number[id(body)], []).append(cells)
+        both = (interface.slave, interface.master)
+        own = contact.facet_numbers[marked_facets(contact, accuracy / SAFETY)]
+        for body, name, facets in zip(both, interface.surfaces, (own, facets_opposite(interface, own)), strict=True):
+            of_body = marks.setdefault(number[id(body)], {})
+            of_body[name] = np.union1d(of_body.get(name, facets), facets)
+        for body, cells in zip(both, marked_cells(contact, accuracy), strict=True):
+            below[number[id(body)]] = np.union1d(below.get(number[id(body)], cells), cells)
     bodies = list(scene.bodies)
-    for k in marks.keys() | below.keys():
-        facets_of = {name: np.unique(np.concatenate(f)) for name, f in marks.get(k, {}).items()}
-        bodies[k] = bodies[k].divided(facets_of, np.unique(np.concatenate(below[k])) if k in below else None)
+    twice = max(c.error_estimate.pressure for c in result.contacts if c.active.any()) > FAR * accuracy
+    for k, marked in marks.items():
+        given = {name: facets for name, facets in marked.items() if len(facets)}
+        if not given and not len(below[k]):
+            continue
+        bodies[k] = bodies[k].divided(given, below[k])
+        if twice and bodies[k] is not scene.bodies[k]:
+            bodies[k] = bodies[k].divided({n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()})
     if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
         return None
     return with_bodies(scene, bodies).scene

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import IntArray, Mask
 from fecontact.contact.interface import Interface
 from fecontact.mesh.facets import facet_centres
@@ -15,8 +16,10 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.error_estimate import readings_of
 from fecontact.surfaces.facet_surface import facets_of
 
-#: Share of the squared error in the faces marked by their indicators.
+#: Largest share of the squared error in the faces marked by their indicators.
 BULK = 0.8
+#: Error of a divided face over its error before, and the share of the tolerance that the last division aims at.
+HALVED, AIM = 0.5, 0.9
 #: Error by the elements below a contact, over the tolerance, above which some of them are divided.
 WORTH = 0.5
 #: Size of a master's face, relative to that of the slave's faces it meets, above which it is divided with them.
@@ -30,15 +33,18 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     ----------
     contact : ContactFields
     tolerance : float
-        Target error of the peak.
+        Target error of the pressure and of its peak. Where it is nearly met, fewer faces are marked: those at the edge
+        without much of the error are left out.
     """
     read = readings_of(contact)
     assert read is not None
     active = (contact.at_nodes @ contact.pressure > 0)[contact.facets]
-    out = active.any(axis=1) & ~active.all(axis=1)
     order = np.argsort(-read.misfit, kind="stable")
     held = np.cumsum(read.misfit[order])
-    out[read.facets[order[: np.searchsorted(held, BULK * held[-1]) + 1]]] = True
+    over = contact.error_estimate.pressure / (AIM * tolerance)
+    share = (1 - over**-2) / (1 - HALVED**2) if over > 1 else 0.0
+    out = active.any(axis=1) & ~active.all(axis=1) & (share >= BULK)
+    out[read.facets[order[: np.searchsorted(held, min(share, BULK) * held[-1]) + 1]]] = True
     off = np.abs(read.smooth - read.interpolated).max(axis=1) > tolerance * contact.max_pressure
     out[read.facets[off & active[read.facets].all(axis=1)]] = True
     return out
@@ -59,6 +65,15 @@ def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, In
     chosen[order[: np.searchsorted(held, BULK * held[-1]) + 1]] = True
     ours, theirs = contact.energy_errors
     return ours.cells[chosen[: len(ours.cells)]], theirs.cells[chosen[len(ours.cells) :]]
+
+
+def parts_of(facets: IntArray, body: Body, finer: Body, name: str) -> IntArray:
+    """Facets of a body on a finer mesh that lie in given facets of the body itself."""
+    old, new = facets_of(body.surface(name)), facets_of(finer.surface(name))
+    assert old is not None
+    assert new is not None
+    centres = new.evaluate(np.arange(len(new.facets)), facet_centres(new.triangle))[0]
+    return np.flatnonzero(np.isin(old.project(centres).facet, facets))
 
 
 def facets_opposite(interface: Interface, facets: IntArray) -> IntArray:
