@@ -41,6 +41,7 @@ docs: $(READY)  ## pictures and generated pages of docs/, made anew
 	$(BIN)/python docs/baselines.py
 	$(BIN)/python docs/solvers.py
 	$(BIN)/python docs/error_estimates.py
+	$(BIN)/python tests/benchmarks/bench_accuracy.py
 
 gallery: $(READY)  ## docs/gallery.md from a run of the examples
 	$(BIN)/python docs/gallery.py

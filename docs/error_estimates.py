@@ -14,6 +14,8 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests" / "benchmarks"))
 from estimate_runs import GROUPS, runs  # noqa: E402
 
+from fecontact.scene.adaptive import SAFETY  # noqa: E402
+
 
 class Row(NamedTuple):
     """One run."""
@@ -67,7 +69,7 @@ on half-spaces were chosen with balls, cones, layers, wavy and rough surfaces on
 {summary}
 
 The largest ratios are of wavy half-spaces, where the edge of the contact happens to lie in its cells so that the error
-nearly vanishes. `Scene.solve(accuracy=...)` multiplies the estimate by 1.25 before it counts as within the accuracy.
+nearly vanishes. `Scene.solve(accuracy=...)` multiplies the estimate by {SAFETY} before it counts as within the accuracy.
 
 ![Estimated against true errors](images/error_estimates.png)
 

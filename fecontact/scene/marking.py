@@ -85,8 +85,8 @@ def facets_opposite(interface: Interface, facets: IntArray) -> IntArray:
     chosen = slave.facets[facets]
     centres = slave.evaluate(facets, facet_centres(slave.triangle[facets]))[0]
     nodes = slave.points[np.where(chosen < 0, chosen[:, :1], chosen)]
-    # the middle of the face, and points a little inside its nodes
-    points = np.concatenate([centres[:, None], 0.9 * nodes + 0.1 * centres[:, None]], axis=1)
+    # the middle of the face, and points halfway to its nodes: cells that touch what is found are divided too
+    points = np.concatenate([centres[:, None], 0.5 * nodes + 0.5 * centres[:, None]], axis=1)
     places = points.reshape(-1, 3) @ relative.rotation.T + relative.translation
     found = master.project(places).facet
     assert found is not None
