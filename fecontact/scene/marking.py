@@ -73,7 +73,9 @@ def parts_of(facets: IntArray, body: Body, finer: Body, name: str) -> IntArray:
     assert old is not None
     assert new is not None
     centres = new.evaluate(np.arange(len(new.facets)), facet_centres(new.triangle))[0]
-    return np.flatnonzero(np.isin(old.project(centres).facet, facets))
+    found = old.project(centres).facet
+    assert found is not None
+    return np.flatnonzero(np.isin(found, facets))
 
 
 def facets_opposite(interface: Interface, facets: IntArray) -> IntArray:
