@@ -69,7 +69,8 @@ on half-spaces were chosen with balls, cones, layers, wavy and rough surfaces on
 {summary}
 
 The largest ratios are of wavy half-spaces, where the edge of the contact happens to lie in its cells so that the error
-nearly vanishes. `Scene.solve(accuracy=...)` multiplies the estimate by {SAFETY} before it counts as within the accuracy.
+nearly vanishes. `Scene.solve(accuracy=...)` multiplies the estimate by {SAFETY} before it counts as within the
+accuracy.
 
 ![Estimated against true errors](images/error_estimates.png)
 
