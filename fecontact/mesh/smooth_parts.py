@@ -9,6 +9,7 @@ facet turns to the next, which the last side of a cut cylinder does.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +35,8 @@ LEAST_ON_EDGE, LEAST_INSIDE = float(np.radians(150.0)), float(np.radians(300.0))
 #: Turn per length from a strip to the facets beside it, relative to theirs to the next, above which it is a side of a
 #: polygon: there it is 1, from a flat strip to the first chord of an arc of the same width 1/2.
 POLYGON = 0.75
+#: Sides that are looked at together.
+BLOCK = 2**14
 #: Angle between coplanar facets, and distance of a node from its facet's plane relative to its size, due to rounding.
 FLAT = 1e-7
 
@@ -200,13 +203,13 @@ def _creases(points: Array, facets: IntArray, first: IntArray, second: IntArray,
     if len(tested) == 0:
         return out
     along, middle, width = _side_lines(points, facets, first, second)
-    one, other = _near_sides(len(points), facets, np.stack([first, second], axis=1) // 4, tested)
-    line, offset = along[one], middle[other] - middle[one]
-    away = np.linalg.norm(offset - np.einsum("ni,ni->n", offset, line)[:, None] * line, axis=1)
-    same_way = np.abs(np.einsum("ni,ni->n", line, along[other]))
-    bend = np.where(away > APART * width[one], same_way * turn[other] / width[other], 0.0)
     most = np.zeros(len(first))
-    np.maximum.at(most, one, bend)
+    for one, other in _near_sides(len(points), facets, np.stack([first, second], axis=1) // 4, tested):
+        line, offset = along[one], middle[other] - middle[one]
+        away = np.linalg.norm(offset - np.einsum("ni,ni->n", offset, line)[:, None] * line, axis=1)
+        same_way = np.abs(np.einsum("ni,ni->n", line, along[other]))
+        bend = np.where(away > APART * width[one], same_way * turn[other] / width[other], 0.0)
+        np.maximum.at(most, one, bend)
     normals = side_normals(points, facets, triangular(facets))
     for side in (first, second):
         own = normals[side // 4] - normals[side // 4, side % 4][:, None]
@@ -216,11 +219,14 @@ def _creases(points: Array, facets: IntArray, first: IntArray, second: IntArray,
     return out
 
 
-def _near_sides(n: int, facets: IntArray, pairs: IntArray, tested: IntArray) -> tuple[IntArray, IntArray]:
-    """Pairs of a tested side and another shared side of a facet that has a corner in common with one of its two."""
+def _near_sides(n: int, facets: IntArray, pairs: IntArray, tested: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Pairs of a tested side and another shared side of a facet with a corner in common with its two; in blocks."""
     side = np.repeat(np.arange(len(pairs)), 2)
     sides = sp.csr_matrix((np.ones(len(side)), (side, pairs.ravel())), shape=(len(pairs), len(facets)))
     facet = np.repeat(np.arange(len(facets)), 4)
     corners = sp.csr_matrix((np.ones(len(facet)), (facet, facets[:, :4].ravel())), shape=(len(facets), n))
-    near = (((sides[tested] @ corners) @ corners.T) @ sides.T).tocoo()
-    return tested[near.row], near.col
+    around, beside = corners.T.tocsr(), sides.T.tocsr()
+    for start in range(0, len(tested), BLOCK):
+        block = tested[start : start + BLOCK]
+        near = (((sides[block] @ corners) @ around) @ beside).tocoo()
+        yield block[near.row], near.col

@@ -61,8 +61,8 @@ LEAST_SPREAD = 1e-3
 #: Residual of a fit, relative to how far the surface departs from its tangent plane, above which it is no fit: noise,
 #: or an edge.
 WORST = 0.3
-#: Nodes that are worked on together.
-BLOCK = 2048
+#: Nodes that are fitted together, and those that are looked for or evaluated together: what bounds the memory.
+BLOCK, ROWS = 2**11, 2**14
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,14 +115,15 @@ class LocalFits:
 
     def _level(self, node: IntArray, local: Array) -> tuple[Array, Array]:
         """F (n,) and its gradient (n, 3) at scaled coordinates (n, 3)."""
-        c = self.coefficients[node]
-        power = _powers(local)
-        factor = [power[k][:, TERMS[:, k]] for k in range(3)]
-        value = local[:, 2] - np.einsum("nk,nk->n", c, factor[0] * factor[1] * factor[2])
-        slope = np.zeros_like(local)
-        for k in range(3):
-            lowered = TERMS[:, k] * power[k][:, np.maximum(TERMS[:, k] - 1, 0)]
-            slope[:, k] = (k == 2) - np.einsum("nk,nk->n", c, lowered * factor[k - 1] * factor[k - 2])
+        value, slope = np.empty(len(node)), np.empty_like(local)
+        for start in range(0, len(node), ROWS):
+            rows = slice(start, start + ROWS)
+            c, power = self.coefficients[node[rows]], _powers(local[rows])
+            factor = [power[k][:, TERMS[:, k]] for k in range(3)]
+            value[rows] = local[rows, 2] - np.einsum("nk,nk->n", c, factor[0] * factor[1] * factor[2])
+            for k in range(3):
+                lowered = TERMS[:, k] * power[k][:, np.maximum(TERMS[:, k] - 1, 0)]
+                slope[rows, k] = (k == 2) - np.einsum("nk,nk->n", c, lowered * factor[k - 1] * factor[k - 2])
         return value, slope
 
 
@@ -165,10 +166,13 @@ def local_fits(points: Array, facets: IntArray, wanted: IntArray) -> LocalFits:
     node = np.concatenate([facets[facet, column], np.repeat(len(points) + np.arange(len(ends)), 2)])
     facet = np.concatenate([facet, beside.ravel()])
     belongs = sp.csr_matrix((np.ones(len(facet), np.float32), (node, facet)), shape=(len(data), len(facets)))
-    for rows, near in _neighbourhoods(belongs, wanted, np.where(rim[wanted], AT_RIM, NEIGHBOURS)):
-        for start in range(0, len(rows), BLOCK):
-            part = slice(start, start + BLOCK)
-            _fit(out, data, facing, wanted, rows[part], near[part])
+    wish = np.where(rim[wanted], AT_RIM, NEIGHBOURS)
+    for first in range(0, len(wanted), ROWS):
+        some = slice(first, first + ROWS)
+        for rows, near in _neighbourhoods(belongs, wanted[some], wish[some]):
+            for start in range(0, len(rows), BLOCK):
+                part = slice(start, start + BLOCK)
+                _fit(out, data, facing, wanted, first + rows[part], near[part])
     return out
 
 
