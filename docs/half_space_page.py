@@ -12,11 +12,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 import fecontact as fc
+from fecontact.app.friction.pictures import draw_stick_slip, draw_tractions
+from fecontact.app.friction.studies import run
 from fecontact.app.indentation.closed_forms import Wave
 from fecontact.app.indentation.indentation import Indentation, indent
-from fecontact.app.indentation.setup import Ground, Load
+from fecontact.app.indentation.setup import Ground, IndentationLoad
+from fecontact.common.units import Units
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid
 
 HERE = Path(__file__).parent
@@ -33,11 +37,11 @@ Job = Callable[[int], Indentation]
 
 def _free(shape: object, force: float, point: tuple[float, float] | None = None) -> Job:
     size = (3.0, 3.0) if isinstance(shape, FlatPunch) else None
-    return lambda n: indent(shape, UNIT, Load(force=force, point=point), cells=(n, n), size=size)
+    return lambda n: indent(shape, UNIT, IndentationLoad(force=force, point=point), cells=(n, n), size=size)
 
 
 def _wave(share: float) -> Job:
-    load = Load(force=share * math.pi * HEIGHT)
+    load = IndentationLoad(force=share * math.pi * HEIGHT)
     return lambda n: indent(Wave(HEIGHT, 1.0), PERIODIC, load, cells=(n, n), size=(1.0, 1.0))
 
 
@@ -92,8 +96,25 @@ def times(cells: Sequence[int] = (64, 128, 256, 512), peers: bool = True) -> str
 def pictures() -> None:
     """Pictures of a ball on a layer, and of a rough surface's curves."""
     layer = fc.Layer(fc.Material(E=5.0, nu=0.45), 2.0)
-    ball = indent(fc.Sphere(20.0), Ground(None, (layer,)), Load(force=100.0), cells=(128, 128), name="ball on a layer")
+    ball = indent(
+        fc.Sphere(20.0), Ground(None, (layer,)), IndentationLoad(force=100.0), cells=(128, 128), name="ball on a layer"
+    )
     ball.plot(HERE / "images" / "half_space_layer.png", "mm", "N", "MPa")
+    friction_picture()
+
+
+def friction_picture() -> None:
+    """Stick, slip and tractions of a ball, and tractions of a roller, for docs/friction.md."""
+    options = {"radius": 10.0, "E": 210e3, "nu": 0.3, "force": 100.0, "friction": 0.3}
+    ball, roller = run("mindlin", options), run("carter", {**options, "cells": 48})
+    figure = Figure(figsize=(14.0, 4.4), layout="constrained")
+    panels, names = figure.subplots(1, 3), Units("mm", "N", "MPa")
+    draw_stick_slip(panels[0], ball.path.last, names)
+    draw_tractions(panels[1], ball, names)
+    draw_tractions(panels[2], roller, names)
+    for axes, title in zip(panels, ("ball: stick and slip", "ball: tractions", "roller, to the right"), strict=True):
+        axes.set_title(title)
+    figure.savefig(HERE / "images" / "friction_half_space.png", dpi=90)
 
 
 def replaced(page: str, name: str, table: str) -> str:

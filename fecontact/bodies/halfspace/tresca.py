@@ -18,6 +18,10 @@ from fecontact.bodies.halfspace.nested import COARSE_TOLERANCE, COARSEST, blocks
 from fecontact.bodies.halfspace.tangential import TangentialCompliance
 from fecontact.common.arrays import Array, Mask
 
+WEIGHED = 16
+"""1/r over the displacement of a cell by itself; with 1, many cells that stick are taken to slip, far from the answer.
+"""
+
 MOST_ROUNDS = 20
 PATIENCE = 6
 PROGRESS = 0.7
@@ -247,15 +251,15 @@ class _Linear:
 
 def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[_Linear, Array]:
     """Equations at an iterate, and the change of tractions along themselves that puts those that slip on their disc."""
-    own = problem.compliance.own
-    z = at.q - at.s / own
+    own, weighed = problem.compliance.own, WEIGHED * problem.compliance.own
+    z = at.q - at.s / weighed
     size = np.hypot(z[0], z[1])
     slips = problem.touching & (size > problem.limit)
     stick = problem.touching & ~slips
     safe = np.where(slips, size, 1.0)
     n = np.where(slips, z / safe, 0.0)
     limit = np.where(slips, problem.limit, 1.0)
-    D = np.where(slips, (size - limit) * own / limit, 0.0)
+    D = np.where(slips, (size - limit) * weighed / limit, 0.0)
     outwards = np.where(slips, limit, 0.0) * n - (at.q * n).sum(axis=0) * n
     weight = np.sqrt(own / (own + D))
     return _Linear(problem, stick, np.stack([-n[1], n[0]]), D, weight), outwards

@@ -9,10 +9,11 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import boussinesq
+from fecontact.bodies.halfspace import tresca
 from fecontact.bodies.halfspace.cerruti import cerruti
 from fecontact.bodies.halfspace.friction import Friction, press_step
 from fecontact.bodies.halfspace.tangential import tangential_compliance
-from fecontact.bodies.halfspace.tresca import TrescaProblem, onto_discs, solve_tresca
+from fecontact.bodies.halfspace.tresca import TrescaIterate, TrescaProblem, onto_discs, solve_tresca
 from fecontact.common.errors import InputError
 from fecontact.surfaces import FlatPunch, Paraboloid
 
@@ -205,6 +206,10 @@ def test_newton_and_alternating_directions_agree_with_projected_gradients():
     problem = TrescaProblem(compliance, limit, c, np.zeros((0, 2, 10, 10)), np.zeros(0))
     found = solve_tresca(problem, np.zeros((2, 10, 10)), np.zeros(0), 1e-11)
     assert found.defect <= 1e-11
+    at = TrescaIterate(np.zeros((2, 10, 10)), c, np.zeros(0))
+    for _ in range(20):
+        at = tresca._alternate(problem, at)
+    np.testing.assert_allclose(found.q, at.q, atol=1e-7)
     q, largest = np.zeros((2, 10, 10)), 0.5 / compliance.own
     for _ in range(3000):
         q = onto_discs(q - 0.3 * largest * problem.slip(q, np.zeros(0)), limit)
