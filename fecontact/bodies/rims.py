@@ -150,7 +150,6 @@ def ends_near(body: Body, name: str, points: Array, normals: Array, size: Array)
     length = np.linalg.norm(one, axis=1, keepdims=True)
     one = np.divide(one, length, out=one, where=length > 0)
     two = np.cross(normals, one)
-    out = np.zeros(len(points), bool)
-    for turn in np.arange(8) * np.pi / 4:
-        out |= surface.project(points + size[:, None] * (np.cos(turn) * one + np.sin(turn) * two)).outside
-    return out
+    turn = np.arange(8)[:, None, None] * np.pi / 4
+    around = points + size[:, None] * (np.cos(turn) * one + np.sin(turn) * two)
+    return np.asarray(surface.project(around.reshape(-1, 3)).outside.reshape(8, -1).any(axis=0))

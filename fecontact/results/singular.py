@@ -134,19 +134,22 @@ def _at_edges(contact: PressedEdges, active: IntArray) -> tuple[Mask, Mask]:
     shared = contact.sharing[active]
     size = (shared @ surface.mean_facet_size) / np.maximum(np.asarray(shared.sum(axis=1)).ravel(), 1)
     spacing = size if surface.facets.shape[1] == 4 else size / 2
-    place = contact.points[active]
-    ours, near_ours = _near_sharp_rim(slave, names[0], slave.pose.to_body(place), ON_RIM * size, size)
+    place, none = contact.points[active], np.zeros(len(active), bool)
     theirs = master.pose.to_body(place)
     if not master.is_rigid:
         theirs = master.surface(names[1]).project(theirs).points
         at, near = _near_sharp_rim(master, names[1], theirs, spacing, size)
     elif master.is_cut_off:
-        at = near = np.zeros(len(active), bool)
+        return none, none
     else:
         lines = contact.normals[active] @ master.pose.rotation
         length = np.linalg.norm(lines, axis=1, keepdims=True)
         lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
-        at, near = (ends_near(master, names[1], theirs, lines, reach) for reach in (spacing, size))
+        near = ends_near(master, names[1], theirs, lines, size)
+        if not near.any():  # its own edges are bounded on a rigid body
+            return none, none
+        at = ends_near(master, names[1], theirs, lines, spacing)
+    ours, near_ours = _near_sharp_rim(slave, names[0], slave.pose.to_body(place), ON_RIM * size, size)
     return ours & ~near, at & ~near_ours
 
 

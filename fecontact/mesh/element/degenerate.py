@@ -42,7 +42,8 @@ def _face_edges(face: int) -> list[int]:
     return [int(mid) - 8 for mid in FACES[face, 4:8]]
 
 
-def triangular_faces(pattern: Pattern) -> list[tuple[int, int]]:
+@cache
+def triangular_faces(pattern: Pattern) -> tuple[tuple[int, int], ...]:
     """Faces with exactly one coalesced edge, each with the position 0 ... 3 of that edge on the face."""
     coalesced = coalesced_edges(pattern)
     triangles = []
@@ -50,7 +51,7 @@ def triangular_faces(pattern: Pattern) -> list[tuple[int, int]]:
         gone = [k for k, edge in enumerate(_face_edges(face)) if coalesced[edge]]
         if len(gone) == 1:
             triangles.append((face, gone[0]))
-    return triangles
+    return tuple(triangles)
 
 
 def element_basis(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...], X: Array) -> tuple[Array, Array]:
