@@ -8,6 +8,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from fecontact.common.progress import tell
+
 
 class Stopwatch:
     """Sums of wall time by stage. A stage may be entered many times; stages are not nested.
@@ -37,7 +39,8 @@ class Stopwatch:
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
-        """Add the time spent inside ``with watch(stage):``."""
+        """Add the time spent inside ``with watch(stage):``, and tell the line of progress."""
+        tell(stage)
         start = time.perf_counter()
         try:
             yield

@@ -19,6 +19,7 @@ from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, SolverError
+from fecontact.common.progress import tell_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
 from fecontact.fem.rigid import COMPONENTS
@@ -65,7 +66,8 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwat
     """
     path = _Path(scene, arguments, timer)
     change = np.inf
-    for _ in range(MOST_STEPS):
+    for k in range(MOST_STEPS):
+        tell_part(f"pose {k + 1}")
         result = path.solved()
         change = path.size_of(path.steps(result)) / _elastic_size(result)
         if change <= SETTLED:
@@ -98,7 +100,8 @@ def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch
     path.begin(best)
     waited = 0
     try:
-        for _ in range(MOST_STEPS):
+        for k in range(MOST_STEPS):
+            tell_part(f"pose {k + 2}")
             now, error = _judged(path.solved())
             if error <= BEARABLE:
                 return path.finished(now)

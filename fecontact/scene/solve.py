@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
+from fecontact.common.progress import progress_line, tell_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.model import SceneModel
@@ -40,6 +41,7 @@ def solve_scene(
     solver: str | CustomSolver = "auto",
     tolerance: float = TOLERANCE,
     search: str = "global",
+    progress: bool | None = None,
     **options: object,
 ) -> ContactResult:
     """Solve the contact problem; with friction, one load step from the unloaded state.
@@ -83,6 +85,8 @@ def solve_scene(
         'global' pairs whole surfaces, 'local' only the parts that may touch. The latter takes a fraction of the
         time and gives the same forces (see `contact.search.region`), without gaps elsewhere. It is the default of
         cases of a sweep.
+    progress : bool, optional
+        Whether to show the stages on standard error while they last; by default where that is a terminal.
     **options
         Passed to the solver. The former name of ``search``, ``whole=True`` or ``False``, still works and warns.
 
@@ -108,12 +112,13 @@ def solve_scene(
     arguments = {
         **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "search": search, **options,
     }  # fmt: skip
-    if accuracy is not None:
-        given = {**arguments, "finite_motion": finite_motion}
-        return solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
-    if max_dofs is not None or max_seconds is not None:
+    given = {**arguments, "finite_motion": finite_motion}
+    if accuracy is None and (max_dofs is not None or max_seconds is not None):
         raise InputError("max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.")
-    return _solve_known(model, {**arguments, "finite_motion": finite_motion}, ())
+    with progress_line("solve", progress):
+        if accuracy is None:
+            return _solve_known(model, given, ())
+        return solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
 
 
 def refuse_with_friction(
@@ -146,6 +151,7 @@ def _solve_known(model: SceneModel, given: Mapping[str, Any], known: Sequence[Kn
     arguments = dict(given)
     finite_motion, search = arguments.pop("finite_motion"), arguments["search"]
     timer = Stopwatch()
+    tell_part(f"{sum(body.n_dofs for body in model.bodies)} dofs")
     if finite_motion is True:
         return solve_finite(model, arguments, timer)
     loading, settings = sorted_case(model, {name: v for name, v in arguments.items() if name != "search"})

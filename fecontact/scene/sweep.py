@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.files import sole_writer
 from fecontact.common.json_lines import append_row
+from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
@@ -40,6 +40,7 @@ def run_sweep(
     path: str | Path | None = None,
     processes: int = 1,
     executor: Executor | None = None,
+    progress: bool | None = None,
 ) -> list[dict[str, Any]]:
     """Solve all cases.
 
@@ -64,6 +65,8 @@ def run_sweep(
         Executor that solves the cases: a pool of the standard library (without fork), of loky, of
         ``dask.distributed.Client.get_executor()``, or of mpi4py. The number of concurrent cases is then `processes`, or
         its number of workers if that is 1. It is not shut down.
+    progress : bool, optional
+        Whether to show cases and stages on standard error; by default where that is a terminal.
 
     Returns
     -------
@@ -95,8 +98,10 @@ def run_sweep(
     done = finished(path, prints)
     left = {name: case for name, case in named.items() if name not in done}
     rows = _solved(scene, left, processes, executor) if left else ()
-    with nullcontext() if path is None else sole_writer(path):
-        for name, row in tqdm(rows, total=len(left), desc="sweep", unit="case", disable=None):
+    line_of_cases = progress_line("sweep", progress, total=len(left), unit="case")
+    with nullcontext() if path is None else sole_writer(path), line_of_cases as line:
+        for name, row in rows:
+            line.update()
             done[name] = {"name": name, **row, "fingerprint": prints[name]}
             if path is not None:
                 append_row(path, done[name])
