@@ -47,6 +47,10 @@ class Answers:
         """Whether its contact surface is known before a scene is solved."""
         return True
 
+    def met_by(self, partner: object) -> Self:
+        """The body as it meets a partner in a contact: itself."""
+        return self
+
     @property
     def is_foundation(self) -> bool:
         """Whether a surface node is displaced by its own pressure only."""

@@ -120,6 +120,9 @@ class Body(Protocol):
     def is_placed(self) -> bool:
         """Whether its contact surface is known before a scene is solved; False: see `scene.windows`."""
 
+    def met_by(self, partner: Body) -> Self:
+        """The body as it meets a partner in a contact; itself unless its surface follows the partner's."""
+
     @property
     def is_foundation(self) -> bool:
         """Whether a surface node is displaced by its own pressure only."""

@@ -49,8 +49,11 @@ class CarriedScene:
 
 
 def with_bodies(scene: SceneModel, bodies: Sequence[Body]) -> CarriedScene:
-    """The scene with new bodies, given in its order; contacts and springs follow."""
+    """The scene with new bodies, given in its order; contacts and springs follow, and windows face each other."""
     new = {id(old): body for old, body in zip(scene.bodies, bodies, strict=True)}
+    for contact in scene.contacts:
+        new[id(contact.master)] = new[id(contact.master)].met_by(new[id(contact.slave)])
+    bodies = [new[id(old)] for old in scene.bodies]
 
     def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:
         return (None if given[0] is None else new[id(given[0])], given[1])

@@ -11,7 +11,7 @@ import numpy as np
 
 from fecontact.bodies.local import LocalBody
 from fecontact.bodies.local.first_touch import first_touch
-from fecontact.bodies.local.placing import planes_through
+from fecontact.bodies.local.placing import onto_planes, planes_through
 from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
@@ -34,6 +34,9 @@ GROWTH = 1.5
 SMALL = 0.6
 """Reach of a contact, relative to the window, below which the window is fitted to it."""
 
+ON_PLANE = 1.0
+"""Distance of the first touch from a plane of symmetry, relative to the contact, within which it lies on it."""
+
 MOST_WINDOWS = 8
 """Windows tried in turn."""
 
@@ -41,8 +44,10 @@ Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None]],
 
 
 def has_open_windows(model: SceneModel) -> bool:
-    """Whether local bodies of a scene have no window yet."""
-    return not all(b.is_placed for b in model.bodies)
+    """Whether local bodies of a scene have no window yet, or windows that do not face each other."""
+    return not all(b.is_placed for b in model.bodies) or any(
+        c.master.met_by(c.slave) is not c.master for c in model.contacts
+    )
 
 
 def solve_with_windows(model: SceneModel, given: Mapping[str, Any], solve: Solve) -> ContactResult:
@@ -63,22 +68,26 @@ def solve_with_windows(model: SceneModel, given: Mapping[str, Any], solve: Solve
     """
     # the bodies move by their prescribed motions before they touch
     loading, _ = sorted_case(model, {k: v for k, v in given.items() if k not in ("search", "finite_motion")})
-    bodies = [b if b.is_placed else _first_window(cast(LocalBody, b), model, loading) for b in model.bodies]
+    bodies = list(model.bodies)
+    number = {id(b): k for k, b in enumerate(bodies)}
+    leading = []
+    for contact in model.contacts:
+        for body, partner in ((contact.slave, contact.master), (contact.master, contact.slave)):
+            k = number[id(body)]
+            bodies[k] = bodies[k].met_by(bodies[number[id(partner)]])
+            if not bodies[k].is_placed:
+                leading.append(k)
+                bodies[k] = _first_window(cast(LocalBody, body), model, loading)
     for _ in range(MOST_WINDOWS):
         carried = with_bodies(model, bodies)
         result = solve(carried.scene, carried.loads(given), ())
-        fitted = [
-            b if old.is_placed else _fitted(cast(LocalBody, b), result)
-            for old, b in zip(model.bodies, bodies, strict=True)
-        ]
+        fitted = list(bodies)
+        for k in leading:
+            fitted[k] = _fitted(cast(LocalBody, bodies[k]), result)
         if all(new is old for new, old in zip(fitted, bodies, strict=True)):
             return replace(result, unrefined=tuple(model.bodies))
         bodies = fitted
-    told = ", ".join(
-        f"{b.name!r} {cast(LocalBody, b).window.grid.size}"
-        for old, b in zip(model.bodies, bodies, strict=True)
-        if not old.is_placed
-    )
+    told = ", ".join(f"{bodies[k].name!r} {cast(LocalBody, bodies[k]).window.grid.size}" for k in leading)
     raise InputError(
         f"The contact still reaches the rim of its window after {MOST_WINDOWS} windows; the last: {told}. It is not "
         "small beside the body: use the ElasticBody itself with accuracy= when the scene is solved."
@@ -105,10 +114,10 @@ def _first_window(body: LocalBody, model: SceneModel, loading: Loading) -> Local
         names=(body.name, other.name), start=body.wish.at,
     )  # fmt: skip
     touch = find(force=loading.magnitude)
-    images = 2 ** len(planes_through(body.body, touch.point))
+    at = onto_planes(body.body, touch.point, ON_PLANE * touch.semi_axes[0]) if body.wish.at is None else body.wish.at
+    images = 2 ** len(planes_through(body.body, at))
     if images > 1:  # the load is that of the modelled part
-        touch = find(force=images * loading.magnitude)
-    at = touch.point if body.wish.at is None else body.wish.at
+        touch = find(force=images * loading.magnitude, start=at)
     if body.wish.sides is not None:
         return body.with_window(at, body.wish.sides)
     side = 2 * WIDE * touch.semi_axes[1]

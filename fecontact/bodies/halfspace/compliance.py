@@ -20,6 +20,21 @@ from fecontact.common.material import Material
 PRESSURES = ("uniform", "bilinear", "point")
 
 
+@dataclass(frozen=True)
+class Bend:
+    """Curvature of a body's surface, see `analytic.curved_kernel`.
+
+    Attributes
+    ----------
+    material : Material
+    curvature : (float, float)
+        Principal curvatures along x and y, convex positive.
+    """
+
+    material: Material
+    curvature: tuple[float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceCompliance:
     """Displacement of the cells of a grid by pressure on them, also for coarser grids.
@@ -36,9 +51,9 @@ class SurfaceCompliance:
     self_ratio : float
         With 'point': see `kernels.points`.
     periodic : bool
-    curvature : (float, float)
-        Principal curvatures of the surface along x and y, convex positive, whose first effect is added; see
-        `analytic.curved_kernel`. For the homogeneous, free one.
+    bent : tuple of Bend
+        Curvatures of the surfaces of the bodies that it represents, whose first effect is added; for homogeneous, free
+        ones.
     """
 
     grid: Grid
@@ -48,7 +63,7 @@ class SurfaceCompliance:
     pressure: str
     self_ratio: float
     periodic: bool
-    curvature: tuple[float, float] = (0.0, 0.0)
+    bent: tuple[Bend, ...] = ()
 
     def __post_init__(self) -> None:
         among("pressure", self.pressure, PRESSURES)
@@ -95,9 +110,9 @@ class SurfaceCompliance:
             return table
         # 1/r has no intrinsic length: the table of a coarser grid is part of this one, scaled
         table = self._table if level == 0 else self._table[: shape[0], : shape[1]] * 2.0**level
-        if any(self.curvature) and self.material is not None:
+        for bend in self.bent:
             table = table + curved_kernel.bent_table(
-                shape, cell, curvature=self.curvature, length=self.length, material=self.material
+                shape, cell, curvature=bend.curvature, length=self.length, material=bend.material
             )
         return table
 

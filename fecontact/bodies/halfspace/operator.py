@@ -71,6 +71,15 @@ class CellModel:
         convolution = Convolution(spectrum, self.shape, self.mirrored, Tally(grid.n_cells))
         return Corrected(convolution, self.smooth) if self.smooth else convolution
 
+    def plus(self, other: CellModel) -> CellModel | None:
+        """Both together, cell on cell; None unless they have the same cells and are homogeneous and free."""
+        one, two = self.body, other.body
+        alike = one.grid == two.grid and self.mirrored == other.mirrored
+        if not alike or any(b.layers or b.against or b.periodic or b.pressure != "uniform" for b in (one, two)):
+            return None
+        body = replace(one, against=two.material, bent=one.bent + two.bent)
+        return CellModel(body, self.mirrored, self.smooth + other.smooth)
+
     def along(self, rows: sp.csr_matrix) -> Array | GridCompliance:
         """Compliance along rows (n, n_cells): a matrix, or an operator for more than `DENSE_LIMIT` of one cell each."""
         if rows.shape[0] > DENSE_LIMIT and _is_selection(rows):
@@ -131,6 +140,13 @@ class GridCompliance(LinearOperator):
 
     def _adjoint(self) -> GridCompliance:
         return self
+
+    def plus(self, other: LinearOperator) -> GridCompliance | None:
+        """The sum with the compliance of a partner whose cells lie on these; None if they do not."""
+        if not isinstance(other, GridCompliance) or not np.array_equal(self.cells, other.cells):
+            return None
+        both = self.model.plus(other.model)
+        return None if both is None else GridCompliance(both, self.cells)
 
     def displacement(self, cells: IntArray, forces: Array) -> Array:
         """Displacements (n_cells,) by forces on cells."""

@@ -11,6 +11,9 @@ from fecontact.bodies.halfspace.grid import Grid
 from fecontact.common.arrays import Array, IntArray
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
+ON_CELL = 1e-8
+"""Distance from the middle of a cell, in cells, that is rounding."""
+
 
 @dataclass(frozen=True, eq=False)
 class GridSurface(FacetSurface):
@@ -19,9 +22,12 @@ class GridSurface(FacetSurface):
     Parameters
     ----------
     grid : Grid
+    start : int
+        Number of the first cell among the points.
     """
 
     grid: Grid | None = None
+    start: int = 0
 
     @property
     def cells(self) -> Grid:
@@ -57,13 +63,17 @@ class GridSurface(FacetSurface):
             outside |= (place < 0) | (place > len(x) - 1)
             first = np.clip(np.floor(place), 0, len(x) - 2).astype(np.int64)
             index.append(first)
-            local.append(np.clip(place - first, 0.0, 1.0))
+            within = np.clip(place - first, 0.0, 1.0)
+            # a point on a cell's middle is that cell's alone
+            local.append(np.where(np.abs(within - np.round(within)) < ON_CELL, np.round(within), within))
         ny = len(self.axes[1])
         facet = index[0] * (ny - 1) + index[1]
         s, t = local
         weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
         indptr = np.arange(0, weights.size + 1, 4)
-        matrix = sp.csr_matrix((weights.ravel(), self.facets[facet].ravel(), indptr), (len(points), len(self.points)))
+        corners = between_cells(len(self.axes[0]), ny)[facet] + self.start
+        matrix = sp.csr_matrix((weights.ravel(), corners.ravel(), indptr), (len(points), len(self.points)))
+        matrix.eliminate_zeros()
         normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
         projection = points * np.array([1.0, 1.0, 0.0])
         return Projection(projection, normals, points[:, 2].copy(), outside, matrix, facet, np.stack(local, axis=1))

@@ -12,13 +12,13 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.compliance import SurfaceCompliance
+from fecontact.bodies.halfspace.compliance import Bend, SurfaceCompliance
 from fecontact.bodies.halfspace.kernels import SELF_TERM_RATIO
 from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.interior import nodal_displacement
 from fecontact.bodies.local.on_mesh import OnMesh
-from fecontact.bodies.local.placing import place_window
+from fecontact.bodies.local.placing import facing_window, place_window
 from fecontact.bodies.local.remainder import Remainder, checked, remainder, surface_weights
 from fecontact.bodies.local.sources import inclined, principal
 from fecontact.bodies.local.surface import window_surface
@@ -110,14 +110,25 @@ class LocalBody(OnMesh):
 
     def with_window(self, at: Array, sides: tuple[float, float]) -> LocalBody:
         """The body with its window about a point (3,) of its axes; it keeps the factor of its stiffness."""
+        return self._with(place_window(self.body, at, sides, self.wish.shape))
+
+    def _with(self, window: Window) -> LocalBody:
         other = copy.copy(self)
         for name in ("_surface", "cell_model", "rigid_modes", "weighted_modes"):
             vars(other).pop(name, None)
-        placed = place_window(self.body, at, sides, self.wish.shape)
         kept = {"factored": self.shared["factored"]} if "factored" in self.shared else {}
-        for key, value in {"given": placed, "shared": kept}.items():
+        for key, value in {"given": window, "shared": kept}.items():
             object.__setattr__(other, key, value)
         return other
+
+    def met_by(self, partner: object) -> LocalBody:
+        """The body with the cells of its window opposite those of a partner's; itself if they are, or it has none."""
+        if not isinstance(partner, LocalBody) or partner.given is None:
+            return self
+        pose = partner.pose.relative_to(self.pose)
+        if self.given is not None and self.given.faces(partner.given, pose):
+            return self
+        return self._with(facing_window(self.body, partner.given, pose, (self.name, partner.name)))
 
     @property
     def is_placed(self) -> bool:
@@ -158,8 +169,8 @@ class LocalBody(OnMesh):
     def cell_model(self) -> CellModel:
         """Compliance among the cells of the window."""
         along_x, along_y = principal(self.window)
-        bend = (float(along_x), float(along_y))
-        base = SurfaceCompliance(self.window.grid, self.material, (), None, "uniform", SELF_TERM_RATIO, False, bend)
+        bent = (Bend(self.material, (float(along_x), float(along_y))),) if along_x or along_y else ()
+        base = SurfaceCompliance(self.window.grid, self.material, (), None, "uniform", SELF_TERM_RATIO, False, bent)
         return CellModel(base, self.window.mirrored, (self.remainder.term, *inclined(self.window, self.material)))
 
     @property

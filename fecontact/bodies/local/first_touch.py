@@ -18,6 +18,9 @@ from fecontact.surfaces.straight_line import STEEPEST, along_line
 SAMPLES = 9
 """Places along a side of the patch in which gaps are fitted by a parabola."""
 
+FEWEST = 20
+"""Places of a patch that must lie on both surfaces: a quarter of them, at a corner of two planes of symmetry."""
+
 MOST_ROUNDS, SETTLED = 12, 0.01
 """Fits at most, and the change of the contact's size that ends them."""
 
@@ -86,13 +89,13 @@ def first_touch(
         If the surfaces do not face each other, or conform, so that the contact has no size by Hertz's formulas.
     """
     point, size = _nearest_node(own, other, pose, names, start)
-    semi_axes = (size, size)
+    semi_axes, least, vectors, tangents = (size, size), math.inf, np.eye(2), np.eye(3)[:2]
     for _ in range(MOST_ROUNDS):
         before, half = semi_axes, PATCH * semi_axes[1]
         found = own.project(point[None])
         point, normal = found.points[0], own.smooth_normals(found)[0]
         x, gap, tangents = _gaps(own, other, pose, point, normal, half)
-        if len(gap) < SAMPLES**2 // 2:  # the patch reaches over an edge
+        if len(gap) < FEWEST:  # the patch reaches over an edge
             semi_axes = (semi_axes[0] / 2, semi_axes[1] / 2)
             continue
         least, slope, bend = _parabola(x, gap)
@@ -114,6 +117,11 @@ def first_touch(
         point = point + step @ tangents
         if abs(semi_axes[1] / before[1] - 1) < SETTLED and np.linalg.norm(step) < SETTLED * semi_axes[0]:
             break
+    if math.isinf(least):
+        raise InputError(
+            f"{names[0]!r} and {names[1]!r} touch at an edge, near {np.array2string(point, precision=4)}: a window "
+            "needs a smooth surface round it. Use the ElasticBody itself with accuracy= when the scene is solved."
+        )
     point = own.project(point[None]).points[0]
     return Touch(point, least, vectors.T[::-1] @ tangents, semi_axes)
 

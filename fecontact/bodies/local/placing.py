@@ -13,6 +13,7 @@ from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.bodies.local.relief import Relief, fit
 from fecontact.bodies.local.window import Window
+from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.fem.support import symmetry_planes
@@ -77,6 +78,42 @@ def place_window(body: ElasticBody, at: Array, size: tuple[float, float], shape:
     return _on_relief(body, window, skin, _geometry(body, skin.facets[found.facet[0]]), turning=not any(mirrored))
 
 
+def facing_window(body: ElasticBody, other: Window, pose: Pose, names: tuple[str, str]) -> Window:
+    """The window of a body whose cells lie opposite those of another body's.
+
+    Parameters
+    ----------
+    body : ElasticBody
+    other : Window
+    pose : Pose
+        Of the other's axes in the body's.
+    names : (str, str)
+        Of the body and the other one, for messages.
+
+    Raises
+    ------
+    InputError
+        If the body is not opposite, or has other planes of symmetry.
+    """
+    axes = pose.rotation @ other.axes * np.array([1.0, 1.0, -1.0])
+    plane = pose.to_world(other.origin[None])
+    skin = FacetSurface(body.model.mesh.points, body.model.mesh.skin)
+    travel, _, lost = along_line(skin, plane, -axes[:, 2])
+    at = plane[0] - travel[0] * axes[:, 2]
+    planes = planes_through(body, at)
+    mirrored = tuple(any(d @ axes[:, k] > 1 - ALONG for d in planes) for k in (0, 1))
+    if lost[0] or mirrored != other.mirrored or len(planes) != sum(mirrored):
+        raise InputError(
+            f"{names[0]!r} has no window opposite that of {names[1]!r}: "
+            + ("its surface is not there." if lost[0] else "their planes of symmetry are not the same.")
+        )
+    skin = _skin(body, at, planes)
+    found = skin.project(at[None])
+    assert found.facet is not None
+    window = Window(at, axes, other.grid, other.mirrored)
+    return _on_relief(body, window, skin, _geometry(body, skin.facets[found.facet[0]]), turning=None)
+
+
 def _geometry(body: ElasticBody, facet: IntArray) -> Surface | None:
     """The surface that the contact boundary with a facet was placed on; None for one that is as its mesh."""
     mesh = body.model.mesh
@@ -90,9 +127,11 @@ def _geometry(body: ElasticBody, facet: IntArray) -> Surface | None:
 
 
 def _on_relief(
-    body: ElasticBody, window: Window, skin: FacetSurface, geometry: Surface | None, turning: bool
+    body: ElasticBody, window: Window, skin: FacetSurface, geometry: Surface | None, turning: bool | None
 ) -> Window:
     """The window with the relief of its surface, tangent to it, along the directions of principal curvature.
+
+    With `turning` False its directions stay in their planes, with None they stay as they are.
 
     Raises
     ------
@@ -107,6 +146,8 @@ def _on_relief(
             raise _ends(body, window, depths(x, y))
         if np.abs(relief.depth(x, y)).max() <= FLAT * body.size:
             return window
+        if turning is None:
+            break
         turn = _turn(relief, turning)
         if np.abs(turn - np.eye(3)).max() < SETTLED:
             break
@@ -218,6 +259,22 @@ def _directions(body: ElasticBody, planes: list[Array], normal: Array) -> tuple[
     return np.stack([first, second, normal], axis=1), mirrored
 
 
+def onto_planes(body: ElasticBody, point: Array, within: float) -> Array:
+    """A point (3,) moved onto the planes of symmetry of a body that are within a distance of it."""
+    mesh = body.model.mesh
+    nodes, normals = symmetry_planes(mesh, body.supports)
+    for d in _distinct(normals):
+        height = (mesh.points[nodes] @ d)[np.abs(normals @ d) > 1 - ALONG]
+        if len(height) and abs(height[0] - point @ d) <= within:
+            point = point + (height[0] - point @ d) * d
+    return point
+
+
+def _distinct(normals: Array) -> Array:
+    """Distinct unit vectors (k, 3) among normals (n, 3) of few planes, of which there is one for each node."""
+    return np.unique(np.round(normals, 12), axis=0)
+
+
 def planes_through(body: ElasticBody, point: Array) -> list[Array]:
     """Unit normals, into the body, of its distinct planes of symmetry through a point."""
     mesh = body.model.mesh
@@ -227,8 +284,7 @@ def planes_through(body: ElasticBody, point: Array) -> list[Array]:
     off = np.abs(((mesh.points[nodes] - point) * normals).sum(axis=1))
     found: list[Array] = []
     centre = mesh.points.mean(axis=0)
-    # nodes come plane by plane: few distinct normals
-    for d in np.unique(np.round(normals[off <= THROUGH * body.size], 12), axis=0):
+    for d in _distinct(normals[off <= THROUGH * body.size]):
         side = d if (centre - point) @ d > 0 else -d
         if not any(abs(side @ other) > 1 - ALONG for other in found):
             found.append(side / np.linalg.norm(side))

@@ -20,12 +20,9 @@ class WindowSurface(GridSurface):
     Parameters
     ----------
     window : Window
-    start : int
-        Number of its first cell.
     """
 
     window: Window | None = None
-    start: int = 0
 
     @property
     def _window(self) -> Window:
@@ -63,6 +60,7 @@ class WindowSurface(GridSurface):
 
 def window_surface(window: Window, points: Array, name: str, start: int = 0) -> WindowSurface:
     """The surface of a window whose cells are from number `start` on among a body's points (n, 3)."""
-    return WindowSurface(
-        points, between_cells(*window.shape) + start, name, grid=window.grid, window=window, start=start
-    )
+    facets = between_cells(*window.shape) + start
+    if np.linalg.det(window.axes) < 0:  # seen from the other side
+        facets = facets[:, ::-1]
+    return WindowSurface(points, facets, name, grid=window.grid, window=window, start=start)

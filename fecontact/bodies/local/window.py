@@ -11,7 +11,11 @@ from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.symmetry import Even, part_of
 from fecontact.bodies.local.chebyshev import nodes
 from fecontact.bodies.local.relief import Relief
+from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array
+
+OPPOSITE = 1e-10
+"""Difference of the axes of two windows, and of their middles relative to their size, that is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +27,7 @@ class Window:
     origin : (3,) array
         Its middle, on the surface, in the body's axes.
     axes : (3, 3) array
-        Columns: its two directions and the outward normal, right-handed.
+        Columns: its two directions and the outward normal; left-handed for a window that faces another one.
     grid : Grid
         Its cells, those beyond planes of symmetry too.
     mirrored : (bool, bool)
@@ -94,6 +98,14 @@ class Window:
         """Points (n, 3) of the surface, smoothed by its relief, in the body's axes."""
         plane = self.at(x, y)
         return plane if self.relief is None else plane - self.relief.depth(x, y)[..., None] * self.normal
+
+    def faces(self, other: Window, pose: Pose) -> bool:
+        """Whether its cells lie opposite those of another window, whose axes have a pose in its own."""
+        if self.grid != other.grid or self.mirrored != other.mirrored:
+            return False
+        axes = pose.rotation @ other.axes * np.array([1.0, 1.0, -1.0])
+        aside = (pose.to_world(other.origin[None])[0] - self.origin) @ self.axes[:, :2]
+        return bool(np.abs(axes - self.axes).max() <= OPPOSITE and (np.abs(aside) <= OPPOSITE * self.half).all())
 
     def coordinates(self, points: Array) -> Array:
         """Coordinates (..., 3) along its directions and the outward normal, of points in the body's axes."""

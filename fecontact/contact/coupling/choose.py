@@ -154,6 +154,8 @@ def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, 
     if contact.coupling == "mortar" or m is None:
         return given
     cells_ours, cells_theirs = s.cell_area is not None, m.cell_area is not None
+    if cells_ours and cells_theirs:
+        return replace(given, note="cells on cells")
     grid = cells_ours or cells_theirs
     areas = multiplier_areas(s) if given.kind == "mortar" else facet_weights(s)
     near = likely_nodes(seen, areas, (given.slave, given.master), loading)
@@ -238,8 +240,15 @@ def _spreads_on_cells(slave: Surface, master: Surface) -> bool:
 
 
 def matrix_free(interface: Interface) -> bool:
-    """Whether all points can be candidates: the cells of a half-space under a rigid body."""
-    return has_cells(interface.slave_surface) and np.isinf(interface.master.contact_modulus)
+    """Whether all points can be candidates: the cells of a half-space under a rigid body, or each on another's cell."""
+    if not has_cells(interface.slave_surface):
+        return False
+    if np.isinf(interface.master.contact_modulus):
+        return True
+    weights = interface.pairing.projection.weights
+    if weights is None or not has_cells(interface.master.surface(interface.surfaces[1])):
+        return False
+    return bool((np.diff(weights.indptr) == 1).all())
 
 
 def _share(slave: Body, master: Body) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -61,7 +63,6 @@ def pair_cells(surfaces: SurfacePair, area: float) -> Pairing:
     """
     surface, rotation, translation = surfaces.slave, surfaces.rotation, surfaces.translation
     known = surfaces.closest if "closest" in vars(surfaces) else None
-    assert isinstance(surface, GridSurface)
-    cells = surface.nodes
-    projection = straight_above(surface.points[cells], surfaces.master, rotation, translation, known, surface.normal)
+    cells, normal = surface.nodes, cast(GridSurface, surface).normal
+    projection = straight_above(surface.points[cells], surfaces.master, rotation, translation, known, normal)
     return nodal_pairing(surface, cells, np.full(len(cells), area), projection, rotation, translation)

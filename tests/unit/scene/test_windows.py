@@ -116,3 +116,40 @@ def test_a_floating_body_is_in_equilibrium_and_as_stiff_as_finite_elements_say()
     assert found == pytest.approx(expected, rel=2e-3)
     # it is the ground that carries a held body's reactions; where a floating one is held does not matter
     assert local.remainder.defect < 0.01
+
+
+def quarter_ball(material=SOLID, **options):
+    mesh = fc.shapes.quarter_sphere(10.0, contact_radius=2.0, level=COARSE)
+    supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+    return fc.ElasticBody(mesh, material, contact="cap", geometry=fc.Sphere(10.0), **{"supports": supports} | options)
+
+
+#: Half a turn about x = y: a quarter comes to lie on its mirror image.
+OVER = fc.rotation_about((1, 1, 0), np.pi)
+
+
+@pytest.mark.parametrize("cells", [32, 128])
+@pytest.mark.parametrize("given", [{}, {"at": (0, 0, 0), "window": 3.4}])
+def test_two_equal_bodies_meet_as_one_meets_a_plane(given: dict, cells: int) -> None:
+    """By symmetry: each has half the approach; few cells are a matrix, many an operator."""
+    body = quarter_ball()
+    lower = fc.LocalBody(body, shape=(cells, cells), **given)
+    upper = lower.placed(rotation=OVER, name="upper")
+    floor = fc.RigidBody(fc.Plane())
+    both = fc.Scene([lower, upper], [fc.Contact(lower, upper)])
+    one = fc.Scene([lower, floor], [fc.Contact(lower, floor)])
+    load = {lower: (0, 0, -0.25)}
+    two, alone = (scene.solve(forces=load, finite_motion=False) for scene in (both, one))
+    found, expected = (r.rigid_motion(lower).translation[2] for r in (two, alone))
+    assert found == pytest.approx(2 * expected, rel=1e-5 if given else 3e-4)  # the windows found differ a little
+    assert two.contacts[0].max_pressure == pytest.approx(alone.contacts[0].max_pressure, rel=1e-4 if given else 1e-3)
+    assert two.solved(upper).window.faces(two.solved(lower).window, lower.pose.relative_to(upper.pose))
+
+
+def test_other_planes_of_symmetry_are_refused() -> None:
+    lower = fc.LocalBody(quarter_ball(), (0, 0, 0), 3.4, (16, 16))
+    mesh = fc.shapes.half_sphere(10.0, contact_radius=2.0, level=COARSE)
+    whole = fc.ElasticBody(mesh, SOLID, contact="cap", geometry=fc.Sphere(10.0), supports={"base": "xyz"})
+    upper = fc.LocalBody(whole, (0, 0, 0), 3.4, (16, 16)).placed(rotation=OVER, name="upper")
+    with pytest.raises(fc.InputError, match="planes of symmetry are not the same"):
+        fc.Scene([lower, upper], [fc.Contact(lower, upper)]).solve(forces={lower: (0, 0, -0.25)})
