@@ -18,7 +18,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
 #: How far points may lie above the tangent plane of a load, as a share of their distance from it.
-ABOVE = 0.5
+ABOVE = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ def fields(points: ArrayLike, loads: FaceLoads, material: Material) -> tuple[Arr
     Raises
     ------
     InputError
-        If a point is a place of a load, or lies above the tangent plane of a load by more than half its distance: the
+        If a point is a place of a load, or lies above the tangent plane of a load by more than 0.95 of its distance: the
         fields, continued above their plane, are singular over the load.
 
     References
