@@ -127,8 +127,8 @@ def fields(points: ArrayLike, loads: FaceLoads, material: Material) -> tuple[Arr
     Raises
     ------
     InputError
-        If a point is a place of a load, or lies above the tangent plane of a load by more than 0.95 of its distance: the
-        fields, continued above their plane, are singular over the load.
+        If a point is a place of a load, or lies above the tangent plane of a load by more than 0.95 of its distance:
+        the fields, continued above their plane, are singular over the load.
 
     References
     ----------

@@ -128,7 +128,14 @@ class LocalBody(OnMesh):
         pose = partner.pose.relative_to(self.pose)
         if self.given is not None and self.given.faces(partner.given, pose):
             return self
-        return self._with(facing_window(self.body, partner.given, pose, (self.name, partner.name)))
+        last = self.shared.get("met")
+        if last is None or not last.window.faces(partner.given, pose):
+            last = self._with(facing_window(self.body, partner.given, pose, (self.name, partner.name)))
+            self.shared["met"] = last
+        other = copy.copy(last)
+        for key, value in {"pose": self.pose, "name": self.name}.items():
+            object.__setattr__(other, key, value)
+        return other
 
     @property
     def is_placed(self) -> bool:

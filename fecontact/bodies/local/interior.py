@@ -10,7 +10,7 @@ from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.local.sources import images
 from fecontact.common.arrays import Array
 
-BLOCKS = 8
+BLOCKS = 6
 """Blocks of cells along a side of the window that stand for the cells, at points near it."""
 
 NEAR = 0.3

@@ -54,8 +54,8 @@ LEAST_FACING = 0.5
 IN_PLANE = 1e-9
 """Distance from a plane, relative to the body's size, within which a face lies in it."""
 
-NEAR, FINE, COARSE = 2.0, 11, 6
-"""Orders of the quadrature on faces within so many of their sizes from the window, and on the others."""
+RULES = ((2.0, 11), (5.0, 6), (np.inf, 4))
+"""Distance of faces from the window, in their sizes, up to which a quadrature of an order serves."""
 
 UNIFORM = 2.973210
 """Mean of 1/r between the points of a unit square: 4 ln(1 + sqrt 2) - 4/3 (sqrt 2 - 1)."""
@@ -231,15 +231,17 @@ def _loads(mesh: Mesh, window: Window, loads: Sequence[FaceLoads], material: Mat
         corners = mesh.points[facets[:, :4]]
         size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
         away = np.linalg.norm(corners - window.origin, axis=2).min(axis=1) - np.linalg.norm(window.half)
-        for chosen, order in ((away < NEAR * size, FINE), (away >= NEAR * size, COARSE)):
+        rule = np.searchsorted([limit for limit, _ in RULES], away / size)
+        for k, (_, order) in enumerate(RULES):
+            chosen = rule == k
             if not chosen.any():
                 continue
             N, x, dA = facet_integrals(mesh.points, facets[chosen], order)
             x, dA = _smoothed(window, x, dA)
-            for k, load in enumerate(loads):
+            for n, load in enumerate(loads):
                 stress = fields(x.reshape(-1, 3), load, material)[1].sum(axis=0).reshape(*x.shape, 3)
                 nodal = np.einsum("fqa,fqij,fqj->fai", N, stress, dA, optimize=True)
-                np.subtract.at(f[:, :, k], facets[chosen], nodal)
+                np.subtract.at(f[:, :, n], facets[chosen], nodal)
     return f.reshape(-1, len(loads))
 
 
