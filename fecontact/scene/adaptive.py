@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import IntArray
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
@@ -70,7 +71,7 @@ class Target:
                 positive(f"The limit {name}", getattr(self, name))
 
 
-Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None]], ContactResult]
+Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None], Sequence[Pose]], ContactResult]
 
 
 def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: Target, solve: Solve) -> ContactResult:
@@ -83,14 +84,15 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
         Arguments of one solution, with bodies of the scene as keys.
     target : Target
     solve : callable
-        Function ``solve(scene, arguments, known)`` for one solution.
+        Function ``solve(scene, arguments, known, poses)`` for one solution.
     """
     start = time.perf_counter()
     now = CarriedScene(scene, tuple(scene.bodies))
     steps: list[Step] = []
     known: list[KnownContact | None] = []
+    poses: list[Pose] = []
     while True:
-        result = solve(now.scene, now.loads(arguments), known)
+        result = solve(now.scene, now.loads(arguments), known, poses)
         steps.append(_step(result, time.perf_counter() - start))
         factors = sum({id(c): c.memory for b in result.elastic_bodies if (c := b.model.condensation)}.values())
         reason, finer = _reason_to_end(steps, target, factors), None
@@ -101,6 +103,8 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
             met = SAFETY * steps[-1].pressure <= target.accuracy
             told = Convergence(target.accuracy, tuple(steps), met, reason)
             return replace(result, unrefined=tuple(scene.bodies), convergence=told)
+        moved = any(b.pose is not before.pose for b, before in zip(result.scene.bodies, now.scene.bodies, strict=True))
+        poses = [b.pose for b in result.scene.bodies] if moved else []
         now = CarriedScene(finer, tuple(scene.bodies))
         known = [_known(c, i) for c, i in zip(result.contacts, result.interfaces, strict=True)]
 

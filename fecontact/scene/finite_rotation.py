@@ -8,7 +8,7 @@ in the last problem is zero, so none of it is linearised), or as soon as the err
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -42,7 +42,9 @@ PATIENCE = 8
 GROWTH = 3.0
 
 
-def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch) -> ContactResult:
+def solve_finite(
+    scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch, poses: Sequence[Pose] = ()
+) -> ContactResult:
     """Solve with poses updated until they converge.
 
     Parameters
@@ -53,6 +55,8 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwat
         translations.
     timer : Stopwatch
         Timer of all steps.
+    poses : sequence of Pose, optional
+        Poses to begin with, such as the final ones of a similar case; they do not change the solution.
 
     Returns
     -------
@@ -65,6 +69,8 @@ def solve_finite(scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwat
         If the poses do not converge.
     """
     path = _Path(scene, arguments, timer)
+    if poses:
+        path.begin_at(poses)
     change = np.inf
     for k in range(MOST_STEPS):
         tell_part(f"pose {k + 1}")
@@ -131,6 +137,12 @@ def _placed(start: Pose, body: Body, place: Array) -> Pose:
     return turned(start, place, start.to_world(body.reference_point))
 
 
+def _motion(start: Pose, body: Body, pose: Pose) -> Array:
+    """Finite motion (6,) from the start to a pose; the inverse of `_placed`."""
+    turn = Rotation.from_matrix(pose.rotation @ start.rotation.T).as_rotvec()
+    return np.concatenate([pose.to_world(body.reference_point) - start.to_world(body.reference_point), turn])
+
+
 def _advance(place: Array, motion: Array) -> Array:
     """Motion (6,) composed with a further motion (6,); rotations are composed, not added."""
     total = (Rotation.from_rotvec(motion[3:]) * Rotation.from_rotvec(place[3:])).as_rotvec()
@@ -195,6 +207,11 @@ class _Path:
         steps = np.stack([m - f.prescribed for m, f in zip(driven_motions(result), result.loading.frames, strict=True)])
         self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
+
+    def begin_at(self, poses: Sequence[Pose]) -> None:
+        """Set the first iterate from poses of the bodies."""
+        every = zip(self._scene.bodies, self._start, poses, strict=True)
+        self._place = np.stack([_motion(start, body, pose) for body, start, pose in every])
 
     def at_rest(self, result: ContactResult) -> bool:
         """Whether the poses have converged."""

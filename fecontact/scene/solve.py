@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
 from fecontact.common.progress import progress_line, tell_part
@@ -144,8 +145,13 @@ def refuse_with_friction(
             )
 
 
-def _solve_known(model: SceneModel, given: Mapping[str, Any], known: Sequence[KnownContact | None]) -> ContactResult:
-    """One solution from checked arguments of `Scene.solve`, and the contact of a similar case."""
+def _solve_known(
+    model: SceneModel,
+    given: Mapping[str, Any],
+    known: Sequence[KnownContact | None],
+    poses: Sequence[Pose] = (),
+) -> ContactResult:
+    """One solution from checked arguments of `Scene.solve`, and contacts and final poses of a similar case."""
     if has_open_windows(model):
         return solve_with_windows(model, given, _solve_known)
     arguments = dict(given)
@@ -153,7 +159,7 @@ def _solve_known(model: SceneModel, given: Mapping[str, Any], known: Sequence[Kn
     timer = Stopwatch()
     tell_part(f"{sum(body.n_dofs for body in model.bodies)} dofs")
     if finite_motion is True:
-        return solve_finite(model, arguments, timer)
+        return solve_finite(model, arguments, timer, poses)
     loading, settings = sorted_case(model, {name: v for name, v in arguments.items() if name != "search"})
     if search == "global":
         result = solved(model, loading, None, settings, timer, known)

@@ -9,6 +9,7 @@ import pytest
 import fecontact as fc
 from fecontact.app.cli import main
 from fecontact.app.scene_file.scene_file import read_scene
+from fecontact.scene import adaptive, finite_rotation
 from fecontact.scene.adaptive import SAFETY
 from fecontact.scene.cost import explain
 from fecontact.scene.marking import marked_cells
@@ -201,3 +202,34 @@ def test_linear_cells_are_divided_below_the_contact_too():
         assert (len(ours) > 0) == marked
         assert len(theirs) == 0
         assert np.isin(ours, contact.energy_errors[0].cells).all()
+
+
+def test_finite_motion_goes_on_from_the_coarser_mesh(monkeypatch):
+    """The poses found on one mesh are where the next begins; the answer is that of the finest mesh by itself."""
+    mesh = fc.shapes.block((4.0, 4.0, 2.0), (8, 8, 4)).translated((-2.0, -2.0, -2.0))
+    block = fc.ElasticBody(mesh, STEEL, "top", {"bottom": "xyz"}, name="block")
+    ball = fc.RigidBody(fc.Sphere(2.0), name="ball").placed(translation=(0.1, 0.05, 0.6))
+    both = fc.Scene([block, ball], [fc.Contact(block, ball)])
+    given = {"motions": {ball: {"x": 0.0, "y": 0.0}}, "forces": {ball: (0, 0, -0.2)}, "finite_motion": True}
+    counts = []
+    real_step, real_path = adaptive._step, finite_rotation._Path.solved
+
+    def counted(path):
+        counts[-1] += 1
+        return real_path(path)
+
+    def begun(*arguments):
+        counts.append(0)
+        return real_step(*arguments)
+
+    monkeypatch.setattr(finite_rotation._Path, "solved", counted)
+    monkeypatch.setattr(adaptive, "_step", begun)
+    counts.append(0)
+    result = both.solve(**given, accuracy=0.15)
+    n = len(result.convergence.steps)
+    assert n > 1
+    assert max(counts[1:n]) < counts[0]
+    finest = result.solved(block)
+    alone = fc.Scene([finest, ball], [fc.Contact(finest, ball)]).solve(**given)
+    # poses settle to 1e-4 of the elastic displacement, and the error is of the square
+    assert abs(result.contacts[0].max_pressure / alone.contacts[0].max_pressure - 1) < 1e-6
