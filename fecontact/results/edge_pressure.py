@@ -242,7 +242,11 @@ def _unsuitable(contact: ContactFields) -> str:
         (contact.is_curve, "the bodies are sections"),
         (contact.coupling != "nodal", "with mortar coupling forces are means over multiplier functions"),
         (contact.friction is not None, "with friction the pressures follow from the tractions too"),
-        (contact.slave.is_foundation, "on an elastic foundation the pressure falls to zero linearly"),
+        (contact.surface.cell_area is not None, "the surface is a grid of cells"),
+        (
+            contact.slave.is_foundation or contact.master.is_foundation,
+            "on an elastic foundation the pressure falls to zero linearly",
+        ),
     )
     return next((f"nodal pressure: {reason}" for found, reason in reasons if found), "")
 
@@ -250,6 +254,9 @@ def _unsuitable(contact: ContactFields) -> str:
 def _answer(setting: _Problem, regions: Sequence[EdgeRegion], smooth: Sequence[Mask | None]) -> _Answer:
     """Galerkin's solution on given outlines. Points with force outside the regions keep their own unknown."""
     contact, problem = setting.contact, setting.problem
+    for region in regions:
+        if not (region.outline.level(contact.nodes[contact.facets[region.near]]) > 0).any():
+            raise _NotFoundError("its outline vanishes")
     functions = [
         region_functions(contact, region.outline, region.near, setting.corner_areas, s)
         for region, s in zip(regions, smooth, strict=True)
@@ -345,12 +352,13 @@ def _residuals(setting: _Problem, answer: _Answer, moved: float, change: float) 
     gap = deflection + problem.g + problem.B.T @ answer.q
     scale = float(np.abs(deflection).max())
     outside = ~(answer.columns != 0).any(axis=1)
-    weak = np.abs(answer.columns.T @ gap) / (np.abs(answer.columns.T) @ np.abs(deflection))
+    mean = np.abs(answer.columns.T) @ np.abs(deflection)
+    weak = np.divide(np.abs(answer.columns.T @ gap), mean, out=np.zeros_like(mean), where=mean > 0)
     lowest = min(float(c[f.own].min()) for f, c in zip(answer.functions, answer.coefficients, strict=True))
     peak = max(float(c.max()) for c in answer.coefficients)
     return EdgeResiduals(
         tension=max(0.0, -lowest / peak) if peak > 0 else np.inf,
-        overlap=max(0.0, -float(gap[outside].min(initial=0.0))) / scale,
+        overlap=max(0.0, -float(gap[outside].min(initial=0.0))) / scale if scale > 0 else np.inf,
         equilibrium=problem.residuals(answer.forces, answer.q).equilibrium,
         weak_gap=float(weak.max()),
         outline=moved,

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.outline import Mirror, Outline, ellipse_of_moments
 
 #: Fewest points of a region with an outline of its own.
 FEWEST = 12
+#: Width of points over their length that counts as a line.
+ON_A_LINE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +53,25 @@ def regions_with_edge(contact: ContactFields) -> list[EdgeRegion]:
     out = []
     for k in range(1, int(contact.region.max(initial=0)) + 1):
         points = np.flatnonzero(contact.region == k)
-        if len(points) < FEWEST:
+        if len(points) < FEWEST or _flat(contact.points[points]):
             continue
         own, alien = (of_facet == k).any(axis=1), ((of_facet != k) & (of_facet > 0)).any(axis=1)
         near = (beside @ (beside.T @ own.astype(float)) > 0) & ~alien
         mirrors = _mirrors(contact, contact.node_numbers[of_node == k])
         forces = contact.forces[points]
         outline = ellipse_of_moments(contact.points[points], forces, forces @ contact.normals[points], mirrors)
+        if areas[near].sum() == 0:
+            continue
         scale = np.sqrt(areas[near].sum() * 2 ** len(mirrors) / outline.area)
         outline = replace(outline, axes=outline.axes / scale)
         out.append(EdgeRegion(k, outline, mirrors, np.flatnonzero(near)))
     return out
+
+
+def _flat(points: Array) -> bool:
+    """Whether points (n, 3) lie on a line."""
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[1] <= ON_A_LINE * spread[0])
 
 
 def _facets_by_nodes(facets: IntArray, n: int) -> sp.csr_matrix:

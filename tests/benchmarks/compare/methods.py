@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -170,6 +170,26 @@ def _hex8(problem: Problem, setting: Any, options: Options) -> Measured:
 @method("hex20", "20-node hexahedra, mid-face nodes", problems=ROUND + RIGID, settings=_LEVELS, takes=_COUPLED)
 def _hex20(problem: Problem, setting: Any, options: Options) -> Measured:
     return _solid(problem, setting, options, "hex20", "midface", "two-bodies")
+
+
+@method(
+    "hex20-root",
+    "20-node hexahedra, root at the edge",
+    problems=(*ROUND, "ellipse"),
+    settings=_LEVELS[:4],
+    takes=_SOLVING,
+)
+def _hex20_root(problem: Problem, setting: Any, options: Options) -> Measured:
+    """The pressure with its square root at the edge, on the same solution; the nodal one where it is not accepted."""
+    solver, backend = options.get("solver", "auto"), options.get("backend", "auto")
+    if problem.name in ROUND:
+        out = solve_spheres(problem.data["case"], level=setting, solver=solver, backend=backend)
+        measured, result = _of_spheres(out), out.result
+    else:
+        result, _ = indented(problem, "hex20", "midface", setting, solver, backend)
+        measured = _of_solid(problem, result, None)
+    points, pressure, areas = result.edge_pressures[0].sampled(12)
+    return replace(measured, errors={**measured.errors, **problem.errors(points[:, :2], pressure, areas)})
 
 
 @method("hex20-plain", "20-node hexahedra, plain faces", problems=ROUND + RIGID, settings=_LEVELS[:4], takes=_SOLVING)

@@ -74,6 +74,8 @@ def test_exact_pressure_has_no_error(name):
         ("hertz", "symmetric", 0.035),
         ("unequal", "half-space", 0.02),
         ("ellipse", "hex20", 0.035),
+        ("hertz", "hex20-root", 0.002),
+        ("ellipse", "hex20-root", 0.005),
         ("ellipse", "boussinesq", 0.1),
         ("hertz", "axisymmetric", 0.035),
         ("line", "hex20", 0.035),
