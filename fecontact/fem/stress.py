@@ -43,10 +43,10 @@ def gauss_strain(mesh: Mesh, u: Array, selective: bool = False) -> tuple[Array, 
     strain = np.full((len(mesh.cells), n_q, 6), np.nan)
     points = np.full((len(mesh.cells), n_q, 3), np.nan)
     for batch in batches(mesh):
-        gradient = np.einsum("cqaj,cai->cqij", batch.gradients, u[batch.nodes])
+        gradient = np.swapaxes(batch.gradients, 2, 3) @ u[batch.nodes][:, None]
         for k, (i, j) in enumerate(_PAIRS):
             strain[batch.cells, : len(batch.N), k] = (gradient[..., i, j] + gradient[..., j, i]) / 2
-        points[batch.cells, : len(batch.N)] = np.einsum("qa,cai->cqi", batch.N, mesh.points[batch.nodes])
+        points[batch.cells, : len(batch.N)] = batch.N @ mesh.points[batch.nodes]
     if selective:
         _replace_volume_change(mesh, u, strain)
     return strain, points
