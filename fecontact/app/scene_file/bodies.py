@@ -30,6 +30,7 @@ from fecontact.bodies import (
     ElasticLayer,
     HalfSpace,
     Layer,
+    LocalBody,
     Plane,
     PlaneBody,
     Pose,
@@ -50,7 +51,7 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.surfaces.rigid.rough import TRENDS
 
-AnyBody = ElasticBody | RigidBody | HalfSpace | ElasticLayer
+AnyBody = ElasticBody | LocalBody | RigidBody | HalfSpace | ElasticLayer
 
 
 def _cone(angle_deg: float) -> surfaces.Cone:
@@ -106,7 +107,7 @@ MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
     "axisymmetric": (AxisymmetricBody, _SECTION),
 }
 
-TYPES = ("elastic", "rigid", "half-space", "layer", "plane", "axisymmetric")
+TYPES = ("elastic", "local", "rigid", "half-space", "layer", "plane", "axisymmetric")
 
 Materials = Mapping[str, Material | None]
 
@@ -132,6 +133,8 @@ def read_bodies(table: Table, materials: Materials, folder: Path) -> dict[str, A
         body: AnyBody | None
         if kind in MESHED:
             body = _meshed(name, kind, entry, materials, folder, out)
+        elif kind == "local":
+            body = _local(name, entry, materials, folder, out)
         elif kind == "rigid":
             body = _rigid(name, entry, folder)
         elif kind == "half-space":
@@ -168,6 +171,18 @@ def _meshed(
     if material is None or table.faulty:
         return None
     return table.attempt(lambda: make(mesh, material, contact, supports, name=name, **options))
+
+
+def _local(name: str, table: Table, materials: Materials, folder: Path, bodies: Mapping[str, Any]) -> LocalBody | None:
+    """An elastic body with a window."""
+    at, cells, window = table.numbers("at"), table.numbers("cells", 2), table.raw("window")
+    if cells is not None and any(n != int(n) for n in cells):
+        table.fault("cells", f"must be two whole numbers; found {list(cells)!r}.")
+    body = _meshed(name, "elastic", table, materials, folder, bodies)
+    if body is None or table.faulty:
+        return None
+    make = partial(LocalBody, body, at, window)
+    return table.attempt(make if cells is None else partial(make, (int(cells[0]), int(cells[1]))))
 
 
 def _material_of(

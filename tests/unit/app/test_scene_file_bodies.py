@@ -55,6 +55,23 @@ def test_half_spaces(more, options, write):
     assert abs(found.contacts[0].force[2] / same.contacts[0].force[2] - 1) < 1e-12
 
 
+def test_a_local_body(write):
+    local = (
+        '[bodies.half]\ntype = "local"\nshape = {kind = "block", size = [4, 4, 2], divisions = [4, 4, 3]}\n'
+        'material = "soft"\nsupports = {bottom = "xyz"}\nat = [2, 2, 2]\nwindow = 1.2\ncells = [24, 24]\n'
+    )
+    ball = BALL + "pose = {translation = [2, 2, 2]}\n"
+    found = fc.read_scene(write(MATERIAL + ball + local + PRESSED)).solve()
+    block = fc.ElasticBody(fc.shapes.block((4, 4, 2), (4, 4, 3)), SOFT, supports={"bottom": "xyz"})
+    body = fc.LocalBody(block, (2, 2, 2), 1.2, (24, 24))
+    rigid = fc.RigidBody(fc.Sphere(2.0), pose=fc.Pose(translation=(2, 2, 2)))
+    same = fc.Scene([body, rigid], [fc.Contact(body, rigid)]).solve(motions={rigid: {"z": -0.05}})
+    assert abs(found.contacts[0].force[2] / same.contacts[0].force[2] - 1) < 1e-12
+    wrong = local.replace("window = 1.2", 'window = "wide"').replace("24]", "24.5]")
+    message = faults(write(MATERIAL + ball + wrong + PRESSED))
+    assert "two whole numbers" in message
+
+
 def test_a_layer_of_springs(write):
     layer = '[bodies.half]\ntype = "layer"\nmaterial = "soft"\nthickness = 0.5\ncovers = "top"\nlaw = "frictionless"\n'
     shape = 'shape = {kind = "block", size = [1, 1, 1], divisions = [8, 8, 1], element = "hex8"}\n'
