@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -160,8 +161,10 @@ class SolvedScene:
         raise InputError(f"{getattr(body, 'name', body)!r} is not a body of this result's scene.")
 
     def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
-        if not elastic_among([body]):
+        if body.is_rigid:
             raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
+        if not elastic_among([body]):
+            raise InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
         k = self._number(body)
         (posed,) = elastic_among([self.scene.bodies[k]])
         return k, posed
@@ -181,9 +184,14 @@ class SolvedScene:
 
     def displacement(self, body: Body) -> Array:
         """Total displacement (n_points, 3) of the body's nodes from their given positions, in world axes."""
-        k, elastic = self._elastic(body)
-        own = elastic.at_points(self.state.displacements[k]) @ elastic.pose.rotation.T
-        return own + self._carried(k, elastic.mesh.points) if self.originals else own
+        k = self._number(body)
+        posed = self.scene.bodies[k]
+        own = posed.at_points(self.state.displacements[k])
+        if own is None:
+            why = "is rigid" if body.is_rigid else "has no mesh"
+            raise InputError(f"{body.name!r} {why}: it has no displacement field; see rigid_motion.")
+        own = own @ posed.pose.rotation.T
+        return own + self._carried(k, cast(ElasticBody, posed).mesh.points) if self.originals else own
 
     def strain(self, body: Body) -> Array:
         """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""

@@ -13,6 +13,7 @@ from fecontact.bodies.placed import Placed
 from fecontact.common.arrays import Array
 from fecontact.common.material import Material
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
+from fecontact.mesh.mesh import Mesh
 
 
 class OnMesh(Placed):
@@ -30,6 +31,11 @@ class OnMesh(Placed):
     def material(self) -> Material:
         """Material of the body."""
         return self.body.model.materials[0]
+
+    @property
+    def mesh(self) -> Mesh:
+        """The mesh of its elastic body."""
+        return self.body.mesh
 
     @property
     def n_dofs(self) -> int:

@@ -147,3 +147,26 @@ def test_a_mesh_too_coarse_for_the_edge_beside_the_window_is_refused() -> None:
     with pytest.raises(fc.InputError, match="contradicts Betti's theorem"):
         local.remainder  # noqa: B018
     assert fc.LocalBody(block(), (2.0, 2.0, 2.0), 0.6, (8, 8)).remainder.defect < 0.01
+
+
+def test_uniform_pressure_displaces_the_mesh_as_finite_elements_say() -> None:
+    """Uniform pressure over the window, on cells and on the faces that it covers: alike, to the error of the mesh."""
+    mesh = fc.shapes.block((4.0, 4.0, 2.0), (12, 12, 6))
+    patch = fc.pick.box((1.3, 1.3, 1.9), (2.7, 2.7, 2.1))
+    body = fc.ElasticBody(mesh.with_boundary("patch", patch), SOLID, supports={"bottom": "xyz"}, name="block")
+    local = fc.LocalBody(body, (2.0, 2.0, 2.0), 4 / 3, (8, 8))
+    cells = sp.csr_matrix((-np.ones(64), (np.arange(64), 3 * np.arange(64) + 2)), shape=(64, local.n_dofs))
+    found = local.at_points(local.displacement(cells, np.full(64, 0.1 * (4 / 3) ** 2 / 64), None))
+    none = sp.csr_matrix((1, body.n_dofs))
+    expected = body.displacement(none, np.zeros(1), body.boundary_pressure("patch", 0.1)).reshape(-1, 3)
+    assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
+    away = np.linalg.norm(mesh.points - [2.0, 2.0, 2.0], axis=1) > 1.5
+    assert np.abs(found - expected)[away].max() < 0.003 * np.abs(expected).max()
+
+
+def test_fields_of_a_result() -> None:
+    local = fc.LocalBody(block(), (2.0, 2.0, 2.0), 0.6, (8, 8))
+    result, _ = pressed(local, (2.0, 2.0, 2.0), (0, 0, 1), 0.001, finite_motion=False)
+    assert result.displacement(local).shape == local.mesh.points.shape
+    with pytest.raises(fc.InputError, match="no field of finite elements"):
+        result.stress(local)
