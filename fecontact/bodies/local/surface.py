@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from fecontact.bodies.halfspace.surface import GridSurface, between_cells
 from fecontact.bodies.local.window import Window
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.surfaces.facet_surface import Projection
 
 
@@ -38,6 +39,16 @@ class WindowSurface(GridSurface):
     def normal(self) -> Array:
         """Outward normal (3,) of the window."""
         return self._window.normal
+
+    @cached_property
+    def on_rim(self) -> Mask:
+        """Mask (n_facets, 4) of the facets' sides on the rim; on a plane of symmetry the window goes on."""
+        rim = super().on_rim.copy()
+        ends = np.stack([self.facets, np.roll(self.facets, -1, axis=1)], axis=2) - self.start
+        for place, mirrored in zip(np.divmod(ends, len(self.axes[1])), self._window.mirrored, strict=True):
+            if mirrored:
+                rim &= (place > 0).any(axis=2)
+        return rim
 
     def project(self, points: Array, n_near: int = 3) -> Projection:
         """Projection along the window's normal of points (n, 3)."""

@@ -64,6 +64,18 @@ def test_planes_of_symmetry_and_axes_do_not_matter() -> None:
     assert abs(two / hertz.approach - 1) < 0.05
 
 
+def test_the_rim_is_told_where_the_window_ends_and_not_on_planes_of_symmetry() -> None:
+    quarter = fc.shapes.quarter_sphere(RADIUS, contact_radius=2.0, level=COARSE)
+    body = half_ball(mesh=quarter, supports={"base": "xyz", "sym_x": "x", "sym_y": "y"})
+    floor = fc.RigidBody(fc.Plane())
+    for side, warned in ((2.4, False), (1.4, True)):
+        local = fc.LocalBody(body, (0, 0, 0), side, (32, 32))
+        result = fc.Scene([local, floor], [fc.Contact(local, floor)]).solve(
+            forces={local: (0, 0, -FORCE / 4)}, finite_motion=False
+        )
+        assert any("the rim of 'window'" in text for text in result.warnings) == warned
+
+
 def test_the_middle_of_a_window_is_put_on_the_surface() -> None:
     local = fc.LocalBody(half_ball(), (0.0, 0.0, 0.01), 2.4, (16, 16))
     assert np.abs(local.window.origin).max() < 1e-9
