@@ -49,9 +49,9 @@ def test_planes_of_symmetry_and_axes_do_not_matter() -> None:
     """A quarter, a whole, and a whole in axes askew: the same ball, the first two on the same mesh."""
     quarter = fc.shapes.quarter_sphere(RADIUS, contact_radius=2.0, level=COARSE)
     supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
-    part = fc.LocalBody(half_ball(mesh=quarter, supports=supports), (0, 0, 0), 2.4, (32, 32))
-    whole = fc.LocalBody(half_ball(), (0, 0, 0), 2.4, (32, 32))
-    askew = fc.LocalBody(half_ball(TURN), (0, 0, 0), 2.4, (32, 32))
+    part = fc.LocalBody(half_ball(mesh=quarter, supports=supports), (0, 0, 0), 3.8, (32, 32))
+    whole = fc.LocalBody(half_ball(), (0, 0, 0), 3.8, (32, 32))
+    askew = fc.LocalBody(half_ball(TURN), (0, 0, 0), 3.8, (32, 32))
     one, contact = on_a_plane(part, FORCE / 4)
     two, other = on_a_plane(whole)
     three, third = on_a_plane(askew, turn=TURN)
@@ -68,7 +68,7 @@ def test_the_rim_is_told_where_the_window_ends_and_not_on_planes_of_symmetry() -
     quarter = fc.shapes.quarter_sphere(RADIUS, contact_radius=2.0, level=COARSE)
     body = half_ball(mesh=quarter, supports={"base": "xyz", "sym_x": "x", "sym_y": "y"})
     floor = fc.RigidBody(fc.Plane())
-    for side, warned in ((2.4, False), (1.4, True)):
+    for side, warned in ((3.8, False), (2.4, True)):
         local = fc.LocalBody(body, (0, 0, 0), side, (32, 32))
         result = fc.Scene([local, floor], [fc.Contact(local, floor)]).solve(
             forces={local: (0, 0, -FORCE / 4)}, finite_motion=False
