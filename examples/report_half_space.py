@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.bodies.halfspace.operator import dense
+from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.results.pictures.draw import save_figure
 from fecontact.solvers import ComplementarityProblem, solve
 
@@ -47,7 +47,7 @@ def press(cell: float, kind: str, ratio: float, hertz: fc.hertz.CircularContact)
         (len(quarter), n * n),
     )
     gap = r.ravel()[quarter] ** 2 / RADIUS  # of both spheres
-    S = dense(half.compliance, rows)
+    S = CellModel(half.compliance).dense(rows)
     problem = ComplementarityProblem(S, 2 * gap, np.full((1, len(quarter)), 2.0), np.array([FORCE]))
     solution = solve(problem, "wolfe")
     pressure = np.zeros(n * n)
