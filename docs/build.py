@@ -106,6 +106,7 @@ r <= 1.2 a, weighted by area; `with root` is that of the pressure with its squar
 [the design](design.md#pressures-with-their-root-at-the-edge). `approach` is the relative motion of the spheres' flat
 far faces; half-spheres on clamped faces differ in it from Hertz's half-spaces by about -0.31 P/(E R) each (nu = 0.3;
 from the rows "equal" and "unequal" below, which agree in it), and no correction is made.
+Seconds are wall time of one run, at the end of which the load of the machine was {os.getloadavg()[0]:.0f}.
 
 ## Fineness
 
