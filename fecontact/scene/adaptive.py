@@ -40,6 +40,8 @@ EDGE = 0.9
 #: Estimate over the target from which meshes are divided twice before the next solution. Nearly all faces of a contact
 #: with an error of some tens of percent are marked, so that the second marks need no solution of their own.
 FAR = 4.0
+#: Largest growth of a body's unknowns by two divisions at once.
+TWICE = 4.0
 #: Growth of the unknowns that the next division is expected to bring.
 GROWTH = 1.6
 #: Power of the unknowns by which time and memory of a factor grow: 4/3 for nested dissection of a solid.
@@ -97,7 +99,11 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
         factors = sum({id(c): c.memory for b in result.elastic_bodies if (c := b.model.condensation)}.values())
         reason, finer = _reason_to_end(steps, target, factors), None
         if not reason:
-            finer = _divided(now.scene, result, target.accuracy)
+            far = steps[-1].pressure > FAR * target.accuracy and all(
+                c.error_estimate.unbounded is None for c in result.contacts if c.active.any()
+            )
+            twice = far and not _reason_to_end(steps, target, factors, TWICE)
+            finer = _divided(now.scene, result, target.accuracy, twice)
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
         if finer is None:
             met = SAFETY * steps[-1].pressure <= target.accuracy
@@ -124,8 +130,11 @@ def _step(result: ContactResult, seconds: float) -> Step:
     )
 
 
-def _reason_to_end(steps: Sequence[Step], target: Target, factors: int) -> str:
-    """Reason to end after these steps, the last with factors of so many bytes; empty: go on."""
+def _reason_to_end(steps: Sequence[Step], target: Target, factors: int, least: float = 1.0) -> str:
+    """Reason to end after these steps, the last with factors of so many bytes; empty: go on.
+
+    `least` is the least growth of the unknowns that is expected of the next division.
+    """
     last = steps[-1]
     if SAFETY * last.pressure <= target.accuracy:
         return f"the estimate of {last.pressure:.2%}, times {SAFETY} for safety, is within it"
@@ -134,7 +143,7 @@ def _reason_to_end(steps: Sequence[Step], target: Target, factors: int) -> str:
         return f"the last {PATIENCE + 1} divisions did not lower the error: a singular edge, or geometry"
     if len(steps) > MOST_DIVISIONS:
         return f"the meshes have been divided {MOST_DIVISIONS} times"
-    growth = last.n_dofs / steps[-2].n_dofs if len(steps) > 1 else GROWTH
+    growth = max(least, last.n_dofs / steps[-2].n_dofs if len(steps) > 1 else GROWTH)
     if target.max_dofs is not None and growth * last.n_dofs > target.max_dofs:
         return f"the next division would exceed max_dofs={target.max_dofs}"
     needed, free = growth**COST * factors, memory_budget()
@@ -154,8 +163,8 @@ def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
     return KnownContact(contact.points, contact.active, EDGE * largest.toarray().ravel())
 
 
-def _divided(scene: SceneModel, result: ContactResult, accuracy: float) -> SceneModel | None:
-    """The scene on finer meshes; None if no body has a cell to divide."""
+def _divided(scene: SceneModel, result: ContactResult, accuracy: float, twice: bool) -> SceneModel | None:
+    """The scene on finer meshes, faces divided twice if asked; None if no body has a cell to divide."""
     marks: dict[int, dict[str, IntArray]] = {}
     below: dict[int, IntArray] = {}
     number = {id(b): k for k, b in enumerate(result.scene.bodies)}
@@ -170,14 +179,14 @@ def _divided(scene: SceneModel, result: ContactResult, accuracy: float) -> Scene
         for body, cells in zip(both, marked_cells(contact, accuracy), strict=True):
             below[number[id(body)]] = np.union1d(below.get(number[id(body)], cells), cells)
     bodies = list(scene.bodies)
-    twice = max(c.error_estimate.pressure for c in result.contacts if c.active.any()) > FAR * accuracy
     for k, marked in marks.items():
         given = {name: facets for name, facets in marked.items() if len(facets)}
         if not given and not len(below[k]):
             continue
         bodies[k] = bodies[k].divided(given, below[k])
-        if twice and bodies[k] is not scene.bodies[k]:
-            bodies[k] = bodies[k].divided({n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()})
+        if twice and given and bodies[k] is not scene.bodies[k]:
+            more = bodies[k].divided({n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()})
+            bodies[k] = more if more.n_dofs <= TWICE * scene.bodies[k].n_dofs else bodies[k]
     if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
         return None
     return with_bodies(scene, bodies).scene
