@@ -7,7 +7,7 @@ cache: the operations are few, so memory traffic takes most of the time.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -32,7 +32,10 @@ def _coefficients(n_columns: int, triangle: bool, degree: int) -> Array:
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
     values = facet_shapes(n_columns, np.full(len(grid), triangle), grid)[0]
     power = np.vander(t, degree + 1, increasing=True)
-    return np.linalg.solve(np.kron(power, power), values)
+    c = np.linalg.solve(np.kron(power, power), values)
+    if triangle:  # powers sum to the degree at most; the others are rounding
+        c[np.add.outer(np.arange(degree + 1), np.arange(degree + 1)).ravel() > degree] = 0.0
+    return c
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +60,11 @@ class FacetPolynomials:
         """Largest power of a coordinate."""
         return len(self.coefficients) - 1
 
+    @cached_property
+    def only_triangles(self) -> bool:
+        """Whether no facet is a quadrilateral: powers then sum to the degree at most."""
+        return bool(self.triangle.all())
+
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array]:
         """Positions (n, 3) and tangents (n, 3, 2) at coordinates (n, 2) of facets (n,)."""
         n = len(facet)
@@ -65,7 +73,7 @@ class FacetPolynomials:
             part = slice(start, start + BLOCK)
             c = self.coefficients[..., facet[part]]
             s, t = local[part].T
-            value, along_s, along_t = first_derivatives(c, s, t)
+            value, along_s, along_t = first_derivatives(c, s, t, self.only_triangles)
             x[part] = (value + self.origin[:, facet[part]]).T
             tangents[part, :, 0], tangents[part, :, 1] = along_s.T, along_t.T
         return x, tangents
@@ -168,19 +176,27 @@ def facet_polynomials(points: Array, facets: IntArray, triangle: Mask) -> FacetP
     return FacetPolynomials(np.ascontiguousarray(origin.T), c.reshape(shape), triangle)
 
 
-def first_derivatives(c: Array, s: Array, t: Array) -> tuple[Array, Array, Array]:
-    """Value and first derivatives (3, n) of polynomials (m, m, 3, n), by Horner's scheme."""
-    in_t = c[:, -1]
-    slope_t = np.zeros_like(in_t)
-    for j in range(c.shape[1] - 2, -1, -1):
-        slope_t = slope_t * t + in_t
-        in_t = in_t * t + c[:, j]
-    value, along_t = in_t[-1], slope_t[-1]
-    along_s = np.zeros_like(value)
-    for i in range(len(c) - 2, -1, -1):
-        along_s = along_s * s + value
-        value = value * s + in_t[i]
-        along_t = along_t * s + slope_t[i]
+def first_derivatives(c: Array, s: Array, t: Array, only_triangles: bool = False) -> tuple[Array, Array, Array]:
+    """Value and first derivatives (3, n) of polynomials (m, m, 3, n), by Horner's scheme.
+
+    With `only_triangles` coefficients c_ij with i + j >= m are not read: they are zero on triangles.
+    """
+    m = len(c)
+    value, along_s, along_t = np.zeros((3, *c.shape[2:]))
+    for i in range(m - 1, -1, -1):
+        highest = m - 1 - i if only_triangles else m - 1
+        in_t, slope_t = c[i, highest], np.zeros_like(value)
+        for j in range(highest - 1, -1, -1):
+            slope_t *= t
+            slope_t += in_t
+            in_t = in_t * t
+            in_t += c[i, j]
+        along_s *= s
+        along_s += value
+        value *= s
+        value += in_t
+        along_t *= s
+        along_t += slope_t
     return value, along_s, along_t
 
 

@@ -166,10 +166,11 @@ def _met(
     local, met = np.clip(local, -slack, 1 + slack).T.copy(), np.zeros(len(points), bool)
     active = np.flatnonzero(_facing(surface, facet, local.T, normals))
     polynomials = polynomials[..., active]
+    only_triangles = surface.polynomials.only_triangles
     d: Array | None = None
     for _ in range(MOST_STEPS if len(active) else 0):
         before = local[:, active]
-        value, along_s, along_t = first_derivatives(polynomials, *before)
+        value, along_s, along_t = first_derivatives(polynomials, before[0], before[1], only_triangles)
         r, m = value[:3], value[3:]
         d = -_dot(r, m) / _dot(m, m) if d is None else d
         F, a, b = r + d * m, along_s[:3] + d * along_s[3:], along_t[:3] + d * along_t[3:]

@@ -233,14 +233,27 @@ class _Place:
         between = self.centre[s] - other.centre[m]
         length = np.linalg.norm(between, axis=1)
         apart = length - own.radius[s] - other.radius[m]
-        corners = own.corners[s] @ self.rotation.T + self.translation
+        corners = own.corners @ self.rotation.T + self.translation
         line = np.divide(between, length[:, None], out=np.zeros_like(between), where=length[:, None] > 0)
         for direction in (other.normal[m], own.normal[s] @ self.rotation.T, line):
-            ours = (corners @ direction[:, :, None])[..., 0]
-            theirs = (other.corners[m] @ direction[:, :, None])[..., 0]
-            above, below = ours.min(axis=1) - theirs.max(axis=1), theirs.min(axis=1) - ours.max(axis=1)
+            lowest, highest = _extent(corners, s, direction)
+            least, most = _extent(other.corners, m, direction)
+            above, below = lowest - most, least - highest
             apart = np.maximum(apart, np.maximum(above, below) - own.bulge[s] - other.bulge[m])
         return apart
+
+
+def _extent(corners: Array, chosen: IntArray, direction: Array) -> tuple[Array, Array]:
+    """Least and largest coordinates (n,) of the corners (n_facets, k, 3) of chosen facets along directions (n, 3)."""
+    x, y, z = np.ascontiguousarray(direction.T)
+    least, most = np.full(len(x), np.inf), np.full(len(x), -np.inf)
+    for corner in np.ascontiguousarray(corners.transpose(1, 2, 0)):
+        along = corner[0][chosen] * x
+        along += corner[1][chosen] * y
+        along += corner[2][chosen] * z
+        np.minimum(least, along, out=least)
+        np.maximum(most, along, out=most)
+    return least, most
 
 
 def flattened(lists: NDArray[np.object_]) -> tuple[IntArray, IntArray]:
