@@ -8,9 +8,6 @@ Menisci can be added: two rings of wedge section, open towards the middle and he
 to the gap beside the contact. They are isotropic and linear, so their share of the load shows the principle, no more;
 the pressures on their thin inner edges depend on the mesh.
 
-With faces of 1/7 instead of 1/5 of a condyle's width, which takes more than twice as long, forces change by 1 %, peak
-pressures by up to 6 %, areas by 2 to 13 %.
-
 Run: python examples/knee.py            (both condyles on the plateaus)
      python examples/knee.py menisci    (each angle without and with menisci)
 """
