@@ -269,7 +269,7 @@ von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
         ),
         ('"bottom"', '"bottom"\nscale = 2.0', "bodies.block.scale: belongs to a mesh from a file"),
         ("{top =", "{tip =", "bodies.block.supports.tip: the mesh has no boundary 'tip', did you mean 'top'"),
-        ('type = "rigid"', 'type = "stiff"', "unknown value 'stiff'; expected elastic, rigid"),
+        ('type = "rigid"', 'type = "stiff"', "unknown value 'stiff'; expected elastic, local, rigid"),
         ('shape = {kind = "plane"}', "", "needs one of shape (a table; kinds: plane, sphere"),
         ('kind = "plane"', 'kind = "sphere", radius = -2', "radius must be positive and finite"),
         ('master = "floor"', 'master = "block"', "contacts #1: 'block' cannot be in contact with itself"),
