@@ -1,4 +1,4 @@
-"""fecontact: frictionless elastic contact of solids, without penalties and with a certificate.
+"""fecontact: elastic contact of solids, with friction or without, without penalties and with a certificate.
 
 Examples
 --------
