@@ -16,8 +16,6 @@ import scipy.sparse as sp
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.interface import Interface, UnilateralConstraints
-from fecontact.contact.rigid_motion import RigidMotionConstraints
-from fecontact.contact.springs import SpringState
 from fecontact.solvers import ComplementarityProblem
 from fecontact.solvers.friction_problem import FrictionProblem
 
@@ -26,7 +24,7 @@ NEARLY_PARALLEL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class TangentialRows:
+class TangentialRows(UnilateralConstraints):
     """Tangential displacements of the slave against the master at n contact points, in k directions.
 
     Rows are those of the first direction at all points, then those of the second.
@@ -34,6 +32,8 @@ class TangentialRows:
     Attributes
     ----------
     interface : Interface
+    place : int
+        Its number among the interfaces of the problem.
     mu : float
         Coefficient of friction; may be infinite.
     past : (k n,) array
@@ -41,6 +41,7 @@ class TangentialRows:
     """
 
     interface: Interface
+    place: int
     mu: float
     past: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -68,41 +69,15 @@ class TangentialRows:
         return -self.past if self.past.size else np.zeros(len(self.tangents) * self.n_points)
 
     @property
-    def own_compliance(self) -> Array:
-        """Zero (k n,)."""
-        return np.zeros(len(self.gap))
-
-    @property
-    def infeasibility_hint(self) -> str:
-        """Empty."""
-        return ""
-
-    @property
-    def as_contact(self) -> None:
-        """None: the contact is the interface."""
-        return
-
-    @property
     def two_sided(self) -> bool:
         """Yes: friction acts either way."""
         return True
 
-    def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
-        """None: it is no spring."""
-        return ()
-
     @cached_property
-    def _along(self) -> tuple[tuple[Array, Interface], ...]:
-        """Share (k, n) of each of some directions in the tangents, and the interface with these as its normals."""
-        tangents, pairing = self.tangents, self.interface.pairing
-        if pairing.coupling == "nodal":
-            # a point is one sample: its tangent is the direction
-            chosen = list(tangents)
-            shares = [np.eye(len(tangents))[j][:, None] * np.ones(self.n_points) for j in range(len(tangents))]
-        else:
-            chosen = [np.broadcast_to(e, (len(pairing.slave_normals), 3)) for e in np.eye(3)]
-            shares = [tangents[:, :, j] for j in range(3)]
-        return tuple((share, self._turned(world)) for share, world in zip(shares, chosen, strict=True))
+    def _along(self) -> tuple[Interface, ...]:
+        """The interface with each of the world's axes in place of its normals."""
+        n = len(self.interface.pairing.slave_normals)
+        return tuple(self._turned(np.broadcast_to(axis, (n, 3))) for axis in np.eye(3))
 
     def _turned(self, directions: Array) -> Interface:
         """The interface with directions (n_samples, 3), in world axes, in place of its normals."""
@@ -123,29 +98,22 @@ class TangentialRows:
 
     @cached_property
     def _slave_rows(self) -> sp.csr_matrix:
-        return self._summed([(share, turned.slave_rows) for share, turned in self._along])
+        return self._along_tangents([each.slave_rows for each in self._along])
 
     @cached_property
     def _master_rows(self) -> sp.csr_matrix:
-        return self._summed([(share, turned.master_rows) for share, turned in self._along])
+        return self._along_tangents([each.master_rows for each in self._along])
 
-    def _summed(self, parts: Sequence[tuple[Array, sp.csr_matrix]]) -> sp.csr_matrix:
-        blocks = [sum(sp.diags(share[j]) @ rows for share, rows in parts) for j in range(len(self.tangents))]
+    def _along_tangents(self, components: Sequence[sp.csr_matrix]) -> sp.csr_matrix:
+        """Rows along the tangents from those along the world's axes."""
+        blocks = [
+            sum(sp.diags(t) @ rows for t, rows in zip(tangent.T, components, strict=True)) for tangent in self.tangents
+        ]
         return sp.vstack(blocks, format="csr")
-
-    def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
-        """Slip (k n,) by the prescribed rigid motions."""
-        slip = self.gap.copy()
-        for frame in frames:
-            rows = self.rows(frame.body) if frame.prescribed.any() else None
-            if rows is not None:
-                slip += rows @ (frame.modes(frame.prescribed[:, None])[:, 0])
-        return slip
 
 
 def friction_problem(
     condensed: ComplementarityProblem,
-    interfaces: Sequence[UnilateralConstraints],
     chosen: Sequence[IntArray],
     friction: Sequence[TangentialRows],
 ) -> FrictionProblem:
@@ -155,17 +123,15 @@ def friction_problem(
     ----------
     condensed : ComplementarityProblem
         Rows of the chosen pairs of all interfaces, one after the other, then of their tangents.
-    interfaces : sequence of UnilateralConstraints
     chosen : sequence of int arrays
-        Chosen pairs of each.
+        Chosen pairs of each interface.
     friction : sequence of TangentialRows
     """
-    first = dict(zip(map(id, interfaces), np.cumsum([0] + [len(c) for c in chosen])[:-1], strict=True))
-    start = sum(map(len, chosen))
-    points, tangents, mu = [], [], []
+    first = np.cumsum([0] + [len(c) for c in chosen])
+    start, points, tangents, mu = int(first[-1]), [], [], []
     for each in friction:
-        count, k = len(chosen[_place(interfaces, each)]), len(each.tangents)
-        points.append(first[id(each.interface)] + np.arange(count))
+        count, k = len(chosen[each.place]), len(each.tangents)
+        points.append(first[each.place] + np.arange(count))
         tangents.append((start + np.arange(k * count)).reshape(k, count).T)
         mu.append(np.full(count, each.mu))
         start += k * count
@@ -179,10 +145,6 @@ def friction_problem(
     S[held, held] = diagonal.mean()
     given = ComplementarityProblem(S, condensed.g, condensed.B, condensed.F)
     return FrictionProblem(given, np.concatenate(points), rows, np.concatenate(mu))
-
-
-def _place(interfaces: Sequence[UnilateralConstraints], friction: TangentialRows) -> int:
-    return next(k for k, each in enumerate(interfaces) if each is friction.interface)
 
 
 def _across(normals: Array) -> Array:

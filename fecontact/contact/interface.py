@@ -14,7 +14,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.dimension import mean_feet
-from fecontact.contact.rigid_motion import RigidMotionConstraints
+from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.search.region import SearchRegion
 from fecontact.contact.springs import SpringState
@@ -30,32 +30,38 @@ class UnilateralConstraints(Protocol):
 
     @property
     def own_compliance(self) -> Array:
-        """Gap (n,) due to a unit force on its own row, without the bodies."""
+        """Gap (n,) due to a unit force on its own row, without the bodies; zero unless overridden."""
+        return np.zeros(len(self.gap))
 
     @property
     def infeasibility_hint(self) -> str:
         """Text for the message where loads cannot be balanced; may be empty."""
+        return ""
 
     @property
     def as_contact(self) -> Interface | None:
         """The paired contact that these are; None for springs and tangential rows."""
+        return None
 
     @property
     def two_sided(self) -> bool:
         """Whether forces of both signs may act: friction."""
+        return False
 
     def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
         """States of the springs that these are, by forces (n,) and gaps (n,); none for a contact."""
+        return ()
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening (n, n_dofs) by the displacements of a body; None if it is not involved."""
 
     def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
         """Gap (n,) after the prescribed rigid motions."""
+        return after_prescribed(self.gap, self.rows, frames)
 
 
 @dataclass(frozen=True, eq=False)
-class Interface:
+class Interface(UnilateralConstraints):
     """A paired contact: slave points with their closest points, and the gap's dependence on displacements.
 
     Attributes
@@ -86,28 +92,9 @@ class Interface:
         return self.pairing.gap
 
     @property
-    def own_compliance(self) -> Array:
-        """Zero (n_pairs,): the interface has no compliance."""
-        return np.zeros(len(self.gap))
-
-    @property
-    def infeasibility_hint(self) -> str:
-        """Empty: the message mentions contacts anyway."""
-        return ""
-
-    @property
     def as_contact(self) -> Interface:
         """This."""
         return self
-
-    @property
-    def two_sided(self) -> bool:
-        """No: contact only presses."""
-        return False
-
-    def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
-        """None: it is no spring."""
-        return ()
 
     @property
     def slave_surface(self) -> FacetSurface:
@@ -137,12 +124,3 @@ class Interface:
         if body is self.slave:
             return self.slave_rows
         return self.master_rows if body is self.master else None
-
-    def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
-        """Gap (n_pairs,) after the prescribed rigid motions."""
-        opening = self.gap.copy()
-        for frame in frames:
-            rows = self.rows(frame.body) if frame.prescribed.any() else None
-            if rows is not None:
-                opening += rows @ (frame.modes(frame.prescribed[:, None])[:, 0])
-        return opening

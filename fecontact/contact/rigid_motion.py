@@ -20,10 +20,11 @@ mass, as in Elangovan 1978, eq. A-17), and its constraint force is distributed i
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
@@ -78,6 +79,18 @@ class RigidMotionConstraints:
     def describe(self, motion: Array) -> str:
         """A world motion (6,) of this body in words."""
         return f"{self.body.name}: {describe_motion(motion, self.point, self.body.size)}"
+
+
+def after_prescribed(
+    gap: Array, rows: Callable[[Body], sp.csr_matrix | None], frames: Sequence[RigidMotionConstraints]
+) -> Array:
+    """Gaps (n,) after the prescribed rigid motions; `rows` gives their change by displacements of a body, or None."""
+    out = gap.copy()
+    for frame in frames:
+        found = rows(frame.body) if frame.prescribed.any() else None
+        if found is not None:
+            out += found @ frame.modes(frame.prescribed[:, None])[:, 0]
+    return out
 
 
 def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:

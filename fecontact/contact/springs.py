@@ -22,7 +22,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive, vector
 from fecontact.common.errors import InputError
-from fecontact.contact.rigid_motion import RigidMotionConstraints
+from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 
 KINDS = ("tension", "linear")
 
@@ -192,12 +192,7 @@ class SpringRows:
 
     def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
         """Gaps (n,) after the prescribed rigid motions."""
-        opening = self.gap.copy()
-        for frame in frames:
-            rows = self.rows(frame.body)
-            if rows is not None:
-                opening += rows @ frame.modes(frame.prescribed[:, None])[:, 0]
-        return opening
+        return after_prescribed(self.gap, self.rows, frames)
 
 
 def spring_rows(springs: Sequence[Spring]) -> SpringRows:

@@ -11,7 +11,6 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.condensed_problem import DisplacementState
 from fecontact.contact.friction_rows import TangentialRows
-from fecontact.contact.interface import UnilateralConstraints
 from fecontact.solvers import FrictionSolution
 
 
@@ -100,18 +99,17 @@ class FrictionFields:
 
 def friction_fields(
     friction: Sequence[TangentialRows],
-    interfaces: Sequence[UnilateralConstraints],
     chosen: Sequence[IntArray],
     solution: FrictionSolution | None,
     state: DisplacementState,
 ) -> dict[int, FrictionFields]:
-    """Fields of every contact with friction, by the identity of its interface; none without a solution."""
+    """Fields of every contact with friction, by its number; none without a solution."""
     if solution is None:
         return {}
     out, start = {}, 0
-    slips = state.gaps[len(interfaces) :]
+    slips = state.gaps[len(chosen) :]
     for each, slip in zip(friction, slips, strict=True):
-        points = next(c for i, c in zip(interfaces, chosen, strict=True) if i is each.interface)
+        points = chosen[each.place]
         n, k, here = each.n_points, len(each.tangents), slice(start, start + len(points))
         start += len(points)
         force, moved = np.zeros((n, k)), slip.reshape(k, n)
@@ -120,7 +118,7 @@ def friction_fields(
         touching[points], sliding[points] = solution.touching[here], solution.sliding[here]
         forces = np.einsum("nk,kni->ni", force, each.tangents)
         extent = each.interface.slave_surface.out_of_plane
-        out[id(each.interface)] = FrictionFields(
+        out[each.place] = FrictionFields(
             mu=each.mu,
             forces=forces,
             weights=each.interface.pairing.weights,

@@ -145,7 +145,7 @@ def make_result(
     rounds: int,
     friction: Mapping[int, FrictionFields],
 ) -> ContactResult:
-    """`ContactResult` of a solution of the condensed problem; `friction` by the identities of its interfaces."""
+    """`ContactResult` of a solution of the condensed problem; `friction` by numbers of contacts."""
     contacts: list[ContactFields] = []
     springs: tuple[SpringState, ...] = ()
     number = {id(body): k for k, body in enumerate(scene.bodies)}
@@ -158,7 +158,7 @@ def make_result(
         if (contact := interface.as_contact) is not None:
             own, other = (state.displacements[number[id(body)]] for body in (contact.slave, contact.master))
             fields = contact_fields(contact, candidates, forces, gap, (own, other))
-            contacts.append(replace(fields, friction=friction.get(id(contact))))
+            contacts.append(replace(fields, friction=friction.get(len(contacts))))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

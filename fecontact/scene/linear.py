@@ -72,12 +72,12 @@ def solved(
     rounds = 0
     while True:
         rounds += 1
-        condensed = assemble(model.bodies, every, with_tangents(interfaces, chosen, friction), loading, timer, dense)
+        condensed = assemble(model.bodies, every, with_tangents(chosen, friction), loading, timer, dense)
         try:
             with timer("solve"):
                 frictional = None
                 if friction:
-                    problem = friction_problem(condensed.problem, interfaces, chosen, friction)
+                    problem = friction_problem(condensed.problem, chosen, friction)
                     frictional = solve_friction(problem, tolerance=tolerance)
                     solution = frictional.normal
                 else:
@@ -109,7 +109,7 @@ def solved(
                 f"The candidates still grew after {MOST_ROUNDS} rounds; the contact does not settle. "
                 "Check the loads and the initial gap."
             )
-    fields = friction_fields(friction, interfaces, chosen, frictional, state)
+    fields = friction_fields(friction, chosen, frictional, state)
     result = make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds, fields)
     return replace(result, friction=frictional)
 
@@ -149,16 +149,13 @@ def tangential_rows(
         if contact.friction > 0 and paired is not None:
             found = None if before is None else before.contacts[k].friction
             past = np.zeros(0) if found is None else found.displaced.ravel()
-            out.append(TangentialRows(paired, contact.friction, past))
+            out.append(TangentialRows(paired, k, contact.friction, past))
     return out
 
 
-def with_tangents(
-    interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray], friction: Sequence[TangentialRows]
-) -> list[IntArray]:
+def with_tangents(chosen: Sequence[IntArray], friction: Sequence[TangentialRows]) -> list[IntArray]:
     """Chosen rows of all interfaces, then those of the tangents of chosen points."""
-    of = {id(interface): c for interface, c in zip(interfaces, chosen, strict=True)}
-    return [*chosen, *(each.numbers(of[id(each.interface)]).ravel() for each in friction)]
+    return [*chosen, *(each.numbers(chosen[each.place]).ravel() for each in friction)]
 
 
 def slides(error: InfeasibleLoadError, loading: Loading) -> SupportError:

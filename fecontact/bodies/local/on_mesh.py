@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import cached_property
 
 import numpy as np
@@ -16,16 +17,16 @@ from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.mesh import Mesh
 
 
-class OnMesh(Placed):
+class OnMesh(Placed, ABC):
     """A body whose displacements are those of the cells of its windows, then those of the nodes of its mesh."""
 
     body: ElasticBody
     name: str
 
     @property
+    @abstractmethod
     def n_cells(self) -> int:
         """Number of modelled cells."""
-        raise NotImplementedError
 
     @property
     def material(self) -> Material:
