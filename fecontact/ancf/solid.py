@@ -25,8 +25,8 @@ from fecontact.ancf.space import BATCH, AncfSpace, GradientBatch
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness
 from fecontact.fem.model import materials_of_cells
-from fecontact.fem.stiffness import determinant_3x3, element_stiffness
 
 #: Bytes of shape functions cached between calls; larger models recompute them.
 KEPT_BYTES = 600_000_000

@@ -7,105 +7,48 @@ Of displacements u and rigid motions q with G u + d + B^T q = 0, find those with
 With weights W and L = W G^T (G W G^T)^-1, every such u is u_0 + P v - L B^T q, where P = I - L G projects on G v = 0.
 Conjugate gradients run on T^T K T, T = [P, -L B^T], with the preconditioner P V P^T for an approximation V of K^-1: a
 projected preconditioned method (N. I. M. Gould, M. E. Hribar, J. Nocedal, SIAM J. Sci. Comput. 23 (2001) 1376). Only
-G W G^T is factorised. The forces are l = L^T K u, and the residual K u - G^T l = P^T K u.
+G W G^T is factorised (`fem.held_rows`). The forces are l = L^T K u, and the residual K u - G^T l = P^T K u.
 
 A node on a rigid surface is the simplest case: its row has one entry along the normal, P removes that component, and
 the conditions are those of Dirichlet on one turned degree of freedom per node.
+
+Where several processes share the displacements, each has its part of u and all of l and q. The module
+needs NumPy only, so that they can import it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from fecontact.common.arrays import Array
 
-#: Smallest pivot of G W G^T, relative to its largest entry, at which rows count as dependent.
-DEPENDENT = 1e-12
 #: Largest number of steps, and of passes on the true residual.
 MOST_STEPS, PASSES = 2000, 5
-
-#: Entries of (G W G^T)^-1, relative to its diagonal, that are dropped from a preconditioner.
-DROPPED = 1e-2
 
 Product = Callable[[Array], Array]
 
 
-class DependentRowsError(ValueError):
-    """Rows of an active set that are not independent on the solved displacements."""
+class Rows(Protocol):
+    """Rows G (a, n), their lift L and the projection P, see `fem.held_rows`."""
 
-
-class Rows:
-    """Rows G (a, n) with weights W (n,): the lift L = W G^T (G W G^T)^-1 and the projection P = I - L G.
-
-    Raises
-    ------
-    DependentRowsError
-        For dependent rows.
-
-    Examples
-    --------
-    >>> rows = Rows(sp.csr_matrix([[0.0, 2.0, 0.0]]), np.ones(3))
-    >>> rows.lift(np.array([1.0])).tolist(), rows.project(np.array([3.0, 4.0, 5.0])).tolist()
-    ([0.0, 0.5, 0.0], [3.0, 0.0, 5.0])
-    """
-
-    def __init__(self, G: sp.csr_matrix, W: Array) -> None:
-        self.G = G
-        weighted = sp.csr_matrix(G.multiply(W))
-        self._weighted_transpose, self._transpose = weighted.T.tocsr(), G.T.tocsr()
-        self.gram = gram = (G @ weighted.T).tocsc()
-        diagonal = gram.diagonal()
-        if diagonal.min(initial=np.inf) <= DEPENDENT * diagonal.max(initial=0.0):
-            raise DependentRowsError("a row does not act on any solved displacement")
-        #: Whether no two rows act on one displacement.
-        self.apart = gram.nnz == len(diagonal)
-        if self.apart:
-            self._solve: Product = lambda b: b / diagonal
-            return
-        try:
-            factor = spla.splu(gram, options={"SymmetricMode": True}, diag_pivot_thresh=0.0, permc_spec="MMD_AT_PLUS_A")
-        except RuntimeError as error:
-            raise DependentRowsError("dependent rows") from error
-        pivots = np.abs(factor.U.diagonal())
-        if pivots.min() <= DEPENDENT * pivots.max():
-            raise DependentRowsError("dependent rows")
-        self._solve = factor.solve
+    def gap(self, u: Array) -> Array:
+        """G u."""
 
     def lift(self, d: Array) -> Array:
         """L d."""
-        return np.asarray(self._weighted_transpose @ self._solve(d))
-
-    def forces(self, r: Array) -> Array:
-        """L^T r: the forces along the rows in nodal forces r (n,)."""
-        return self._solve(self._weighted_transpose.T @ r)
-
-    def nodal(self, forces: Array) -> Array:
-        """G^T l."""
-        return np.asarray(self._transpose @ forces)
 
     def project(self, v: Array) -> Array:
         """P v."""
-        return v - self.lift(self.G @ v)
 
-    def removed(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """L G, which projects on what P removes, and G^T (G W G^T)^-1 G, a stiffness on it alone.
+    def forces(self, r: Array) -> Array:
+        """L^T r."""
 
-        Small entries of the inverse are dropped: away from the diagonal they decay exponentially.
-        """
-        if self.apart:
-            few = sp.diags_array(1.0 / self.gram.diagonal(), format="csr")
-        else:
-            inverse = np.linalg.inv(self.gram.toarray())
-            size = np.sqrt(inverse.diagonal())
-            inverse[np.abs(inverse) < DROPPED * size * size[:, None]] = 0.0
-            few = sp.csr_matrix(inverse)
-        scaled = few @ self.G
-        return sp.csr_matrix(self._weighted_transpose @ scaled), sp.csr_matrix(self._transpose @ scaled)
+    def nodal(self, forces: Array) -> Array:
+        """G^T l."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +67,8 @@ class Held:
     F : (m,) array
     Q : (m, m) array
         Approximation of the inverse of B (G K^-1 G^T)^-1 B^T.
+    total : callable
+        Sum of an array over the processes that share u; by default there is one.
     """
 
     K: Product
@@ -133,6 +78,7 @@ class Held:
     B: Array
     F: Array
     Q: Array
+    total: Product = np.asarray
 
 
 def constrained_cg(
@@ -159,8 +105,10 @@ def constrained_cg(
     --------
     Two springs of stiffness 1 and 3 in a row, whose end, under a rigid plate, carries a load of 2:
 
+    >>> import scipy.sparse as sp
+    >>> from fecontact.fem.held_rows import SparseRows
     >>> K = np.array([[4.0, -3.0], [-3.0, 3.0]])
-    >>> rows = Rows(sp.csr_matrix([[0.0, -1.0]]), np.ones(2))
+    >>> rows = SparseRows(sp.csr_matrix([[0.0, -1.0]]), np.ones(2))
     >>> held = Held(K.dot, lambda r: r, rows, np.zeros(1), np.ones((1, 1)), np.array([2.0]), np.eye(1))
     >>> u, forces, q = constrained_cg(held, np.zeros(2), np.zeros(1), 1e-12, lambda: None)
     >>> u.round(9).tolist(), forces.round(9).tolist(), q.round(9).tolist()
@@ -171,28 +119,26 @@ def constrained_cg(
     forces = np.zeros(len(held.d))
     for _ in range(PASSES):
         # the recurrence drifts from the rows and from the true residual
-        u = u - rows.lift(rows.G @ u + held.d + B.T @ q)
+        u = u - rows.lift(rows.gap(u) + held.d + B.T @ q)
         Ku = held.K(u)
         s, p, last = np.zeros_like(u), np.zeros_like(q), 1.0
         for step in range(MOST_STEPS):
             forces = rows.forces(Ku)
             nodal = rows.nodal(forces)
             r, unbalanced = nodal - Ku, B @ forces - held.F
-            if (
-                np.linalg.norm(r) <= rtol * np.linalg.norm(nodal)
-                and (np.abs(unbalanced) <= rtol * (size @ np.abs(forces))).all()
-            ):
+            residual, whole = np.sqrt(held.total(np.array([r @ r, nodal @ nodal])))
+            if residual <= rtol * whole and (np.abs(unbalanced) <= rtol * (size @ np.abs(forces))).all():
                 if step == 0:
                     return u, forces, q
                 break
             z, w = rows.project(held.V(r)), held.Q @ unbalanced
-            now = float(r @ z + unbalanced @ w)
+            now = float(held.total(np.array([r @ z]))[0] + unbalanced @ w)
             if now <= 0.0:
                 break
             p = w + now / last * p
             s = z - rows.lift(B.T @ w) + now / last * s
             Ks = held.K(s)
-            length = now / float(s @ Ks)
+            length = now / float(held.total(np.array([s @ Ks]))[0])
             u, q, Ku, last = u + length * s, q + length * p, Ku + length * Ks, now
             count()
     return u, forces, q

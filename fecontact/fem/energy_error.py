@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.fem.stiffness import determinant_3x3, jacobians
+from fecontact.fem.element_stiffness import determinant_3x3, jacobians
 from fecontact.fem.stress import gauss_strain, to_nodes
 from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.element.quadrature import element_quadrature

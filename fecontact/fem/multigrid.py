@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg
@@ -23,7 +24,8 @@ from scipy.spatial.distance import cdist
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.fem.amg import TIGHT, AmgFactor, Cycle
 from fecontact.fem.condensation import Compliance
-from fecontact.fem.constrained_cg import DependentRowsError, Held, Rows, constrained_cg
+from fecontact.fem.constrained_cg import Held, constrained_cg
+from fecontact.fem.held_rows import DependentRowsError, SparseRows
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import ComplementarityProblem, Status
 from fecontact.solvers.registry import attempt
@@ -32,8 +34,6 @@ from fecontact.solvers.registry import attempt
 LOOSE = 1e-3
 #: Relative residual of the product that scales the half-space.
 PROBE = 1e-2
-#: Rows with common displacements up to which their dense inverse is taken.
-MOST_INVERTED = 3000
 #: Largest number of active sets.
 MOST_SETS = 60
 #: Boussinesq's displacement under the middle of a uniformly loaded square: 4 ln(1 + sqrt(2)) over its side.
@@ -115,7 +115,20 @@ class JointCompliance(LinearOperator):
         return solve_contact(self.shares, problem, tolerance)
 
 
-@dataclass(frozen=True, eq=False)
+class System(Protocol):
+    """Displacements of all bodies, from which each solve starts."""
+
+    def held(self, active: IntArray, problem: ComplementarityProblem, Q: Array) -> OnRows:
+        """Solve on active rows of a problem; Q as in `constrained_cg.Held`."""
+
+    def keep(self) -> None:
+        """Start later products from the displacements."""
+
+
+#: Forces (a,) of active rows, motions and the deflection (n,) along all rows, from motions and a tolerance.
+OnRows = Callable[[Array, float], tuple[Array, Array, Array]]
+
+
 class Assembly:
     """Displacements of all bodies in one vector (N,).
 
@@ -130,19 +143,13 @@ class Assembly:
         Inverse of the diagonal of the stiffness.
     """
 
-    factors: tuple[AmgFactor, ...]
-    ends: tuple[int, ...]
-    C: sp.csr_matrix
-    softness: Array
-
-    @classmethod
-    def of(cls, n: int, shares: Sequence[tuple[IntArray, MultigridCompliance]]) -> Assembly:
-        """All bodies of n rows."""
-        factors = tuple(compliance.factor for _, compliance in shares)
-        placed = [_placed(n, index, compliance.C) for index, compliance in shares]
-        softness = [1.0 / factor.K.diagonal() for factor in factors]
-        ends = (0, *np.cumsum([len(s) for s in softness]).tolist())
-        return cls(factors, ends, sp.hstack(placed, format="csr"), np.concatenate(softness))
+    def __init__(self, n: int, shares: Sequence[tuple[IntArray, MultigridCompliance]]) -> None:
+        self.factors = tuple(compliance.factor for _, compliance in shares)
+        softness = [1.0 / factor.K.diagonal() for factor in self.factors]
+        self.ends = (0, *np.cumsum([len(s) for s in softness]).tolist())
+        self.C = sp.hstack([_placed(n, index, compliance.C) for index, compliance in shares], format="csr")
+        self.softness = np.concatenate(softness)
+        self._u = np.zeros(self.ends[-1])
 
     def parts(self, u: Array) -> list[Array]:
         """Displacements of each body."""
@@ -152,11 +159,28 @@ class Assembly:
         """Nodal forces (N,) of displacements."""
         return np.concatenate([factor.K @ v for factor, v in zip(self.factors, self.parts(u), strict=True)])
 
-    def cycle(self, rows: Rows) -> Callable[[Array], Array]:
+    def cycle(self, rows: SparseRows) -> Callable[[Array], Array]:
         """V-cycle of the bodies on their rows; of free bodies where the inverse that it takes is too large."""
-        if rows.apart or rows.G.shape[0] <= MOST_INVERTED:
+        if rows.invertible:
             return Cycle.side_by_side([factor.cycle for factor in self.factors]).restricted(*rows.removed())
         return lambda r: np.concatenate([f.cycle(v) for f, v in zip(self.factors, self.parts(r), strict=True)])
+
+    def held(self, active: IntArray, problem: ComplementarityProblem, Q: Array) -> OnRows:
+        """Conjugate gradients on active rows."""
+        rows = SparseRows(self.C[active], self.softness)
+        B = problem.B[:, active]
+        held = Held(self.K, self.cycle(rows), rows, problem.g[active], B, problem.F, Q)
+
+        def on_rows(q: Array, rtol: float) -> tuple[Array, Array, Array]:
+            self._u, forces, q = constrained_cg(held, self._u, q, rtol, self.count)
+            return forces, q, self.C @ self._u
+
+        return on_rows
+
+    def keep(self) -> None:
+        """Start later products from the displacements."""
+        for factor, v in zip(self.factors, self.parts(self._u), strict=True):
+            factor.remember(v)
 
     def count(self) -> None:
         """Count a step."""
@@ -183,32 +207,29 @@ def solve_contact(
     tolerance : float
         Of the certificate.
     """
-    assembly = Assembly.of(problem.n, shares)
+    system = Assembly(problem.n, shares)
     try:
-        return _by_active_sets(assembly, _half_spaces(problem.n, shares), problem, 0.1 * tolerance)
+        return _by_active_sets(system, _half_spaces(problem.n, shares), problem, 0.1 * tolerance)
     except DependentRowsError as error:
         return Outcome(np.zeros(problem.n), np.zeros(problem.m), Status.SINGULAR, str(error), 0)
 
 
-def _by_active_sets(assembly: Assembly, guess: Array, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+def _by_active_sets(system: System, guess: Array, problem: ComplementarityProblem, tolerance: float) -> Outcome:
     active, q = _first_set(guess, problem)
-    u, history = np.zeros(assembly.ends[-1]), []
+    history: list[float] = []
     forces = np.zeros(problem.n)
     for nit in range(1, MOST_SETS + 1):
         A = np.flatnonzero(active)
-        rows, B = Rows(assembly.C[A], assembly.softness), problem.B[:, A]
-        Q = _motions(guess[np.ix_(A, A)], B)
-        held = Held(assembly.K, assembly.cycle(rows), rows, problem.g[A], B, problem.F, Q)
+        on_rows = system.held(A, problem, _motions(guess[np.ix_(A, A)], problem.B[:, A]))
         for rtol in (LOOSE, TIGHT):
             forces = np.zeros(problem.n)
-            u, forces[A], q = constrained_cg(held, u, q, rtol, assembly.count)
-            wrong = _wrong(assembly.C @ u, forces, q, active, problem, tolerance)
+            forces[A], q, deflection = on_rows(q, rtol)
+            wrong = _wrong(deflection, forces, q, active, problem, tolerance)
             if wrong.any():
                 break
         history.append(float(wrong.sum()))
         if not wrong.any():
-            for factor, v in zip(assembly.factors, assembly.parts(u), strict=True):
-                factor.remember(v)
+            system.keep()
             return Outcome(np.maximum(forces, 0.0), q, Status.SOLVED, "solved", nit, history)
         active = active ^ wrong
     return Outcome(np.maximum(forces, 0.0), q, Status.ITERATION_LIMIT, f"{MOST_SETS} sets", MOST_SETS, history)

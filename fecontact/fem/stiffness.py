@@ -10,12 +10,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness, jacobians, physical_gradients
 from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.element.quadrature import element_quadrature, reduced_quadrature
 from fecontact.mesh.mesh import Mesh
@@ -46,26 +46,6 @@ class Batch:
     dV: Array
 
 
-def jacobians(x: Array, dN: Array) -> Array:
-    """Jacobians dx_i/dX_j (n_cells, n_q, 3, 3) of cells with nodes x (n_cells, n_functions, 3) where `dN` is given."""
-    n_q, n_functions, _ = dN.shape
-    product = np.swapaxes(x, 1, 2) @ dN.transpose(1, 0, 2).reshape(n_functions, n_q * 3)
-    return product.reshape(len(x), 3, n_q, 3).swapaxes(1, 2)
-
-
-def determinant_3x3(J: Array) -> Array:
-    """Determinants (...) of (..., 3, 3) matrices as a triple product."""
-    return np.einsum("...i,...i->...", J[..., 0, :], np.cross(J[..., 1, :], J[..., 2, :]))
-
-
-def inverse_3x3(J: Array) -> tuple[Array, Array]:
-    """Inverses and determinants of (..., 3, 3) matrices by cofactors, several times faster than LAPACK's."""
-    a, b, c = J[..., 0, :], J[..., 1, :], J[..., 2, :]
-    cofactor = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
-    det = np.einsum("...i,...i->...", a, cofactor[..., :, 0])
-    return cofactor / det[..., None, None], det
-
-
 def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Batch]:
     """Iterate over the cells of a checked mesh in batches of one kind of element.
 
@@ -80,8 +60,7 @@ def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Ba
         for start in range(0, len(group.cells), size):
             part = slice(start, start + size)
             nodes = group.nodes[part]
-            inverse, det = inverse_3x3(jacobians(mesh.points[nodes], dN))
-            yield Batch(group.cells[part], nodes, N, dN[None] @ inverse, det * W)
+            yield Batch(group.cells[part], nodes, N, *physical_gradients(mesh.points[nodes], dN, W))
 
 
 def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:
@@ -91,55 +70,6 @@ def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:
         N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
         x = mesh.points[group.nodes]
         yield group.cells, N @ x, determinant_3x3(jacobians(x, dN)) * W
-
-
-class Gradients(Protocol):
-    """Members of a batch that a stiffness needs: those of a `Batch`, or of other elements."""
-
-    @property
-    def gradients(self) -> Array:
-        """Gradients (n_cells, n_q, n_functions, 3) with respect to physical coordinates."""
-
-    @property
-    def dV(self) -> Array:
-        """Volumes (n_cells, n_q) of the quadrature points."""
-
-
-def gradient_products(batch: Gradients) -> Array:
-    """Integrals T_aibj of dN_a/dx_i dN_b/dx_j: (n_cells, n_functions a, n_functions b, 3 i, 3 j)."""
-    n_cells, n_q, n_functions, _ = batch.gradients.shape
-    G = batch.gradients.reshape(n_cells, n_q, 3 * n_functions)
-    T = (G * batch.dV[:, :, None]).swapaxes(1, 2) @ G
-    return T.reshape(n_cells, n_functions, 3, n_functions, 3).transpose(0, 1, 3, 2, 4)
-
-
-def element_stiffness(batch: Gradients, lame: Array, shear: Array, volumetric: Gradients | None = None) -> Array:
-    """Stiffness matrices of isotropic cells.
-
-    With T_aibj = int dN_a/dx_i dN_b/dx_j, one matrix product per element, the stiffness is
-    K_aibj = lambda T_aibj + mu (T_ajbi + delta_ij T_akbk) (Hughes, The Finite Element Method, 1987, section 2.7).
-
-    Parameters
-    ----------
-    batch : Batch, or other gradients
-    lame, shear : (n_cells,) arrays
-        Lame constants lambda and mu of the cells.
-    volumetric : Batch, optional
-        The same cells at reduced points, for the part with lambda (selective reduced integration, Hughes 1987, section
-        4.4), against locking of nearly incompressible materials.
-
-    Returns
-    -------
-    (n_cells, n_functions, n_functions, 3, 3) array
-        Axes: cell, node a, node b, component i, component j.
-    """
-    T = gradient_products(batch)
-    T_volumetric = T if volumetric is None else gradient_products(volumetric)
-    trace = np.einsum("cabkk->cab", T)
-    K = lame[:, None, None, None, None] * T_volumetric + shear[:, None, None, None, None] * T.swapaxes(3, 4)
-    for i in range(3):
-        K[..., i, i] += shear[:, None, None] * trace
-    return K
 
 
 def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = False) -> sp.csr_matrix:

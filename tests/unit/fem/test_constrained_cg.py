@@ -5,7 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.fem.constrained_cg import DependentRowsError, Held, Rows, constrained_cg
+from fecontact.fem.constrained_cg import Held, constrained_cg
+from fecontact.fem.held_rows import DependentRowsError, SparseRows
 
 
 def problem(seed, n=40, a=7, m=2, per_row=4):
@@ -37,7 +38,7 @@ def test_the_equations_of_bodies_on_rows(per_row, m):
             G = sp.csr_matrix((G.data, np.random.default_rng(seed).permutation(40)[:7], G.indptr), shape=G.shape)
         steps = []
         V = np.diag(1.0 / K.diagonal())
-        held = Held(K.dot, V.dot, Rows(G, W), d, B, F, np.eye(m))
+        held = Held(K.dot, V.dot, SparseRows(G, W), d, B, F, np.eye(m))
         found = constrained_cg(held, np.zeros(40), np.zeros(m), 1e-12, lambda s=steps: s.append(1))
         for mine, true in zip(found, exact(K, G, d, B, F), strict=True):
             assert mine == pytest.approx(true, rel=1e-7, abs=1e-7)
@@ -50,7 +51,7 @@ def test_the_equations_of_bodies_on_rows(per_row, m):
 def test_lift_and_projection():
     """G L = 1, G P = 0, P P = P, and L^T finds the forces in G^T l."""
     _, G, W, d, _, _ = problem(3)
-    rows, v = Rows(G, W), np.random.default_rng(0).standard_normal(40)
+    rows, v = SparseRows(G, W), np.random.default_rng(0).standard_normal(40)
     assert G @ rows.lift(d) == pytest.approx(d, rel=1e-12)
     assert G @ rows.project(v) == pytest.approx(np.zeros(7), abs=1e-12)
     assert rows.project(rows.project(v)) == pytest.approx(rows.project(v), abs=1e-12)
@@ -60,7 +61,7 @@ def test_lift_and_projection():
 @pytest.mark.parametrize("G", [[[1.0, 2.0], [2.0, 4.0]], [[1.0, 0.0], [0.0, 0.0]]])
 def test_dependent_rows_are_refused(G):
     with pytest.raises(DependentRowsError):
-        Rows(sp.csr_matrix(np.array(G)), np.ones(2))
+        SparseRows(sp.csr_matrix(np.array(G)), np.ones(2))
 
 
 def test_bodies_side_by_side_have_their_own_cycles():
@@ -99,7 +100,7 @@ def test_a_cycle_restricted_to_rows_is_that_of_the_restricted_matrix():
     G = sp.csr_matrix(
         (normal.ravel(), (np.repeat(np.arange(20), 3), (number[:, None] + np.arange(3)).ravel())), (20, len(dofs))
     )
-    rows = Rows(G, 1.0 / factor.K.diagonal())
+    rows = SparseRows(G, 1.0 / factor.K.diagonal())
     assert rows.apart
     cycle = factor.cycle.restricted(*rows.removed())
     P = np.eye(len(dofs)) - np.array([rows.lift(column) for column in G.T.toarray()]).T
