@@ -52,7 +52,8 @@ def with_bodies(scene: SceneModel, bodies: Sequence[Body]) -> CarriedScene:
     """The scene with new bodies, given in its order; contacts and springs follow, and windows face each other."""
     new = {id(old): body for old, body in zip(scene.bodies, bodies, strict=True)}
     for contact in scene.contacts:
-        new[id(contact.master)] = new[id(contact.master)].met_by(new[id(contact.slave)])
+        for body, other in ((contact.master, contact.slave), (contact.slave, contact.master)):
+            new[id(body)] = new[id(body)].met_by(new[id(other)])
     bodies = [new[id(old)] for old in scene.bodies]
 
     def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:

@@ -9,11 +9,13 @@ from typing import Any, cast
 
 import numpy as np
 
+from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.local import LocalBody
 from fecontact.bodies.local.first_touch import first_touch
 from fecontact.bodies.local.placing import onto_planes, planes_through
 from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
+from fecontact.bodies.rigid import Plane
 from fecontact.common.errors import InputError
 from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.loads import Loading
@@ -46,7 +48,9 @@ Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None]],
 def has_open_windows(model: SceneModel) -> bool:
     """Whether local bodies of a scene have no window yet, or windows that do not face each other."""
     return not all(b.is_placed for b in model.bodies) or any(
-        c.master.met_by(c.slave) is not c.master for c in model.contacts
+        body.met_by(other) is not body
+        for c in model.contacts
+        for body, other in ((c.master, c.slave), (c.slave, c.master))
     )
 
 
@@ -80,6 +84,7 @@ def solve_with_windows(model: SceneModel, given: Mapping[str, Any], solve: Solve
                 bodies[k] = _first_window(cast(LocalBody, body), model, loading)
     for _ in range(MOST_WINDOWS):
         carried = with_bodies(model, bodies)
+        _check_facing(carried.scene)
         result = solve(carried.scene, carried.loads(given), ())
         fitted = list(bodies)
         for k in leading:
@@ -107,10 +112,11 @@ def _first_window(body: LocalBody, model: SceneModel, loading: Loading) -> Local
     other, name = (
         (contact.master, contact.surfaces[1]) if body is contact.slave else (contact.slave, contact.surfaces[0])
     )
+    surface = Plane() if isinstance(other, HalfSpace) else other.surface(name)
     moved = [_after_motion(b, loading) for b in (body, other)]
     modulus = 1 / (1 / body.contact_modulus + 1 / other.contact_modulus)
     find = partial(
-        first_touch, body.surface("window"), other.surface(name), moved[0].relative_to(moved[1]), modulus,
+        first_touch, body.surface("window"), surface, moved[0].relative_to(moved[1]), modulus,
         names=(body.name, other.name), start=body.wish.at,
     )  # fmt: skip
     touch = find(force=loading.magnitude)
@@ -126,6 +132,17 @@ def _first_window(body: LocalBody, model: SceneModel, loading: Loading) -> Local
     return body.with_window(at, (2 * WIDE * float(half[0]), 2 * WIDE * float(half[1])))
 
 
+def _check_facing(model: SceneModel) -> None:
+    """Refuse windows that do not face each other, as those of a body between two others."""
+    for contact in model.contacts:
+        for body, other in ((contact.slave, contact.master), (contact.master, contact.slave)):
+            if body.met_by(other) is not body:
+                raise InputError(
+                    f"The cells of {body.name!r} cannot lie opposite the window of {other.name!r} and of another local "
+                    "body too: it has one window. Give it one contact with a local body, or leave it an ElasticBody."
+                )
+
+
 def _after_motion(body: Body, loading: Loading) -> Pose:
     """Pose of a body after its prescribed motion."""
     frame = next(f for f in loading.frames if f.body is body)
@@ -137,7 +154,7 @@ def _fitted(body: LocalBody, result: ContactResult) -> LocalBody:
     window, wish = body.window, body.wish
     posed = result.solved(body)
     ((contact, interface),) = [
-        (c, i) for c, i in zip(result.contacts, result.interfaces, strict=True) if posed is i.slave
+        (c, i) for c, i in zip(result.contacts, result.interfaces, strict=True) if posed in (i.slave, i.master)
     ]
     cells = interface.pairing.nodes[contact.active]
     if len(cells) == 0 or wish.sides is not None:

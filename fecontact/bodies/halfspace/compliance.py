@@ -97,7 +97,7 @@ class SurfaceCompliance:
         return self.material is not None
 
     def kernel(self, level: int = 0) -> Array:
-        """Kernel of the grid coarsened `level` times by two, see `nested.Level.kernel`."""
+        """Kernel of the grid coarsened `level` times by two, see `nested.GridLevel.kernel`."""
         if self.periodic:
             return self._symbol(level)
         counts = tuple(-(-n // 2**level) + (level > 0) for n in self.grid.shape)
@@ -135,3 +135,30 @@ class SurfaceCompliance:
         if self.against is not None:
             values = values + kernels.symbol(kx[:, None], ky[None, :]) / self.against.plane_strain_modulus
         return values
+
+
+@dataclass(frozen=True, eq=False)
+class JointCompliance:
+    """Displacement of the cells of two bodies towards each other, by pressure between them.
+
+    Parameters
+    ----------
+    parts : (SurfaceCompliance or JointCompliance, SurfaceCompliance or JointCompliance)
+        Of the same grid, free.
+    """
+
+    parts: tuple[SurfaceCompliance | JointCompliance, SurfaceCompliance | JointCompliance]
+
+    @property
+    def grid(self) -> Grid:
+        """Grid of both."""
+        return self.parts[0].grid
+
+    @property
+    def periodic(self) -> bool:
+        """False: both are free."""
+        return False
+
+    def kernel(self, level: int = 0) -> Array:
+        """Kernel of the grid coarsened `level` times by two, see `nested.GridLevel.kernel`."""
+        return self.parts[0].kernel(level) + self.parts[1].kernel(level)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar, Protocol, overload
+from typing import ClassVar, Protocol, cast, overload
 
 import numpy as np
 import scipy.sparse as sp
@@ -346,6 +346,11 @@ class HalfSpace(SurfaceBody):
             return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
         return np.asarray(surface, dtype=float)
 
+    def met_by(self, partner: object) -> HalfSpace:
+        """The half-space with cells opposite those of a local body; itself for other partners."""
+        faced = getattr(partner, "half_space_opposite", None)
+        return self if faced is None else cast(HalfSpace, faced(self))
+
     @property
     def matrix_free(self) -> bool:
         """Its compliance is applied by Fourier transforms."""
@@ -382,15 +387,16 @@ class HalfSpace(SurfaceBody):
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance along rows: a matrix, or an operator for many rows of one cell each."""
         with timer("condense"):
-            return Reduced(self._cells.along(_normal_part(rows)), np.zeros(rows.shape[0]))
+            return Reduced(self._cells.along(_along(rows, self.facets.normal)), np.zeros(rows.shape[0]))
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows."""
-        upwards = np.asarray(_normal_part(rows).T @ forces).reshape(self.grid.shape)
-        u = np.zeros((self.grid.n_cells, 3))
-        if upwards.any():
-            u[:, 2] = self._cells.product.apply(upwards / self.grid.area).ravel()
-        return u.ravel()
+        cells, normal = self._cells, self.facets.normal
+        outward = np.asarray(_along(rows, normal).T @ forces).reshape(cells.shape)
+        if not outward.any():
+            return np.zeros(self.n_dofs)
+        u = cells.product.apply(outward / self.grid.area)
+        return np.asarray((u.reshape(-1, 1) * normal).ravel())
 
     def describe(self) -> str:
         """One-line description of the model."""
@@ -399,9 +405,8 @@ class HalfSpace(SurfaceBody):
         return f"{self.name}: {kind} half-space, {self.grid.shape[0]} x {self.grid.shape[1]} cells{stack}"
 
 
-def _normal_part(rows: sp.csr_matrix) -> sp.csr_matrix:
-    """The columns (n, n_cells) for displacements along z of rows (n, 3 n_cells)."""
-    coo = rows.tocoo()
-    normal = (coo.col % 3 == 2) & (coo.data != 0)
-    shape = (rows.shape[0], rows.shape[1] // 3)
-    return sp.csr_matrix((coo.data[normal], (coo.row[normal], coo.col[normal] // 3)), shape=shape)
+def _along(rows: sp.csr_matrix, normal: Array) -> sp.csr_matrix:
+    """Parts (n, n_cells) of rows (n, 3 n_cells) for displacements along a normal (3,)."""
+    part = sp.csr_matrix(rows @ sp.kron(sp.eye_array(rows.shape[1] // 3), normal[:, None], format="csr"))
+    part.eliminate_zeros()
+    return part

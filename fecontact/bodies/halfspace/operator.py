@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.halfspace.cg import GridIterate
-from fecontact.bodies.halfspace.compliance import SurfaceCompliance
+from fecontact.bodies.halfspace.compliance import JointCompliance, SurfaceCompliance
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.nested import GridLevel, solve_nested
 from fecontact.bodies.halfspace.smooth import Corrected, Product, Term
@@ -35,7 +35,7 @@ class CellModel:
 
     Attributes
     ----------
-    body : SurfaceCompliance
+    body : SurfaceCompliance or JointCompliance
         With the whole grid.
     mirrored : (bool, bool)
         Axes along which only the cells with positive coordinates are modelled; the others have the same pressures.
@@ -43,7 +43,7 @@ class CellModel:
         Additions, over the modelled cells.
     """
 
-    body: SurfaceCompliance
+    body: SurfaceCompliance | JointCompliance
     mirrored: Even = (False, False)
     smooth: tuple[Term, ...] = ()
 
@@ -72,13 +72,11 @@ class CellModel:
         return Corrected(convolution, self.smooth) if self.smooth else convolution
 
     def plus(self, other: CellModel) -> CellModel | None:
-        """Both together, cell on cell; None unless they have the same cells and are homogeneous and free."""
+        """Both together, cell on cell; None unless they have the same cells and are free."""
         one, two = self.body, other.body
-        alike = one.grid == two.grid and self.mirrored == other.mirrored
-        if not alike or any(b.layers or b.against or b.periodic or b.pressure != "uniform" for b in (one, two)):
+        if one.grid != two.grid or self.mirrored != other.mirrored or one.periodic or two.periodic:
             return None
-        body = replace(one, against=two.material, bent=one.bent + two.bent)
-        return CellModel(body, self.mirrored, self.smooth + other.smooth)
+        return CellModel(JointCompliance((one, two)), self.mirrored, self.smooth + other.smooth)
 
     def along(self, rows: sp.csr_matrix) -> Array | GridCompliance:
         """Compliance along rows (n, n_cells): a matrix, or an operator for more than `DENSE_LIMIT` of one cell each."""

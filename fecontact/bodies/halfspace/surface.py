@@ -60,7 +60,7 @@ class GridSurface(FacetSurface):
         index, local, outside = [], [], np.zeros(len(points), bool)
         for axis, (x, side) in enumerate(zip(self.axes, self.cells.cell, strict=True)):
             place = (points[:, axis] - x[0]) / side
-            outside |= (place < 0) | (place > len(x) - 1)
+            outside |= (place < -ON_CELL) | (place > len(x) - 1 + ON_CELL)
             first = np.clip(np.floor(place), 0, len(x) - 2).astype(np.int64)
             index.append(first)
             within = np.clip(place - first, 0.0, 1.0)

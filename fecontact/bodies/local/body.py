@@ -13,11 +13,13 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.compliance import Bend, SurfaceCompliance
+from fecontact.bodies.halfspace.halfspace import HalfSpace
 from fecontact.bodies.halfspace.kernels import SELF_TERM_RATIO
 from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.interior import nodal_displacement
 from fecontact.bodies.local.on_mesh import OnMesh
+from fecontact.bodies.local.opposite import half_space_opposite
 from fecontact.bodies.local.placing import facing_window, place_window
 from fecontact.bodies.local.remainder import Remainder, checked, remainder, surface_weights
 from fecontact.bodies.local.sources import inclined, principal
@@ -136,6 +138,12 @@ class LocalBody(OnMesh):
         for key, value in {"pose": self.pose, "name": self.name}.items():
             object.__setattr__(other, key, value)
         return other
+
+    def half_space_opposite(self, half: HalfSpace) -> HalfSpace:
+        """A half-space with its cells opposite those of the window; itself if they are, or there is no window yet."""
+        if self.given is None:
+            return half
+        return half_space_opposite(half, self.given, self.pose.relative_to(half.pose), (half.name, self.name))
 
     @property
     def is_placed(self) -> bool:
