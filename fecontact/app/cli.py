@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 from fecontact.app.friction.options import STUDIES
 from fecontact.app.indentation.options import SHAPES
-from fecontact.app.spheres.options import CASES, ELEMENTS, MODELS, PRESSURES
+from fecontact.app.spheres.options import CASES, ELEMENTS, MODELS, PRESSURES, ROUTES
 from fecontact.common.errors import FecontactError
 from fecontact.common.version import VERSION
 
@@ -54,6 +54,9 @@ def _json(parser: argparse._ActionsContainer, instead_of: str = "table") -> None
 
 def _hertz(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--case", default="equal", choices=(*CASES, "report"), help="test problem")
+    parser.add_argument(
+        "--route", default="fast", choices=ROUTES, help="1978: the report's cases by its own dense route, timed beside"
+    )
     parser.add_argument("--element", default="hex20", choices=ELEMENTS)
     parser.add_argument("--pressure", default="midface", choices=PRESSURES, help="contact faces of hex20")
     parser.add_argument("--model", default="two-bodies", choices=MODELS)

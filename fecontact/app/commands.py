@@ -58,6 +58,7 @@ def _titled(scene: SceneFile, text: object) -> str:
 def hertz(options: argparse.Namespace) -> int:
     """Solve two spheres and compare with Hertz."""
     from fecontact.app.spheres.report import report_table
+    from fecontact.app.spheres.source_route import route_table
     from fecontact.app.spheres.spheres import solve_spheres
 
     _check_files(options.plot, options.vtu, options.json)
@@ -70,11 +71,16 @@ def hertz(options: argparse.Namespace) -> int:
         "level": options.level,
         "edge_fit": not options.no_edge_fit,
     }
+    if options.route == "1978" and options.case != "report":
+        raise InputError("--route 1978 is for --case report: it is dense and has its own coarse mesh.")
     if options.case == "report":
         if options.json or options.plot or options.vtu:
             raise InputError(
                 "--case report prints a table and writes no files; for files take --case equal, unequal or light."
             )
+        if options.route == "1978":
+            say(route_table())
+            return 0
         say(report_table(**{**chosen, "model": "axisymmetric" if options.model == "axisymmetric" else "two-bodies"}))
         return 0
     out = solve_spheres(options.case, **chosen)

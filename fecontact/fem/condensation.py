@@ -8,6 +8,8 @@ columns     plain factor and the dense S of n^2 only: with PARDISO the Schur com
 operator    plain factor; S x = C K^-1 (C^T x) by one forward and one backward step; nothing dense
 ==========  =========================================================================================================
 
+A fourth, `gram-schmidt`, is the source report's own (`fem.separation`), for comparison.
+
 A plain factor does not depend on the candidates: `operator` factorises once; `columns` with PARDISO once for each set
 of rows. Times are measured in `docs/scale.md`; `choose_route` decides by them and by the free memory.
 """
@@ -30,8 +32,9 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import BorderedFactor, Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR
+from fecontact.fem.separation import SEPARATED
 
-ROUTES = ("auto", "schur", "columns", "operator")
+ROUTES = ("auto", "schur", "columns", "operator", SEPARATED)
 
 #: Largest share of the free memory for dense matrices of a body.
 MEMORY_SHARE = 0.5

@@ -26,6 +26,7 @@ from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bord
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
+from fecontact.fem.separation import SEPARATED, Separated
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.fem.support import Support, fix_null_space, nodal_coordinates, share_of_support
@@ -53,7 +54,7 @@ class Model:
     integration : {'auto', 'full', 'selective'}
         'selective' integrates the volumetric part at reduced points; 'auto' does so if a Poisson's ratio exceeds
         `NEARLY_INCOMPRESSIBLE`.
-    condensation : {'auto', 'schur', 'columns', 'operator'}
+    condensation : {'auto', 'schur', 'columns', 'operator', 'gram-schmidt'}
         Route to the compliance, see `fem.condensation`.
     """
 
@@ -203,7 +204,12 @@ class Model:
 
     @cached_property
     def grounded(self) -> IntArray:
-        """Artificially held coordinates, one for each free motion; results do not depend on the choice."""
+        """Artificially held coordinates, one for each free motion; results do not depend on the choice.
+
+        None where the free motions are separated instead.
+        """
+        if self.way == SEPARATED:
+            return np.zeros(0, dtype=np.int64)
         return fix_null_space(self.nodal_modes @ self.free_motions, self.held, self.size)
 
     @cached_property
@@ -273,6 +279,8 @@ class Model:
         last = self.condensation
         if self.backend == "amg":
             return self._multigrid(timer)
+        if self.way == SEPARATED:
+            return self._separated(timer)
         route, why, border = self.way, "as asked", rows is not None and has_bordered(self.backend)
         if route == "auto":
             route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget(), often, not border)
@@ -315,6 +323,17 @@ class Model:
             return np.zeros(own.shape[0], bool)
         missing = sp.csr_matrix((self.condensation.position[own.indices] < 0, own.indices, own.indptr), shape=own.shape)
         return np.asarray(missing.sum(axis=1)).ravel() == 0
+
+    def _separated(self, timer: Stopwatch) -> Condensation:
+        """Stiffness with the free rigid motions separated; cached."""
+        if self.condensation is None:
+            with timer("assemble"):
+                K = self.solved_stiffness()
+                vars(self).pop("stiffness", None)
+            with timer("factorise"):
+                rigid = (self.nodal_modes @ self.free_motions)[self.solved_dofs]
+                self.condensation = Separated.of(K, rigid, memory_budget())
+        return self.condensation
 
     def _multigrid(self, timer: Stopwatch) -> Condensation:
         """Algebraic multigrid in place of a factor; cached."""

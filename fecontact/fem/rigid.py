@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array
@@ -67,6 +68,40 @@ def gram_schmidt(R: Array, tolerance: float = 1e-10) -> Array:
         if remainder > tolerance:
             basis.append(v / remainder)
     return np.stack(basis, axis=1) if basis else np.zeros((len(R), 0))
+
+
+def complement(Q: Array) -> Array:
+    """Orthonormal basis of all vectors orthogonal to the orthonormal columns of Q, by Gram-Schmidt of unit vectors.
+
+    The unit vectors of the k rows in which Q is largest are left out; the others, without their parts along Q, are
+    orthonormalised one after the other. All at once this is a Cholesky factor of their products, done twice because of
+    rounding. Source: Elangovan (1978), equations A-15 and A-16.
+
+    Parameters
+    ----------
+    Q : (n, k) array
+
+    Returns
+    -------
+    (n, n - k) array
+
+    Examples
+    --------
+    >>> Q = np.array([[0.6], [0.8], [0.0]])
+    >>> S = complement(Q)
+    >>> bool(abs(Q.T @ S).max() < 1e-15), bool(abs(S.T @ S - np.eye(2)).max() < 1e-15)
+    (True, True)
+    """
+    n, k = Q.shape
+    left_out = scipy.linalg.qr(Q.T, mode="r", pivoting=True)[1][:k] if k else np.zeros(0, dtype=np.int64)
+    S = np.delete(np.eye(n), left_out, axis=1)
+    if k == 0:
+        return S
+    for _ in range(2):
+        S -= Q @ (Q.T @ S)
+        factor = np.linalg.cholesky(S.T @ S)
+        S = scipy.linalg.solve_triangular(factor, S.T, lower=True, check_finite=False).T
+    return S
 
 
 def null_space(constraints: Array, length: float) -> Array:

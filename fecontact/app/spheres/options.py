@@ -9,3 +9,5 @@ CASES = {"equal": ((25.0, 25.0), 726.4), "unequal": ((25.0, 2.5), 454.0), "light
 ELEMENTS = ("hex8", "hex20", "hex27", "ancf")
 PRESSURES = ("midface", "nodal")
 MODELS = ("two-bodies", "symmetric", "axisymmetric")
+#: The package's own, or that of the report (`source_route`).
+ROUTES = ("fast", "1978")

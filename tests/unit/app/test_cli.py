@@ -94,3 +94,8 @@ def test_a_reader_that_stops_loses_no_files(tmp_path):
     assert run.stderr.read() == ""
     assert run.wait() == 0
     assert (tmp_path / "points.csv").exists()
+
+
+def test_the_route_of_1978_is_for_the_report(capsys):
+    assert main(["hertz", "--route", "1978"]) == 2
+    assert "--case report" in capsys.readouterr().err

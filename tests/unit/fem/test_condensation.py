@@ -217,3 +217,20 @@ def test_a_loose_body_has_no_bordered_factor():
     C = sp.csr_matrix(([1.0], ([0], [2])), shape=(1, K.shape[0]))
     with pytest.raises(fc.FecontactError, match="loose"):
         bordered(K, C)
+
+
+@pytest.mark.skipif(not has_bordered(), reason="needs PARDISO")
+def test_a_steeply_graded_body_that_floats_is_not_taken_for_loose():
+    """Rows that depend on each other replace pivots, and products with K round by more than a millionth of the load."""
+    level = fc.shapes.Level(core=1, rings=3, edge=0.2, layer=0.2, growth=4.0)
+    mesh = fc.shapes.quarter_sphere(25.0, contact_radius=0.01, level=level, element="hex8")
+    model_ = fc.ElasticBody(mesh, fc.Material(E=2e6, nu=0.3), "cap", {"sym_x": "x", "sym_y": "y"}).model
+    K = model_.solved_stiffness()
+    row = sp.csr_matrix(([1.0], ([0], [K.shape[0] - 1])), shape=(1, K.shape[0]))
+    found = bordered(K, sp.vstack([row, row], format="csr"))
+    plain = factorise(K.copy()).solve(row.toarray())[0] @ row.toarray()[0]
+    # rounding of 1e-16 times the ratio of stiffnesses: faces of 0.002 on a body of 25, and its free motion
+    assert np.abs(found.compliance / plain - 1).max() < 1e-6
+    f = np.random.default_rng(0).uniform(0.5, 1.5, K.shape[0])
+    x = found.solve(f[None])[0]
+    assert np.abs(K @ x + K.T @ x - K.diagonal() * x - f).max() > 1e-6
