@@ -17,6 +17,7 @@ from fecontact.mesh.entities import corner_keys
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS, Kind
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.orders import same_order
 
 #: Columns of the cells of each requested element.
 ELEMENTS = {"hex20": 20, "wedge15": 20, "tet10": 20, "hex27": 27}
@@ -27,30 +28,42 @@ def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = N
     blocks = [(KINDS[name], cells) for name, cells in raw.blocks if len(cells)]
     if not blocks:
         raise MeshError(
-            f"{source} holds no solid cells. Expected hexahedra, wedges, pyramids or tetrahedra; surfaces are "
-            "read with fc.read_surface."
+            f"{source} holds no solid cells{_listed(_all_left(raw), '. It holds ')}. Expected hexahedra, wedges, "
+            "pyramids or tetrahedra of up to 27 nodes; surfaces are read with fc.read_surface."
         )
     _check_numbers(raw, blocks, source)
-    points = scale * raw.points
-    cells = _as_hexahedra(points, blocks, source, element)
-    cells, raw, notes = _each_once(cells, raw, source)
+    points, cells, notes = _as_hexahedra(scale * raw.points, blocks, source, element)
+    cells, raw, repeats = _each_once(cells, raw, source)
     used, number = np.unique(cells), np.full(len(points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
     node_sets = {name: number[nodes] for name, nodes in raw.node_sets.items()}
+    ids = raw.node_ids
     mesh = Mesh(
         points[used],
         number[cells],
-        groups=raw.groups,
+        groups={name: members for name, members in raw.groups.items() if len(members)},
         node_sets={name: np.unique(n[n >= 0]) for name, n in node_sets.items() if (n >= 0).any()},
-        notes=(*raw.notes, *notes),
+        file_nodes=None if ids is None else np.pad(ids, (0, len(points) - len(ids)), constant_values=-1)[used],
+        file_elements=raw.element_ids,
     )
-    facets = {name: [number[f] for f in parts] for name, parts in raw.facets.items()}
-    boundaries = _boundaries(mesh, raw.faces, facets, source)
-    mesh = replace(mesh, boundaries=boundaries)
+    boundaries, left = _boundaries(mesh, raw, number)
+    told = _listed({**_all_left(raw, shells=False), **left}, f"{source}: left out, as no solid cells: ")
+    mesh = replace(mesh, boundaries=boundaries, notes=(*raw.notes, *notes, *repeats, *([f"{told}."] if told else [])))
     if element is not None and mesh.cells.shape[1] == 8:
         mesh = mesh.upgraded(ELEMENTS[element])
     check_cells(mesh)
     return mesh
+
+
+def _all_left(raw: RawMesh, shells: bool = True) -> dict[str, int]:
+    """What a file holds besides solids, by kind, with its number."""
+    facets = {f"facets of the shell {k!r}": sum(map(len, v)) for k, v in raw.shells.items()} if shells else {}
+    return {**raw.left, **facets}
+
+
+def _listed(left: Mapping[str, int], before: str) -> str:
+    """What was left, as a list after `before`; empty if there is nothing."""
+    return before + "; ".join(f"{n} {what}" for what, n in left.items()) if left else ""
 
 
 def _check_numbers(raw: RawMesh, blocks: list[tuple[Kind, IntArray]], source: str) -> None:
@@ -68,19 +81,24 @@ def _check_numbers(raw: RawMesh, blocks: list[tuple[Kind, IntArray]], source: st
         raise MeshError(f"{source}: point {bad} has coordinates that are not finite: {raw.points[bad]}.")
 
 
-def _as_hexahedra(points: Array, blocks: list[tuple[Kind, IntArray]], source: str, element: str | None) -> IntArray:
-    """Connectivity of all blocks in one array of 8, 20 or 27 columns."""
+def _as_hexahedra(
+    points: Array, blocks: list[tuple[Kind, IntArray]], source: str, element: str | None
+) -> tuple[Array, IntArray, tuple[str, ...]]:
+    """Points and connectivity of all blocks in one array of 8, 20 or 27 columns, and notes.
+
+    Cells of different order become all of 20 nodes.
+    """
     parts = [kind.to_hexahedra(in_order(points, kind, cells)) for kind, cells in blocks]
     if element in ("hex20", "wedge15", "tet10"):
         parts = [p[:, :20] for p in parts]
-    widths = {p.shape[1] for p in parts}
-    if len(widths) > 1:
-        names = ", ".join(sorted({kind.name for kind, _ in blocks}))
-        raise MeshError(
-            f"{source} mixes cells of different order: {names}. Neighbours would not fit together; write all cells "
-            "linear or all quadratic (27-node cells beside others: read with element='hex20')."
-        )
-    return np.concatenate(parts)
+    if len({p.shape[1] for p in parts}) == 1:
+        return points, np.concatenate(parts), ()
+    points, cells = same_order(points, parts)
+    linear = sum(len(p) for p in parts if p.shape[1] == 8)
+    dropped = sum(len(p) for p in parts if p.shape[1] == 27)
+    notes = [f"{linear} linear cells got nodes in the middles of their edges"] if linear else []
+    notes += [f"{dropped} cells of 27 nodes were reduced to 20"] if dropped else []
+    return points, np.concatenate(cells), (f"{source} mixes cells of different order: {', '.join(notes)}.",)
 
 
 def _each_once(cells: IntArray, raw: RawMesh, source: str) -> tuple[IntArray, RawMesh, tuple[str, ...]]:
@@ -101,7 +119,8 @@ def _each_once(cells: IntArray, raw: RawMesh, source: str) -> tuple[IntArray, Ra
         faces[name] = np.stack([number[given[:, 0]], local], axis=1)
     note = f"{source} lists {(~own).sum()} of its {len(own)} cells again: each is taken once."
     groups = {name: np.unique(number[members]) for name, members in raw.groups.items()}
-    return cells[own], replace(raw, groups=groups, faces=faces), (note,)
+    ids = None if raw.element_ids is None else raw.element_ids[own]
+    return cells[own], replace(raw, groups=groups, faces=faces, element_ids=ids), (note,)
 
 
 def in_order(points: Array, kind: Kind, cells: IntArray) -> IntArray:
@@ -129,13 +148,24 @@ def in_order(points: Array, kind: Kind, cells: IntArray) -> IntArray:
     return ordered
 
 
-def _boundaries(
-    mesh: Mesh, faces: Mapping[str, IntArray], facets: dict[str, list[IntArray]], source: str
-) -> dict[str, IntArray]:
-    """Boundaries by faces, by the corner nodes of their facets, and by node sets that cover whole outer faces."""
-    out = {name: f for name, f in faces.items() if len(f)}
-    if facets:
-        out.update(_matched(mesh, facets, source))
+def _boundaries(mesh: Mesh, raw: RawMesh, number: IntArray) -> tuple[dict[str, IntArray], dict[str, int]]:
+    """Boundaries by faces, by the corner nodes of their facets, and by node sets that cover whole outer faces.
+
+    Also returns the numbers of facets that are faces of no solid cell, by what they belong to. A surface keeps the
+    others; a shell becomes a boundary only as a whole.
+    """
+    out, left = {name: f for name, f in raw.faces.items() if len(f)}, {}
+    facets = {k: np.concatenate([number[f[:, [0, 1, 2, -1]]] for f in v]) for k, v in raw.facets.items() if v}
+    shells = {k: np.concatenate([number[f[:, [0, 1, 2, -1]]] for f in v]) for k, v in raw.shells.items() if v}
+    for name, faces in _matched(mesh, facets | {k: v for k, v in shells.items() if k not in facets}).items():
+        given = facets[name] if name in facets else shells[name]
+        lost = len(given) - len(faces)
+        if name in facets and lost:
+            left[f"facets of the surface {name!r} on no solid cell"] = lost
+        elif lost:
+            left[f"facets of the shell {name!r}"] = len(given)
+        if len(faces) and not (lost and name not in facets):
+            out[name] = np.unique(faces, axis=0)
     outer = mesh.outer_faces
     corners = np.take_along_axis(mesh.cells[outer[:, 0]], FACES[outer[:, 1], :4], axis=1)
     for name, nodes in mesh.node_sets.items():
@@ -144,25 +174,21 @@ def _boundaries(
         inside = member[corners].all(axis=1)
         if name not in out and inside.any():
             out[name] = outer[inside]
-    return out
+    return out, left
 
 
-def _matched(mesh: Mesh, facets: dict[str, list[IntArray]], source: str) -> dict[str, IntArray]:
-    """Faces of the cells with the same corners as the given facets; an inner face is taken from its first cell."""
+def _matched(mesh: Mesh, facets: Mapping[str, IntArray]) -> dict[str, IntArray]:
+    """Faces (n, 2) of the cells with the same corners as given facets (n, 4); an inner face from its first cell."""
+    if not facets:
+        return {}
     keys = corner_keys(mesh.cells[:, FACES[:, :4]].reshape(-1, 4))
-    corners = {name: np.concatenate([f[:, [0, 1, 2, -1]] for f in parts]) for name, parts in facets.items()}
-    owner = np.repeat(np.arange(len(facets)), [len(c) for c in corners.values()])
-    all_keys = np.concatenate([keys, corner_keys(np.concatenate(list(corners.values())))])
+    owner = np.repeat(np.arange(len(facets)), [len(c) for c in facets.values()])
+    all_keys = np.concatenate([keys, corner_keys(np.concatenate(list(facets.values())))])
     _, first, inverse = np.unique(all_keys, axis=0, return_index=True, return_inverse=True)
     match = first[inverse.ravel()[len(keys) :]]
     match[all_keys[len(keys) :, 0] < 0] = len(keys)
     out = {}
     for k, name in enumerate(facets):
         mine = match[owner == k]
-        if (mine >= len(keys)).any():
-            raise MeshError(
-                f"{source}: {(mine >= len(keys)).sum()} of the {len(mine)} facets of the surface {name!r} are faces of "
-                "no solid cell. Remove that part (a shell or a loose surface) or mesh surface and solid together."
-            )
-        out[name] = np.unique(np.stack(np.divmod(mine, 6), axis=1), axis=0)
+        out[name] = np.stack(np.divmod(mine[mine < len(keys)], 6), axis=1)
     return out

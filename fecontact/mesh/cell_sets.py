@@ -35,6 +35,8 @@ class CellSets:
     groups: Mapping[str, IntArray] = field(default_factory=dict)
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     hanging: HangingNodes | None = field(default=None, kw_only=True)
+    file_nodes: IntArray | None = field(default=None, kw_only=True)
+    file_elements: IntArray | None = field(default=None, kw_only=True)
 
     #: Words for messages: the mesh, its faces, its cells.
     _noun: ClassVar[str]
@@ -69,6 +71,20 @@ class CellSets:
         self._check_sets()
         for name in SETS:
             object.__setattr__(self, name, sets_of_members(getattr(self, name)))
+        self._check_file_numbers()
+
+    def _check_file_numbers(self) -> None:
+        """Pad the numbers of the file: points that a method adds come last and have none."""
+        for name, size in (("file_nodes", len(self.points)), ("file_elements", len(self.cells))):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            ids = np.asarray(given, dtype=np.int64)
+            if ids.ndim != 1 or len(ids) > size:
+                raise MeshError(f"{name} must be at most {size} numbers, (n,); found the shape {ids.shape}.")
+            ids = np.pad(ids, (0, size - len(ids)), constant_values=-1)
+            ids.setflags(write=False)
+            object.__setattr__(self, name, ids)
 
     def _check_sets(self) -> None:
         n_cells, n_faces = len(self.cells), self.n_faces

@@ -42,6 +42,8 @@ def cut(mesh: C, parts: Sequence[Part]) -> tuple[C, list[IntArray]]:
         groups={k: _children_of_cells(cells, divided, parts, start) for k, cells in mesh.groups.items()},
         node_sets={k: _with_new_nodes(nodes, mesh, parts, lattices) for k, nodes in mesh.node_sets.items()},
         hanging=None,
+        file_nodes=None,
+        file_elements=None,
     )
     return out, lattices
 

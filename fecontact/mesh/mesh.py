@@ -65,6 +65,10 @@ class Mesh(CellSets):
         Corrections made when the mesh was read; results repeat them.
     hanging : HangingNodes, optional
         Ties of the nodes at which divided cells meet undivided ones; see `fecontact.mesh.hanging_nodes`.
+    file_nodes : (n_points,) int array, optional
+        Numbers of the points in the file that the mesh was read from; -1 for others.
+    file_elements : (n_cells,) int array, optional
+        Numbers of the cells there.
 
     A member that a set lists more than once counts once.
 
@@ -340,6 +344,8 @@ class Mesh(CellSets):
             {k: _kept(cell[g]) for k, g in self.groups.items() if len(_kept(cell[g]))},
             {k: _kept(point[n]) for k, n in self.node_sets.items() if len(_kept(point[n]))},
             notes=self.notes,
+            file_nodes=None if self.file_nodes is None else self.file_nodes[used],
+            file_elements=None if self.file_elements is None else self.file_elements[kept],
         )
 
 

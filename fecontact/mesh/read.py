@@ -16,7 +16,7 @@ from fecontact.mesh.build import ELEMENTS, build
 from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.febio import read_febio
 from fecontact.mesh.formats.generic import read_gmsh, read_vtk
-from fecontact.mesh.formats.raw import RawMesh
+from fecontact.mesh.formats.raw import RawMesh, part_of
 from fecontact.mesh.mesh import Mesh
 
 READERS: dict[str, Callable[[Path], RawMesh]] = {
@@ -52,9 +52,10 @@ def read_mesh(
         Convert linear cells to this family, with straight edges ('hex20', 'wedge15' and 'tet10' mean the same: every
         cell gets mid-edge nodes). 'hex20' reduces 27-node cells to 20 nodes. No conversion unless given.
     part : str, optional
-        Instance of an assembly in an ``.inp`` file, in its place. Otherwise all instances are read into one mesh,
-        without merging nodes; each is an element set of its name (`Mesh.part` extracts it), and names that occur in
-        several of them are called ``instance.name``.
+        Read only the cells of this element set: a part of an FEBio file, a physical volume of gmsh, an ``ELSET``, an
+        instance of an assembly in an ``.inp`` file, in its place. Otherwise all are read into one mesh, without merging
+        nodes; each instance is an element set of its name (`Mesh.part` extracts it), and names that occur in several
+        of them are called ``instance.name``.
     reader : callable, optional
         A user-defined reader for a file of any type: a function from its path to a `mesh.formats.raw.RawMesh`, which is
         then checked and converted like all others; see docs/extending.md.
@@ -62,15 +63,16 @@ def read_mesh(
     Returns
     -------
     Mesh
-        Node sets whose points cover whole outer faces serve as boundaries too.
+        Node sets whose points cover whole outer faces serve as boundaries too. What is not solid (shells, beams, loose
+        facets) is left out and listed in `notes`; `read_surface` reads shells. `file_nodes` and `file_elements` are the
+        file's numbers. Cells of different order become quadratic, with a note.
 
     Raises
     ------
     InputError
         For an unknown file type, element or part, or a surface file (see `read_surface`).
     MeshError
-        For a damaged file, unknown or mixed cells, inverted or folded cells, or surfaces that are not faces of the
-        solid.
+        For a damaged file, one without solid cells, or inverted or folded cells.
 
     Examples
     --------
@@ -88,12 +90,16 @@ def read_mesh(
         raw = reader(path)
         if not isinstance(raw, RawMesh):
             raise InputError(f"The reader must return a RawMesh of {path.name}; found {type(raw).__name__}.")
-        return build(raw, path.name, scale, element)
+        return build(raw if part is None else part_of(raw, part, path.name), path.name, scale, element)
     if suffix in CAD:
         from fecontact.mesh.cad import mesh_solid
 
         return mesh_solid(path, element=element or "tet10", scale=scale)
-    raw = read_abaqus(path, part) if suffix == ".inp" else READERS[suffix](path)
+    if suffix == ".inp":
+        raw = read_abaqus(path, part)
+    else:
+        raw = READERS[suffix](path)
+        raw = raw if part is None else part_of(raw, part, path.name)
     return build(raw, path.name, scale, element)
 
 
@@ -107,9 +113,9 @@ def _check_request(path: Path, suffix: str, scale: float, element: str | None, p
     positive("the scale", scale)
     if element is not None and element not in ELEMENTS:
         raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, ELEMENTS))} or None.")
-    if part is not None and (own or suffix != ".inp"):
+    if part is not None and suffix in CAD and not own:
         raise InputError(
-            f"Only .inp files have parts; found part={part!r} and {path.name}. Element sets are taken out by Mesh.part."
+            f"Geometry has no parts to be read alone; found part={part!r} and {path.name}. Use fc.mesh_solid."
         )
     if not path.is_file():
         raise InputError(f"There is no file {path}.")

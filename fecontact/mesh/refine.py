@@ -208,6 +208,7 @@ def _without_midface_nodes(mesh: Mesh) -> Mesh:
         node_sets={name: nodes[nodes >= 0] for name, nodes in sets.items()},
         midface=None,
         hanging=None if mesh.hanging is None else mesh.hanging.renumbered(number, int(kept.sum())),
+        file_nodes=None,
     )
 
 

@@ -18,9 +18,23 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
-from fecontact.mesh.formats.abaqus_deck import Deck, labelled_faces, listed, member_and_label, nodes_of, read_deck
-from fecontact.mesh.formats.abaqus_keywords import KeywordSection, one_spelling, read_sections, refuse_generated
-from fecontact.mesh.formats.raw import RawMesh
+from fecontact.mesh.formats.abaqus_deck import (
+    Deck,
+    joined_numbers,
+    labelled_faces,
+    listed,
+    member_and_label,
+    nodes_of,
+    read_deck,
+)
+from fecontact.mesh.formats.abaqus_keywords import (
+    KeywordSection,
+    missing_files,
+    one_spelling,
+    read_sections,
+    refuse_generated,
+)
+from fecontact.mesh.formats.raw import RawMesh, numbers_of, part_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +70,7 @@ class Instance:
             local = known.get(name.upper())
         else:
             ids = self.deck.node_ids if what == "node" else self.deck.element_ids
-            local = listed(KeywordSection("", {}, [name]), {}, ids, what, self.deck.source)
+            local = numbers_of(ids, np.array([int(name)]), what, self.deck.source)
         return None if local is None else self.numbers(local, what)
 
 
@@ -67,7 +81,7 @@ def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
     ----------
     path : Path
     part : str, optional
-        Name of an instance, or of a part with a single instance; all instances unless given.
+        Name of an instance, or of a part with a single instance; of an element set of a flat file. All unless given.
 
     Returns
     -------
@@ -83,19 +97,23 @@ def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
     MeshError
         If the file has unknown elements, broken numbers or missing references.
     """
+    found = one_spelling(list(read_sections(path)))
+    missing = missing_files(found)
     try:
-        found = one_spelling(list(read_sections(path)))
         refuse_generated(found)
         sections = _by_place(found, path.name)
-        if not sections.parts and not sections.instances:
-            if part is not None:
-                raise InputError(f"{path.name} is one mesh without parts, so there is no part {part!r} to be taken.")
-            return read_deck(sections.outside, path.name).raw
-        return _assembled(sections, path.name, part)
-    except (ValueError, IndexError) as error:
+        if sections.parts or sections.instances:
+            raw = _assembled(sections, path.name, part)
+        else:
+            raw = read_deck(sections.outside, path.name).raw
+            raw = raw if part is None else part_of(raw, part, path.name)
+    except (ValueError, IndexError, OverflowError) as error:
+        also = f" Files that it includes are missing: {', '.join(missing)}." if missing else ""
         if isinstance(error, InputError | MeshError):
-            raise
-        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.") from error
+            raise type(error)(f"{error}{also}") from None
+        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.{also}") from error
+    left = {**raw.left, **{f"file to be included, {name}, which is missing": 1 for name in missing}}
+    return replace(raw, left=left)
 
 
 def _by_place(sections: list[KeywordSection], source: str) -> InstanceParts:
@@ -121,34 +139,56 @@ def _has_solids(sections: list[KeywordSection]) -> bool:
     return any(s.keyword == "ELEMENT" and s.parameters.get("TYPE", "").upper().startswith("C3D") for s in sections)
 
 
+def _has_nodes(sections: list[KeywordSection]) -> bool:
+    return any(s.keyword == "NODE" and s.lines for s in sections)
+
+
 def _assembled(sections: InstanceParts, source: str, part: str | None) -> RawMesh:
     """One mesh of all instances, with their sets and those of the assembly."""
     instances = _chosen(_instances(sections, source), source, part)
     kept = [i for i in instances if i.first_point >= 0]
-    if not kept:
+    solid = [i for i in kept if len(i.deck.kinds)]
+    if not solid and not any(i.deck.raw.shells for i in kept):
         raise MeshError(f"{source} holds no solid cells in {f'its part {part!r}' if part else 'any of its parts'}.")
     blocks = [(kind, cells + i.first_point) for i in kept for kind, cells in i.deck.raw.blocks]
     kinds = np.concatenate([i.deck.kinds for i in kept])
     node_sets, groups, faces = _of_the_assembly(sections.outside, instances, blocks, kinds, source)
-    own = {} if len(kept) == 1 else {i.name: i.first_cell + np.arange(len(i.deck.kinds)) for i in kept}
+    own = {} if len(solid) == 1 else {i.name: i.first_cell + np.arange(len(i.deck.kinds)) for i in solid}
     taken = {name.upper() for name in (*node_sets, *groups, *faces, *own)}
     count = Counter(name for i in kept for name in {n.upper() for n in _names(i.deck.raw)})
 
     def called(i: Instance, name: str) -> str:
         return f"{i.name}.{name}" if count[name.upper()] > 1 or name.upper() in taken else name
 
-    facets: dict[str, list[IntArray]] = {}
+    shells: dict[str, list[IntArray]] = {}
+    left: Counter[str] = Counter()
     for i in kept:
         raw = i.deck.raw
         groups = {**groups, **{called(i, k): v + i.first_cell for k, v in raw.groups.items()}}
         faces = {**faces, **{called(i, k): v + np.array([i.first_cell, 0]) for k, v in raw.faces.items()}}
         node_sets = {**node_sets, **{called(i, k): v + i.first_point for k, v in raw.node_sets.items()}}
-        facets.update({called(i, k): [f + i.first_point for f in v] for k, v in raw.facets.items()})
-    return RawMesh(np.concatenate([i.points for i in kept]), blocks, {**own, **groups}, facets, faces, node_sets)
+        shells.update({called(i, k): [f + i.first_point for f in v] for k, v in raw.shells.items()})
+        left.update(raw.left)
+    points = np.concatenate([i.points for i in kept])
+    node_ids = joined_numbers([i.deck.node_ids for i in kept])
+    element_ids = joined_numbers([i.deck.element_ids for i in kept])
+    return RawMesh(
+        points,
+        blocks,
+        {**own, **_filled(groups)},
+        {},
+        _filled(faces),
+        _filled(node_sets),
+        (),
+        shells,
+        left,
+        node_ids,
+        element_ids,
+    )
 
 
 def _names(raw: RawMesh) -> tuple[str, ...]:
-    return (*raw.groups, *raw.facets, *raw.faces, *raw.node_sets)
+    return (*raw.groups, *raw.shells, *raw.faces, *raw.node_sets)
 
 
 def _instances(sections: InstanceParts, source: str) -> list[Instance]:
@@ -165,7 +205,7 @@ def _instances(sections: InstanceParts, source: str) -> list[Instance]:
             raise MeshError(f"{source}: the instance {name!r} is of the part {part!r}; the parts are: {known}.")
         part, content = by_name[part.upper()]
         if own or part not in decks:
-            deck = read_deck([*content, *own], source) if _has_solids([*content, *own]) else _nothing(source)
+            deck = read_deck([*content, *own], source) if _has_nodes([*content, *own]) else _nothing(source)
         else:
             deck = decks[part]
         if not own:
@@ -175,9 +215,9 @@ def _instances(sections: InstanceParts, source: str) -> list[Instance]:
 
 
 def _nothing(source: str) -> Deck:
-    """A part without solid cells, such as a rigid surface."""
+    """A part without nodes, such as an analytical surface."""
     none = np.zeros(0, np.int64)
-    return Deck(none, none, np.zeros(0, np.str_), RawMesh(np.zeros((0, 3)), []), source)
+    return Deck(none, none, np.zeros(0, np.str_), RawMesh(np.zeros((0, 3)), []), source, none, {})
 
 
 def _placed(points: Array, head: KeywordSection, source: str) -> Array:
@@ -205,7 +245,7 @@ def _placed(points: Array, head: KeywordSection, source: str) -> Array:
 
 
 def _chosen(instances: list[Instance], source: str, part: str | None) -> list[Instance]:
-    """The instances with their offsets in the whole mesh; those not selected or without solid cells get none."""
+    """The instances with their offsets in the whole mesh; those not selected or without nodes get none."""
     wanted = [i for i in instances if part is None or i.name.upper() == part.upper()]
     if not wanted and part is not None:
         wanted = [i for i in instances if i.part.upper() == part.upper()]
@@ -215,7 +255,7 @@ def _chosen(instances: list[Instance], source: str, part: str | None) -> list[In
         raise InputError(f"{source} {found}; its instances are: {known}.")
     out, point, cell = [], 0, 0
     for i in instances:
-        if i in wanted and len(i.deck.kinds):
+        if i in wanted and len(i.points):
             out.append(replace(i, first_point=point, first_cell=cell))
             point, cell = point + len(i.points), cell + len(i.deck.kinds)
         else:
@@ -271,8 +311,7 @@ def _assembly_sets(
         if "INSTANCE" in s.parameters:
             i = _instance(s.parameters["INSTANCE"], instances, source)
             sets = i.deck.raw.node_sets if what == "node" else i.deck.raw.groups
-            ids = i.deck.node_ids if what == "node" else i.deck.element_ids
-            parts = [i.numbers(listed(s, sets, ids, what, source), what)] if i.first_point >= 0 else []
+            parts = [i.numbers(listed(s, sets, i.deck, what, name), what)] if i.first_point >= 0 else []
         else:
             # plain numbers refer to the assembly's own nodes, which belong to no solid
             items = [v.strip() for line in s.lines for v in line.split(",") if v.strip()]

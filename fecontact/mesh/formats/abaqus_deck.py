@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
-from fecontact.mesh.formats.abaqus_keywords import KeywordSection, table
-from fecontact.mesh.formats.raw import RawMesh, numbers_of
+from fecontact.mesh.formats.abaqus_keywords import KeywordSection, connectivity, coordinates
+from fecontact.mesh.formats.raw import RawMesh, known_members, numbers_of
 from fecontact.mesh.kinds import KINDS
 
-#: Solid elements: kind of cell by the digits after C3D; letters after them (R, H, I, M, ...) do not change the
-#: geometry.
+#: Solid elements: kind of cell by the digits after C3D (DC3D: of heat transfer); letters after them (R, H, I, M, ...)
+#: do not change the geometry.
 SOLIDS = {
     "4": "tet4",
     "10": "tet10",
@@ -27,9 +28,10 @@ SOLIDS = {
     "20": "hex20",
     "27": "hex27",
 }
-#: Surface elements: number of nodes by type; the letters R, T, H after it are dropped.
-SURFACE_ELEMENTS = {"3": 3, "4": 4, "6": 6, "8": 8, "65": 6}
-_SURFACE_PREFIXES = ("STRI", "SFM3D", "M3D", "R3D", "CPS", "CPE", "S")
+_SOLID = re.compile(r"D?C3D(\d+)[A-Z]*$")
+#: Shells, membranes, rigid and plane elements: number of nodes by type; the letters R, T, H after it are dropped.
+SHELLS = {"3": 3, "4": 4, "6": 6, "8": 8, "65": 6}
+_SHELL = re.compile(r"(?:STRI|SFM3D|M3D|R3D|DS|SC|CPS|CPE|CAX|DC2D|S)(\d+)[A-Z]*$")
 #: Local face of the hexahedron for S1, S2, ... of each shape (its faces: -x, +x, -y, +y, -z, +z).
 FACES = {
     "hex": (4, 5, 2, 1, 3, 0),
@@ -51,6 +53,12 @@ class Deck:
     raw : RawMesh
     source : str
         Name of the file.
+    others : int array
+        Numbers of elements that are not solid.
+    left : dict
+        What is left out, by kind, with its number; the same as in `raw`.
+    other_names : frozenset of str
+        Names, in capitals, of element sets that are not solid.
     """
 
     node_ids: IntArray
@@ -58,38 +66,42 @@ class Deck:
     kinds: NDArray[np.str_]
     raw: RawMesh
     source: str
+    others: IntArray
+    left: dict[str, int]
+    other_names: frozenset[str] = frozenset()
 
 
 def read_deck(sections: list[KeywordSection], source: str) -> Deck:
-    """Mesh from keywords.
+    """Mesh from keywords; shells and others are left out and counted.
 
     Raises
     ------
     MeshError
-        If there are no nodes, or unknown elements, broken numbers or missing references.
+        If there are no nodes, or broken numbers or missing nodes.
     """
-    nodes = [table(s.lines, 4, float) for s in sections if s.keyword == "NODE"]
-    rows_of_nodes = np.concatenate(nodes) if nodes else np.zeros((0, 4))
-    if not len(rows_of_nodes):
-        raise MeshError(f"{source} defines no nodes (*NODE).")
-    places = [s.place for s in sections if s.keyword == "NODE"]
-    owner = np.repeat(np.arange(len(nodes)), [len(n) for n in nodes])
-    rows_of_nodes = _defined_once(rows_of_nodes, "node", [places[k] for k in owner])
-    node_ids = rows_of_nodes[:, 0].astype(np.int64)
+    node_ids, points = _nodes(sections, source)
     blocks: list[tuple[str, IntArray]] = []
     kinds: list[str] = []
     element_ids: list[IntArray] = []
-    facets: dict[str, list[IntArray]] = {}
+    others: list[IntArray] = []
+    shells: dict[str, list[IntArray]] = {}
     groups: dict[str, list[IntArray]] = {}
-    for section in (s for s in sections if s.keyword == "ELEMENT"):
-        kind, n_nodes = _kind(section.parameters.get("TYPE", ""), source)
-        if n_nodes == 0:
-            continue
-        rows = table(section.lines, n_nodes + 1, int)
-        cells = numbers_of(node_ids, rows[:, 1:], "node", source)
+    left: dict[str, int] = {}
+    other_names: set[str] = set()
+    for section in (s for s in sections if s.keyword == "ELEMENT" and s.lines):
+        kind, n_nodes = _kind(section.parameters.get("TYPE", ""))
         name = section.parameters.get("ELSET")
-        if kind == "facet":
-            facets.setdefault(name or "surface", []).append(cells[:, : 3 if n_nodes in (3, 6) else 4])
+        if n_nodes == 0:
+            others.append(_first_numbers(section))
+            _count(left, f"elements of type {section.parameters.get('TYPE', '').upper()}", len(others[-1]))
+            other_names.add((name or "").upper())
+            continue
+        rows = connectivity(section, n_nodes + 1)
+        cells = numbers_of(node_ids, rows[:, 1:], "node", source)
+        if kind == "shell":
+            others.append(rows[:, 0])
+            other_names.add((name or "").upper())
+            shells.setdefault(name or section.parameters["TYPE"], []).append(cells[:, : 3 if n_nodes in (3, 6) else 4])
             continue
         start = len(kinds)
         blocks.append((kind, cells))
@@ -97,16 +109,47 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
         element_ids.append(rows[:, 0])
         if name:
             groups.setdefault(name, []).append(start + np.arange(len(rows)))
-    all_elements = np.concatenate(element_ids) if element_ids else np.zeros(0, np.int64)
+    all_elements, all_others = joined_numbers(element_ids), joined_numbers(others)
     _refuse_other_elements(all_elements, blocks, source)
-    points, kinds_of = rows_of_nodes[:, 1:], np.array(kinds, dtype=np.str_)
     sets = {k: np.concatenate(v) for k, v in groups.items()}
-    deck = Deck(node_ids, all_elements, kinds_of, RawMesh(points, blocks, sets, facets), source)
+    raw = RawMesh(points, blocks, sets, shells=shells, left=left, node_ids=node_ids, element_ids=all_elements)
+    deck = Deck(
+        node_ids, all_elements, np.array(kinds, dtype=np.str_), raw, source, all_others, left, frozenset(other_names)
+    )
     sets = _element_sets(sections, deck)
     deck = replace(deck, raw=replace(deck.raw, groups=sets))
     node_sets = _node_sets(sections, deck)
     faces, open_sets = _surfaces(sections, deck, node_sets)
     return replace(deck, raw=replace(deck.raw, faces=faces, node_sets={**node_sets, **open_sets}))
+
+
+def _nodes(sections: list[KeywordSection], source: str) -> tuple[IntArray, Array]:
+    """Numbers (n,) and coordinates (n, 3) of the nodes."""
+    nodes = [coordinates(s) for s in sections if s.keyword == "NODE"]
+    rows = np.concatenate(nodes) if nodes else np.zeros((0, 4))
+    if not len(rows):
+        raise MeshError(f"{source} defines no nodes (*NODE).")
+    places = [s.place for s in sections if s.keyword == "NODE"]
+    owner = np.repeat(np.arange(len(nodes)), [len(n) for n in nodes])
+    rows = _defined_once(rows, "node", [places[k] for k in owner])
+    return rows[:, 0].astype(np.int64), rows[:, 1:]
+
+
+def _first_numbers(section: KeywordSection) -> IntArray:
+    """Number at the beginning of each row, which goes on after a comma: of elements that are not read."""
+    begins = [True, *(not line.endswith(",") for line in section.lines[:-1])]
+    first = [line.split(",")[0].strip() for line, new in zip(section.lines, begins, strict=True) if new]
+    return np.array([int(v) for v in first if v.isdigit()], dtype=np.int64)
+
+
+def joined_numbers(parts: Sequence[IntArray]) -> IntArray:
+    """Concatenation of int arrays, possibly none."""
+    return np.concatenate([np.zeros(0, np.int64), *parts])
+
+
+def _count(left: dict[str, int], what: str, number: int) -> None:
+    """Add to the number of what was left out."""
+    left[what] = left.get(what, 0) + number
 
 
 def _defined_once(rows: NDArray, what: str, places: Sequence[str]) -> NDArray:
@@ -132,65 +175,66 @@ def _refuse_other_elements(ids: IntArray, blocks: Sequence[tuple[str, IntArray]]
     _defined_once(np.concatenate([ids[:, None], rows], axis=1), "element", [f"{source}, *ELEMENT"] * len(ids))
 
 
-def _kind(name: str, source: str) -> tuple[str, int]:
-    """Kind of cell and number of nodes of an element type; ('facet', n) for surfaces, ('', 0) for lines and points."""
+def _kind(name: str) -> tuple[str, int]:
+    """Kind of cell and number of nodes of an element type; ('shell', n) for facets, ('', 0) for all others."""
     upper = name.upper()
-    if upper.startswith("C3D"):
-        digits = "".join(c for c in upper[3:] if c.isdigit())
-        if digits in SOLIDS:
-            return SOLIDS[digits], KINDS[SOLIDS[digits]].n_nodes
-        raise MeshError(f"{source} holds elements of the type {name!r}; expected C3D with {', '.join(SOLIDS)} nodes.")
-    for prefix in _SURFACE_PREFIXES:
-        digits = "".join(c for c in upper.removeprefix(prefix) if c.isdigit())
-        if upper.startswith(prefix) and digits in SURFACE_ELEMENTS:
-            return "facet", SURFACE_ELEMENTS[digits]
+    if (solid := _SOLID.match(upper)) and solid[1] in SOLIDS:
+        return SOLIDS[solid[1]], KINDS[SOLIDS[solid[1]]].n_nodes
+    if (shell := _SHELL.match(upper)) and shell[1] in SHELLS:
+        return "shell", SHELLS[shell[1]]
     return "", 0
 
 
-def listed(section: KeywordSection, sets: Mapping[str, IntArray], ids: IntArray, what: str, source: str) -> IntArray:
-    """Members of a set: numbers, ranges (GENERATE) or names of other sets."""
+def listed(section: KeywordSection, sets: Mapping[str, IntArray], deck: Deck, what: str, name: str) -> IntArray:
+    """Members of a set: numbers, ranges (GENERATE) or names of other sets; those that are not read are left out.
+
+    Numbers of a range that are not in use are passed over, other numbers that the file does not define are counted.
+    """
+    ids, others = (deck.node_ids, joined_numbers([])) if what == "node" else (deck.element_ids, deck.others)
     if "GENERATE" in section.parameters:
         rows = [[int(v) for v in line.split(",") if v.strip()] for line in section.lines]
-        ranges = [np.arange(r[0], r[1] + 1, r[2] if len(r) > 2 else 1) for r in rows]
-        return numbers_of(ids, np.concatenate([np.zeros(0, np.int64), *ranges]), what, source)
+        return np.concatenate([np.zeros(0, np.int64), *(_in_range(ids, r, section) for r in rows)])
     items = [v.strip() for line in section.lines for v in line.split(",") if v.strip()]
     known = {k.upper(): v for k, v in sets.items()}
     numbers = np.array([int(v) for v in items if v.lstrip("-").isdigit()], dtype=np.int64)
-    names = [v for v in items if not v.lstrip("-").isdigit()]
-    for name in names:
-        if name.upper() not in known:
-            raise MeshError(f"{source}: a set names the {what} set {name!r}, which does not exist before it.")
-    return np.concatenate(
-        [numbers_of(ids, numbers, what, source), *(known[v.upper()] for v in names)]
-        if len(numbers)
-        else [np.zeros(0, np.int64), *(known[v.upper()] for v in names)]
-    )
+    parts = [known_members(ids, numbers, others, deck.left, name, what)]
+    for member in (v for v in items if not v.lstrip("-").isdigit()):
+        if member.upper() in known:
+            parts.append(known[member.upper()])
+        elif member.upper() not in deck.other_names:
+            raise MeshError(f"{deck.source}: a set names the {what} set {member!r}, which does not exist before it.")
+    return np.concatenate(parts)
+
+
+def _in_range(ids: IntArray, row: Sequence[int], section: KeywordSection) -> IntArray:
+    """Positions of the numbers first, first + step, ..., last in `ids`."""
+    first, last, step = (*row, 1)[:3] if len(row) > 1 else (row[0], row[0], 1)
+    if step < 1:
+        raise MeshError(f"{section.place}: GENERATE needs a step of 1 or more; found {step}.")
+    return np.flatnonzero((ids >= first) & (ids <= last) & ((ids - first) % step == 0))
 
 
 def _element_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray]:
-    """Sets of solid elements; sets of surface elements have become surfaces."""
+    """Sets of solid elements."""
     out = dict(deck.raw.groups)
-    for s in sections:
+    for s in (s for s in sections if s.keyword == "ELSET"):
         name = s.parameters.get("ELSET", "")
-        if s.keyword != "ELSET" or name in deck.raw.facets:
-            continue
-        members = listed(s, out, deck.element_ids, "element", deck.source)
+        members = listed(s, out, deck, "element", name)
         out[name] = np.union1d(out.get(name, np.zeros(0, np.int64)), members)
     return out
 
 
 def _node_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray]:
     out: dict[str, IntArray] = {}
-    of_nodes = {s.parameters["NSET"]: s for s in sections if s.keyword == "NODE" and "NSET" in s.parameters}
-    for name, s in of_nodes.items():
-        ids = table(s.lines, 4, float)[:, 0].astype(np.int64)
-        out[name] = numbers_of(deck.node_ids, ids, "node", deck.source)
+    for s in (s for s in sections if s.keyword == "NODE" and "NSET" in s.parameters):
+        name, ids = s.parameters["NSET"], coordinates(s)[:, 0].astype(np.int64)
+        out[name] = np.union1d(out.get(name, ids[:0]), numbers_of(deck.node_ids, ids, "node", deck.source))
     for s in (s for s in sections if s.keyword == "NSET"):
         name = s.parameters.get("NSET", "")
         if "ELSET" in s.parameters:
             members = nodes_of(deck.raw.groups.get(s.parameters["ELSET"], np.zeros(0, np.int64)), deck.raw.blocks)
         else:
-            members = listed(s, out, deck.node_ids, "node", deck.source)
+            members = listed(s, out, deck, "node", name)
         out[name] = np.union1d(out.get(name, np.zeros(0, np.int64)), members)
     return out
 
@@ -216,28 +260,34 @@ def _surfaces(
         name = s.parameters.get("NAME", "surface")
         kind = s.parameters.get("TYPE", "ELEMENT").upper()
         if kind == "NODE":
-            by_nodes[name] = listed(
-                KeywordSection("", {}, [x.split(",")[0] for x in s.lines]),
-                node_sets,
-                deck.node_ids,
-                "node",
-                deck.source,
-            )
-            continue
+            nodes = KeywordSection("", {}, [x.split(",")[0] for x in s.lines])
+            by_nodes[name] = listed(nodes, node_sets, deck, "node", name)
         if kind != "ELEMENT":
-            continue  # an analytical surface
-        parts = []
-        for line in s.lines:
-            member, label = member_and_label(line)
-            if member.isdigit():
-                cells = numbers_of(deck.element_ids, np.array([int(member)]), "element", deck.source)
-            elif member.upper() in known:
-                cells = known[member.upper()]
-            else:
-                raise MeshError(f"{deck.source}: surface {name!r} names the element set {member!r}, which is missing.")
-            parts.append(labelled_faces(cells, deck.kinds, label, name))
-        faces[name] = np.concatenate(parts) if parts else np.zeros((0, 2), np.int64)
+            continue  # of nodes, or an analytical surface
+        faces[name] = _labelled(s, name, known, deck)
     return faces, by_nodes
+
+
+def _labelled(section: KeywordSection, name: str, known: Mapping[str, IntArray], deck: Deck) -> IntArray:
+    """Faces (n, 2) of a surface by labels; those of shells are counted as left out."""
+    parts, missing = [np.zeros((0, 2), np.int64)], 0
+    numbers: dict[str, list[int]] = {}
+    for member, label in map(member_and_label, section.lines):
+        if member.isdigit():
+            numbers.setdefault(label, []).append(int(member))
+        elif member.upper() in known:
+            parts.append(labelled_faces(known[member.upper()], deck.kinds, label, name))
+        elif member.upper() in deck.other_names:
+            missing += 1
+        else:
+            raise MeshError(f"{deck.source}: surface {name!r} names the element set {member!r}, which is missing.")
+    for label, given in numbers.items():
+        cells = known_members(deck.element_ids, np.array(given), deck.others, deck.left, name, "element")
+        parts.append(labelled_faces(cells, deck.kinds, label, name))
+        missing += len(given) - len(cells)
+    if missing:
+        _count(deck.left, f"entries of the surface {name!r} on other elements", missing)
+    return np.concatenate(parts)
 
 
 def member_and_label(line: str) -> tuple[str, str]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fecontact.common.errors import MeshError
 
 #: Keywords of Abaqus and CalculiX that generate or move nodes and elements. (*TRANSFORM rotates loads and supports
-#: only.)
+#: only, *REFINE MESH meshes anew from results of a step.)
 GENERATORS = {
     "SYSTEM",
     "NGEN",
@@ -23,7 +23,6 @@ GENERATORS = {
     "ELCOPY",
     "SYMMETRIC MODEL GENERATION",
     "IMPORT",
-    "REFINE MESH",
 }
 #: Keywords whose data may be in another file.
 LISTS = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"}
@@ -40,32 +39,57 @@ class KeywordSection:
 
 
 def read_sections(path: Path) -> Iterator[KeywordSection]:
-    """Keywords of a file in order, with included files expanded."""
+    """Keywords of a file in order, with included files expanded.
+
+    A keyword line that ends with a comma goes on in the next line; lines may be indented. A file to be included that
+    is missing becomes a section *INCLUDE (see `missing_files`).
+
+    Raises
+    ------
+    MeshError
+        If the file cannot be read, or files include each other in a circle.
+    """
+    yield from _sections(path, ())
+
+
+def _sections(path: Path, within: tuple[Path, ...]) -> Iterator[KeywordSection]:
+    if path.resolve() in within:
+        raise MeshError(f"{within[-1].name} includes {path.name}, which includes it: a circle without an end.")
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise MeshError(f"{path} could not be read: {error.strerror}.") from error
-    keyword, lines = "", []
-    parameters: dict[str, str] = {}
-    place = ""
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.startswith("**") or not line.strip():
+    head, place = "", ""
+    lines: list[str] = []
+    for number, line in enumerate(map(str.strip, text.splitlines()), start=1):
+        if line.startswith("**") or not line:
             continue
-        if not line.startswith("*"):
-            lines.append(line.strip())
-            continue
-        if keyword:
-            yield KeywordSection(keyword, parameters, lines, place)
-        place = f"{path.name}, line {number}"
-        head, *rest = line[1:].split(",")
-        keyword, lines = " ".join(head.upper().split()), []
-        pairs = [item.partition("=") for item in rest if item.strip()]
-        parameters = {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
-        if keyword == "INCLUDE":
-            yield from read_sections(path.parent / parameters.get("INPUT", ""))
-            keyword = ""
-    if keyword:
+        if head.endswith(",") and not lines and ("=" in line or line.upper() == "GENERATE"):
+            head += line
+        elif not line.startswith("*"):
+            lines.append(line)
+        else:
+            yield from _section(path, head, lines, place, within)
+            head, lines, place = line, [], f"{path.name}, line {number}"
+    yield from _section(path, head, lines, place, within)
+
+
+def _section(path: Path, head: str, lines: list[str], place: str, within: tuple[Path, ...]) -> Iterator[KeywordSection]:
+    """The keyword of a line with its data, or those of the file that it includes; none of an empty line."""
+    keyword, *rest = head[1:].split(",")
+    keyword = " ".join(keyword.upper().split())
+    pairs = [item.partition("=") for item in rest if item.strip()]
+    parameters = {" ".join(name.upper().split()): value.strip().strip('"') for name, _, value in pairs}
+    included = path.parent / parameters.get("INPUT", "")
+    if keyword == "INCLUDE" and included.is_file():
+        yield from _sections(included, (*within, path.resolve()))
+    elif keyword:
         yield KeywordSection(keyword, parameters, lines, place)
+
+
+def missing_files(sections: list[KeywordSection]) -> tuple[str, ...]:
+    """Files that are included but missing, each with its place."""
+    return tuple(f"{s.parameters.get('INPUT', '')} ({s.place})" for s in sections if s.keyword == "INCLUDE")
 
 
 def one_spelling(sections: list[KeywordSection]) -> list[KeywordSection]:
@@ -105,13 +129,55 @@ def refuse_generated(sections: list[KeywordSection]) -> None:
         )
 
 
-def table(lines: list[str], columns: int, dtype: type) -> NDArray:
-    """Rows of numbers; a row may run over several lines."""
-    text = ",".join(line.rstrip(",") for line in lines)
-    values: NDArray = np.array([v for v in text.replace(" ", "").split(",") if v], dtype=dtype)
-    if len(values) % columns:
+def numbers(lines: list[str], dtype: type) -> NDArray:
+    """All numbers of data lines; ``1.0D0`` is read as 1.0e0.
+
+    Raises
+    ------
+    ValueError
+        Names what is no number.
+    """
+    text = ",".join(line.rstrip(",") for line in lines).replace(" ", "").replace("\t", "")
+    if dtype is float:
+        text = text.upper().replace("D", "E")
+    return np.array([v for v in text.split(",") if v], dtype=dtype)
+
+
+def coordinates(section: KeywordSection) -> NDArray:
+    """Rows (n, 4) of *NODE: number and coordinates. What is blank or left out is zero; what follows is not read."""
+    counts = np.array([line.count(",") for line in section.lines])
+    if (counts == 3).all() and not any(",," in line.replace(" ", "").rstrip(",") for line in section.lines):
+        values = numbers(section.lines, float)
+        if len(values) == 4 * len(counts):
+            return values.reshape(-1, 4)
+    rows = [[v.strip() or "0" for v in line.upper().replace("D", "E").split(",")] for line in section.lines]
+    return np.array([[*row, "0", "0", "0"][:4] for row in rows], dtype=float).reshape(-1, 4)
+
+
+def connectivity(section: KeywordSection, columns: int) -> NDArray[np.int64]:
+    """Rows (n, columns) of *ELEMENT: number and nodes, over one line or several.
+
+    Numbers beyond the last node on a row's last line are not read: the extra nodes that some programs write for
+    incompatible modes.
+
+    Raises
+    ------
+    MeshError
+        If the last row is incomplete.
+    """
+    counts = np.array([line.rstrip(", \t").count(",") + 1 for line in section.lines])
+    values, end = numbers(section.lines, int), np.cumsum(counts)
+    if len(values) % columns == 0 and np.isin(np.arange(columns, len(values) + 1, columns), end).all():
+        return values.reshape(-1, columns)
+    starts, at, broken = [], 0, len(values) != end[-1]
+    for line, line_end in zip(section.lines, end.tolist(), strict=True):
+        if line_end - at >= columns:
+            starts.append(at)
+            at = line_end
+        broken |= at < line_end and not line.endswith(",")
+    if at < len(values) or broken:
         raise MeshError(
-            f"A block that begins with {lines[0]!r} has {len(values)} numbers, no multiple of the {columns} that a row "
-            "needs. The file is damaged or of another element type than it says."
+            f"{section.place}: a block that begins with {section.lines[0]!r} has {len(values)} numbers, no multiple of "
+            f"the {columns} that a row needs. The file is damaged or of another element type than it says."
         )
-    return values.reshape(-1, columns)
+    return values[np.array(starts)[:, None] + np.arange(columns)]

@@ -1,22 +1,27 @@
-"""FEBio .feb files (specification 2.5, 3 and 4): nodes, elements, surfaces, node and element sets of the mesh."""
+"""FEBio .feb files (specification 1.2 to 4.0): nodes, elements, surfaces, node and element sets of the mesh."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
-from fecontact.mesh.formats.raw import RawMesh, numbers_of
+from fecontact.mesh.formats.febio_tree import MESH_SECTIONS, read_tree
+from fecontact.mesh.formats.raw import RawMesh, known_members, numbers_of
 
 Element = ElementTree.Element
 
-#: Solid elements by FEBio's names.
+#: Solid elements by FEBio's names; of 15-node tetrahedra the nodes of faces and centre are left out.
 SOLIDS = {
     "tet4": "tet4",
     "tet10": "tet10",
+    "tet15": "tet10",
     "penta6": "wedge6",
     "penta15": "wedge15",
     "pyra5": "pyramid5",
@@ -25,101 +30,189 @@ SOLIDS = {
     "hex20": "hex20",
     "hex27": "hex27",
 }
-FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "quad4": 4, "quad8": 4, "quad9": 4}
-_SHELLS = ("tri3", "tri6", "quad4", "quad8", "quad9", "q4ans", "q4eas")
+FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "tri10": 3, "quad4": 4, "quad8": 4, "quad9": 4}
+SHELLS = {**FACETS, "q4ans": 4, "q4eas": 4}
 
 
 def read_febio(path: Path) -> RawMesh:
-    """Read the mesh of an FEBio file; parts become element sets.
+    """Read the mesh of an FEBio file; parts become element sets, shells are kept apart.
 
     Raises
     ------
     MeshError
-        If the file is not XML, has no mesh, or refers to undefined items.
+        If the file is not XML, has no mesh, or refers to undefined nodes.
     """
+    root, missing = read_tree(path)
+    sections = [s for tag in MESH_SECTIONS for s in root.findall(tag)]
+    if not sections:
+        also = f" Files that it includes are missing: {', '.join(missing)}." if missing else ""
+        raise MeshError(f"{path.name} has no <Mesh> or <Geometry> section under <febio_spec>.{also}")
     try:
-        root = ElementTree.parse(path).getroot()
-    except ElementTree.ParseError as error:
-        raise MeshError(f"{path.name} is no complete XML file: {error}.") from error
-    mesh = root.find("Mesh")
-    mesh = root.find("Geometry") if mesh is None else mesh
-    if root.tag != "febio_spec" or mesh is None:
-        raise MeshError(f"{path.name} has no <Mesh> section under <febio_spec>; found the root <{root.tag}>.")
-    try:
-        return _mesh(mesh, path.name)
-    except (ValueError, TypeError) as error:
+        raw = _joined(
+            [_mesh([s for section in sections for s in section], "", path.name), *_parts(sections, path.name)]
+        )
+    except (ValueError, TypeError, OverflowError) as error:
         if isinstance(error, MeshError):
             raise
         raise MeshError(f"{path.name} holds a number that cannot be read: {error}.") from error
+    if not len(raw.points):
+        raise MeshError(f"{path.name} defines no nodes.")
+    left = Counter(raw.left) + Counter({f"file to be included, {name}, which is missing": 1 for name in missing})
+    return RawMesh(**{**vars(raw), "left": left})
 
 
-def _mesh(mesh: Element, source: str) -> RawMesh:
-    ids, points = _nodes(mesh, source)
+def _parts(sections: Sequence[Element], source: str) -> list[RawMesh]:
+    """Meshes of <Part>s that are instances, and of <Instance>s of parts, in their places (specification 2.5)."""
+    parts = {p.get("name", ""): p for section in sections for p in section.findall("Part")}
+    out = [_mesh(list(p), f"{name}.", source) for name, p in parts.items() if p.get("type") == "instance"]
+    for i in (i for section in sections for i in section.findall("Instance")):
+        name = i.get("part", "")
+        if name not in parts:
+            raise MeshError(
+                f"{source}: an instance is of the part {name!r}; the parts are: {', '.join(parts) or 'none'}."
+            )
+        raw = _mesh(list(parts[name]), f"{i.get('name', name)}.", source)
+        out.append(RawMesh(**{**vars(raw), "points": _placed(raw.points, i, source)}))
+    return out
+
+
+def _placed(points: Array, instance: Element, source: str) -> Array:
+    """Points scaled, rotated and then translated as an instance says."""
+    scale, shift = (_vector(instance, tag, 3, default) for tag, default in (("scale", 1.0), ("translate", 0.0)))
+    rotate = instance.find("rotate")
+    turn = Rotation.identity()
+    if rotate is not None:
+        kind = rotate.get("type", "quaternion")
+        if kind not in ("quaternion", "vector"):
+            raise MeshError(f"{source}: an instance is rotated by {kind} angles; write a quaternion or a vector.")
+        make, n = (Rotation.from_quat, 4) if kind == "quaternion" else (Rotation.from_rotvec, 3)
+        turn = make(_vector(instance, "rotate", n, 0.0))
+    return np.asarray(turn.apply(scale * points) + shift)
+
+
+def _vector(parent: Element, tag: str, count: int, default: float) -> Array:
+    text = parent.findtext(tag)
+    values = np.full(count, default) if text is None else np.array(text.split(","), dtype=float)
+    if len(values) != count:
+        raise MeshError(f"<{tag}> needs {count} numbers; found {text!r}.")
+    return values
+
+
+def _joined(meshes: Sequence[RawMesh]) -> RawMesh:
+    """One mesh of several, side by side."""
+    points = np.cumsum([0, *(len(m.points) for m in meshes)])
+    cells = np.cumsum([0, *(sum(len(c) for _, c in m.blocks) for m in meshes)])
+    pairs = list(zip(meshes, points.tolist(), cells.tolist(), strict=False))
+    left: Counter[str] = Counter()
+    for m in meshes:
+        left.update(m.left)
+    return RawMesh(
+        np.concatenate([m.points for m in meshes]),
+        [(kind, c + p) for m, p, _ in pairs for kind, c in m.blocks],
+        {name: g + c for m, _, c in pairs for name, g in m.groups.items()},
+        {name: [f + p for f in fs] for m, p, _ in pairs for name, fs in m.facets.items()},
+        {},
+        {name: n + p for m, p, _ in pairs for name, n in m.node_sets.items()},
+        (),
+        {name: [f + p for f in fs] for m, p, _ in pairs for name, fs in m.shells.items()},
+        left,
+        np.concatenate([m.node_ids for m in meshes if m.node_ids is not None]),
+        np.concatenate([m.element_ids for m in meshes if m.element_ids is not None]),
+    )
+
+
+def _mesh(sections: Sequence[Element], prefix: str, source: str) -> RawMesh:
+    """Mesh of sections that share their numbers; `prefix` comes before its names."""
+    ids, points = _nodes(sections, source)
     blocks: list[tuple[str, IntArray]] = []
-    groups: dict[str, IntArray] = {}
-    element_ids: list[IntArray] = []
+    groups: dict[str, list[IntArray]] = {}
+    numbers: dict[str, list[IntArray]] = {"solid": [np.zeros(0, np.int64)], "other": [np.zeros(0, np.int64)]}
+    shells: dict[str, list[IntArray]] = {}
+    left: Counter[str] = Counter()
     start = 0
-    for section in mesh.findall("Elements"):
-        kind = section.get("type", "").lower()
-        rows = _rows(section, "elem", source)
-        if kind in _SHELLS or not len(rows):
+    for name, kind, entries in _elements(sections):
+        numbers["solid" if kind in SOLIDS else "other"].append(_ids(entries))
+        if kind not in SOLIDS and kind not in SHELLS:
+            left[f"elements of type {kind}"] += len(entries)
             continue
-        if kind not in SOLIDS:
-            raise MeshError(f"{source} holds elements of the type {kind!r}; expected one of {', '.join(SOLIDS)}.")
-        blocks.append((SOLIDS[kind], numbers_of(ids, rows, "node", source)))
-        element_ids.append(_ids(section, "elem"))
-        name = section.get("name") or section.get("elset") or f"part_{len(blocks)}"
-        groups[name] = np.concatenate([groups.get(name, np.zeros(0, np.int64)), start + np.arange(len(rows))])
+        rows = numbers_of(ids, _rows(entries, name, source), "node", source)
+        if kind in SHELLS:
+            shells.setdefault(prefix + name, []).append(rows[:, : SHELLS[kind]])
+            continue
+        blocks.append((SOLIDS[kind], rows[:, :10] if kind == "tet15" else rows))
+        groups.setdefault(prefix + (name or f"part_{len(blocks)}"), []).append(start + np.arange(len(rows)))
         start += len(rows)
-    all_elements = np.concatenate(element_ids) if element_ids else np.zeros(0, np.int64)
-    for section in mesh.findall("ElementSet"):
-        groups[section.get("name", "set")] = numbers_of(all_elements, _members(section), "element", source)
+    solid, other = (np.concatenate(numbers[key]) for key in ("solid", "other"))
+    sets = {name: np.concatenate(members) for name, members in groups.items()}
+    for s in (s for s in sections if s.tag == "ElementSet"):
+        name = prefix + s.get("name", "set")
+        sets[name] = known_members(solid, _members(s), other, left, name, "element")
     facets: dict[str, list[IntArray]] = {}
-    for section in mesh.findall("Surface"):
+    for s in (s for s in sections if s.tag == "Surface"):
         for tag, n in FACETS.items():
-            rows = _rows(section, tag, source)
-            if len(rows):
-                facets.setdefault(section.get("name", "surface"), []).append(
-                    numbers_of(ids, rows[:, :n], "node", source)
-                )
-    node_sets = {
-        section.get("name", "nodes"): numbers_of(ids, _members(section), "node", source)
-        for section in mesh.findall("NodeSet")
-    }
-    for section in mesh.findall("Nodes"):
-        if section.get("name"):
-            node_sets.setdefault(section.get("name", ""), numbers_of(ids, _ids(section, "node"), "node", source))
-    return RawMesh(points, blocks, groups, facets, {}, node_sets)
+            if entries := s.findall(tag):
+                rows = numbers_of(ids, _rows(entries, s.get("name"), source)[:, :n], "node", source)
+                facets.setdefault(prefix + s.get("name", "surface"), []).append(rows)
+    node_sets = _node_sets(sections, ids, prefix, left)
+    return RawMesh(points, blocks, sets, facets, {}, node_sets, (), shells, left, ids, solid)
 
 
-def _nodes(mesh: Element, source: str) -> tuple[IntArray, Array]:
-    nodes = [node for section in mesh.findall("Nodes") for node in section.findall("node")]
-    if not nodes:
-        raise MeshError(f"{source} defines no nodes.")
-    ids = np.array([node.get("id") for node in nodes], dtype=np.int64)
+def _elements(sections: Sequence[Element]) -> list[tuple[str, str, list[Element]]]:
+    """Name, type and entries of each block; before version 2 the entries' tags are the types, their `mat` the names."""
+    out = []
+    for s in (s for s in sections if s.tag == "Elements"):
+        name = s.get("name") or s.get("elset") or ""
+        if s.findall("elem") or s.get("type"):
+            out.append((name, s.get("type", "").lower(), s.findall("elem")))
+            continue
+        blocks: dict[tuple[str, str], list[Element]] = {}
+        for entry in s:
+            blocks.setdefault((name or f"material_{entry.get('mat')}", entry.tag.lower()), []).append(entry)
+        out += [(*key, entries) for key, entries in blocks.items()]
+    return [block for block in out if block[2]]
+
+
+def _nodes(sections: Sequence[Element], source: str) -> tuple[IntArray, Array]:
+    nodes = [node for section in sections if section.tag == "Nodes" for node in section.findall("node")]
     rows = [(node.text or "").split(",") for node in nodes]
+    ids = _ids(nodes)
     wrong = next((k for k, row in enumerate(rows) if len(row) != 3), None)
     if wrong is not None:
         raise MeshError(f"{source}: node {ids[wrong]} has {len(rows[wrong])} coordinates; expected 3.")
-    return ids, np.array(rows, dtype=float)
+    return ids, np.array(rows, dtype=float).reshape(-1, 3)
 
 
-def _rows(section: Element, tag: str, source: str) -> IntArray:
+def _node_sets(sections: Sequence[Element], ids: IntArray, prefix: str, left: dict[str, int]) -> dict[str, IntArray]:
+    """Node sets by name, which may name others, and blocks of nodes that have a name."""
+    out: dict[str, IntArray] = {}
+    none = np.zeros(0, np.int64)
+    for s in (s for s in sections if s.tag == "NodeSet"):
+        name = prefix + s.get("name", "nodes")
+        others = [out[prefix + n] for e in s if e.get("id") is None and prefix + (n := (e.text or "").strip()) in out]
+        out[name] = np.concatenate([known_members(ids, _members(s), none, left, name, "node"), *others])
+    for s in (s for s in sections if s.tag == "Nodes" and s.get("name")):
+        out.setdefault(prefix + s.get("name", ""), numbers_of(ids, _ids(s.findall("node")), "node", "the file"))
+    return out
+
+
+def _rows(entries: Sequence[Element], name: str | None, source: str) -> IntArray:
     """Node numbers (n, k) of the entries of a section."""
-    rows = [(entry.text or "").split(",") for entry in section.findall(tag)]
+    rows = [(entry.text or "").split(",") for entry in entries]
     if len({len(row) for row in rows}) > 1:
         raise MeshError(
-            f"{source}: the section {section.get('name')!r} has entries <{tag}> with different numbers of nodes."
+            f"{source}: the section {name!r} has entries <{entries[0].tag}> with different numbers of nodes."
         )
     return np.array(rows, dtype=np.int64)
 
 
-def _ids(section: Element, tag: str) -> IntArray:
-    return np.array([entry.get("id") for entry in section.findall(tag)], dtype=np.int64)
+def _ids(entries: Sequence[Element]) -> IntArray:
+    return np.array([entry.get("id") for entry in entries], dtype=np.int64)
 
 
 def _members(section: Element) -> IntArray:
-    """Numbers in a set: entries with an id, or a comma-separated list."""
-    entries = [entry.get("id") for entry in section]
-    listed = (section.text or "").replace(",", " ").split()
-    return np.array(entries if entries else listed, dtype=np.int64)
+    """Numbers in a set: entries with an id, or a comma-separated list with ranges ``first:last:step``."""
+    entries = [entry.get("id") for entry in section if entry.get("id") is not None]
+    listed = [[int(v) for v in word.split(":")] for word in (section.text or "").replace(",", " ").split()]
+    ranges = [np.arange(r[0], r[1] + 1, r[2] if len(r) > 2 else 1) for r in listed if len(r) > 1]
+    single = np.array(entries if entries else [r[0] for r in listed if len(r) == 1], dtype=np.int64)
+    return np.concatenate([single, *ranges]).astype(np.int64)

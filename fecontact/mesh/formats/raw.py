@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import MeshError
+from fecontact.common.errors import InputError, MeshError
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,12 @@ class RawMesh:
     node_sets : mapping of str to int array
     notes : tuple of str
         Notes of the reader.
+    shells : mapping of str to list of (n, 3 | 4) int arrays
+        Parts of shells, membranes and rigid facets, by the corner nodes of their facets; `read_surface` reads them.
+    left : mapping of str to int
+        What the file holds besides, by kind, with its number: a note lists it.
+    node_ids, element_ids : (n_points,) and (n_cells,) int arrays, optional
+        The file's numbers of points and solid cells.
     """
 
     points: Array
@@ -38,6 +45,10 @@ class RawMesh:
     faces: Mapping[str, IntArray] = field(default_factory=dict)
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    shells: Mapping[str, list[IntArray]] = field(default_factory=dict)
+    left: Mapping[str, int] = field(default_factory=dict)
+    node_ids: IntArray | None = None
+    element_ids: IntArray | None = None
 
 
 def numbers_of(ids: IntArray, wanted: IntArray, what: str, source: str) -> IntArray:
@@ -60,3 +71,54 @@ def numbers_of(ids: IntArray, wanted: IntArray, what: str, source: str) -> IntAr
             "references are missing. The file is incomplete."
         )
     return found
+
+
+def known_members(
+    ids: IntArray, wanted: IntArray, others: IntArray, left: dict[str, int], name: str, what: str
+) -> IntArray:
+    """Positions in `ids` of those members `wanted` (n,) of a set that are there.
+
+    Parameters
+    ----------
+    ids : (n_ids,) int array
+    wanted : (n,) int array
+    others : int array
+        Numbers that the file defines, but that are not read.
+    left : dict
+        Gets the number of those that are nowhere.
+    name, what : str
+        Of the set and of its members, for `left`.
+    """
+    there = np.isin(wanted, ids)
+    lost = int((~there & ~np.isin(wanted, others)).sum())
+    if lost:
+        left[f"{what}s of the set {name!r} that the file does not define"] = lost
+    return numbers_of(ids, wanted[there], what, name) if there.any() else np.zeros(0, np.int64)
+
+
+def part_of(raw: RawMesh, name: str, source: str) -> RawMesh:
+    """The cells of an element set, with what refers to them.
+
+    Raises
+    ------
+    InputError
+        If there is no such set.
+    """
+    names = {k.upper(): k for k in reversed(list(raw.groups))}
+    if name not in raw.groups and name.upper() not in names:
+        known = ", ".join(map(repr, raw.groups)) or "none"
+        raise InputError(f"{source} has no part {name!r}; its element sets are: {known}.")
+    members = raw.groups[name if name in raw.groups else names[name.upper()]]
+    number = np.full(sum(len(cells) for _, cells in raw.blocks), -1, dtype=np.int64)
+    number[np.unique(members)] = np.arange(len(np.unique(members)))
+    starts = np.cumsum([0] + [len(cells) for _, cells in raw.blocks])
+    kept = [number[a:b] >= 0 for a, b in pairwise(starts.tolist())]
+    faces = {k: np.stack([number[f[:, 0]], f[:, 1]], axis=1) for k, f in raw.faces.items()}
+    groups = {k: number[g] for k, g in raw.groups.items()}
+    return replace(
+        raw,
+        blocks=[(kind, cells[k]) for (kind, cells), k in zip(raw.blocks, kept, strict=True) if k.any()],
+        groups={k: g[g >= 0] for k, g in groups.items() if (g >= 0).any()},
+        faces={k: f[f[:, 0] >= 0] for k, f in faces.items() if (f[:, 0] >= 0).any()},
+        element_ids=None if raw.element_ids is None else raw.element_ids[number >= 0],
+    )

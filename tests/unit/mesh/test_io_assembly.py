@@ -214,10 +214,11 @@ def test_parts_that_are_not_there(part, words, read):
 
 def test_part_of_files_that_have_none(read, tmp_path):
     (tmp_path / "brick.inp").write_text(BRICK)
-    (tmp_path / "brick.vtu").write_text("")
-    for name, words in (("brick.inp", "without parts"), ("brick.vtu", r"Only \.inp files have parts")):
+    (tmp_path / "box.step").write_text("")
+    for name, words in (("brick.inp", "its element sets are: 'Lower', 'Upper'"), ("box.step", "no parts to be read")):
         with pytest.raises(fc.InputError, match=words):
             fc.read_mesh(tmp_path / name, part="Left")
+    assert len(fc.read_mesh(tmp_path / "brick.inp", part="upper").cells) == 1
     with pytest.raises(fc.MeshError, match="no solid cells in its part 'Anvil-1'"):
         read(part="Anvil-1")
 

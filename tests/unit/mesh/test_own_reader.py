@@ -27,7 +27,7 @@ def test_any_file_is_read_by_an_own_reader(path) -> None:
     assert mesh.cells.shape == (1, 20)
     assert np.ptp(mesh.points, axis=0).tolist() == [10.0, 10.0, 10.0]
     assert len(mesh.faces("floor")) == 1
-    with pytest.raises(fc.InputError, match=r"Only \.inp files have parts"):
+    with pytest.raises(fc.InputError, match=r"no part 'one'"):
         fc.read_mesh(path, reader=reader, part="one")
 
 
