@@ -6,7 +6,12 @@ forces x - y of scaled forces x and gaps or slips y (unit compliances):
     x_n = max(0, z_n),    x_t = P(z_t),  P the projection on the disc of radius mu max(0, z_n)
 
 Open points have no force: they are eliminated from the step. The system is that of the touching points and of the rigid
-motion; steps are halved until the residual falls.
+motion. Steps are halved until the residual is below the largest of the last few (Grippo, Lampariello & Lucidi, SIAM J.
+Numer. Anal. 23 (1986) 707): demanding that it falls in every step keeps the iterates in narrow valleys.
+
+In a structure far more flexible than its material, such as a belt, forces say little of the state of the points: the
+first step throws the residual up. Its states are then told by gaps and slips alone, z = x - R y with a large R: what
+penetrates is pressed, and what slips slides.
 """
 
 from __future__ import annotations
@@ -22,8 +27,17 @@ from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import Status
 from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 
-HALVINGS = 6
+HALVINGS = 10
 """Halvings of a step after which it is taken although the residual has not fallen."""
+
+MEMORY = 4
+"""Residuals of the last iterates, below the largest of which a step counts as progress."""
+
+THROWN = 100.0
+"""Growth of the residual by the first step from which points are judged by gaps and slips instead of forces."""
+
+BY_GAPS = 1e4
+"""Weight R of gaps and slips in the trial forces that judge by them."""
 
 SINGULAR = 1e-14
 """Reciprocal condition number below which the smallest step is taken: forces of rigid bodies are not unique."""
@@ -54,6 +68,7 @@ class _Trial:
     """Residual of an iterate, and the state of each point that its trial forces tell."""
 
     y: np.ndarray
+    weight: float
     pressed: np.ndarray
     limit: np.ndarray
     size: np.ndarray
@@ -66,9 +81,9 @@ class _Trial:
         return float(np.hypot(np.linalg.norm(self.residual), np.linalg.norm(self.balance)))
 
 
-def _trial(problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndarray) -> _Trial:
+def _trial(problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndarray, weight: float = 1.0) -> _Trial:
     y = problem.gap(x, p)
-    z = x - y
+    z = x - weight * y
     pressed = z > 0
     pressed[rows.tangents] = False
     limit = friction_limit(rows.mu, z[rows.points])
@@ -78,7 +93,7 @@ def _trial(problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndar
     residual = x.copy()
     residual[rows.normals] -= np.maximum(z[rows.normals], 0.0)
     residual[rows.tangents] -= direction * np.minimum(size, limit)[:, None]
-    return _Trial(y, pressed, limit, size, direction, residual, problem.B @ x - problem.F)
+    return _Trial(y, weight, pressed, limit, size, direction, residual, problem.B @ x - problem.F)
 
 
 def friction_newton(
@@ -106,6 +121,7 @@ def friction_newton(
     """
     trial = _trial(problem, rows, x, p)
     history: list[float] = []
+    merits: list[float] = []
     best = (np.inf, x, p)
     orientation = 1
     for nit in range(max_iterations + 1):
@@ -119,14 +135,18 @@ def friction_newton(
         if nit == max_iterations:
             break
         dx, dp, orientation = _step(problem, rows, x, trial)
-        share, before = 1.0, trial.merit
-        for _ in range(HALVINGS):
-            trial = _trial(problem, rows, x + share * dx, p + share * dp)
-            if trial.merit < (1 - 1e-4 * share) * before:
-                break
-            share /= 2
+        merits = [*merits, trial.merit][-MEMORY:]
+        trial = _trial(problem, rows, x + dx, p + dp)
+        share = 1.0
+        if nit == 0 and trial.merit > THROWN * merits[0]:
+            dx, dp, orientation = _step(problem, rows, x, _trial(problem, rows, x, p, BY_GAPS))
+            trial, merits = _trial(problem, rows, x + dx, p + dp), []
         else:
-            trial = _trial(problem, rows, x + share * dx, p + share * dp)
+            for _ in range(HALVINGS):
+                if trial.merit < (1 - 1e-4 * share) * max(merits):
+                    break
+                share /= 2
+                trial = _trial(problem, rows, x + share * dx, p + share * dp)
         x, p = x + share * dx, p + share * dp
     message = f"{max_iterations} Newton steps were not enough"
     return Outcome(best[1], best[2], Status.ITERATION_LIMIT, message, max_iterations, history), orientation
@@ -183,7 +203,7 @@ def _slip_rows(
 ) -> None:
     """Turn the rows of slipping points from s = 0 into the linearised x_t = P(z_t), in place.
 
-    dx_t - T (dx_t - ds) - mu e (dx_n - dy_n) = mu (x_n - y_n) e - x_t
+    dx_t - T (dx_t - R ds) - mu e (dx_n - R dy_n) = mu (x_n - R y_n) e - x_t
     T = mu z_n / |z_t| (I - e e^T),   e = z_t / |z_t|
 
     The gap closes, dy_n = -y_n. `released` (f, k) is the share of ds from open points that lose their force.
@@ -193,13 +213,14 @@ def _slip_rows(
         return
     e, mu = trial.direction[slips], rows.mu[slips]
     T = (trial.limit[slips] / trial.size[slips])[:, None, None] * (np.eye(k) - e[:, :, None] * e[:, None, :])
+    R = trial.weight
     place = first + np.arange(f * k).reshape(f, k)
     normal = np.searchsorted(kept[: int(trial.pressed.sum())], rows.points[slips])
-    A[place] = np.einsum("fij,fjn->fin", T, A[place])
+    A[place] = R * np.einsum("fij,fjn->fin", T, A[place])
     A[place[:, :, None], place[:, None, :]] += np.eye(k) - T
     A[place, normal[:, None]] -= mu[:, None] * e
     t, n = x[rows.tangents[slips]], x[rows.points[slips]]
-    right[place] = (mu * n)[:, None] * e - t - np.einsum("fij,fj->fi", T, released)
+    right[place] = (mu * n)[:, None] * e - t - R * np.einsum("fij,fj->fi", T, released)
 
 
 def _solved(A: np.ndarray, right: np.ndarray, r: int) -> tuple[np.ndarray, int]:

@@ -89,6 +89,7 @@ def test_belt_on_a_drum(row):
     tight = friction.belt_tension(slack, mu, math.pi / 2)
     row("belt on a drum", "tight side", tight, -path[1].reaction(belt)[0], 1e-3)
     row("belt on a drum", "worst residual", 0, worst(path), CERTIFIED)
+    assert max(result.friction.nit for result in path.steps) <= 12
 
 
 def test_a_block_rests_on_a_slope(row):
