@@ -15,6 +15,7 @@ from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
 from fecontact.mesh.section_mesh import line_shapes
+from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
 from fecontact.results.facet_samples import facet_samples, pressure_shapes
 from fecontact.results.friction_fields import FrictionFields
@@ -199,26 +200,36 @@ class ContactFields:
             out[self.facet_numbers[found.facets]] = np.sqrt(found.misfit / found.areas.sum(axis=1))
         return out
 
+    @cached_property
+    def outline(self) -> ContactOutline:
+        """Smooth closed curves round the contact area, and the area within; see `results.contact_outline`.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (8, 8, 4)).translated((-0.5, -0.5, 0.0))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"bottom": "xyz"})
+        >>> ball = fc.RigidBody(fc.Sphere(1.0)).placed((0, 0, 1.0))
+        >>> result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.05}})
+        >>> (circle,) = result.contacts[0].outline.curves
+        >>> radius = np.linalg.norm(circle.points[:, :2], axis=1)
+        >>> bool(np.ptp(radius) < 0.03 * radius.mean()), bool(circle.is_edge.all())
+        (True, True)
+        """
+        return contact_outline(self)
+
     @property
     def edge_area(self) -> float:
-        """Area with the edge located within the faces, where the recovered pressure is zero; see `results.recovery`.
+        """Area with the edge located within the faces, that of `outline`.
 
-        More accurate than `area`, the sum of whole points, for contacts several faces across.
+        More accurate than `area`, the sum of whole points.
         """
-        return float(self.recovered_areas.sum())
+        return self.outline.area
 
     @property
     def misfit(self) -> float:
         """Relative L2 misfit of the pressure's reconstructions, the part of `error_estimate` due to faces and edge."""
         return np.nan if self._readings is None else self._readings.error
-
-    @property
-    def recovered_areas(self) -> Array:
-        """Area (n_facets,) of each facet on which the recovered pressure is positive."""
-        out = np.zeros(len(self.facets))
-        if self._readings is not None:
-            out[self._readings.facets] = self._readings.in_contact
-        return out
 
     def split_by_plane(self, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
         """Resultants on both sides of a plane, for instance medial and lateral.

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.outline import Mirror, Outline, ellipse_of_moments
+from fecontact.results.outline import Mirror, Outline, ellipse_of_moments, planes_of_symmetry
 
 #: Fewest points of a region with an outline of its own.
 FEWEST = 12
@@ -42,14 +42,14 @@ def regions_with_edge(contact: ContactFields) -> list[EdgeRegion]:
     """Regions with enough points, with the ellipses of their moments scaled to the area of the recovered edge.
 
     Moments give the place and the axes of an outline, whatever the mesh; its size only if the pressure is that of
-    Hertz. The zero set of the recovered pressure (`results.recovery`) gives the size.
+    Hertz. The outline (`results.contact_outline`) gives the size.
     """
     at_nodes = contact.at_nodes.copy()
     at_nodes.data = contact.region[at_nodes.indices].astype(float)
     of_node = at_nodes.max(axis=1).toarray().ravel().astype(np.int64)
     of_facet = of_node[contact.facets]
     beside = _facets_by_nodes(contact.facets, len(contact.nodes))
-    areas = contact.recovered_areas
+    areas = contact.outline.areas
     out = []
     for k in range(1, int(contact.region.max(initial=0)) + 1):
         points = np.flatnonzero(contact.region == k)
@@ -57,7 +57,7 @@ def regions_with_edge(contact: ContactFields) -> list[EdgeRegion]:
             continue
         own, alien = (of_facet == k).any(axis=1), ((of_facet != k) & (of_facet > 0)).any(axis=1)
         near = (beside @ (beside.T @ own.astype(float)) > 0) & ~alien
-        mirrors = _mirrors(contact, contact.node_numbers[of_node == k])
+        mirrors = planes_of_symmetry(contact.surface, contact.slave.pose, contact.node_numbers[of_node == k])
         forces = contact.forces[points]
         outline = ellipse_of_moments(contact.points[points], forces, forces @ contact.normals[points], mirrors)
         if areas[near].sum() == 0:
@@ -78,16 +78,3 @@ def _facets_by_nodes(facets: IntArray, n: int) -> sp.csr_matrix:
     """Incidence (n_facets, n_nodes)."""
     pointer = np.arange(0, facets.size + 1, facets.shape[1])
     return sp.csr_matrix((np.ones(facets.size), facets.ravel(), pointer), shape=(len(facets), n))
-
-
-def _mirrors(contact: ContactFields, numbers: IntArray) -> tuple[Mirror, ...]:
-    """Planes of symmetry of the slave on which some of its nodes lie, in world axes."""
-    surface, pose = contact.surface, contact.slave.pose
-    if surface.planes is None:
-        return ()
-    nodes, normals = surface.planes
-    on = np.isin(nodes, numbers)
-    nodes, normals = nodes[on], normals[on]
-    first = np.sort(np.unique(normals.round(6), axis=0, return_index=True)[1])
-    points = pose.to_world(surface.points[nodes[first]])
-    return tuple(Mirror(x, n) for x, n in zip(points, normals[first] @ pose.rotation.T, strict=True))

@@ -14,7 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
+from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Distance from the centre, relative to the outline's size, beyond which nothing is inside; terms of high
 #: degree return there.
@@ -154,6 +156,18 @@ def ellipse_of_moments(points: Array, forces: Array, normal: Array, mirrors: Seq
         along = np.linalg.eigh(along @ moments @ along.T)[1].T @ along
     spread = np.einsum("di,ij,dj->d", along, moments, along)
     return Outline(centre, along / np.sqrt(5 * spread)[:, None], np.array([[0, 0]]), np.ones(1))
+
+
+def planes_of_symmetry(surface: FacetSurface, pose: Pose, numbers: IntArray) -> tuple[Mirror, ...]:
+    """Planes of symmetry, in world axes, of a body's surface on which some of the numbered nodes lie."""
+    if surface.planes is None:
+        return ()
+    nodes, normals = surface.planes
+    on = np.isin(nodes, numbers)
+    nodes, normals = nodes[on], normals[on]
+    first = np.sort(np.unique(normals.round(6), axis=0, return_index=True)[1])
+    points = pose.to_world(surface.points[nodes[first]])
+    return tuple(Mirror(x, n) for x, n in zip(points, normals[first] @ pose.rotation.T, strict=True))
 
 
 def with_images(points: Array, values: Array, mirrors: Sequence[Mirror]) -> tuple[Array, Array]:

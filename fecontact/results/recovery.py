@@ -102,16 +102,15 @@ def recovered(
     >>> found.at(np.array([[[0.3, 0, 0]], [[0.9, 0, 0]], [[1.2, 0, 0]]])).round(12).ravel().tolist()
     [1.058300524426, 0.632455532034, 0.0]
     """
-    centres, axes = _frames(nodes, facets[chosen])
-    facet, node = _patches(facets, chosen, np.isfinite(pressure))
+    centres, axes = facet_frames(nodes, facets[chosen])
+    facet, node = patches(facets, chosen, np.isfinite(pressure))
     local = np.einsum("pdi,pi->pd", axes[facet], nodes[node] - centres[facet])
     terms, values = monomials(local), pressure[node] ** power
-    area = np.maximum(areas[node], LEAST_AREA * areas[pressure > 0].mean())
-    weights = area / (OFFSET + np.linalg.norm(local, axis=1)) ** 2
+    weights = node_weights(areas[node], local)
     counted = pressure[node] > 0
     coefficients = np.zeros((len(chosen), terms.shape[1]))
     for _ in range(PASSES + 1):
-        coefficients = _fitted(facet, terms[counted], values[counted], weights[counted], counted, len(chosen))
+        coefficients = fitted(facet, terms[counted], values[counted], weights[counted], counted, len(chosen))
         pressed = ~counted & (np.einsum("pk,pk->p", terms, coefficients[facet]) > 0)
         if not pressed.any():
             break
@@ -119,7 +118,12 @@ def recovered(
     return RecoveredPressure(centres, axes, coefficients, power)
 
 
-def _frames(nodes: Array, facets: IntArray) -> tuple[Array, Array]:
+def node_weights(areas: Array, local: Array) -> Array:
+    """Weights (n_pairs,) of nodes by their areas and their coordinates (n_pairs, d) from the centre of a facet."""
+    return np.asarray(np.maximum(areas, LEAST_AREA * areas.mean()) / (OFFSET + np.linalg.norm(local, axis=1)) ** 2)
+
+
+def facet_frames(nodes: Array, facets: IntArray) -> tuple[Array, Array]:
     """Centres (n, 3) of facets and axes (n, d, 3) along them over their size."""
     if facets.shape[1] == 3:
         ends = nodes[facets[:, :2]]
@@ -135,7 +139,7 @@ def _frames(nodes: Array, facets: IntArray) -> tuple[Array, Array]:
     return corners.mean(axis=1), np.stack([one, np.cross(normal, one)], axis=1) / size[:, None, None]
 
 
-def _patches(facets: IntArray, chosen: IntArray, known: Mask) -> tuple[IntArray, IntArray]:
+def patches(facets: IntArray, chosen: IntArray, known: Mask) -> tuple[IntArray, IntArray]:
     """Pairs (n_pairs,) of a chosen facet, by its index among them, and a known node of it or its neighbours."""
     n, k = facets.shape
     pointer = np.arange(0, n * k + 1, k)
@@ -145,7 +149,7 @@ def _patches(facets: IntArray, chosen: IntArray, known: Mask) -> tuple[IntArray,
     return np.repeat(np.arange(len(chosen)), np.diff(patch.indptr)), patch.indices
 
 
-def _fitted(facet: IntArray, terms: Array, values: Array, weights: Array, counted: Mask, n: int) -> Array:
+def fitted(facet: IntArray, terms: Array, values: Array, weights: Array, counted: Mask, n: int) -> Array:
     """Coefficients (n, k) by weighted least squares, of the highest degree that each patch determines."""
     k = terms.shape[1]
     own = facet[counted]

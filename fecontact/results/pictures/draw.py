@@ -30,8 +30,8 @@ STYLES = ("smooth", "sensels")
 COLOURS = {"pressure": "magma_r", "gap": "viridis", "friction": "Greys"}
 #: Cells per side into which a facet is divided for a smooth picture.
 FINENESS = 6
-#: Share of the largest pressure at which a region is outlined, and above which a sensel shows its pressure.
-OUTLINE = 0.02
+#: Share of the largest pressure above which a sensel shows its pressure.
+FELT = 0.02
 #: Sensels across a contact by default, and colour steps, as for pressure-sensitive films.
 SENSELS, STEPS = 24, 13
 
@@ -165,10 +165,12 @@ def _title(contact: ContactFields, units: Units) -> str:
     head = f"{contact.slave.name}.{contact.surfaces[0]} on {contact.master.name}.{contact.surfaces[1]}"
     if not contact.active.any():
         return f"{head}\nno contact"
+    area = contact.edge_area
+    mean = contact.total_force / area if area > 0 else 0.0
     return (
         f"{head}\nforce {units.number(float(np.linalg.norm(contact.force)), 'force')}, "
-        f"area {units.number(contact.area, 'length', '²')}, "
-        f"peak {units.number(contact.max_pressure, 'stress')}, mean {units.number(contact.mean_pressure, 'stress')}"
+        f"area {units.number(area, 'length', '²')}, "
+        f"peak {units.number(contact.max_pressure, 'stress')}, mean {units.number(mean, 'stress')}"
     )
 
 
@@ -225,7 +227,7 @@ def draw_sensels(
     low, felt = _felt(contact, plane, side)
     table = ListedColormap(colormaps["turbo"](np.linspace(0.1, 0.95, STEPS)))
     highest = top or felt.max() or 1.0
-    seen = np.ma.masked_less_equal(felt, OUTLINE * highest)
+    seen = np.ma.masked_less_equal(felt, FELT * highest)
     x, y = (low[k] + side * np.arange(felt.shape[k] + 1) for k in range(2))
     drawn = axes.pcolormesh(x, y, seen.T, cmap=table, vmin=0.0, vmax=highest, edgecolors="white", linewidth=0.3)
     label = names.after("pressure on sensels", "stress")
@@ -257,9 +259,9 @@ def draw_regions(axes: Any, contact: ContactFields, units: Units | None = None) 
     if not contact.active.any():
         return
     plane = view_axes(contact.normals, contact.forces)
-    triangles, xy, shades = _shaded(contact, contact.nodes @ plane.T, contact.pressure)
-    grid = Triangulation(xy[:, 0], xy[:, 1], triangles)
-    axes.tricontour(grid, shades, levels=[OUTLINE * contact.max_pressure], colors="tab:blue", linewidths=1.2)
+    for curve in contact.outline.curves:
+        x, y = plane @ np.append(curve.points, curve.points[:1], axis=0).T
+        axes.plot(x, y, color="tab:blue", linewidth=1.2)
     for k, region in enumerate(contact.regions, start=1):
         x, y = plane @ region.centre_of_pressure
         axes.plot(x, y, "+", color="tab:cyan", markersize=9, markeredgewidth=1.6)

@@ -1,0 +1,336 @@
+"""Outline of a contact: closed curves round the area that carries pressure, located within the facets.
+
+The zero line of `results.edge_level` is followed through triangles between the nodes of the facets. Where the contact
+reaches the end of its surface, a plane of symmetry or the rim of the other body, the curves follow these, which are not
+smoothed. The rest is: the scatter of its points has the length of facets, so that waves shorter than a few of them are
+removed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.facets import facet_integrals, triangular
+from fecontact.mesh.surface_mesh import averaged_normals
+from fecontact.results.edge_level import PressureAndGap, edge_level, facet_sizes
+from fecontact.results.facet_samples import facet_samples
+from fecontact.results.outline import planes_of_symmetry
+from fecontact.results.smooth_curves import smoothed
+from fecontact.surfaces.facet_surface import facets_of
+
+#: By number of columns of a quadrilateral and of a triangle: triangles between its nodes.
+QUADRILATERALS = {
+    4: ((0, 1, 2), (0, 2, 3)),
+    8: ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 6), (4, 6, 7)),
+    9: ((0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8)),
+}
+TRIANGLES = {
+    4: ((0, 1, 2),),
+    8: ((0, 4, 7), (4, 1, 5), (5, 2, 7), (4, 5, 7)),
+    9: ((0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 7, 8), (7, 0, 8)),
+}
+#: Least level, relative to the largest: the edge runs between nodes, not through them.
+OFF_NODE = 1e-6
+#: Passes over hanging nodes that lie between hanging nodes.
+CHAINS = 3
+#: Samples of the side of a section, an even number.
+SAMPLES = 8
+#: Halvings by which the rim of the other body is found between two nodes.
+HALVINGS = 20
+
+
+@dataclass(frozen=True, eq=False)
+class OutlineCurve:
+    """A closed curve round a contact area, or round a hole in it.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Points in order, in world axes; the first follows the last. The contact is on the left seen from outside the
+        slave.
+    is_edge : (n,) bool array
+        Whether the contact ends by itself between a point and the next; else a plane of symmetry, the end of a surface
+        or the rim of the other body bounds it.
+    area : float
+        Area inside, seen along its mean normal; negative for a hole.
+    """
+
+    points: Array
+    is_edge: Mask
+    area: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactOutline:
+    """Outline of a contact.
+
+    Attributes
+    ----------
+    curves : tuple of OutlineCurve
+        The longest area first; none for sections.
+    areas : (n_facets,) array
+        Area of each facet within the outline.
+    """
+
+    curves: tuple[OutlineCurve, ...]
+    areas: Array
+
+    @property
+    def area(self) -> float:
+        """Area within the outline, along the facets."""
+        return float(self.areas.sum())
+
+
+class _Cut(NamedTuple):
+    """Triangles between nodes, cut by the outline.
+
+    Attributes
+    ----------
+    corners : (n, 3) int array
+        Nodes, counter-clockwise seen from outside.
+    facet : (n,) int array
+    inside, beyond : (m,) bool arrays
+        Nodes inside the outline, and nodes beyond the rim of the other body.
+    crossed : (k, 2) int array
+        Pairs of nodes between which the outline runs, the inner one first.
+    share : (k,) array
+        Its place between them, from 0 at the inner one to 1.
+    """
+
+    corners: IntArray
+    facet: IntArray
+    inside: Mask
+    beyond: Mask
+    crossed: IntArray
+    share: Array
+
+    @property
+    def sides(self) -> IntArray:
+        """Directed sides (3 n, 2) of the triangles."""
+        return np.stack([self.corners, np.roll(self.corners, -1, axis=1)], axis=-1).reshape(-1, 2)
+
+    def crossing(self, sides: IntArray) -> IntArray:
+        """Number (n,) of the crossing of each side (n, 2) with one node inside."""
+        m = len(self.inside)
+        turned = np.where(self.inside[sides[:, :1]], sides, sides[:, ::-1])
+        return np.searchsorted(self.crossed @ [m, 1], turned @ [m, 1])
+
+
+def contact_outline(contact: PressureAndGap) -> ContactOutline:
+    """Outline of a contact; of sections the areas only.
+
+    Parameters
+    ----------
+    contact : PressureAndGap
+    """
+    if contact.facets.shape[1] == 3:
+        return ContactOutline((), _section_areas(contact))
+    hanging = _hanging(contact)
+    cut = _cut(contact, hanging)
+    return ContactOutline(_curves(contact, cut, hanging), _areas(contact, cut))
+
+
+def _cut(contact: PressureAndGap, hanging: IntArray) -> _Cut:
+    """Triangles between the nodes of the contact's facets, cut where its level is zero."""
+    level = edge_level(contact)
+    for _ in range(CHAINS):
+        level[hanging[:, 2]] = level[hanging[:, :2]].mean(axis=1)
+    least = OFF_NODE * np.abs(level).max()
+    level = np.where(np.abs(level) < least, least, level)
+    beyond = np.diff(contact.at_nodes.indptr) == 0
+    shown = np.flatnonzero(level > 0)
+    beyond[shown] |= _past_rim(contact, contact.nodes[shown])
+    inside = (level > 0) & ~beyond
+    corners, facet = _triangles(contact.facets)
+    sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
+    sides = np.concatenate([sides, sides[:, ::-1]])
+    crossed = np.unique(sides[inside[sides[:, 0]] & ~inside[sides[:, 1]]], axis=0)
+    inner, outer = level[crossed].T
+    rim = beyond[crossed[:, 1]]
+    share = inner / (inner - np.where(rim, -inner, outer))
+    share[rim] = _to_rim(contact, crossed[rim])
+    return _Cut(corners, facet, inside, beyond, crossed, share)
+
+
+def _triangles(facets: IntArray) -> tuple[IntArray, IntArray]:
+    """Triangles (n, 3) between the nodes of facets, and the facet (n,) of each."""
+    corners, owner = [], []
+    kind = triangular(facets)
+    for chosen, table in ((~kind, QUADRILATERALS), (kind, TRIANGLES)):
+        columns = np.array(table[facets.shape[1]])
+        corners.append(facets[chosen][:, columns].reshape(-1, 3))
+        owner.append(np.repeat(np.flatnonzero(chosen), len(columns)))
+    return np.concatenate(corners), np.concatenate(owner)
+
+
+def _hanging(contact: PressureAndGap) -> IntArray:
+    """Sides (n, 3) between nodes of coarse facets, divided on the other side: both ends and the middle."""
+    ties = contact.surface.hanging
+    if ties is None or not len(ties.edges):
+        return np.zeros((0, 3), np.int64)
+    linear = ties.edges[:, 3] < 0
+    ends = [ties.edges[linear][:, [0, 2, 1]], *(ties.edges[~linear][:, k] for k in ([0, 1, 3], [1, 2, 4]))]
+    place = np.full(len(contact.surface.points), -1)
+    place[contact.node_numbers] = np.arange(len(contact.node_numbers))
+    here = place[np.concatenate(ends)]
+    return np.asarray(here[(here >= 0).all(axis=1)])
+
+
+def _past_rim(contact: PressureAndGap, points: Array) -> Mask:
+    """Whether points (n, 3) of the slave lie beyond the rim of a master with facets."""
+    surface = contact.master.surface(contact.surfaces[1])
+    if facets_of(surface) is None or not len(points):
+        return np.zeros(len(points), bool)
+    return surface.project(contact.master.pose.to_body(points)).outside
+
+
+def _to_rim(contact: PressureAndGap, sides: IntArray) -> Array:
+    """Place (n,) of the rim of the other body on sides (n, 2), by halving."""
+    start, way = contact.nodes[sides[:, 0]], np.diff(contact.nodes[sides], axis=1)[:, 0]
+    low, high = np.zeros(len(sides)), np.ones(len(sides))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        past = _past_rim(contact, start + middle[:, None] * way)
+        low, high = np.where(past, low, middle), np.where(past, middle, high)
+    return (low + high) / 2
+
+
+def _areas(contact: PressureAndGap, cut: _Cut) -> Array:
+    """Area (n_facets,) of each facet inside the outline."""
+    x, inside = contact.nodes[cut.corners], cut.inside[cut.corners]
+    flat = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
+    count = inside.sum(axis=1)
+    # a corner alone on its side cuts off the product of the shares, from it, of the two sides at it
+    alone = np.argmax(inside == (count == 1)[:, None], axis=1)
+    each = np.arange(len(x))
+    sides = np.stack([cut.corners, np.roll(cut.corners, -1, axis=1)], axis=-1)
+    part = (count == 3).astype(float)
+    some = (count == 1) | (count == 2)
+    pairs = (sides[each, k][some] for k in (alone, (alone + 2) % 3))
+    shares = [cut.share[cut.crossing(pair)] for pair in pairs]
+    one = count[some] == 1
+    off = np.prod([np.where(one, s, 1 - s) for s in shares], axis=0)
+    part[some] = np.where(one, off, 1 - off)
+    n = len(contact.facets)
+    whole = np.linalg.norm(facet_integrals(contact.nodes, contact.facets)[2], axis=2).sum(axis=1)
+    return np.asarray(whole * np.bincount(cut.facet, part * flat, n) / np.bincount(cut.facet, flat, n))
+
+
+def _section_areas(contact: PressureAndGap) -> Array:
+    """Area (n,) inside the edge of each side of a section, from its levels at both ends and the middle."""
+    level = edge_level(contact)[contact.facets]
+    samples = facet_samples(contact.nodes, contact.facets, False, contact.extent, SAMPLES)
+    place, which = samples.local[:, 0], (samples.local[:, 0] > 0.5).astype(int)
+    first, last = level[:, [0, 2]][:, which], level[:, [2, 1]][:, which]
+    share = (2 * place - which)[None]
+    # each sample counts by the part of it that is inside
+    at = first + share * (last - first)
+    change = np.abs(last - first) * 2 / SAMPLES
+    part = np.divide(at, change, out=np.sign(at), where=np.abs(at) < change)
+    return np.asarray((samples.areas * np.clip(part + 0.5, 0, 1)).sum(axis=1))
+
+
+def _curves(contact: PressureAndGap, cut: _Cut, hanging: IntArray) -> tuple[OutlineCurve, ...]:
+    """Smooth closed curves, the longest area first."""
+    start, end, is_edge = _segments(cut, hanging)
+    x = contact.nodes
+    inner, outer = x[cut.crossed[:, 0]], x[cut.crossed[:, 1]]
+    vertices = np.concatenate([x, inner + cut.share[:, None] * (outer - inner)])
+    of_node = facet_sizes(x, contact.facets)
+    sizes = np.concatenate([of_node, of_node[cut.crossed].mean(axis=1)])
+    normals = averaged_normals(x, contact.facets)[0]
+    normals = np.concatenate([normals, normals[cut.crossed].sum(axis=1)])
+    mirrors = planes_of_symmetry(contact.surface, contact.slave.pose, contact.node_numbers)
+    out = []
+    for chosen in _loops(start, end):
+        own = start[chosen]
+        points, smooth = smoothed(vertices[own], is_edge[chosen], sizes[own], mirrors)
+        offset = points - points.mean(axis=0)
+        area = np.cross(offset, np.roll(offset, -1, axis=0)).sum(axis=0) / 2
+        sign = 1.0 if area @ normals[own].sum(axis=0) > 0 else -1.0
+        out.append(OutlineCurve(points, smooth, float(sign * np.linalg.norm(area))))
+    return tuple(sorted(out, key=lambda curve: -curve.area))
+
+
+def _segments(cut: _Cut, hanging: IntArray) -> tuple[IntArray, IntArray, Mask]:
+    """Segments of the outline: vertices at start and end (n,), nodes or after them crossings, and what is an edge."""
+    m, inside = len(cut.inside), cut.inside
+    same = _merged(cut, hanging)
+    sides = cut.sides
+    leaving = inside[sides[:, 0]] & ~inside[sides[:, 1]]
+    entering = ~inside[sides[:, 0]] & inside[sides[:, 1]]
+    here = leaving.reshape(-1, 3).any(axis=1)
+    # a triangle is left by one side and entered by another, with the contact on the left of the line between
+    one, two = (same[cut.crossing(sides[part])] for part in (leaving, entering))
+    rim = cut.beyond[cut.crossed[:, 1]]
+    assert here.sum() == len(one)
+    ends = _end_sides(cut, hanging)
+    ends = ends[inside[ends].any(axis=1)]
+    whole = inside[ends]
+    cuts = np.full(len(ends), -1)
+    some = ~whole.all(axis=1)
+    cuts[some] = m + same[cut.crossing(ends[some])]
+    start, end = (np.where(whole[:, k], ends[:, k], cuts) for k in (0, 1))
+    return (
+        np.concatenate([m + one, start]),
+        np.concatenate([m + two, end]),
+        np.concatenate([~(rim[one] & rim[two]), np.zeros(len(ends), bool)]),
+    )
+
+
+def _merged(cut: _Cut, hanging: IntArray) -> IntArray:
+    """For each crossing the one that stands for it: on a side that is divided beyond, the one on its half."""
+    same = np.arange(len(cut.crossed))
+    low, high, middle = hanging.T
+    split = cut.inside[low] != cut.inside[high]
+    low, high, middle = low[split], high[split], middle[split]
+    other = np.where(cut.inside[middle] == cut.inside[low], high, low)
+    key = cut.crossed @ [len(cut.inside), 1]
+
+    def number(one: IntArray, two: IntArray) -> IntArray:
+        pair = np.stack([one, two], axis=1)
+        pair = np.where(cut.inside[pair[:, :1]], pair, pair[:, ::-1]) @ [len(cut.inside), 1]
+        at = np.minimum(np.searchsorted(key, pair), len(key) - 1)
+        return np.where(key[at] == pair, at, -1)
+
+    coarse, fine = number(low, high), number(middle, other)
+    both = (coarse >= 0) & (fine >= 0)
+    same[coarse[both]] = fine[both]
+    return same
+
+
+def _end_sides(cut: _Cut, hanging: IntArray) -> IntArray:
+    """Directed sides (n, 2) of triangles that have no neighbour, where the facets end."""
+    m = len(cut.inside)
+    sides = cut.sides
+    key = sides @ [m, 1]
+    alone = ~np.isin(sides[:, ::-1] @ [m, 1], key)
+    free, met = key[alone], np.zeros(0, np.int64)
+    low, high, middle = hanging.T
+    for one, two in ((low, high), (high, low)):
+        # a coarse side, and its halves the other way
+        three = np.stack([one * m + two, two * m + middle, middle * m + one])
+        met = np.append(met, three[:, np.isin(three, free).all(axis=0)])
+    return sides[alone][~np.isin(free, met)]
+
+
+def _loops(start: IntArray, end: IntArray) -> list[IntArray]:
+    """Segments of each closed curve in order; each vertex ends as many segments as it starts."""
+    n = len(start)
+    after = np.empty(n, np.int64)
+    after[np.argsort(end, kind="stable")] = np.argsort(start, kind="stable")
+    _, label = connected_components(sp.csr_array((np.ones(n), (np.arange(n), after)), shape=(n, n)), directed=False)
+    first = np.unique(label, return_index=True)[1]
+    # number of steps to the first segment of the curve, by doubling
+    last = after == first[label]
+    steps, way = np.where(last, 0, 1), np.where(last, np.arange(n), after)
+    for _ in range(int(np.ceil(np.log2(max(n, 2))))):
+        steps, way = steps + steps[way], way[way]
+    order = np.lexsort((-steps, label))
+    return np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if n else []

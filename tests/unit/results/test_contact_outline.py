@@ -1,0 +1,143 @@
+"""Outlines of contacts: circles, rings, several regions, planes of symmetry, ends of surfaces and divided meshes."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.analytic import hertz
+from fecontact.bodies import PlaneBody
+from fecontact.mesh import section_shapes
+from fecontact.results.contact_outline import _loops
+from fecontact.results.outline import Mirror
+from fecontact.results.smooth_curves import smoothed
+from fecontact.surfaces import Cylinder, Paraboloid, Torus
+
+SOFT = fc.Material(E=1.0, nu=0.3)
+MODULUS = SOFT.plane_strain_modulus
+RADIUS, CONTACT, SIZE = 10.0, 0.5, 10.0
+
+
+def graded(step: float, core: float = 0.65) -> np.ndarray:
+    """Positions of one step up to a length, then growing to the size of the block."""
+    x = list(np.arange(0.0, core, step))
+    while x[-1] < SIZE / 1.6:
+        x.append(1.6 * x[-1])
+    return np.array([*x, SIZE])
+
+
+def quarter(element: str, step: float, unit: float = 1.0, **options) -> fc.ContactResult:
+    """A quarter of a block on a rigid ball, Hertz's contact radius 0.5 units."""
+    x, z = graded(step), graded(step, 0.3)
+    mesh = fc.shapes.block((SIZE,) * 3, (x, x, z), element=element).mapped(lambda p: unit * p)
+    held = {"top": "xyz", "x_min": "x", "y_min": "y"}
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0 / unit**2, nu=0.3), "bottom", held, name="block")
+    ball = fc.RigidBody(Paraboloid(unit * RADIUS)).placed(rotation=fc.rotation_about((1, 0, 0), math.pi))
+    force = 4 * MODULUS * CONTACT**3 / (3 * RADIUS)
+    scene = fc.Scene([body, ball], [fc.Contact(body, ball)])
+    return scene.solve(forces={body: (0, 0, -force / 4)}, **options)
+
+
+def radii(contact) -> np.ndarray:
+    """Distances of the points of the edge from the axis."""
+    (curve,) = contact.outline.curves
+    # the last point of a stretch belongs to the segment after it
+    edge = curve.is_edge | np.roll(curve.is_edge, 1)
+    return np.linalg.norm(curve.points[edge][:, :2], axis=1)
+
+
+# four faces a radius, of which none ends at the edge; the bounds are twice what is found
+@pytest.mark.parametrize(("element", "area", "off"), [("hex20", 0.02, 0.01), ("hex8", 0.05, 0.03)])
+def test_circle_of_hertz(element, area, off):
+    contact = quarter(element, 0.125).contacts[0]
+    assert abs(contact.edge_area / (math.pi * CONTACT**2 / 4) - 1) < area
+    assert abs(radii(contact) / CONTACT - 1).max() < off
+    (curve,) = contact.outline.curves
+    # the curve, seen along the axis, and the facets have one area but for the smoothing
+    assert abs(curve.area / contact.edge_area - 1) < 2e-3
+
+
+def test_divided_mesh_has_one_closed_curve():
+    contact = quarter("hex8", 0.25, accuracy=0.05).contacts[0]
+    assert contact.surface.hanging is not None
+    assert abs(contact.edge_area / (math.pi * CONTACT**2 / 4) - 1) < 5e-3
+    assert abs(radii(contact) / CONTACT - 1).max() < 5e-3
+
+
+def test_outline_scales_with_the_model():
+    one, two = (quarter("hex20", 0.25, unit).contacts[0].outline for unit in (1.0, 1e-3))
+    assert np.abs(1e3 * two.curves[0].points - one.curves[0].points).max() < 1e-9
+    assert abs(1e6 * two.area / one.area - 1) < 1e-9
+
+
+def test_ring_has_a_hole():
+    mesh = fc.shapes.block((3.2, 3.2, 1.0), (22, 22, 2)).translated((-1.6, -1.6, -1.0))
+    body = fc.ElasticBody(mesh, SOFT, "top", {"bottom": "xyz"})
+    torus = fc.RigidBody(Torus(1.0, 0.9))
+    contact = fc.Scene([body, torus], [fc.Contact(body, torus)]).solve(motions={torus: {"z": -0.05}}).contacts[0]
+    outer, hole = contact.outline.curves
+    assert outer.area > 0 > hole.area
+    assert outer.is_edge.all()
+    assert hole.is_edge.all()
+    assert abs((outer.area + hole.area) / contact.edge_area - 1) < 5e-3
+    for curve in (outer, hole):
+        radius = np.linalg.norm(curve.points[:, :2], axis=1)
+        assert np.ptp(radius) < 0.02 * radius.mean()  # a sixth of a face
+    # against itself on the same mesh turned by 45 degrees below the torus
+    turned = body.placed(rotation=fc.rotation_about((0, 0, 1), np.pi / 4))
+    other = fc.Scene([turned, torus], [fc.Contact(turned, torus)]).solve(motions={torus: {"z": -0.05}}).contacts[0]
+    assert abs(other.edge_area / contact.edge_area - 1) < 0.01
+
+
+def test_sharp_punch_has_its_own_outline():
+    """Source: the punch's end, a square, whichever body has the contact points."""
+    mesh = fc.shapes.block((4.0, 4.0, 2.0), (13, 13, 3)).translated((-2.0, -2.0, -2.0))
+    block = fc.ElasticBody(mesh, SOFT, "top", {"bottom": "xyz"}, name="block")
+    end = fc.shapes.block((1.7, 1.7, 1.0), (4, 4, 2)).translated((-0.85, -0.85, 0.0))
+    punch = fc.ElasticBody(end, SOFT, "bottom", {"top": "xyz"}, name="punch")
+    for swap in ("auto", "never"):
+        scene = fc.Scene([block, punch], [fc.Contact(block, punch, swap=swap)])
+        contact = scene.solve(motions={punch: {"z": -0.03}}).contacts[0]
+        (curve,) = contact.outline.curves
+        assert not curve.is_edge.any()
+        assert abs(contact.edge_area / 1.7**2 - 1) < 1e-5  # halvings of a face to 1e-6
+        assert abs(np.abs(curve.points[:, :2]).max(axis=1) - 0.85).max() < 1e-5
+
+
+def test_section_against_hertz():
+    force = math.pi * MODULUS * CONTACT**2 / (4 * RADIUS)
+    far = 160 * CONTACT
+    x = np.concatenate([np.arange(0, 0.7, 0.125), np.geomspace(0.8, far, 14)])
+    z = np.concatenate([np.arange(0, 0.35, 0.125), np.geomspace(0.5, far, 14)])
+    mesh = section_shapes.rectangle((far, far), (x, z), names=("sx", "side", "cap", "base"), element="quad8")
+    body = PlaneBody(mesh, SOFT, "cap", {"base": "z", "sx": "x"}, name="body")
+    rigid = fc.RigidBody(Cylinder(RADIUS)).placed(rotation=fc.rotation_about((1, 0, 0), math.pi))
+    result = fc.Scene([body, rigid], [fc.Contact(body, rigid)]).solve(forces={rigid: (0, 0, force / 2)})
+    exact = hertz.line((RADIUS, math.inf), (None, SOFT), force=force).a
+    assert abs(exact / CONTACT - 1) < 1e-12
+    assert abs(result.contacts[0].edge_area / exact - 1) < 0.01
+    assert result.contacts[0].outline.curves == ()
+
+
+def test_smoothing_keeps_ends_and_mirror_images():
+    t = np.linspace(0, np.pi / 2, 40)
+    rough = 1 + 0.02 * np.cos(20 * t)
+    arc = np.stack([rough * np.cos(t), rough * np.sin(t), 0 * t], axis=1)
+    points = np.concatenate([arc, [[0.0, 0.0, 0.0]]])
+    smooth = np.append(np.ones(39, bool), [False, False])
+    mirrors = (Mirror(np.zeros(3), np.array([1.0, 0, 0])), Mirror(np.zeros(3), np.array([0, 1.0, 0])))
+    found, kept = smoothed(points, smooth, np.full(41, 0.25), mirrors)
+    edge = found[kept]
+    assert abs(np.linalg.norm(edge, axis=1) - 1).max() < 2e-3
+    assert edge[0, 1] == pytest.approx(0, abs=1e-5)  # on the plane, where its image meets it
+    held, kept = smoothed(points, smooth, np.full(41, 0.25))
+    assert np.abs(held[kept][0] - arc[0]).max() < 1e-5  # without planes the ends stay
+
+
+def test_loops_follow_every_segment_once():
+    start, end = np.array([4, 0, 2, 1, 7, 8, 3]), np.array([0, 2, 1, 4, 8, 3, 7])
+    loops = [start[chosen].tolist() for chosen in _loops(start, end)]
+    assert sorted(map(sorted, loops)) == [[0, 1, 2, 4], [3, 7, 8]]
+    assert all(np.array_equal(end[c], np.roll(start[c], -1)) for c in _loops(start, end))
+    assert _loops(start[:0], end[:0]) == []
