@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from skfem import CellBasis
 
 from fecontact.bodies.elastic import ElasticBody
+from fecontact.common.arguments import instance
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.assembled_model import AssembledModel
@@ -54,6 +55,7 @@ class AssembledBody(ElasticBody):
     def __post_init__(self) -> None:
         if self.stiffness is None:
             raise InputError(f"{self.name!r} needs stiffness=...; a body of a mesh and a material is an ElasticBody.")
+        instance("stiffness", self.stiffness, (sp.sparray, sp.spmatrix))
         super().__post_init__()
 
     @cached_property

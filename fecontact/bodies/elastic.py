@@ -17,6 +17,7 @@ from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
+from fecontact.common.arguments import instance, mapping, text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
@@ -24,6 +25,7 @@ from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.energy_error import EnergyError
+from fecontact.fem.factor import DIRECT
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
@@ -89,6 +91,7 @@ class ElasticBody(Placed):
     """
 
     pressures: ClassVar[tuple[str, ...]] = ("midface", "nodal")
+    meshes: ClassVar[type] = Mesh
 
     mesh: Mesh
     material: Material | Mapping[str, Material]
@@ -103,10 +106,15 @@ class ElasticBody(Placed):
     geometry: Geometry | Mapping[str, Geometry] = "auto"
 
     def __post_init__(self) -> None:
+        text("the name of a body", self.name)
+        instance(f"the mesh of {self.name!r}", self.mesh, self.meshes)
+        instance(f"the pose of {self.name!r}", self.pose, Pose)
         among("pressure", self.pressure, self.pressures)
         among("integration", self.integration, INTEGRATIONS)
         among("condensation", self.condensation, ROUTES)
-        names = (self.contact,) if isinstance(self.contact, str) else tuple(self.contact)
+        among("factorisation back-end", self.backend, ("auto", *DIRECT, "amg"))
+        object.__setattr__(self, "supports", mapping(f"the supports of {self.name!r}", self.supports))
+        names = texts(f"the contact boundaries of {self.name!r}", self.contact)
         object.__setattr__(self, "contact", names)
         object.__setattr__(self, "mesh", self._checked_mesh(names))
         self.model  # noqa: B018 - refuses bad input now; copies in other poses share it

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.answers import Answers
 from fecontact.bodies.pose import Pose
+from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.nodal_weights import components_along
@@ -66,9 +67,9 @@ class Placed(Answers):
         >>> floor.placed((0.0, 0.0, -1.0), name="cellar").pose.translation
         array([ 0.,  0., -1.])
         """
-        Q = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+        pose = self.pose.then(np.eye(3) if rotation is None else rotation, translation)
         other = copy.copy(self)
         # bodies are frozen; set before the copy escapes
-        object.__setattr__(other, "pose", self.pose.then(Q, np.asarray(translation, dtype=float)))
-        object.__setattr__(other, "name", self.name if name is None else name)
+        object.__setattr__(other, "pose", pose)
+        object.__setattr__(other, "name", self.name if name is None else text("the name of a body", name))
         return other

@@ -6,14 +6,17 @@ without loss of accuracy, and a sweep of poses needs one factorisation.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError
+from fecontact.common.checks import array_of, number, point_array, vector
+from fecontact.common.errors import InputError, shown
 
 
 def rotation_about(axis: ArrayLike, angle: float) -> Array:
@@ -25,11 +28,12 @@ def rotation_about(axis: ArrayLike, angle: float) -> Array:
     >>> (rotation_about((0, 0, 1), np.pi / 2) @ [1, 0, 0]).round(12).tolist()
     [0.0, 1.0, 0.0]
     """
-    a = np.asarray(axis, dtype=float)
-    length = np.linalg.norm(a)
-    if a.shape != (3,) or not length > 0:
-        raise InputError(f"A rotation axis must be a vector of three numbers, not zero; found {axis!r}.")
-    x, y, z = a / length
+    a = vector("a rotation axis", axis)
+    if not a.any():
+        raise InputError(f"A rotation axis must be a vector of three numbers, not zero; found {shown(axis)}.")
+    if not math.isfinite(number(angle)):
+        raise InputError(f"The angle of a rotation must be a finite number (radians); found {shown(angle)}.")
+    x, y, z = a / np.linalg.norm(a)
     W = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     # 2 sin^2(angle/2) instead of 1 - cos(angle): exact for small angles
     return np.eye(3) + np.sin(angle) * W + 2 * np.sin(angle / 2) ** 2 * (W @ W)
@@ -49,33 +53,38 @@ class Pose:
     translation: Array = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        Q, t = np.array(self.rotation, dtype=float), np.array(self.translation, dtype=float)
-        if t.shape != (3,) or not np.isfinite(t).all():
-            raise InputError(f"A translation must be three finite numbers; found {self.translation!r}.")
-        if Q.shape != (3, 3) or not np.allclose(Q @ Q.T, np.eye(3), atol=1e-9) or np.linalg.det(Q) < 0:
+        t = vector("a translation", self.translation)
+        Q = array_of(self.rotation)
+        if Q is None or Q.shape != (3, 3) or not _is_rotation(Q):
             raise InputError(
                 "A rotation must be a proper orthogonal 3x3 matrix (use fecontact.rotation_about(axis, angle)); "
-                f"found {np.array2string(Q, precision=4)}."
+                f"found {shown(self.rotation)}."
             )
         object.__setattr__(self, "rotation", Q)
         object.__setattr__(self, "translation", t)
 
-    def then(self, rotation: Array, translation: Array) -> Pose:
+    def then(self, rotation: ArrayLike, translation: ArrayLike) -> Pose:
         """This pose followed by a further rotation about the world's origin and a translation."""
-        Q = np.asarray(rotation, dtype=float)
-        return Pose(Q @ self.rotation, Q @ self.translation + np.asarray(translation, dtype=float))
+        step = Pose(rotation, translation)  # type: ignore[arg-type]
+        return Pose(step.rotation @ self.rotation, step.rotation @ self.translation + step.translation)
 
     def to_world(self, points: Array) -> Array:
         """World coordinates (n, 3) of body coordinates."""
-        return points @ self.rotation.T + self.translation
+        return point_array("points", points, 3) @ self.rotation.T + self.translation
 
     def to_body(self, points: Array) -> Array:
         """Body coordinates (n, 3) of world coordinates."""
-        return (points - self.translation) @ self.rotation
+        return (point_array("points", points, 3) - self.translation) @ self.rotation
 
     def relative_to(self, other: Pose) -> Pose:
         """This body's pose in another's axes; a common offset cancels without rounding."""
+        instance("the other pose", other, Pose)
         return Pose(other.rotation.T @ self.rotation, (self.translation - other.translation) @ other.rotation)
+
+
+def _is_rotation(Q: Array) -> bool:
+    """Whether a matrix (3, 3) is proper orthogonal."""
+    return bool(np.abs(Q).max() <= 2 and np.allclose(Q @ Q.T, np.eye(3), atol=1e-9) and np.linalg.det(Q) > 0)
 
 
 def turned(pose: Pose, motion: Array, point: Array) -> Pose:

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, shown
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import EnergyError
 from fecontact.mesh.section_mesh import Extent
@@ -181,10 +181,12 @@ def check_body(body: Body) -> None:
     InputError
     """
     members = (*(name for name in vars(Body) if not name.startswith("_")), *getattr(type(body), "required", ()))
+    if isinstance(body, type):
+        raise InputError(f"{shown(body)} is a class of bodies: make one, such as RigidBody(Plane()).")
     nothing = object()
     # looked up without evaluation, as some are costly
     if missing := [name for name in members if inspect.getattr_static(body, name, nothing) is nothing]:
         raise InputError(
-            f"{body!r} is no body: it lacks {', '.join(missing)}. A subclass of bodies.SurfaceBody needs `facets` and "
-            "`flexibility` only; docs/extending.md has an example."
+            f"{shown(body)} is no body: it lacks {', '.join(missing)}. A subclass of bodies.SurfaceBody needs `facets` "
+            "and `flexibility` only; docs/extending.md has an example."
         )

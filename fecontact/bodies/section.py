@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import positive
+from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.section_model import SectionModel, on_axis
@@ -34,6 +34,7 @@ class SectionBody(ElasticBody):
     """Base of plane and axisymmetric bodies; make a `PlaneBody` or an `AxisymmetricBody`."""
 
     pressures: ClassVar = ("sides",)
+    meshes: ClassVar = SectionMesh
 
     mesh: SectionMesh  # type: ignore[assignment]
     material: Material | Mapping[str, Material]
@@ -46,14 +47,6 @@ class SectionBody(ElasticBody):
     condensation: str = field(default="auto", init=False, repr=False)
     pose: Pose = field(default_factory=Pose)
     geometry: str = field(default="plain", init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.mesh, SectionMesh):
-            raise InputError(
-                f"{self.name!r} takes a section of quadrilaterals (fecontact.sections, SectionMesh); "
-                f"found {type(self.mesh).__name__}."
-            )
-        super().__post_init__()
 
     def _checked_mesh(self, names: tuple[str, ...]) -> SectionMesh:  # type: ignore[override]
         for name in names:
@@ -161,8 +154,7 @@ class PlaneBody(SectionBody):
     plane: str = "strain"
 
     def __post_init__(self) -> None:
-        if self.plane not in STATES:
-            raise InputError(f"plane must be 'strain' or 'stress'; found {self.plane!r}.")
+        among("plane", self.plane, STATES)
         positive("the thickness", self.thickness)
         if self.plane_stress and self.integration == "selective":
             raise InputError("Plane stress does not lock: integration='selective' has no meaning there.")

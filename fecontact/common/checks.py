@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.errors import InputError, sentence, shown
 
 
 def positive(name: str, value: float) -> float:
@@ -18,14 +19,14 @@ def positive(name: str, value: float) -> float:
     Raises
     ------
     InputError
-        If the value is not a positive, finite number.
+        If the value is not a positive, finite number, or see `reckonable`.
 
     Examples
     --------
     >>> positive("the force", 2)
     2.0
     """
-    lengths(**{_sentence(name): value})
+    lengths(**{sentence(name): value})
     return float(value)
 
 
@@ -54,7 +55,7 @@ def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
     largest = float(np.abs(values).max(initial=0.0))
     if largest != 0 and not 10.0**-power <= largest <= 10.0**power:
         raise InputError(
-            f"{_sentence(name)} is {'too large' if largest > 1 else 'too small'} to be worked with: found {largest:g}, "
+            f"{sentence(name)} is {'too large' if largest > 1 else 'too small'} to be worked with: found {largest:g}, "
             f"expected a size from 1e-{power} to 1e{power}. Choose other units (or zero)."
         )
 
@@ -65,16 +66,38 @@ def lengths(**values: float) -> None:
     Raises
     ------
     InputError
-        If one is not.
+        If one is not, or see `reckonable`.
 
     Examples
     --------
     >>> lengths(radius=1.0, height=2.0)
     """
     for name, value in values.items():
-        number = _number(value)
-        if not (math.isfinite(number) and number > 0):
-            raise InputError(f"{name} must be positive and finite; found {value!r}.")
+        if not 0 < number(value) < math.inf:
+            raise InputError(f"{name} must be positive and finite; found {shown(value)}.")
+        reckonable(name, number(value))
+
+
+def positives(name: str, values: Any, count: int) -> tuple[float, ...]:
+    """Return so many positive, finite numbers as a tuple, or refuse them.
+
+    Raises
+    ------
+    InputError
+        If there are not as many, or one is not positive and finite, or see `reckonable`.
+
+    Examples
+    --------
+    >>> positives("the sides", (1, 2), 2)
+    (1.0, 2.0)
+    """
+    found = array_of(values)
+    if found is None or found.shape != (count,) or not (np.isfinite(found) & (found > 0)).all():
+        many = {2: "two", 3: "three"}[count]
+        raise InputError(f"{sentence(name)} must be {many} positive, finite numbers; found {shown(values)}.")
+    reckonable(name, found)
+    reckonable(name, found.min())
+    return tuple(found.tolist())
 
 
 def share(name: str, value: float) -> float:
@@ -90,10 +113,10 @@ def share(name: str, value: float) -> float:
     >>> share("the tolerance", 1e-8)
     1e-08
     """
-    number = _number(value)
-    if not 0 < number < 1:
-        raise InputError(f"{_sentence(name)} must lie between 0 and 1; found {value!r}.")
-    return number
+    found = number(value)
+    if not 0 < found < 1:
+        raise InputError(f"{sentence(name)} must lie between 0 and 1; found {shown(value)}.")
+    return found
 
 
 def finite(name: str, value: float) -> float:
@@ -109,11 +132,11 @@ def finite(name: str, value: float) -> float:
     >>> finite("the angle", 0)
     0.0
     """
-    number = _number(value)
-    if not math.isfinite(number):
-        raise InputError(f"{_sentence(name)} must be a finite number; found {value!r}.")
-    reckonable(name, number)
-    return number
+    found = number(value)
+    if not math.isfinite(found):
+        raise InputError(f"{sentence(name)} must be a finite number; found {shown(value)}.")
+    reckonable(name, found)
+    return found
 
 
 def friction(value: float, infinite: bool = False) -> float:
@@ -135,11 +158,13 @@ def friction(value: float, infinite: bool = False) -> float:
     >>> friction(0.3), friction(math.inf, infinite=True)
     (0.3, inf)
     """
-    number = _number(value)
-    if not 0 <= number <= math.inf or (math.isinf(number) and not infinite):
+    found = number(value)
+    if not 0 <= found <= math.inf or (math.isinf(found) and not infinite):
         expected = "zero or positive" + ("" if infinite else " and finite")
-        raise InputError(f"The friction (Coulomb's mu) must be {expected}; found {value!r}.")
-    return number
+        raise InputError(f"The friction (Coulomb's mu) must be {expected}; found {shown(value)}.")
+    if math.isfinite(found):
+        reckonable("the friction (Coulomb's mu)", found)
+    return found
 
 
 def vector(name: str, value: ArrayLike, length: int = 3) -> Array:
@@ -155,28 +180,50 @@ def vector(name: str, value: ArrayLike, length: int = 3) -> Array:
     >>> vector("the force", (0, 0, -1))
     array([ 0.,  0., -1.])
     """
-    try:
-        v = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        v = np.zeros(0)
-    if v.shape != (length,) or not np.isfinite(v).all():
+    v = array_of(value)
+    if v is None or v.shape != (length,) or not np.isfinite(v).all():
         count = {2: "two", 3: "three"}[length]
-        raise InputError(f"{_sentence(name)} must be {count} finite numbers; found {value!r}.")
+        raise InputError(f"{sentence(name)} must be {count} finite numbers; found {shown(value)}.")
     reckonable(name, v)
     return v
 
 
-def _number(value: float) -> float:
-    """The value as a float; NaN if it is not a number (text is never a number)."""
+def number(value: Any) -> float:
+    """The value as a float; NaN if it is not a number (neither text nor True is).
+
+    Examples
+    --------
+    >>> number(2), number("2"), number(10**400)
+    (2.0, nan, nan)
+    """
+    if isinstance(value, str | bytes | bool) or getattr(value, "ndim", 0) != 0 or _kind(value) not in "iufO":
+        return math.nan
     try:
-        return math.nan if isinstance(value, str) else float(value)
-    except (TypeError, ValueError):
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
         return math.nan
 
 
-def _sentence(name: str) -> str:
-    """The name with a capital first letter, symbols unchanged."""
-    return name[0].upper() + name[1:] if len(name) > 1 else name
+def _kind(value: object) -> str:
+    """Kind of numpy's type of a value; O for other objects."""
+    return value.dtype.kind if isinstance(value, np.ndarray | np.generic) else "O"
+
+
+def array_of(values: Any) -> Array | None:
+    """The values as a new array of floats; None if they are not numbers (neither text nor dates are).
+
+    Examples
+    --------
+    >>> array_of([[1, 2]]), array_of(["1", "2"]), array_of([1j])
+    (array([[1., 2.]]), None, None)
+    """
+    try:
+        found = np.array(values)
+        if found.dtype.kind == "O":  # such as fractions, and whole numbers beyond 64 bits
+            return None if any(isinstance(v, str | bytes | None) for v in found.flat) else found.astype(float)
+        return found.astype(float, copy=False) if found.dtype.kind in "biuf" else None
+    except (TypeError, ValueError, OverflowError, RecursionError):
+        return None
 
 
 def among(what: str, value: object, known: Iterable[str]) -> None:
@@ -192,8 +239,26 @@ def among(what: str, value: object, known: Iterable[str]) -> None:
     >>> among("element", "hex8", ("hex8", "hex20"))
     """
     names = list(known)
-    if value not in names:
-        raise InputError(f"Unknown {what} {value!r}; expected one of {', '.join(map(repr, names))}.")
+    if not (isinstance(value, str) and value in names):
+        raise InputError(f"Unknown {what} {shown(value)}; expected one of {', '.join(map(repr, names))}.")
+
+
+def whole(name: str, value: object, least: int = 1, most: int = 10**9) -> int:
+    """Return `value` as an int, or refuse it if it is not a whole number within these limits.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+
+    Examples
+    --------
+    >>> whole("the number of layers", 2)
+    2
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        raise InputError(f"{sentence(name)} must be a whole number from {least} to {most:g}; found {shown(value)}.")
+    return int(value)
 
 
 def coordinates(name: str, values: ArrayLike) -> Array:
@@ -209,13 +274,69 @@ def coordinates(name: str, values: ArrayLike) -> Array:
     >>> coordinates("r", [0, 1])
     array([0., 1.])
     """
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"Expected {name} to be an array of numbers; found {values!r}.") from None
+    array = number_array(name, values)
     if not np.all(np.isfinite(array)):
         raise InputError(f"Expected finite values of {name}; found NaN or infinity. Remove those points.")
     return array
+
+
+def number_array(name: str, values: Any) -> Array:
+    """Return `values` as a new array of floats, finite or not, or refuse what are no numbers.
+
+    Raises
+    ------
+    InputError
+        If a value is no number.
+
+    Examples
+    --------
+    >>> number_array("points", [[0, np.inf]])
+    array([[ 0., inf]])
+    """
+    array = array_of(values)
+    if array is None:
+        raise InputError(f"Expected {name} to be an array of numbers; found {shown(values)}.")
+    return array
+
+
+def index_array(name: str, values: Any) -> IntArray:
+    """Return `values` as a new array of whole numbers, or refuse what are none.
+
+    Raises
+    ------
+    InputError
+        If a value is no whole number, or beyond 64 bits.
+
+    Examples
+    --------
+    >>> index_array("cells", [0, 1.0])
+    array([0, 1])
+    """
+    if _kind(values) == "i":
+        return np.array(values, dtype=np.int64)
+    array = array_of(values)
+    if array is None or not (np.abs(array) < 2.0**62).all() or (array != np.rint(array)).any():
+        raise InputError(f"Expected {name} to be an array of whole numbers; found {shown(values)}.")
+    return np.array(values, dtype=np.int64) if array.size else np.zeros(array.shape, dtype=np.int64)
+
+
+def flags(name: str, values: Any, count: int) -> Mask:
+    """Return so many values as an array of True and False, or refuse them.
+
+    Raises
+    ------
+    InputError
+        If there are not as many, or one is neither.
+
+    Examples
+    --------
+    >>> flags("where(points)", [True, False], 2)
+    array([ True, False])
+    """
+    found = array_of(values)
+    if found is None or found.shape != (count,) or not np.isin(found, (0, 1)).all():
+        raise InputError(f"{sentence(name)} must give {count} times True or False; found {shown(values)}.")
+    return found.astype(bool)
 
 
 def depths(name: str, values: ArrayLike) -> Array:

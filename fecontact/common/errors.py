@@ -1,4 +1,4 @@
-"""Errors, all derived from one class. Each message says what was found, what was expected and what to do.
+"""Errors, all derived from one class, and words of their messages: what was found, what was expected, what to do.
 
 Examples
 --------
@@ -6,6 +6,9 @@ Examples
 >>> issubclass(InputError, FecontactError)
 True
 """
+
+#: Characters of a value that a message repeats.
+SHOWN = 120
 
 
 class FecontactError(Exception):
@@ -34,3 +37,23 @@ class SolverNotFoundError(FecontactError, ValueError):
 
 class MissingPackageError(FecontactError, ImportError):
     """An optional package that a feature needs is not installed; the message says how to install it."""
+
+
+def shown(value: object) -> str:
+    """The value as a message repeats it: cut where it is long, by its type where it cannot be printed.
+
+    Examples
+    --------
+    >>> shown("steel"), len(shown("x" * 1000))
+    ("'steel'", 120)
+    """
+    try:
+        text = repr(value)
+    except Exception:  # whatever an object of the user raises
+        text = f"a {type(value).__name__} that cannot be printed"
+    return text if len(text) <= SHOWN else text[: SHOWN - 4] + " ..."
+
+
+def sentence(name: str) -> str:
+    """The name with a capital first letter, symbols unchanged."""
+    return name[0].upper() + name[1:] if len(name) > 1 else name

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from fecontact.common.checks import positive, reckonable
-from fecontact.common.errors import InputError
+from fecontact.common.checks import number, positive, reckonable
+from fecontact.common.errors import InputError, shown
 
 
 @dataclass(frozen=True)
@@ -40,9 +39,9 @@ class Material:
 
     def __post_init__(self) -> None:
         reckonable("Young's modulus E", positive("Young's modulus E", self.E))
-        if not (math.isfinite(self.nu) and -1 < self.nu < 0.5):
+        if not -1 < number(self.nu) < 0.5:
             raise InputError(
-                f"Poisson's ratio must lie strictly between -1 and 0.5; found nu = {self.nu!r}. "
+                f"Poisson's ratio must lie strictly between -1 and 0.5; found nu = {shown(self.nu)}. "
                 "For a nearly incompressible material use a value such as 0.4999."
             )
         if self.density is not None:

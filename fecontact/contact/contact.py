@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fecontact.bodies.protocol import Body, check_body
-from fecontact.common.checks import friction
+from fecontact.common.arguments import texts
+from fecontact.common.checks import among, friction
 from fecontact.common.errors import InputError
 
 
@@ -50,10 +51,8 @@ class Contact:
 
     def __post_init__(self) -> None:
         friction(self.friction, infinite=True)
-        if self.coupling not in ("auto", "nodal", "mortar"):
-            raise InputError(f"coupling must be 'auto', 'nodal' or 'mortar'; found {self.coupling!r}.")
-        if self.swap not in ("auto", "never"):
-            raise InputError(f"swap must be 'auto' or 'never'; found {self.swap!r}.")
+        among("coupling", self.coupling, ("auto", "nodal", "mortar"))
+        among("swap", self.swap, ("auto", "never"))
         for body in (self.slave, self.master):
             check_body(body)
         if self.slave is self.master:
@@ -66,8 +65,10 @@ class Contact:
                         f"({', '.join(body.contact) or 'none'}); say which: Contact(..., surfaces=(slave, master))."
                     )
             object.__setattr__(self, "surfaces", (self.slave.contact[0], self.master.contact[0]))
-        elif len(self.surfaces) != 2:
+        elif len(pair := texts("surfaces", self.surfaces)) != 2:
             raise InputError(f"surfaces must be a pair of names, the slave's first; found {self.surfaces!r}.")
+        else:
+            object.__setattr__(self, "surfaces", pair)
         assert self.surfaces is not None
         self.slave.surface(self.surfaces[0])
         self.master.surface(self.surfaces[1])

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from fecontact.bodies.protocol import Body, check_body
+from fecontact.common.arguments import instance, items
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
 from fecontact.contact.coupling.choose import CouplingChoice, choose_coupling, pair_chosen, sides
@@ -27,9 +28,10 @@ class SceneModel:
     springs: Sequence[Spring] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "bodies", tuple(self.bodies))
-        object.__setattr__(self, "contacts", tuple(self.contacts))
-        object.__setattr__(self, "springs", tuple(self.springs))
+        object.__setattr__(self, "bodies", items("the bodies of a scene", self.bodies, "bodies"))
+        for name, kind in (("contacts", Contact), ("springs", Spring)):
+            given = items(f"the {name} of a scene", getattr(self, name), f"{kind.__name__} objects")
+            object.__setattr__(self, name, tuple(instance(f"each of the {name} of a scene", g, kind) for g in given))
         if not self.contacts and not self.springs:
             raise InputError("A scene needs at least one Contact or Spring.")
         for body in self.bodies:

@@ -18,10 +18,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.protocol import Body, check_body
+from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import among, positive, vector
-from fecontact.common.errors import InputError
+from fecontact.common.checks import among, number, positive, reckonable, vector
+from fecontact.common.errors import InputError, shown
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 
 KINDS = ("tension", "linear")
@@ -63,18 +64,26 @@ class Spring:
     name: str = "spring"
 
     def __post_init__(self) -> None:
-        positive(f"the stiffness of {self.name!r}", self.stiffness)
+        text("the name of a spring", self.name)
+        reckonable(f"the stiffness of {self.name!r}", positive(f"the stiffness of {self.name!r}", self.stiffness))
         among(f"kind of the spring {self.name!r}:", self.kind, KINDS)
-        for _, point in (self.start, self.end):
-            vector(f"an end of {self.name!r}", point)
+        for end in (self.start, self.end):
+            if not (isinstance(end, tuple | list) and len(end) == 2):
+                raise InputError(f"An end of {self.name!r} must be (body or None, (x, y, z)); found {shown(end)}.")
+            if end[0] is not None:
+                check_body(end[0])
+            vector(f"an end of {self.name!r}", end[1])
         if self.start[0] is self.end[0]:
             raise InputError(f"{self.name!r} ties {'the ground' if self.start[0] is None else 'a body'} to itself.")
         if self.length == 0:
             raise InputError(f"The ends of {self.name!r} coincide, so it has no direction; move one of them.")
         if self.slack_length is None:
             object.__setattr__(self, "slack_length", self.length)
-        elif not (np.isfinite(self.slack_length) and self.slack_length >= 0):
-            raise InputError(f"The slack length of {self.name!r} must not be negative; found {self.slack_length!r}.")
+        elif not 0 <= number(self.slack_length) < np.inf:
+            found = shown(self.slack_length)
+            raise InputError(f"The slack length of {self.name!r} must not be negative or infinite; found {found}.")
+        else:
+            reckonable(f"the slack length of {self.name!r}", self.slack_length)
 
     @property
     def only_pulls(self) -> bool:

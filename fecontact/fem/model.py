@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.errors import InputError, MeshError
+from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.amg import AmgFactor
@@ -400,7 +400,7 @@ def materials_of_cells(
     if isinstance(given, Material):
         return np.zeros(len(mesh.cells), dtype=np.int64), [given]
     if not isinstance(given, Mapping) or not all(isinstance(m, Material) for m in given.values()):
-        raise InputError(f"A body takes one Material or a mapping of element sets to Materials; found {given!r}.")
+        raise InputError(f"A body takes one Material or a mapping of element sets to Materials; found {shown(given)}.")
     index = np.full(len(mesh.cells), -1, dtype=np.int64)
     for k, name in enumerate(given):
         if name not in mesh.groups:

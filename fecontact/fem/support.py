@@ -12,7 +12,8 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.checks import array_of
+from fecontact.common.errors import InputError, shown
 from fecontact.fem.coordinates import Coordinates
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
@@ -41,17 +42,15 @@ def checked_support(name: str, support: Support) -> str | Array:
         if support and not set(support) - set("xyzn"):
             return support
     else:
-        try:
-            directions = np.atleast_2d(np.asarray(support, dtype=float))
-        except (TypeError, ValueError):
-            directions = np.zeros((0, 3))
+        found = array_of(support)
+        directions = np.zeros((0, 3)) if found is None else np.atleast_2d(found)
         if directions.ndim == 2 and directions.shape[1] == 3 and len(directions) and np.isfinite(directions).all():
             length = np.linalg.norm(directions, axis=1, keepdims=True)
             if (length > 0).all():
                 return np.asarray(directions / length, dtype=np.float64)
     raise InputError(
         f"The support of {name!r} must name components out of 'x', 'y', 'z' and 'n' (the face's normal), such as 'xyz' "
-        f"or 'n', or give a direction (1, 1, 0) or several; found {support!r}."
+        f"or 'n', or give a direction (1, 1, 0) or several; found {shown(support)}."
     )
 
 

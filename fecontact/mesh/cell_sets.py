@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from fecontact.common.arguments import function, instance, items, mapping, text
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.checks import positive
+from fecontact.common.checks import finite, flags, index_array, number_array, positive, vector
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_hanging
 from fecontact.mesh.pick import Pick
@@ -49,8 +50,8 @@ class CellSets:
 
     def __post_init__(self) -> None:
         # copies: the caller's arrays stay theirs
-        points = np.array(self.points, dtype=float, order="C")
-        cells = np.array(self.cells, dtype=np.int64, order="C")
+        points = number_array(f"the points of a {self._noun}", self.points).copy(order="C")
+        cells = index_array(f"the cells of a {self._noun}", self.cells).copy(order="C")
         if points.ndim != 2 or points.shape[1] != 3:
             raise MeshError(f"Points of a {self._noun} must have the shape (n, 3); found {points.shape}.")
         if cells.ndim != 2 or cells.shape[1] not in self.cell_types or len(cells) == 0:
@@ -61,12 +62,14 @@ class CellSets:
         if not np.isfinite(points).all():
             bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
             raise MeshError(f"{len(bad)} points have coordinates that are not finite, the first is point {bad[0]}.")
-        check_hanging(self.hanging, points)
+        if self.hanging is not None:
+            check_hanging(instance("hanging", self.hanging, HangingNodes), points)
         for name, value in (("points", points), ("cells", cells)):
             value.setflags(write=False)
             object.__setattr__(self, name, value)
         for name in SETS:
-            sets = {k: np.asarray(v, dtype=np.int64) for k, v in getattr(self, name).items()}
+            given = mapping(f"{name} of a {self._noun}", getattr(self, name))
+            sets = {text("the name of a set", k): index_array(f"the set {k!r}", v) for k, v in given.items()}
             object.__setattr__(self, name, sets)
         self._check_sets()
         for name in SETS:
@@ -158,7 +161,7 @@ class CellSets:
         InputError
             If there is no such boundary; the message lists the existing ones.
         """
-        if name not in self.boundaries:
+        if text("the name of a boundary", name) not in self.boundaries:
             known = ", ".join(repr(k) for k in self.boundaries) or "none"
             also = f" Its node sets are: {', '.join(map(repr, self.node_sets))}." if self.node_sets else ""
             raise InputError(f"The {self._noun} has no boundary {name!r}. Its boundaries are: {known}.{also}")
@@ -166,7 +169,7 @@ class CellSets:
 
     def boundary_nodes(self, name: str) -> IntArray:
         """Distinct node numbers of a named boundary, or of a node set where no boundary has that name."""
-        if name in self.node_sets and name not in self.boundaries:
+        if text("the name of a boundary", name) in self.node_sets and name not in self.boundaries:
             return np.unique(self.node_sets[name])
         return np.unique(self.face_nodes(self.faces(name)))
 
@@ -174,18 +177,18 @@ class CellSets:
 
     def with_points(self, points: ArrayLike) -> Self:
         """Move the points to `points` (n_points, 3); hanging nodes follow by their weights, their rows are ignored."""
-        given = np.asarray(points, dtype=float)
+        given = number_array("the new points", points)
         if given.shape != self.points.shape:
             raise InputError(f"The new points must have the shape {self.points.shape}; found {given.shape}.")
         return replace(self, points=given if self.hanging is None else self.hanging.followed(given))
 
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> Self:
         """Move every point by ``mapping(points) -> points``; hanging nodes follow by their weights."""
-        return self.with_points(mapping(self.points))
+        return self.with_points(function("the mapping of points", mapping)(self.points))
 
     def translated(self, offset: ArrayLike) -> Self:
         """Translate the mesh; use `placed` of a body to move it without changing its coordinates."""
-        shift = np.asarray(offset, dtype=float)
+        shift = vector("the offset", offset)
         return self.mapped(lambda x: x + shift)
 
     def scaled(self, factor: float) -> Self:
@@ -211,19 +214,20 @@ class CellSets:
         chosen = self.outer[self._chosen(where)]
         if len(chosen) == 0:
             raise InputError(f"No outer {self._face} lies wholly in the region given for the boundary {name!r}.")
-        return replace(self, boundaries={**self.boundaries, name: chosen})
+        return replace(self, boundaries={**self.boundaries, text("the name of a boundary", name): chosen})
 
     def _chosen(self, where: Pick | Callable[[Array], Mask]) -> Mask:
         """Mask (n,) of the outer faces at all corners of which the callable is true."""
         if isinstance(where, Pick):
             raise InputError(f"A boundary of a {self._noun} takes where(points) -> bool; picks are for bodies.")
-        inside = np.asarray(where(self.points), dtype=bool)
+        inside = flags("where(points)", function("where", where)(self.points), len(self.points))
         return np.asarray(inside[self.face_nodes(self.outer)[:, :4]].all(axis=1))
 
     def with_group(self, name: str, where: Callable[[Array], Mask]) -> Self:
         """Name the cells whose mean corner satisfies ``where(centres (n, 3)) -> (n,) bool``."""
         centres = self.points[self.cells[:, : self.n_corners]].mean(axis=1)
-        return replace(self, groups={**self.groups, name: np.flatnonzero(where(centres))})
+        chosen = flags("where(centres)", function("where", where)(centres), len(centres))
+        return replace(self, groups={**self.groups, text("the name of an element set", name): np.flatnonzero(chosen)})
 
 
 T = TypeVar("T", bound=CellSets)
@@ -272,6 +276,8 @@ def joined(meshes: list[T], tolerance: float) -> T:
     MeshError
         If the cell types differ, or a hanging node would become one with a point of another mesh.
     """
+    meshes = [instance("each of the meshes", m, CellSets) for m in items("the meshes", meshes, "meshes")]
+    finite("the tolerance", tolerance)
     if len({m.cells.shape[1] for m in meshes}) != 1:
         raise MeshError(f"Meshes of different cells cannot be merged: {sorted({m.cell_type for m in meshes})}.")
     point_start = np.cumsum([0] + [len(m.points) for m in meshes])[:-1]

@@ -11,7 +11,9 @@ from typing import Self
 import numpy as np
 from skfem import Mesh as SkfemMesh
 
+from fecontact.common.arguments import text, texts
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
 from fecontact.mesh.cell_sets import CellSets, joined
 from fecontact.mesh.element.degenerate import Pattern
@@ -262,7 +264,8 @@ class Mesh(CellSets):
         """
         if self.cells.shape[1] != 20:
             raise InputError(f"Mid-face nodes belong to 20-node hexahedra; this mesh has {self.cell_type} cells.")
-        faces = np.unique(np.concatenate([self.faces(name) for name in names]), axis=0)
+        given = texts("the boundaries that get mid-face nodes", names)
+        faces = np.unique(np.concatenate([np.zeros((0, 2), np.int64), *map(self.faces, given)]), axis=0)
         midface = np.full((len(self.cells), 6), -1, dtype=np.int64) if self.midface is None else self.midface.copy()
         new = faces[midface[faces[:, 0], faces[:, 1]] < 0]
         nodes = np.take_along_axis(self.cells[new[:, 0]], FACES[new[:, 1], :4], axis=1)
@@ -290,7 +293,7 @@ class Mesh(CellSets):
         Coalesced edges stay one node: tetrahedra of 4 nodes become those of 10, wedges of 6 those of 15. Not for
         meshes with hanging nodes.
         """
-        if self.cells.shape[1] != 8 or n_nodes not in (20, 27):
+        if self.cells.shape[1] != 8 or whole("the number of nodes", n_nodes) not in (20, 27):
             raise InputError(f"Only hex8 can be upgraded, to 20 or 27 nodes; found {self.cell_type} and {n_nodes}.")
         refuse_hanging(self.hanging, "given more nodes")
         if self.has_coalesced and n_nodes == 27:
@@ -324,7 +327,7 @@ class Mesh(CellSets):
         InputError
             If there is no such set, or the mesh has mid-face or hanging nodes.
         """
-        if name not in self.groups:
+        if text("the name of an element set", name) not in self.groups:
             known = ", ".join(map(repr, self.groups)) or "none"
             raise InputError(f"The mesh has no element set {name!r}. Its element sets are: {known}.")
         if self.midface is not None:

@@ -25,8 +25,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.checks import positive, vector
-from fecontact.common.errors import InputError
+from fecontact.common.checks import coordinates, number, positive, vector
+from fecontact.common.errors import InputError, shown
 from fecontact.mesh.entities import edge_keys, found
 from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
@@ -80,6 +80,13 @@ def _unit(direction: ArrayLike, what: str) -> Array:
     return d / length
 
 
+def _cosine(angle: float) -> float:
+    """Cosine of an angle in degrees."""
+    if not 0 <= number(angle) <= 180:
+        raise InputError(f"The angle must lie between 0 and 180 degrees; found {shown(angle)}.")
+    return float(np.cos(np.radians(angle)))
+
+
 def _middles(mesh: Faces, faces: IntArray) -> tuple[Array, Array]:
     """Middles (n, 3) of faces and their outward unit normals there."""
     facets = mesh.face_nodes(faces)
@@ -102,9 +109,10 @@ def plane(point: ArrayLike, normal: ArrayLike, tolerance: float | None = None) -
         Largest distance from the plane; a millionth of the mesh's size unless given.
     """
     p, n = vector("the point of the plane", point), _unit(normal, "normal of the plane")
+    width = None if tolerance is None else positive("the tolerance", tolerance)
 
     def chosen(mesh: Faces, faces: IntArray) -> Mask:
-        near = 1e-6 * np.linalg.norm(np.ptp(mesh.points, axis=0)) if tolerance is None else tolerance
+        near = 1e-6 * np.linalg.norm(np.ptp(mesh.points, axis=0)) if width is None else width
         on = np.asarray(np.abs((mesh.points - p) @ n) <= near)
         return np.asarray(on[mesh.face_nodes(faces)].all(axis=1))
 
@@ -127,11 +135,11 @@ def box(low: ArrayLike, high: ArrayLike) -> Pick:
 
 def facing(direction: ArrayLike, angle: float = 30.0) -> Pick:
     """Faces whose outward normal in their middle lies within `angle` (degrees) of a direction."""
-    d = _unit(direction, "direction")
+    d, least = _unit(direction, "direction"), _cosine(angle)
 
     def chosen(mesh: Faces, faces: IntArray) -> Mask:
         normals = _middles(mesh, faces)[1]
-        return np.asarray(normals @ d >= np.cos(np.radians(angle)))
+        return np.asarray(normals @ d >= least)
 
     return Pick(chosen)
 
@@ -165,7 +173,7 @@ def _distance(points: Array, other: Any) -> Array:
     elif hasattr(other, "facets"):
         cloud = _spread(other.points, other.facets)
     else:
-        cloud = np.asarray(other, dtype=float)
+        cloud = coordinates("other", other)
     if cloud.ndim != 2 or cloud.shape[1] != 3 or not len(cloud):
         raise InputError(f"Expected a mesh, a surface or points of shape (n, 3); found {type(other).__name__}.")
     return cKDTree(cloud).query(points)[0]
@@ -183,12 +191,12 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
 
     The angle is that between the normals of neighbouring faces at the middle of their common side.
     """
-    start = vector("the seed", seed)
+    start, least = vector("the seed", seed), _cosine(angle)
 
     def chosen(mesh: Faces, faces: IntArray) -> Mask:
         first, second, cosine = neighbouring_sides(mesh, faces)
         first, second = first // 4, second // 4
-        smooth = cosine >= np.cos(np.radians(angle))
+        smooth = cosine >= least
         n = len(faces)
         graph = sp.coo_matrix((np.ones(smooth.sum()), (first[smooth], second[smooth])), shape=(n, n))
         _, part = connected_components(graph, directed=False)

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import number_array
 from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import CellSets, first_alike, joined
 from fecontact.mesh.element.hexahedron import QUAD_EDGES, quad_quadrature, quad_shapes
@@ -140,10 +141,9 @@ class SectionMesh(CellSets):
     n_faces = 4
 
     def __post_init__(self) -> None:
-        points = np.array(self.points, dtype=float)
+        points = number_array("the points of a section", self.points)
         flat = points.ndim == 2 and points.shape[1] == 2
         object.__setattr__(self, "points", np.insert(points, 1, 0.0, axis=1) if flat else points)
-        object.__setattr__(self, "cells", np.array(self.cells, dtype=np.int64))
         super().__post_init__()
         off = np.abs(self.points[:, 1])
         if off.max() > ON_PLANE * np.linalg.norm(np.ptp(self.points, axis=0)):

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.common.arguments import file_path, function, instance
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.checks import positive
+from fecontact.common.checks import index_array, number_array, positive
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.cell_sets import first_alike, representatives
 from fecontact.mesh.facets import distinct_columns, facet_integrals, facet_nodes, facet_shapes, triangular
@@ -58,8 +59,8 @@ class SurfaceMesh:
 
     def __post_init__(self) -> None:
         # copies: the caller's arrays stay theirs
-        points = np.array(self.points, dtype=float, order="C")
-        facets = np.array(self.facets, dtype=np.int64, order="C")
+        points = number_array("the points of a surface", self.points).copy(order="C")
+        facets = index_array("the facets of a surface", self.facets).copy(order="C")
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
             raise MeshError(f"Points must be finite and have the shape (n, 3); found {points.shape}.")
         if facets.ndim != 2 or facets.shape[1] not in (4, 8) or len(facets) == 0:
@@ -135,6 +136,7 @@ class SurfaceMesh:
         InputError
             If there is no such boundary, or the mesh has hanging nodes, along which a layer would be open.
         """
+        instance("the mesh", mesh, Mesh)
         refuse_hanging(mesh.hanging, "turned into a surface mesh")
         facets = replace(mesh, midface=None).face_nodes(mesh.faces(name))[:, :8]
         return cls(mesh.points, facets, mesh.notes)
@@ -145,7 +147,8 @@ class SurfaceMesh:
 
     def mapped(self, mapping: Callable[[Array], ArrayLike]) -> SurfaceMesh:
         """Move every point by ``mapping(points) -> points``."""
-        return replace(self, points=np.asarray(mapping(self.points), dtype=float))
+        moved = number_array("the mapped points", function("the mapping of points", mapping)(self.points))
+        return replace(self, points=moved)
 
 
 def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
@@ -217,7 +220,7 @@ def read_surface(path: str | Path, scale: float = 1.0) -> SurfaceMesh:
     InputError, MeshError
         For an unknown file type, a damaged file, a branching or one-sided surface, or no surface cells.
     """
-    path = Path(path)
+    path = file_path("the path of a surface", path)
     suffix = path.suffix.lower()
     if suffix not in READERS:
         raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {', '.join(READERS)}.")

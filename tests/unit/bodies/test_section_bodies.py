@@ -390,13 +390,13 @@ def test_rigid_surfaces_without_the_symmetry_are_refused():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"mesh": "hex"}, "takes a section"),
+        ({"mesh": "hex"}, "must be a SectionMesh"),
         ({"supports": {"top": "y"}}, "out of 'x' and 'z'"),
         ({"supports": {"lid": "z"}}, "no boundary 'lid'"),
         ({"contact": "lid"}, "no boundary 'lid'"),
         ({"integration": "half"}, "Unknown integration"),
         ({"thickness": -1.0}, "thickness must be"),
-        ({"plane": "stretch"}, "'strain' or 'stress'"),
+        ({"plane": "stretch"}, "'strain', 'stress'"),
         ({"plane": "stress", "integration": "selective"}, "does not lock"),
         ({"material": {"bone": STEEL}}, "no element set"),
     ],

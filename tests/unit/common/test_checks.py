@@ -10,7 +10,8 @@ from fecontact.common import checks
 @pytest.mark.parametrize(
     ("check", "good", "bad", "words"),
     [
-        (checks.positive, 1e-300, [0.0, -1.0, np.inf, np.nan, "1", None], "The size must be positive and finite"),
+        (checks.positive, 1e-100, [0.0, -1.0, np.inf, np.nan, "1", None, True], "The size must be positive and finite"),
+        (checks.positive, 1e100, [10**101, 1e-101], "The size is too (large|small) to be worked with"),
         (checks.share, 1e-12, [0.0, 1.0, np.nan, "0.5", None], "The size must lie between 0 and 1"),
         (checks.finite, -1e100, [np.inf, np.nan, "1", None, (1.0, 2.0)], "The size must be a finite number"),
         (checks.finite, 0.0, [1e101], "The size is too large"),

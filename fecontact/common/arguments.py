@@ -1,0 +1,169 @@
+"""Checks of arguments that are no numbers: names, flags, objects, functions, mappings, sequences, paths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from fecontact.common.errors import InputError, sentence, shown
+
+#: Characters of a path and of a name in it that file systems accept.
+LONGEST_PATH, LONGEST_NAME = 4000, 255
+
+T = TypeVar("T")
+
+
+def text(name: str, value: object) -> str:
+    """Return a name or another text, or refuse what is none.
+
+    Raises
+    ------
+    InputError
+        If it is no text, or empty.
+
+    Examples
+    --------
+    >>> text("the name of a body", "femur")
+    'femur'
+    """
+    if not (isinstance(value, str) and value):
+        raise InputError(f"{sentence(name)} must be a text that is not empty; found {shown(value)}.")
+    return value
+
+
+def texts(name: str, value: object) -> tuple[str, ...]:
+    """Return one text or several as a tuple, or refuse them.
+
+    Raises
+    ------
+    InputError
+        If one is no text, or empty.
+
+    Examples
+    --------
+    >>> texts("the contact boundaries", "top"), texts("the contact boundaries", ["top", "bottom"])
+    (('top',), ('top', 'bottom'))
+    """
+    several = (value,) if isinstance(value, str) else value
+    return tuple(text(f"each of {name}", one) for one in items(name, several, "names"))
+
+
+def flag(name: str, value: object) -> bool:
+    """Return True or False, or refuse what is neither.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+
+    Examples
+    --------
+    >>> flag("periodic", True)
+    True
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{sentence(name)} must be True or False; found {shown(value)}.")
+    return bool(value)
+
+
+def instance(name: str, value: T, kind: type | tuple[type, ...]) -> T:
+    """Return `value`, or refuse it if it is of another class.
+
+    Raises
+    ------
+    InputError
+        If it is.
+
+    Examples
+    --------
+    >>> instance("the number", 2, int)
+    2
+    """
+    if not isinstance(value, kind):
+        kinds = kind if isinstance(kind, tuple) else (kind,)
+        expected = " or ".join("None" if k is type(None) else f"a {k.__name__}" for k in kinds)
+        raise InputError(f"{sentence(name)} must be {expected}; found {shown(value)}.")
+    return value
+
+
+def function(name: str, value: T) -> T:
+    """Return `value`, or refuse it if it cannot be called.
+
+    Raises
+    ------
+    InputError
+        If it cannot.
+
+    Examples
+    --------
+    >>> function("the mapping", abs)(-1)
+    1
+    """
+    if not callable(value):
+        raise InputError(f"{sentence(name)} must be a function; found {shown(value)}.")
+    return value
+
+
+def mapping(name: str, value: Mapping[Any, T] | None) -> Mapping[Any, T]:
+    """Return a mapping, empty for None, or refuse what is none.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping.
+
+    Examples
+    --------
+    >>> mapping("forces", None)
+    {}
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InputError(f"{sentence(name)} must be a mapping such as {{key: value}}; found {shown(value)}.")
+    return value
+
+
+def items(name: str, value: Any, what: str) -> tuple[Any, ...]:
+    """Return the items of a sequence, or refuse what is none; a text or a mapping is none.
+
+    Raises
+    ------
+    InputError
+        If it is no sequence.
+
+    Examples
+    --------
+    >>> items("sizes", [1, 2], "numbers")
+    (1, 2)
+    """
+    if not isinstance(value, str | bytes | Mapping | type):
+        try:
+            return tuple(value)
+        except TypeError:
+            pass
+    raise InputError(f"{sentence(name)} must be a sequence of {what}; found {shown(value)}.")
+
+
+def file_path(name: str, value: object) -> Path:
+    """Return `value` as a path, or refuse what no file can be called.
+
+    Raises
+    ------
+    InputError
+        If it is neither text nor a path, is empty or too long, or holds a NUL character.
+
+    Examples
+    --------
+    >>> file_path("the file", "knee.inp").suffix
+    '.inp'
+    """
+    if not isinstance(value, str | Path) or not str(value):
+        raise InputError(f"{sentence(name)} must be a path, a text or a pathlib.Path; found {shown(value)}.")
+    path = Path(value)
+    if "\0" in str(value) or len(str(value)) > LONGEST_PATH or any(len(p.encode()) > LONGEST_NAME for p in path.parts):
+        raise InputError(f"{sentence(name)} is no path that a file can have; found {shown(value)}.")
+    return path
