@@ -77,7 +77,14 @@ def energy_error(
     for part in by_material(lame, shear, cells):
         midface = None if mesh.midface is None else mesh.midface[part]
         some = replace(
-            mesh, cells=mesh.cells[part], boundaries={}, groups={}, node_sets={}, midface=midface, hanging=None
+            mesh,
+            cells=mesh.cells[part],
+            boundaries={},
+            groups={},
+            node_sets={},
+            midface=midface,
+            hanging=None,
+            file_elements=None,
         )
         strain, _ = gauss_strain(some, u, selective)
         smooth = to_nodes(some, strain)

@@ -95,6 +95,11 @@ def test_numbers_of_the_file_follow_the_mesh(file):
     assert fc.read_mesh(file(DECK)).part("Upper").file_nodes.tolist() == mesh.file_nodes.tolist()
     raised = mesh.upgraded(20)
     assert raised.file_nodes.tolist() == [*mesh.file_nodes.tolist(), *[-1] * 12]
+    whole = fc.read_mesh(file(DECK))
+    body = fc.ElasticBody(whole, fc.Material(E=1.0, nu=0.3), "Head", {"Feet": "xyz"})
+    floor = fc.RigidBody(fc.Plane()).placed((0.0, 0.0, 2.0), np.diag([1.0, -1.0, -1.0]))
+    result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={floor: {"z": -0.01}})
+    assert result.contacts[0].error_estimate is not None
     with pytest.raises(fc.MeshError, match="file_elements must be at most 1"):
         fc.Mesh(mesh.points, mesh.cells, file_elements=np.arange(2))
 
