@@ -62,18 +62,18 @@ def surface_displacement(
     >>> surface_displacement(0.0, 0.0, half_sides=(1.0, 1.0), pressure=np.pi, modulus=8.0).round(6)
     np.float64(0.881374)
     """
-    sides = _sides(half_sides)
+    sides = rectangle_sides(half_sides)
     xs, ys = np.broadcast_arrays(checks.coordinates("x", x), checks.coordinates("y", y))
     points = np.stack([xs, ys, np.zeros_like(xs)], axis=-1)
 
     def near(close: Array) -> Array:
-        return _potentials(close, sides).V
+        return potentials(close, sides).V
 
     def far(offsets: Array) -> Array:
         return np.asarray(1 / np.linalg.norm(offsets, axis=-1))
 
     factor = checks.finite("the pressure", pressure) / (np.pi * checks.positive("the modulus", modulus))
-    return np.asarray(factor * _near_or_far(points, sides, near, far))
+    return np.asarray(factor * near_or_far(points, sides, near, far))
 
 
 def displacement(points: ArrayLike, *, half_sides: tuple[float, float], pressure: float, material: Material) -> Array:
@@ -109,13 +109,13 @@ def displacement(points: ArrayLike, *, half_sides: tuple[float, float], pressure
     >>> displacement([0.0, 0.0, 0.0], half_sides=(1.0, 1.0), pressure=1.0, material=Material(1.0, 0.0)).round(6)
     array([0.      , 0.      , 2.244399])
     """
-    sides = _sides(half_sides)
-    coordinates = _inside(points)
+    sides = rectangle_sides(half_sides)
+    coordinates = inside(points)
     nu = material.nu
     scale = checks.finite("the pressure", pressure) / (4 * np.pi * material.shear_modulus)
 
     def near(close: Array) -> Array:
-        f = _potentials(close, sides)
+        f = potentials(close, sides)
         u_x = 0.0 - (f.z * f.V_x + (1 - 2 * nu) * f.chi_x)
         u_y = 0.0 - (f.z * f.V_y + (1 - 2 * nu) * f.chi_y)
         return np.stack([scale * u_x, scale * u_y, scale * (2 * (1 - nu) * f.V - f.z * f.V_z)], axis=-1)
@@ -123,7 +123,7 @@ def displacement(points: ArrayLike, *, half_sides: tuple[float, float], pressure
     def far(offsets: Array) -> Array:
         return boussinesq.displacement(offsets, force=(0.0, 0.0, pressure), material=material)
 
-    return _near_or_far(coordinates, sides, near, far)
+    return near_or_far(coordinates, sides, near, far)
 
 
 def stress(
@@ -165,13 +165,13 @@ def stress(
     >>> tensor.diagonal().round(6)
     array([-0.75, -0.75, -1.  ])
     """
-    sides = _sides(half_sides)
-    coordinates = _inside(points)
+    sides = rectangle_sides(half_sides)
+    coordinates = inside(points)
     nu = material.nu
     scale = checks.finite("the pressure", pressure) / (2 * np.pi)
 
     def near(close: Array) -> Array:
-        f = _potentials(close, sides, corner_distance if scale else 1.0)
+        f = potentials(close, sides, corner_distance if scale else 1.0)
         tensor = np.empty((*close.shape[:-1], 3, 3))
         tensor[..., 0, 0] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_xx - f.W_xx
         tensor[..., 1, 1] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_yy - f.W_yy
@@ -184,11 +184,11 @@ def stress(
     def far(offsets: Array) -> Array:
         return boussinesq.stress(offsets, force=(0.0, 0.0, pressure), material=material)
 
-    return _near_or_far(coordinates, sides, near, far)
+    return near_or_far(coordinates, sides, near, far)
 
 
 @dataclass(frozen=True, eq=False)
-class _Potentials:
+class Potentials:
     """Derivatives of V and chi; W are second derivatives of V times z, as they enter the stresses."""
 
     z: Array
@@ -208,7 +208,7 @@ class _Potentials:
     chi_xy: Array
 
 
-def _potentials(points: Array, sides: tuple[float, float], corner_distance: float = 0.0) -> _Potentials:
+def potentials(points: Array, sides: tuple[float, float], corner_distance: float = 0.0) -> Potentials:
     """Sum the corner functions; log(Y + rho) enters as asinh(Y/sqrt(X^2 + z^2)): the same sum without cancellation."""
     signs = np.array([1.0, -1.0])
     X, Y = (
@@ -239,7 +239,7 @@ def _potentials(points: Array, sides: tuple[float, float], corner_distance: floa
 
     with np.errstate(invalid="ignore"):
         chi_xy = corners(log_z)
-    return _Potentials(
+    return Potentials(
         z=points[..., 2],
         V=corners(X * log_y + Y * log_x - Z * angle),
         V_x=corners(log_y),
@@ -258,7 +258,7 @@ def _potentials(points: Array, sides: tuple[float, float], corner_distance: floa
     )
 
 
-def _near_or_far(
+def near_or_far(
     points: Array,
     sides: tuple[float, float],
     near: Callable[[Array], Array],
@@ -279,7 +279,8 @@ def _near_or_far(
     return values.reshape((*points.shape[:-1], *values.shape[1:]))
 
 
-def _sides(half_sides: tuple[float, float]) -> tuple[float, float]:
+def rectangle_sides(half_sides: tuple[float, float]) -> tuple[float, float]:
+    """Return half-sides, checked to be two positive lengths."""
     try:
         a, b = half_sides
     except (TypeError, ValueError):
@@ -287,7 +288,8 @@ def _sides(half_sides: tuple[float, float]) -> tuple[float, float]:
     return checks.positive("the half-side a", a), checks.positive("the half-side b", b)
 
 
-def _inside(points: ArrayLike) -> Array:
+def inside(points: ArrayLike) -> Array:
+    """Return points (..., 3) as an array, checked to lie at z >= 0."""
     coordinates = checks.point_array("points", points, 3)
     if np.any(coordinates[..., 2] < 0):
         raise InputError(f"Expected points with z >= 0, inside the body; found z = {coordinates[..., 2].min()}.")

@@ -9,7 +9,9 @@ from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
+import scipy.sparse as sp
 
+from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.outside import Outside
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -122,6 +124,10 @@ class Answers:
 
     def at_points(self, displacement: Array) -> Array | None:
         """None: it has no mesh."""
+        return None
+
+    def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields | None:
+        """None: it has no mesh inside."""
         return None
 
     def planes_through(self, nodes: IntArray) -> int:

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from fecontact.bodies.geometry import Geometry, recovered
+from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
@@ -249,6 +250,10 @@ class ElasticBody(Placed):
         f = np.asarray(rows.T @ forces) if loads is None else rows.T @ forces + loads
         condensation = model.condensed(model.touched(rows), Stopwatch())
         return model.displacements(condensation.solve(model.solved_forces(f)))
+
+    def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields:
+        """Fields inside by displacements (n_dofs,)."""
+        return InnerFields(self.model, displacement)
 
     @property
     def functions_per_cell(self) -> int:

@@ -10,6 +10,7 @@ from typing import Protocol, Self
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
+from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
@@ -162,6 +163,9 @@ class Body(Protocol):
 
     def at_points(self, displacement: Array) -> Array | None:
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,); None where it has no mesh."""
+
+    def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields | None:
+        """Fields inside by displacements (n_dofs,) under forces (n,) along rows; None where it has no mesh."""
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.material import Material
 from fecontact.fem.stiffness import batches
 from fecontact.mesh.element.degenerate import linear_shapes, node_positions
 from fecontact.mesh.element.hexahedron import hex_shapes
@@ -75,6 +76,19 @@ def hooke(strain: Array, lame: Array, shear: Array) -> Array:
     return stress
 
 
+def strain_of(stress: Array, material: Material) -> Array:
+    """Isotropic strain (..., 6) of stresses (..., 6).
+
+    Examples
+    --------
+    >>> strain_of(np.array([1.0, 0, 0, 0, 0, 0]), Material(E=2.0, nu=0.3)).tolist()
+    [0.5, -0.15, -0.15, 0.0, 0.0, 0.0]
+    """
+    strain = (1 + material.nu) * stress
+    strain[..., :3] -= material.nu * stress[..., :3].sum(axis=-1, keepdims=True)
+    return np.asarray(strain / material.E)
+
+
 def _gauss_points(mesh: Mesh, group: CellGroup) -> Array:
     return element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)[0]
 
@@ -104,6 +118,11 @@ def to_nodes(mesh: Mesh, values: Array, cells: IntArray | None = None) -> Array:
     if cells is not None:
         mean[count == 0] = np.nan
     return mean
+
+
+def components(tensors: Array) -> Array:
+    """Components (..., 6), in the order of `VOIGT`, of symmetric tensors (..., 3, 3)."""
+    return np.stack([tensors[..., i, j] for i, j in _PAIRS], axis=-1)
 
 
 def von_mises(stress: Array) -> Array:

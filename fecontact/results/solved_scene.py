@@ -8,11 +8,14 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
+from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
+from fecontact.common.checks import point_array
 from fecontact.common.errors import InputError
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
 from fecontact.contact.interface import Interface
@@ -190,18 +193,22 @@ class SolvedScene:
         if own is None:
             why = "is rigid" if body.is_rigid else "has no mesh"
             raise InputError(f"{body.name!r} {why}: it has no displacement field; see rigid_motion.")
-        own = own @ posed.pose.rotation.T
-        return own + self._carried(k, cast(ElasticBody, posed).mesh.points) if self.originals else own
+        return self._moved(k, own, cast(ElasticBody, posed).mesh.points)
+
+    def _moved(self, k: int, own: Array, points: Array) -> Array:
+        """World displacements (n, 3) of points (n, 3) of body k from their given positions; `own` in its axes."""
+        own = own @ self.scene.bodies[k].pose.rotation.T
+        return own + self._carried(k, points) if self.originals else own
 
     def strain(self, body: Body) -> Array:
         """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
-        k, elastic = self._elastic(body)
-        return elastic.model.nodal_strain(self.state.displacements[k])
+        return self._inner(body).strain()
 
     def stress(self, body: Body, group: str | None = None) -> Array:
         """Stress (n_points, 6) at the nodes, tension positive, in the body's own axes.
 
-        Evaluated at the Gauss points, extrapolated and averaged; components xx, yy, zz, xy, yz, xz.
+        Evaluated at the Gauss points, extrapolated and averaged; components xx, yy, zz, xy, yz, xz. Of a local body
+        that is the smooth part, to which the half-space's field below its window is added.
 
         Parameters
         ----------
@@ -210,12 +217,71 @@ class SolvedScene:
             An element set of its mesh, such as the cells of one material: only these are averaged, since stress jumps
             where two materials meet, and all other nodes get NaN.
         """
-        k, elastic = self._elastic(body)
-        groups = elastic.mesh.groups
+        inner = self._inner(body)
+        groups = inner.model.mesh.groups
         if group is not None and group not in groups:
             known = ", ".join(map(repr, groups)) or "none"
             raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
-        return elastic.model.nodal_stress(self.state.displacements[k], None if group is None else groups[group])
+        return inner.stress(None if group is None else groups[group])
+
+    def fields_at(self, body: Body, points: ArrayLike) -> tuple[Array, Array]:
+        """Total displacement (n, 3) in world axes and stress (n, 6) in the body's own axes at points of a body.
+
+        Parameters
+        ----------
+        body : Body
+            An elastic body in space or a local body. Below the window of a local body they are as fine as its cells;
+            elsewhere the nodal fields of the mesh are interpolated in its cells.
+        points : (n, 3) array_like
+            In the body's own axes, within it.
+
+        Returns
+        -------
+        displacement : (n, 3) array
+            From the given positions, as `displacement`.
+        stress : (n, 6) array
+            As `stress`, components xx, yy, zz, xy, yz, xz, tension positive.
+
+        Raises
+        ------
+        InputError
+            If a point is outside the body, or the body has no mesh inside or is a section.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+        >>> u, stress = result.fields_at(body, [[0.5, 0.3, 0.1]])
+        >>> round(float(u[0, 2]), 9), round(float(stress[0, 2]), 9)
+        (-0.001, -0.01)
+        """
+        where = point_array("points", points, 3).reshape(-1, 3)
+        inner = self._inner(body)
+        if inner.model.mesh.is_flat:
+            raise InputError(f"{body.name!r} is a section; fields at points are offered for bodies in space.")
+        u, stress, found = inner.at(where)
+        if not found.all():
+            corners = (np.array2string(f(inner.model.mesh.points, axis=0), precision=6) for f in (np.min, np.max))
+            raise InputError(
+                f"{(~found).sum()} of {len(found)} points are not in {body.name!r}, the first: "
+                f"{np.array2string(where[np.argmin(found)], precision=6)}. Points are given in the body's own axes; "
+                f"its mesh reaches from {' to '.join(corners)}."
+            )
+        return self._moved(self._number(body), u, where), stress
+
+    def _inner(self, body: Body) -> InnerFields:
+        if body.is_rigid:
+            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
+        k = self._number(body)
+        part = self.condensed.parts[k]
+        forces = (self.friction or self.solution).forces[part.index]
+        inner = self.scene.bodies[k].inner_fields(self.state.displacements[k], part.rows, forces)
+        if inner is None:
+            raise InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
+        return inner
 
     @cached_property
     def motions(self) -> Array:

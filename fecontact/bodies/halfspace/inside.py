@@ -109,7 +109,7 @@ class Loaded:
                 half_sides=half_sides,
                 pressure=1.0,
                 material=material,
-                corner_distance=_mean_distance(*half_sides),
+                corner_distance=mean_distance(*half_sides),
             )
             better = np.stack([unit[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
             # as in `_summed`, so that both omit the same
@@ -167,7 +167,7 @@ class Loaded:
         return out
 
 
-def _mean_distance(a: float, b: float) -> float:
+def mean_distance(a: float, b: float) -> float:
     """Geometric mean of the distance from the middle over a rectangle with half-sides a, b."""
     return math.hypot(a, b) * math.exp(-1.5 + a / (2 * b) * math.atan(b / a) + b / (2 * a) * math.atan(a / b))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, cast
@@ -17,7 +18,7 @@ from fecontact.bodies.halfspace.halfspace import HalfSpace
 from fecontact.bodies.halfspace.kernels import SELF_TERM_RATIO
 from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.interior import nodal_displacement
+from fecontact.bodies.local.interior import pressed_fields
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.opposite import half_space_opposite
 from fecontact.bodies.local.placing import facing_window, place_window
@@ -252,15 +253,18 @@ class LocalBody(OnMesh):
         """Elastic displacements (n_dofs,) under forces along rows and loads."""
         normal, nodal = self._split(rows)
         f = nodal.T @ forces if loads is None else nodal.T @ forces + self.on_mesh(loads)
-        outward = np.asarray(normal.T @ forces).reshape(self.window.shape)
         u = self.factored.solve(np.asarray(f)[:, None])
         cells = self.smooth_outward(u)[:, 0]
-        if outward.any():
-            p = -outward / self.window.grid.area
+        (p,) = pressures([self.window], [normal], forces)
+        if p.any():
             cells = cells - self.cell_model.product.apply(p).ravel()
             u[:, 0] += self.remainder.fields @ self.remainder.term.gathered(p)
-            u[:, 0] += nodal_displacement(self.remainder, self.body.model.mesh.points, p).ravel()
+            u[:, 0] += pressed_fields([(self.remainder, p)], self.mesh.points)[0].ravel()
         return np.concatenate([(cells[:, None] * self.window.normal).ravel(), u[:, 0]])
+
+    def loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> list[tuple[Remainder, Array]]:
+        """Its window, and the pressures (nx, ny) on it by forces along rows."""
+        return [(self.remainder, p) for p in pressures([self.window], [self._split(rows)[0]], forces)]
 
     def describe(self) -> str:
         """One-line description of the model."""
@@ -270,3 +274,11 @@ class LocalBody(OnMesh):
         made = self.shared.get("remainder")
         known = "" if made is None else f", {len(made.core)} smooth loads, Betti defect {made.defect:.1e}"
         return f"{self.name}: window of {nx} x {ny} cells{known}; on {self.body.describe()}"
+
+
+def pressures(windows: Sequence[Window], normals: Sequence[sp.csr_matrix], forces: Array) -> list[Array]:
+    """Pressures (nx, ny) on windows by forces along rows, whose parts along outward normals are (n, cells)."""
+    return [
+        -np.asarray(normal.T @ forces).reshape(window.shape) / window.grid.area
+        for window, normal in zip(windows, normals, strict=True)
+    ]

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import cached_property
+from collections.abc import Sequence
+from functools import cached_property, partial
 
 import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.inner_fields import InnerFields
+from fecontact.bodies.local.interior import pressed_fields
+from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.common.arrays import Array
@@ -27,6 +31,10 @@ class OnMesh(Placed, ABC):
     @abstractmethod
     def n_cells(self) -> int:
         """Number of modelled cells."""
+
+    @abstractmethod
+    def loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> Sequence[tuple[Remainder, Array]]:
+        """Its windows, and the pressures (nx, ny) on them by forces along rows."""
 
     @property
     def material(self) -> Material:
@@ -111,6 +119,12 @@ class OnMesh(Placed, ABC):
     def on_mesh(self, loads: Array) -> Array:
         """Loads (body.n_dofs,) on the mesh; the cells carry contact forces only."""
         return loads[3 * self.n_cells :]
+
+    def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields:
+        """Fields inside: those of half-spaces under the pressures on the windows, and of the elements beside them."""
+        beside = partial(pressed_fields, self.loaded_windows(rows, forces))
+        u = self.on_mesh(displacement) - beside(self.mesh.points)[0].ravel()
+        return InnerFields(self.body.model, u, beside)
 
     def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
         """None: its mesh carries a smooth field only."""

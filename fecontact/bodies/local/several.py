@@ -20,11 +20,11 @@ from scipy.spatial import cKDTree
 from fecontact.analytic.face_loads import fields
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.operator import DENSE_LIMIT
-from fecontact.bodies.local.body import LocalBody
+from fecontact.bodies.local.body import LocalBody, pressures
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.interior import nodal_displacement
+from fecontact.bodies.local.interior import pressed_fields
 from fecontact.bodies.local.on_mesh import OnMesh
-from fecontact.bodies.local.remainder import LARGEST_DEFECT, mean_compliance, surface_weights
+from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, mean_compliance, surface_weights
 from fecontact.bodies.local.surface import WindowSurface, window_surface
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
@@ -213,18 +213,27 @@ class WindowedBody(OnMesh):
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows and loads."""
-        normals, nodal = self._split(rows)
+        nodal = self._split(rows)[1]
         f = nodal.T @ forces if loads is None else nodal.T @ forces + self.on_mesh(loads)
         u = self.windows[0].factored.solve(np.asarray(f)[:, None])
         cells = [part.smooth_outward(u)[:, 0] for part in self.windows]
-        pressures = _pressures(self.windows, normals, forces)
-        if any(p.any() for p in pressures):
-            cells = [own - pressed.ravel() for own, pressed in zip(cells, self.pressed(pressures), strict=True)]
-            for part, p in zip(self.windows, pressures, strict=True):
-                u[:, 0] += part.remainder.fields @ part.remainder.term.gathered(p)
-                u[:, 0] += nodal_displacement(part.remainder, self.body.model.mesh.points, p).ravel()
-        moved = [(own[:, None] * part.window.normal).ravel() for own, part in zip(cells, self.parts, strict=True)]
-        return np.concatenate([*moved, u[:, 0]])
+        loaded = self.loaded_windows(rows, forces)
+        if any(p.any() for _, p in loaded):
+            moved = self.pressed([p for _, p in loaded])
+            cells = [own - pressed.ravel() for own, pressed in zip(cells, moved, strict=True)]
+            u[:, 0] += sum(found.fields @ found.term.gathered(p) for found, p in loaded)
+            u[:, 0] += pressed_fields(loaded, self.mesh.points)[0].ravel()
+        outwards = [(own[:, None] * part.window.normal).ravel() for own, part in zip(cells, self.parts, strict=True)]
+        return np.concatenate([*outwards, u[:, 0]])
+
+    def loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> list[tuple[Remainder, Array]]:
+        """Its windows, and the pressures (nx, ny) on them by forces along rows."""
+        found = (part.remainder for part in self.windows)
+        return list(zip(found, self.pressures(self._split(rows)[0], forces), strict=True))
+
+    def pressures(self, normals: Sequence[sp.csr_matrix], forces: Array) -> list[Array]:
+        """Pressures (nx, ny) on its windows by forces along rows."""
+        return pressures([part.window for part in self.parts], normals, forces)
 
     def describe(self) -> str:
         """One-line description of the model."""
@@ -249,20 +258,12 @@ class WindowsCompliance(LinearOperator):
         self.body, self.normals = body, normals
 
     def _matvec(self, x: Array) -> Array:
-        pressures = _pressures(self.body.windows, self.normals, np.ravel(x))
+        pressures = self.body.pressures(self.normals, np.ravel(x))
         moved = self.body.pressed(pressures)
         return np.asarray(-sum(normal @ u.ravel() for normal, u in zip(self.normals, moved, strict=True)))
 
     def _adjoint(self) -> WindowsCompliance:
         return self
-
-
-def _pressures(parts: Sequence[LocalBody], normals: Sequence[sp.csr_matrix], forces: Array) -> list[Array]:
-    """Pressures (nx, ny) on the windows by forces along rows."""
-    return [
-        -np.asarray(normal.T @ forces).reshape(part.window.shape) / part.window.grid.area
-        for normal, part in zip(normals, parts, strict=True)
-    ]
 
 
 def _check(parts: Sequence[LocalBody]) -> None:

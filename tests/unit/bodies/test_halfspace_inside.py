@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import boussinesq
-from fecontact.bodies.halfspace.inside import _mean_distance, _point_force
+from fecontact.bodies.halfspace.inside import _point_force, mean_distance
 from fecontact.surfaces import FlatPunch, Paraboloid, self_affine
 
 UNIT = fc.Material(E=2.0, nu=0.3)
@@ -190,11 +190,11 @@ def test_the_distance_at_which_shear_at_a_corner_is_taken(shape):
     # 400 x 400 midpoints: the middle cell of the rule errs by about 1/400^2, the kink of its neighbours no more
     t = (np.arange(400) + 0.5) / 400 * 2 - 1
     mean = np.log(np.hypot(a * t[:, None], b * t[None, :])).mean()
-    assert abs(np.log(_mean_distance(a, b)) - mean) < 1e-4
+    assert abs(np.log(mean_distance(a, b)) - mean) < 1e-4
     half = fc.HalfSpace(UNIT, size=(8 * a, 8 * b), shape=(4, 4))
     contact = half.press(np.pad(np.zeros((2, 2)), 1, constant_values=np.inf), approach=0.01 * a)
     alone = replace(contact, pressure=np.pad([[1.0]], ((1, 2), (1, 2))))  # one cell, its corner at the origin
-    r = _mean_distance(a, b) / 2**0.5
+    r = mean_distance(a, b) / 2**0.5
     near = [alone.stress([[i * r, j * r, 0.0]])[0, 3] for i in (-1, 1) for j in (-1, 1)]
     # the other corners' logarithms are not constant so far away: a tenth of (1 - 2 nu)/(2 pi) p
     assert abs(alone.stress([[0.0, 0.0, 0.0]])[0, 3] - np.mean(near)) < 0.1 * 0.4 / (2 * np.pi)

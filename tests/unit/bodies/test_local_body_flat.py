@@ -162,11 +162,3 @@ def test_uniform_pressure_displaces_the_mesh_as_finite_elements_say() -> None:
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
     away = np.linalg.norm(mesh.points - [2.0, 2.0, 2.0], axis=1) > 1.5
     assert np.abs(found - expected)[away].max() < 0.003 * np.abs(expected).max()
-
-
-def test_fields_of_a_result() -> None:
-    local = fc.LocalBody(block(), (2.0, 2.0, 2.0), 0.6, (8, 8))
-    result, _ = pressed(local, (2.0, 2.0, 2.0), (0, 0, 1), 0.001, finite_motion=False)
-    assert result.displacement(local).shape == local.mesh.points.shape
-    with pytest.raises(fc.InputError, match="no field of finite elements"):
-        result.stress(local)

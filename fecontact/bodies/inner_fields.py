@@ -1,0 +1,70 @@
+"""Displacements and stresses inside a body: of its elements and, below the window of a local body, beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.fem.model import Model
+from fecontact.fem.stress import components, strain_of
+from fecontact.mesh.locate import interpolation
+
+Fields = Callable[[Array], tuple[Array, Array]]
+"""Displacements (n, 3) and stresses (n, 3, 3) at points (n, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class InnerFields:
+    """Fields inside a body, in its own axes.
+
+    Attributes
+    ----------
+    model : Model
+        Finite element model of the body.
+    u : (model.n_dofs,) array
+        Displacements that its elements carry.
+    beside : Fields, optional
+        Fields that are added to those of the elements.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), fc.Material(E=1.0, nu=0.0))
+    >>> stretched = 0.01 * body.mesh.points * np.array([1.0, 0.0, 0.0])
+    >>> InnerFields(body.model, stretched.ravel()).at(np.array([[0.3, 0.2, 0.6]]))[1][:, 0].round(12).tolist()
+    [0.01]
+    """
+
+    model: Model
+    u: Array
+    beside: Fields | None = None
+
+    def stress(self, cells: IntArray | None = None) -> Array:
+        """Stress (n_points, 6) at the nodes; of the elements averaged over given cells only, NaN at other nodes."""
+        stress = self.model.nodal_stress(self.u, cells)
+        return stress if self.beside is None else stress + components(self.beside(self.model.mesh.points)[1])
+
+    def strain(self) -> Array:
+        """Strain (n_points, 6) at the nodes."""
+        strain = self.model.nodal_strain(self.u)
+        if self.beside is None:
+            return strain
+        return strain + strain_of(components(self.beside(self.model.mesh.points)[1]), self.model.materials[0])
+
+    def at(self, points: Array) -> tuple[Array, Array, Mask]:
+        """Displacement (n, 3) and stress (n, 6) at points (n, 3), and which of these are in the body; NaN at others.
+
+        Nodal fields of the elements are interpolated in the cells.
+        """
+        weights, found = interpolation(self.model.mesh, points)
+        u, stress = np.full((len(points), 3), np.nan), np.full((len(points), 6), np.nan)
+        u[found] = weights[found] @ self.model.at_points(self.u)
+        stress[found] = weights[found] @ self.model.nodal_stress(self.u)
+        if self.beside is not None:
+            more, sigma = self.beside(points[found])
+            u[found] += more
+            stress[found] += components(sigma)
+        return u, stress, found

@@ -1,0 +1,219 @@
+"""Displacements and stresses in a body below pressures on the cells of its window.
+
+Forces act along the window's normal, as those of a contact do, on the half-space below the tangent plane of the
+surface at the cell, with the first effect of curvature. Cells near a point are rectangles under pressure (Love) and,
+where the surface inclines, shear. Farther ones are taken together in blocks that grow with their distance: forces at a
+few Chebyshev nodes of a block stand for the pressures on it, as the field of a force is smooth there in the place of
+the force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fecontact.analytic import rectangle, sheared_rectangle
+from fecontact.analytic.face_loads import FaceLoads, fields, tangent_axes
+from fecontact.bodies.halfspace.inside import mean_distance
+from fecontact.bodies.local.chebyshev import interpolation, nodes
+from fecontact.bodies.local.window import Window
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.material import Material
+
+ORDER = 4
+"""Nodes along a side of a block."""
+
+APART = 2.0
+"""Distance of a point from a block, relative to half the block's diagonal, from which its nodes stand for it."""
+
+LARGEST = 4
+"""Largest blocks along the shorter side of a window."""
+
+CHUNK = 2000
+"""Points at a time, for memory."""
+
+ON_EDGE = 1e-9
+"""Distance in cells from an edge between cells that is rounding of coordinates."""
+
+DOWNWARDS = np.array([0.0, 0.0, -1.0])
+HALVES = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Squares of cells of one size, (bx, by) of them over a window.
+
+    Attributes
+    ----------
+    centres : (bx, by, 3) array
+        In the window's coordinates.
+    radius : float
+        Half a diagonal.
+    forces : (bx, by, k) array
+        Forces at the nodes against the window's normal.
+    places, normals : (bx, by, k, 3) arrays
+        Nodes on the surface, and its normals into the body.
+    curvatures : (bx, by, k, 3, 3) array or None
+        Curvatures of the surface; None where it is flat.
+    """
+
+    centres: Array
+    radius: float
+    forces: Array
+    places: Array
+    normals: Array
+    curvatures: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """Pressures on all cells of a window, those beyond planes of symmetry too.
+
+    Attributes
+    ----------
+    window : Window
+    pressure : (nx, ny) array
+    material : Material
+
+    Examples
+    --------
+    >>> from fecontact.bodies.halfspace.grid import Grid
+    >>> window = Window(np.zeros(3), np.eye(3), Grid((2.0, 2.0), (16, 16)), (False, False))
+    >>> below = Pressed.of(window, np.ones((16, 16)), Material(E=1.0, nu=0.25))
+    >>> below.fields(np.array([[0.0, 0.0, 0.0]]))[1].diagonal(axis1=1, axis2=2).round(3)
+    array([[-0.75, -0.75, -1.  ]])
+    """
+
+    window: Window
+    pressure: Array
+    material: Material
+
+    @classmethod
+    def of(cls, window: Window, pressure: Array, material: Material) -> Pressed:
+        """From pressures (nx, ny) on the modelled cells."""
+        for axis, even in enumerate(window.mirrored):
+            if even:
+                pressure = np.concatenate([np.flip(pressure, axis), pressure], axis=axis)
+        return cls(window, pressure, material)
+
+    @cached_property
+    def _blocks(self) -> tuple[Block, ...]:
+        """Blocks of 2, 4, 8, ... cells along a side."""
+        most = max(1, int(np.log2(max(2, min(self.pressure.shape) // LARGEST))))
+        return tuple(self._of_size(2**level) for level in range(1, most + 1))
+
+    def _of_size(self, size: int) -> Block:
+        window, cell = self.window, self.window.grid.cell
+        short = [-n % size for n in self.pressure.shape]
+        p = np.pad(self.pressure, [(0, short[0]), (0, short[1])])
+        counts = (p.shape[0] // size, p.shape[1] // size)
+        # the mean of a polynomial over a cell, by two points of Gauss
+        ends = (np.arange(size)[:, None] + 0.5 + np.array([-1.0, 1.0]) / np.sqrt(12)) / size * 2 - 1
+        spread = interpolation(ends.ravel(), 1.0, ORDER, False).reshape(size, 2, ORDER).mean(axis=1)
+        forces = np.einsum("asbt,si,tj->abij", p.reshape(counts[0], size, counts[1], size), spread, spread)
+        middles = [
+            -half + (np.arange(n) + 0.5) * size * h for half, n, h in zip(window.half, counts, cell, strict=True)
+        ]
+        along = [m[:, None] + nodes(size * h / 2, ORDER, False) for m, h in zip(middles, cell, strict=True)]
+        shape = (*counts, ORDER, ORDER)
+        x = np.broadcast_to(along[0][:, None, :, None], shape).reshape(*counts, -1)
+        y = np.broadcast_to(along[1][None, :, None, :], shape).reshape(*counts, -1)
+        plane = np.stack([x, y], axis=-1)
+        centre = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
+        relief = window.relief
+        return Block(
+            np.concatenate([centre, -self._depth(centre)[..., None]], axis=-1),
+            size * float(np.hypot(*cell)) / 2,
+            forces.reshape(x.shape) * window.grid.area,
+            np.concatenate([plane, -self._depth(plane)[..., None]], axis=-1),
+            self._inwards(plane),
+            None if relief is None else relief.curvature(x, y),
+        )
+
+    def _depth(self, places: Array) -> Array:
+        """Depths (...) of the surface at places (..., 2) of the plane."""
+        relief = self.window.relief
+        return np.zeros(places.shape[:-1]) if relief is None else relief.depth(places[..., 0], places[..., 1])
+
+    def _inwards(self, places: Array) -> Array:
+        """Normals (..., 3) of the surface at places (..., 2), into the body, of height one."""
+        relief = self.window.relief
+        out = np.zeros((*places.shape[:-1], 3))
+        out[..., 2] = -1.0
+        if relief is not None:
+            out[..., :2] = -relief.slopes(places[..., 0], places[..., 1])
+        return out
+
+    def fields(self, points: Array) -> tuple[Array, Array]:
+        """Displacements (n, 3) and stresses (n, 3, 3) at points (n, 3) of the body, all in the window's coordinates."""
+        u, stress = np.zeros(points.shape), np.zeros((*points.shape, 3))
+        for first in range(0, len(points), CHUNK):
+            part = slice(first, first + CHUNK)
+            for i, more, sigma in self._shares(points[part]):
+                np.add.at(u[part], i, more)
+                np.add.at(stress[part], i, sigma)
+        return u, stress
+
+    def _shares(self, points: Array) -> Iterator[tuple[IntArray, Array, Array]]:
+        """Points (m,) of pairs of point and block, and the fields (m, 3) and (m, 3, 3) there by the block."""
+        blocks = np.argwhere(self._blocks[-1].forces.any(axis=2))
+        i, b = np.repeat(np.arange(len(points)), len(blocks)), np.tile(blocks, (len(points), 1))
+        for level in range(len(self._blocks) - 1, -1, -1):
+            block = self._blocks[level]
+            apart = np.linalg.norm(points[i] - block.centres[b[:, 0], b[:, 1]], axis=1)
+            far = apart > APART * block.radius
+            if far.any():
+                yield i[far], *self._by_nodes(points[i[far]], block, b[far])
+            i = np.repeat(i[~far], len(HALVES))
+            b = (2 * b[~far, None] + HALVES).reshape(-1, 2)
+            smaller = self.pressure[..., None] if level == 0 else self._blocks[level - 1].forces
+            loaded = np.asarray(smaller.any(axis=2))
+            there = (b < loaded.shape).all(axis=1)
+            there[there] = loaded[b[there, 0], b[there, 1]]
+            i, b = i[there], b[there]
+        yield i, *self._by_cells(points, i, b)
+
+    def _by_nodes(self, points: Array, block: Block, b: IntArray) -> tuple[Array, Array]:
+        """Fields (m, 3) and (m, 3, 3) at points (m, 3) by blocks b (m, 2)."""
+        where = (b[:, 0], b[:, 1])
+        forces = block.forces[where]
+        count = forces.shape[1]
+        loads = FaceLoads(
+            block.places[where].reshape(-1, 3),
+            block.normals[where].reshape(-1, 3),
+            DOWNWARDS * forces.reshape(-1, 1),
+            None if block.curvatures is None else block.curvatures[where].reshape(-1, 3, 3),
+            None if block.curvatures is None else self.window.grid.size[0],
+        )
+        u, stress = fields(np.repeat(points, count, axis=0)[:, None], loads, self.material)
+        return u.reshape(-1, count, 3).sum(axis=1), stress.reshape(-1, count, 3, 3).sum(axis=1)
+
+    def _by_cells(self, points: Array, i: IntArray, cells: IntArray) -> tuple[Array, Array]:
+        """The same at points i (m,) by cells (m, 2), on the half-space below the surface at the point."""
+        grid, at = self.window.grid, points[i]
+        place = at[:, :2] / grid.cell + np.array(grid.shape) / 2
+        edge = np.rint(place)
+        place = np.where(np.abs(place - edge) < ON_EDGE, edge, place)
+        inwards = self._inwards(at[:, :2])
+        below = (-at[:, 2] - self._depth(at[:, :2])) / np.linalg.norm(inwards, axis=1)
+        below = np.where(below < ON_EDGE * min(grid.cell), 0.0, below)
+        aside = (place - cells - 0.5) * grid.cell
+        axes = tangent_axes(inwards)  # x, against y, into the body
+        offsets = np.stack([aside[:, 0], -aside[:, 1], below], axis=1)
+        half = (grid.cell[0] / 2, grid.cell[1] / 2)
+        # tractions on the surface, which is larger than the plane
+        p = self.pressure[cells[:, 0], cells[:, 1]] / np.linalg.norm(inwards, axis=1)
+        traction = p[:, None] * (axes @ DOWNWARDS)
+        u = rectangle.displacement(offsets, half_sides=half, pressure=1.0, material=self.material) * traction[:, 2:]
+        stress = rectangle.stress(
+            offsets, half_sides=half, pressure=1.0, material=self.material, corner_distance=mean_distance(*half)
+        )
+        stress *= traction[:, 2, None, None]
+        if self.window.relief is not None:
+            for k, along in enumerate(((1.0, 0.0), (0.0, 1.0))):
+                sheared = sheared_rectangle.stress(offsets, half_sides=half, traction=along, material=self.material)
+                stress += sheared * traction[:, k, None, None]
+        return (u[:, None] @ axes)[:, 0], np.asarray(np.swapaxes(axes, 1, 2) @ stress @ axes)
