@@ -5,7 +5,7 @@ Other modules use these members instead of the class of a body, so that a new ki
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Self
 
 import numpy as np
@@ -78,7 +78,7 @@ class Answers:
         """
         raise self._refused("A force on a boundary")
 
-    def boundary_pressure(self, name: str, pressure: float) -> Array:
+    def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Refused: only elastic bodies have boundaries for it.
 
         Raises
@@ -86,7 +86,15 @@ class Answers:
         InputError
             Always.
         """
-        raise self._refused("A pressure")
+        raise self._refused("A pressure or traction")
+
+    def over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
+        """Refused, as `boundary_traction`."""
+        raise self._refused("A pressure or traction")
+
+    def count_nodes(self, name: str) -> int:
+        """Refused, as `boundary_traction`."""
+        raise self._refused("A pressure or traction")
 
     def point_force(self, point: Array, force: Array) -> Array | None:
         """None: a force at a point acts on the body as a whole."""

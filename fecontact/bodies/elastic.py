@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar, Self
@@ -270,9 +270,25 @@ class ElasticBody(Placed):
         spread = self.model.traction(name, lambda x, n: np.broadcast_to(force, x.shape))
         return spread / self.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum()
 
-    def boundary_pressure(self, name: str, pressure: float) -> Array:
-        """Nodal forces (n_dofs,) of a pressure on a boundary."""
-        return self.model.traction(name, lambda x, n: -pressure * n)
+    def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)``, all in its axes."""
+        return self.model.traction(name, field)
+
+    def over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
+        """Function of points (n, 3) on a boundary that interpolates values at its nodes (n_nodes, ...)."""
+        mesh = self.model.mesh
+        surface = self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
+
+        def field(points: Array) -> Array:
+            weights = surface.project(points).weights
+            assert weights is not None
+            return np.asarray(weights[:, surface.nodes] @ values)
+
+        return field
+
+    def count_nodes(self, name: str) -> int:
+        """Number of nodes of a boundary."""
+        return len(self.mesh.boundary_nodes(name))
 
     def point_force(self, point: Array, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes; see `attachment`."""

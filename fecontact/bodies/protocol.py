@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, Self
 
@@ -139,8 +139,14 @@ class Body(Protocol):
     def boundary_force(self, name: str, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a resultant (3,) uniform over a boundary; InputError without boundaries."""
 
-    def boundary_pressure(self, name: str, pressure: float) -> Array:
-        """Nodal forces (n_dofs,) of a pressure on a boundary; InputError without boundaries."""
+    def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)``, all in its axes."""
+
+    def over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
+        """Function of points (n, 3) on a boundary that interpolates values at its nodes (n_nodes, ...)."""
+
+    def count_nodes(self, name: str) -> int:
+        """Number of nodes of a boundary."""
 
     def point_force(self, point: Array, force: Array) -> Array | None:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,); None where it acts on the body as a whole."""

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
-from fecontact.common.checks import finite, vector
+from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.contact.dimension import Dimension, setting_of
 from fecontact.contact.rigid_motion import RigidMotionConstraints, constrain_rigid_motion
+from fecontact.contact.tractions import pressed, pulled
 
 #: Share of the largest possible opening by a rigid motion, and of the largest possible work of the loads, that counts
 #: as rounding: with a normal wrong by 1e-17 a huge tangential motion must not open the contact, nor a huge pressure
@@ -88,8 +89,9 @@ def make_loading(
     moments: Mapping[Body, ArrayLike] | None,
     motions: Mapping[Body, Mapping[str, float]] | None,
     free: Mapping[Body, str] | None,
-    pressures: Mapping[tuple[Body, str], float] | None,
+    pressures: Mapping[tuple[Body, str], Any] | None,
     gravity: ArrayLike | None,
+    tractions: Mapping[tuple[Body, str], Any] | None = None,
 ) -> Loading:
     """Loads sorted by body.
 
@@ -99,13 +101,14 @@ def make_loading(
         If a key is not a body of the scene or a boundary of its mesh, or gravity acts on a body without density.
     """
     whole, boundary = _split_keys(forces or {})
-    for pressed in pressures or {}:
-        if not isinstance(pressed, tuple) or len(pressed) != 2 or not isinstance(pressed[1], str):
-            raise InputError(f"A pressure acts on (body, 'boundary'); found the key {pressed!r}.")
+    for what, spread in (("pressure", pressures), ("traction", tractions)):
+        for place in spread or {}:
+            if not isinstance(place, tuple) or len(place) != 2 or not isinstance(place[1], str):
+                raise InputError(f"A {what} acts on (body, 'boundary'); found the key {place!r}.")
     for given in (whole, moments or {}, motions or {}, free or {}):
         for key in given:
             check_member(key, bodies)
-    for member, _ in [*boundary, *(pressures or {})]:
+    for member, _ in [*boundary, *(pressures or {}), *(tractions or {})]:
         check_member(member, bodies)
     setting = setting_of(bodies)
     _check_forces(setting, boundary, gravity)
@@ -126,7 +129,8 @@ def make_loading(
         parts = placed + [
             _boundary_force(b, place, f) for (b, place), f in boundary.items() if b is body and isinstance(place, str)
         ]
-        parts += [_pressure(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
+        parts += [pressed(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
+        parts += [pulled(b, name, t, setting) for (b, name), t in (tractions or {}).items() if b is body]
         if gravity is not None:
             weight = body.body_force(vector("Gravity", gravity) @ body.pose.rotation)
             parts += [] if weight is None else [weight]
@@ -200,10 +204,6 @@ def check_member(key: object, bodies: Sequence[Body], what: str = "A load or mot
 def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
     f = vector(f"The force on {name!r} of {body.name!r}", force)
     return body.boundary_force(name, f @ body.pose.rotation)
-
-
-def _pressure(body: Body, name: str, pressure: float) -> Array:
-    return body.boundary_pressure(name, finite(f"The pressure on {name!r} of {body.name!r}", pressure))
 
 
 def mass_weighted(frame: RigidMotionConstraints, motions: Array) -> Array:

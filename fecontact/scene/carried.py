@@ -12,7 +12,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.contact.model import SceneModel
 
 #: Arguments of `Scene.solve` whose keys are bodies.
-KEYED = ("forces", "moments", "motions", "free", "pressures")
+KEYED = ("forces", "moments", "motions", "free", "pressures", "tractions")
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,6 +28,7 @@ from fecontact.fem.model import Model
 from fecontact.mesh import shapes
 from fecontact.results.model_size import modelled
 from fecontact.scene.adaptive import GROWTH, SAFETY, Target
+from fecontact.scene.carried import KEYED
 from fecontact.scene.linear import prepared
 
 #: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; factor for its analysis.
@@ -42,7 +43,7 @@ DENSE_RETAINED, DENSE_CANDIDATES = 4, 5
 #: share of the first candidates that come into contact.
 FIRST_ERROR, CANDIDATES_IN_CONTACT = {"nodal": 0.5, "mortar": 1.0}, 0.7
 #: Arguments of `Scene.solve` that affect the candidates.
-LOADS = ("forces", "moments", "motions", "free", "pressures", "gravity")
+LOADS = (*KEYED, "gravity")
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ def export_problem(
     motions: Any = None,
     free: Any = None,
     pressures: Any = None,
+    tractions: Any = None,
     gravity: Any = None,
     likely: bool = False,
 ) -> Path:
@@ -46,7 +47,7 @@ def export_problem(
         Scene of elastic and rigid bodies.
     path : str or Path
         Ends in ``.npz``.
-    forces, moments, motions, free, pressures, gravity
+    forces, moments, motions, free, pressures, tractions, gravity
         As in `Scene.solve`.
     likely : bool
         Whether to write only pairs that are likely to touch; the others must then be checked afterwards.
@@ -78,7 +79,7 @@ def export_problem(
     for body in scene.bodies:
         if not (body.is_rigid or elastic_among([body])):
             raise InputError(f"{body.name!r} is a {type(body).__name__}, which has no stiffness matrix to write.")
-    loading = make_loading(scene.bodies, forces, moments, motions, free, pressures, gravity)
+    loading = make_loading(scene.bodies, forces, moments, motions, free, pressures, gravity, tractions)
     conditions, opening, chosen = prepared(scene, loading)
     check_balance(conditions, loading)
     if not likely:

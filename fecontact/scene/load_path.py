@@ -105,9 +105,9 @@ def solve_path(model: SceneModel, steps: Sequence[Mapping[str, Any]], *, toleran
         The scene; as its method `Scene.solve_path`, the scene itself.
     steps : sequence of mappings
         Loads at the end of each step, as arguments of `Scene.solve`: ``forces``, ``moments``, ``motions``, ``free``,
-        ``pressures``, ``gravity``. They are totals, not increments: what a step leaves out is zero at its end. A body
-        is free, loaded or moved in the same components in all steps, or its change from one to the other is part of
-        the step.
+        ``pressures``, ``tractions``, ``gravity``. They are totals, not increments: what a step leaves out is zero
+        at its end. A body is free, loaded or moved in the same components in all steps, or its change from one to the
+        other is part of the step.
     tolerance : float
         Of the certificate of every step, see `solvers.friction_problem.FrictionResiduals`.
 

@@ -14,6 +14,7 @@ from fecontact.common.progress import progress_line, tell_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.model import SceneModel
+from fecontact.contact.tractions import Distribution, refuse_nodal_values
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.finite_rotation import follow, solve_finite
@@ -33,7 +34,8 @@ def solve_scene(
     moments: Mapping[Body, ArrayLike] | None = None,
     motions: Mapping[Body, Mapping[str, float]] | None = None,
     free: Mapping[Body, str] | None = None,
-    pressures: Mapping[tuple[Body, str], float] | None = None,
+    pressures: Mapping[tuple[Body, str], Distribution] | None = None,
+    tractions: Mapping[tuple[Body, str], Distribution] | None = None,
     gravity: ArrayLike | None = None,
     finite_motion: bool | str = "auto",
     accuracy: float | None = None,
@@ -63,8 +65,11 @@ def solve_scene(
         Prescribed rigid components out of x, y, z, rx, ry, rz.
     free : mapping of Body to str, optional
         Components to free although supports resist them, such as ``"rx ry"``.
-    pressures : mapping of (Body, boundary) to float, optional
-        Pressures against boundaries.
+    pressures : mapping of (Body, boundary) to float, callable or array, optional
+        Pressures against boundaries: a number, a function of points (n, 3) in the body's axes, or values at the
+        boundary's nodes, in the order of ``mesh.boundary_nodes(name)``.
+    tractions : mapping of (Body, boundary) to (3,), callable or (n_nodes, 3) array, optional
+        Forces per area, in world axes, given likewise; a function returns (n, 3).
     gravity : (3,), optional
         Acceleration; bodies need densities.
     finite_motion : {'auto', True, False}
@@ -106,7 +111,10 @@ def solve_scene(
     settings.check()
     if finite_motion not in (True, False, "auto"):
         raise InputError(f"finite_motion must be 'auto', True or False; found {finite_motion!r}.")
-    loads = {"forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures}
+    loads = {
+        "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
+        "tractions": tractions,
+    }  # fmt: skip
     if model.has_friction:
         refuse_with_friction(model, finite_motion, accuracy, solver)
         finite_motion, search = False, "global"
@@ -119,6 +127,7 @@ def solve_scene(
     with progress_line("solve", progress):
         if accuracy is None:
             return _solve_known(model, given, ())
+        refuse_nodal_values(pressures, tractions)
         return solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from fecontact.app.scene_file.bodies import AnyBody, pose_of, read_bodies, read_materials
 from fecontact.app.scene_file.cases import save_cases
+from fecontact.app.scene_file.expression import Components, Expression
 from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body, write_output
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed, read_toml
 from fecontact.bodies.elastic import elastic_among
@@ -288,11 +289,35 @@ def _loads(table: Table, bodies: Mapping[str, AnyBody | None]) -> dict[str, Any]
         "moments": _by_body(table.table("moments"), bodies, vector, "never"),
         "motions": _by_body(table.table("motions"), bodies, _motion, "never"),
         "free": _by_body(table.table("free"), bodies, components, "never"),
-        "pressures": _by_body(table.table("pressures"), bodies, lambda t, k: t.number(k), "must"),
+        "pressures": _by_body(table.table("pressures"), bodies, _pressure, "must"),
+        "tractions": _by_body(table.table("tractions"), bodies, _traction, "must"),
         "gravity": table.numbers("gravity"),
     }
     table.finish()
     return {kind: value for kind, value in found.items() if value}
+
+
+def _pressure(table: Table, key: str) -> Any:
+    """A number, a formula of x, y, z, or a list of numbers for the boundary's nodes."""
+    given = table.values.get(key)
+    if isinstance(given, str):
+        return table.attempt(lambda: Expression(table.text(key) or ""), key)
+    return table.raw(key) if isinstance(given, list) else table.number(key)
+
+
+def _traction(table: Table, key: str) -> Any:
+    """Three numbers or formulas, or a list of three numbers for each of the boundary's nodes."""
+    given = table.values.get(key)
+    if not isinstance(given, list) or not given or isinstance(given[0], list):
+        return table.raw(key)
+    if not any(isinstance(part, str) for part in given):
+        return table.numbers(key)
+    parts = table.texts(key)
+    if parts is None or len(parts) != 3:
+        table.fault(key, f"must be three numbers or three formulas in quotation marks; found {given!r}.")
+        return None
+    x, y, z = parts
+    return table.attempt(lambda: Components((Expression(x), Expression(y), Expression(z))), key)
 
 
 def _motion(table: Table, key: str) -> dict[str, float]:
@@ -354,9 +379,9 @@ def _has_boundary(table: Table, key: str, body: AnyBody | None, boundary: str | 
 
 def _check_loads(root: Table, bodies: Mapping[str, AnyBody], loads: Mapping[str, Any]) -> None:
     """Check the loads together: components both loaded and prescribed, gravity without density."""
-    names = ("forces", "moments", "motions", "free", "pressures", "gravity")
-    given = (loads.get(name) for name in names)
-    root.attempt(lambda: make_loading(list(bodies.values()), *given), "loads" if "loads" in root else None)
+    names = ("forces", "moments", "motions", "free", "pressures", "gravity", "tractions")
+    given = {name: loads.get(name) for name in names}
+    root.attempt(lambda: make_loading(list(bodies.values()), **given), "loads" if "loads" in root else None)
 
 
 def _solve_options(table: Table) -> dict[str, Any]:

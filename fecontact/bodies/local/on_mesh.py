@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 
 import numpy as np
@@ -104,9 +104,17 @@ class OnMesh(Placed, ABC):
         """Nodal forces (n_dofs,) of a resultant (3,) in its axes, as a uniform traction on a boundary."""
         return self.of_mesh(self.body.boundary_force(name, force))
 
-    def boundary_pressure(self, name: str, pressure: float) -> Array:
-        """Nodal forces (n_dofs,) of a pressure on a boundary."""
-        return self.of_mesh(self.body.boundary_pressure(name, pressure))
+    def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of ``field(points, outward normals) -> (n, 3)``, all in its axes."""
+        return self.of_mesh(self.body.boundary_traction(name, field))
+
+    def over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
+        """Function of points (n, 3) on a boundary that interpolates values at its nodes."""
+        return self.body.over_boundary(name, values)
+
+    def count_nodes(self, name: str) -> int:
+        """Number of nodes of a boundary."""
+        return self.body.count_nodes(name)
 
     def point_force(self, point: Array, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes."""

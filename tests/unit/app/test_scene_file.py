@@ -432,3 +432,45 @@ def test_view_draws_a_result(write, tmp_path, capsys):
     ):
         assert main(["view", *arguments]) == 2
         assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("load", "total"),
+    [
+        ('pressures.block.x_max = "3 * max(0, 0 * y) + 0.5 * pi / pi"', (-0.5, 0, 0)),
+        ('pressures.block.y_min = "12 * x**2 + abs(-1) - 1"', (0, 4, 0)),
+        ('tractions.block.x_max = ["0.1", "0", "-(z + 1 - z)"]', (0.1, 0, -1)),
+        ("tractions.block.x_max = [0.1, 0.0, -0.25]", (0.1, 0, -0.25)),
+        (f"pressures.block.y_min = {[0.5] * 21}", (0, 0.5, 0)),
+        (f"tractions.block.y_min = {[[0.5, 0.25, 0.0]] * 21}", (0.5, 0.25, 0)),
+    ],
+)
+def test_intensities_that_vary(write, load, total):
+    file = fc.read_scene(write(BLOCK + LOADS + load + "\n"))
+    reaction = file.solve().reaction(next(iter(file.loads["motions"])))
+    pushed = file.solve().contacts[0].force
+    assert np.abs(reaction[:3] + pushed + total).max() < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("load", "message"),
+    [
+        ('pressures.block.top = "__import__(1)"', "A formula has numbers"),
+        ('pressures.block.top = "x.real"', "'x.real' in 'x.real'"),
+        ('pressures.block.top = "2 +"', "found '2 [+]'"),
+        ('pressures.block.top = "(lambda: 1)()"', "lambda"),
+        ('pressures.block.top = "max(1)"', r"'max\(1\)'"),
+        ('pressures.block.top = "t"', "found 't' in 't'"),
+        ('pressures.block.top = "1e308 * 10"', "must be finite"),
+        (f'pressures.block.top = "{"(" * 300}1{")" * 300}"', "at most 500 characters"),
+        ("pressures.block.top = [1, 2]", "must have the shape"),
+        ('tractions.block.top = ["1", "2"]', "three numbers or three formulas"),
+        ("tractions.block.top = 3.0", "must have the shape"),
+        ("tractions.block = [0, 0, 1]", "needs a boundary"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
+def test_wrong_intensities_are_told_with_their_line(write, load, message):
+    with pytest.raises(fc.InputError, match=message) as caught:
+        fc.read_scene(write(BLOCK + LOADS + load + "\n"))
+    assert "loads" in str(caught.value)

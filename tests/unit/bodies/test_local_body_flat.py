@@ -114,7 +114,7 @@ def test_loads_of_the_body_move_the_window() -> None:
     """Uniaxial tension by a pressure below zero: the window moves by sigma h / E, exact for these elements."""
     supports = {"bottom": "z", "x_min": "x", "y_min": "y"}
     local = fc.LocalBody(block(supports=supports), (2.0, 2.0, 2.0), 1.0, (8, 8))
-    loads = local.boundary_pressure("top", -0.5)
+    loads = local.boundary_traction("top", lambda x, n: 0.5 * n)
     u = local.displacement(sp.csr_matrix((1, local.n_dofs)), np.zeros(1), loads)
     assert np.allclose(u[: 3 * 64].reshape(-1, 3), [0, 0, 0.5 * 2.0 / SOLID.E], atol=1e-12)
 
@@ -158,7 +158,9 @@ def test_uniform_pressure_displaces_the_mesh_as_finite_elements_say() -> None:
     cells = sp.csr_matrix((-np.ones(64), (np.arange(64), 3 * np.arange(64) + 2)), shape=(64, local.n_dofs))
     found = local.at_points(local.displacement(cells, np.full(64, 0.1 * (4 / 3) ** 2 / 64), None))
     none = sp.csr_matrix((1, body.n_dofs))
-    expected = body.displacement(none, np.zeros(1), body.boundary_pressure("patch", 0.1)).reshape(-1, 3)
+    expected = body.displacement(none, np.zeros(1), body.boundary_traction("patch", lambda x, n: -0.1 * n)).reshape(
+        -1, 3
+    )
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
     away = np.linalg.norm(mesh.points - [2.0, 2.0, 2.0], axis=1) > 1.5
     assert np.abs(found - expected)[away].max() < 0.003 * np.abs(expected).max()

@@ -108,7 +108,7 @@ def test_loads_and_reactions(supports):
     hung = ties.nodes[np.argmax(mesh.points[ties.nodes, 2])]
     loads = {
         "force": body.boundary_force("x_max", np.array([1.0, 2.0, 3.0])),
-        "pressure": body.boundary_pressure("y_max", 0.5),
+        "pressure": body.boundary_traction("y_max", lambda x, n: -0.5 * n),
         "point": body.point_force(mesh.points[hung], np.array([1.0, -1.0, 0.5])),
         "weight": body.body_force(np.array([0.0, 0.0, -1.0])),
     }
