@@ -9,15 +9,17 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.interface import Interface
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.error_estimate import readings_of
 from fecontact.surfaces.facet_surface import facets_of
 
-#: Largest share of the squared error in the faces marked by their indicators.
+#: Share of the squared error in the faces marked by their indicators while the tolerance is more than a division away.
 BULK = 0.8
+#: Least pressure, over the largest, of faces that are divided for the peak.
+HIGH = 0.5
 #: Error of a divided face over its error before, and the share of the tolerance that the last division aims at.
 HALVED, AIM = 0.5, 0.9
 #: Error by the elements below a contact, over the tolerance, above which some of them are divided.
@@ -29,25 +31,38 @@ COARSE = 0.75
 def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     """Mask (n_facets,) of the slave's faces in `contact.facets` to divide.
 
+    Where one division can meet the tolerance, as few faces are marked as hold, with those that touch them and are
+    divided too, the share of the squared error that has to go.
+
     Parameters
     ----------
     contact : ContactFields
     tolerance : float
-        Target error of the pressure and of its peak. Where it is nearly met, fewer faces are marked: those at the edge
-        without much of the error are left out.
+        Target error of the pressure and of its peak.
     """
     read = readings_of(contact)
     assert read is not None
     active = (contact.at_nodes @ contact.pressure > 0)[contact.facets]
     order = np.argsort(-read.misfit, kind="stable")
-    held = np.cumsum(read.misfit[order])
     over = contact.error_estimate.pressure / (AIM * tolerance)
     share = (1 - over**-2) / (1 - HALVED**2) if over > 1 else 0.0
-    out = active.any(axis=1) & ~active.all(axis=1) & (share >= BULK)
-    out[read.facets[order[: np.searchsorted(held, min(share, BULK) * held[-1]) + 1]]] = True
+    near = share < 1
+    held = np.cumsum(
+        _divided_with(contact.facets[read.facets[order]], read.misfit[order]) if near else read.misfit[order]
+    )
+    out = active.any(axis=1) & ~active.all(axis=1) & (not near)
+    out[read.facets[order[: np.searchsorted(held, (share if near else BULK) * held[-1]) + 1]]] = True
     off = np.abs(read.smooth - read.interpolated).max(axis=1) > tolerance * contact.max_pressure
+    off &= read.interpolated.max(axis=1) > HIGH * contact.max_pressure
     out[read.facets[off & active[read.facets].all(axis=1)]] = True
     return out
+
+
+def _divided_with(facets: IntArray, misfit: Array) -> Array:
+    """Misfit (n,) of the faces (n, k) that are divided with each, but not with the ones before it."""
+    first = np.full(facets.max(initial=-1) + 1, len(facets))
+    np.minimum.at(first, facets, np.arange(len(facets))[:, None])
+    return np.bincount(first[facets].min(axis=1, initial=len(facets)), misfit, minlength=len(facets))
 
 
 def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, IntArray]:
