@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.fem.node_blocks import whole_blocks
 from fecontact.mesh.hanging_nodes import HangingNodes
 
 
@@ -120,20 +121,6 @@ def _tied(K: sp.csr_matrix, ties: HangingNodes) -> sp.csr_matrix:
     whole.setdiag(K_hh.diagonal())
     N = (W.T @ (above[:, free] + below[:, free] + whole @ W / 2)).tocsr()
     return whole_blocks(restricted(K, free) + sp.triu(N, format="csr") + sp.tril(N, format="csr").T)
-
-
-def whole_blocks(K: sp.sparray | sp.spmatrix) -> sp.csr_matrix:
-    """The upper triangle of K with all entries of the 3x3 blocks of two nodes stored, zeros too.
-
-    The degrees of freedom of a node then have the same pattern, and orderings take them together: with the zeros
-    dropped, as sums of sparse matrices do, PARDISO's analysis took twice the time.
-    """
-    K = sp.bsr_matrix(K, blocksize=(3, 3)).tocsr()
-    K.sort_indices()
-    # only the diagonal blocks have entries below the diagonal; scipy's triu would sort all again
-    upper = K.indices >= np.repeat(np.arange(K.shape[0], dtype=K.indices.dtype), np.diff(K.indptr))
-    pointer = np.concatenate([[0], np.cumsum(upper)])[K.indptr].astype(K.indptr.dtype)
-    return sp.csr_matrix((K.data[upper], K.indices[upper], pointer), shape=K.shape)
 
 
 def _dofs(nodes: IntArray) -> IntArray:

@@ -5,11 +5,12 @@ NumPy only, so that other processes can import it.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Protocol
 
 import numpy as np
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 
 
 def jacobians(x: Array, dN: Array) -> Array:
@@ -67,16 +68,44 @@ class Gradients(Protocol):
         """Volumes (n_cells, n_q) of the quadrature points."""
 
 
-def gradient_products(batch: Gradients) -> Array:
-    """Integrals T_aibj of dN_a/dx_i dN_b/dx_j: (n_cells, n_functions a, n_functions b, 3 i, 3 j)."""
+def _gradient_products(batch: Gradients) -> Array:
+    """Integrals T_aibj of dN_a/dx_i dN_b/dx_j: (n_cells, 9 n_functions^2), axes a, i, b, j."""
     n_cells, n_q, n_functions, _ = batch.gradients.shape
     G = batch.gradients.reshape(n_cells, n_q, 3 * n_functions)
-    T = (G * batch.dV[:, :, None]).swapaxes(1, 2) @ G
-    return T.reshape(n_cells, n_functions, 3, n_functions, 3).transpose(0, 1, 3, 2, 4)
+    return ((G * batch.dV[:, :, None]).swapaxes(1, 2) @ G).reshape(n_cells, -1)
+
+
+def upper_pairs(n: int) -> tuple[IntArray, IntArray]:
+    """Pairs a <= b of n functions: (n (n + 1) / 2,) each."""
+    return np.triu_indices(n)
+
+
+@cache
+def _places(n: int, upper: bool) -> tuple[IntArray, IntArray]:
+    """Places of T_aibj and T_ajbi in `_gradient_products`, by pair, i and j; of the pairs a <= b or of all."""
+    pairs = upper_pairs(n) if upper else np.indices((n, n)).reshape(2, -1)
+    a, b = (np.asarray(each)[:, None] for each in pairs)
+    i, j = np.divmod(np.arange(9), 3)
+    straight, turned = (3 * n * (3 * a + k) + 3 * b + m for k, m in ((i, j), (j, i)))
+    return straight.ravel(), turned.ravel()
 
 
 def element_stiffness(batch: Gradients, lame: Array, shear: Array, volumetric: Gradients | None = None) -> Array:
-    """Stiffness matrices of isotropic cells.
+    """Stiffness matrices of isotropic cells, see `pair_stiffness`.
+
+    Returns
+    -------
+    (n_cells, n_functions, n_functions, 3, 3) array
+        Axes: cell, node a, node b, component i, component j.
+    """
+    n = batch.gradients.shape[2]
+    return pair_stiffness(batch, lame, shear, volumetric, upper=False).reshape(-1, n, n, 3, 3)
+
+
+def pair_stiffness(
+    batch: Gradients, lame: Array, shear: Array, volumetric: Gradients | None = None, upper: bool = True
+) -> Array:
+    """Blocks of the stiffness matrices of isotropic cells.
 
     With T_aibj = int dN_a/dx_i dN_b/dx_j, one matrix product per element, the stiffness is
     K_aibj = lambda T_aibj + mu (T_ajbi + delta_ij T_akbk) (Hughes, The Finite Element Method, 1987, section 2.7).
@@ -89,16 +118,22 @@ def element_stiffness(batch: Gradients, lame: Array, shear: Array, volumetric: G
     volumetric : Batch, optional
         The same cells at reduced points, for the part with lambda (selective reduced integration, Hughes 1987, section
         4.4), against locking of nearly incompressible materials.
+    upper : bool
+        Whether for the pairs of `upper_pairs` only.
 
     Returns
     -------
-    (n_cells, n_functions, n_functions, 3, 3) array
-        Axes: cell, node a, node b, component i, component j.
+    (n_cells, n_pairs, 9) array
+        Rows of the blocks one after the other.
     """
-    T = gradient_products(batch)
-    T_volumetric = T if volumetric is None else gradient_products(volumetric)
-    trace = np.einsum("cabkk->cab", T)
-    K = lame[:, None, None, None, None] * T_volumetric + shear[:, None, None, None, None] * T.swapaxes(3, 4)
-    for i in range(3):
-        K[..., i, i] += shear[:, None, None] * trace
-    return K
+    straight, turned = _places(batch.gradients.shape[2], upper)
+    T = _gradient_products(batch)
+    K = np.take(T if volumetric is None else _gradient_products(volumetric), straight, axis=1)
+    K *= lame[:, None]
+    other = np.take(T, turned, axis=1)
+    other *= shear[:, None]
+    trace = other[:, ::9] + other[:, 4::9] + other[:, 8::9]
+    K += other
+    for k in (0, 4, 8):
+        K[:, k::9] += trace
+    return K.reshape(len(K), -1, 9)

@@ -15,13 +15,16 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness, jacobians, physical_gradients
+from fecontact.fem.element_stiffness import determinant_3x3, jacobians, pair_stiffness, physical_gradients, upper_pairs
+from fecontact.fem.node_blocks import sum_of_blocks
 from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.element.quadrature import element_quadrature, reduced_quadrature
 from fecontact.mesh.mesh import Mesh
 
 #: Cells per batch; keeps its working set within a few tens of megabytes.
 BATCH = 256
+#: Numbers in the element matrices of a batch, which fit in a core's cache with what they are made of.
+ENTRIES = 1 << 17
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,31 +93,15 @@ def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = 
     (3 n_points, 3 n_points) csr_matrix
         Sorted indices.
     """
-    keys, values = [], []
     n = len(mesh.points)
-    reduced = batches(mesh, reduced=True) if selective else itertools.repeat(None)
-    for batch, volumetric in zip(batches(mesh), reduced, strict=False):
-        K = element_stiffness(batch, lame[batch.cells], shear[batch.cells], volumetric)
-        a, b = np.triu_indices(batch.nodes.shape[1])
-        rows, columns = batch.nodes[:, a], batch.nodes[:, b]
-        blocks = K[:, a, b]
-        swapped = rows > columns
-        blocks[swapped] = blocks[swapped].swapaxes(1, 2)
-        keys.append((np.minimum(rows, columns) * n + np.maximum(rows, columns)).ravel())
-        values.append(blocks.reshape(-1, 9))
-    return _scatter(np.concatenate(keys), np.concatenate(values), n)
-
-
-def _scatter(keys: IntArray, blocks: Array, n: int) -> sp.csr_matrix:
-    """Add up 3x3 blocks given by node pairs ``key = row * n + column`` (row <= column) into an upper triangle."""
-    order = np.argsort(keys, kind="stable")
-    sorted_keys = keys[order]
-    first = np.flatnonzero(np.concatenate([[True], sorted_keys[1:] != sorted_keys[:-1]]))
-    summed = np.add.reduceat(blocks[order], first, axis=0).reshape(-1, 3, 3)
-    rows, columns = np.divmod(sorted_keys[first], n)
-    pointer = np.searchsorted(rows, np.arange(n + 1))
-    K = sp.bsr_matrix((summed, columns, pointer), shape=(3 * n, 3 * n)).tocsr()
-    # only the diagonal blocks have entries below the diagonal; scipy's triu would sort all again
-    upper = K.indices >= np.repeat(np.arange(3 * n, dtype=K.indices.dtype), np.diff(K.indptr))
-    pointer = np.concatenate([[0], np.cumsum(upper)])[K.indptr].astype(K.indptr.dtype)
-    return sp.csr_matrix((K.data[upper], K.indices[upper], pointer), shape=K.shape)
+    groups = [(group.nodes, *upper_pairs(group.nodes.shape[1])) for group in mesh.cell_groups]
+    blocks = np.empty((sum(len(nodes) * len(a) for nodes, a, _ in groups), 9))
+    size = max(1, ENTRIES // max(9 * nodes.shape[1] ** 2 for nodes, _, _ in groups))
+    reduced = batches(mesh, size, reduced=True) if selective else itertools.repeat(None)
+    start = 0
+    for batch, volumetric in zip(batches(mesh, size), reduced, strict=False):
+        K = pair_stiffness(batch, lame[batch.cells], shear[batch.cells], volumetric).reshape(-1, 9)
+        blocks[start : start + len(K)] = K
+        start += len(K)
+    first, second = (np.concatenate([nodes[:, pair[k]].ravel() for nodes, *pair in groups]) for k in (0, 1))
+    return sum_of_blocks(first, second, blocks, n)

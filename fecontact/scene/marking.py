@@ -62,7 +62,8 @@ def _divided_with(facets: IntArray, misfit: Array) -> Array:
     """Misfit (n,) of the faces (n, k) that are divided with each, but not with the ones before it."""
     first = np.full(facets.max(initial=-1) + 1, len(facets))
     np.minimum.at(first, facets, np.arange(len(facets))[:, None])
-    return np.bincount(first[facets].min(axis=1, initial=len(facets)), misfit, minlength=len(facets))
+    nearest = first[facets].min(axis=1, initial=len(facets))
+    return np.asarray(np.bincount(nearest, misfit, minlength=len(facets)), float)
 
 
 def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, IntArray]:
