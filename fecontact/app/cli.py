@@ -133,13 +133,17 @@ def _friction(parser: argparse.ArgumentParser) -> None:
 
 
 def _solve(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="SCENE.toml")
+    parser.add_argument("scene", metavar="SCENE", help="SCENE.toml, or a deck: .inp (Abaqus, CalculiX) or .feb (FEBio)")
     parser.add_argument(
         "--accuracy", type=_share, metavar="2%", help="divide the meshes until the pressure is within it"
     )
     parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")
     _json(parser)
-    parser.add_argument("--out", metavar="FOLDER", help="folder for outputs instead of the scene's; made if missing")
+    parser.add_argument(
+        "--out",
+        metavar="FOLDER",
+        help="folder for outputs instead of the scene's (of a deck: .vtu, .json); made if missing",
+    )
 
 
 def _share(text: str) -> float:
@@ -196,8 +200,9 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         _friction,
     ),
     "solve": (
-        "a scene described in a TOML file",
-        "Solve the scene in a TOML file. The whole file is checked before the solve; all errors "
+        "a scene described in a TOML file or in a deck (.inp, .feb)",
+        "Solve the scene in a TOML file, or in a deck of Abaqus, CalculiX or FEBio. The whole file is checked before "
+        "the solve; all errors "
         "are reported together. The outputs that the file names are written.",
         _solve,
     ),

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from fecontact.app.scene_file.cases import table_of
-from fecontact.app.scene_file.scene_file import SceneFile, read_scene
+from fecontact.app.scene_file.contents import SceneFile
+from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, make_folder, save_json
 
@@ -127,6 +128,8 @@ def solve(options: argparse.Namespace) -> int:
     if options.dry_run:
         say(scene.describe())
         return 0
+    for note in scene.notes:
+        say(f"note: {note}", sys.stderr)
     if scene.cases:
         return _sweep(scene, options.json)
     if scene.steps:

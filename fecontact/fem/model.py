@@ -126,6 +126,9 @@ class Model:
         cells = self.functions
         ends = (np.arange(len(cells)).repeat(cells.shape[1]), cells.ravel())
         touched = sp.csr_matrix((np.ones(cells.size), ends), shape=(len(cells), self.n_dofs // 3))
+        if (ties := self.coordinates.ties) is not None:
+            # a cell at a hanging node is connected to those at the nodes that it follows from
+            touched += touched[:, ties.nodes] @ abs(ties.weights)
         count, part = connected_components(touched @ touched.T, directed=False)
         if count == 1:
             return

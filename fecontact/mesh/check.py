@@ -71,6 +71,9 @@ def check_cells(mesh: Mesh) -> None:
 def _check_duplicates(mesh: Mesh) -> None:
     size = np.linalg.norm(np.ptp(mesh.points, axis=0))
     pairs = cKDTree(mesh.points).query_pairs(1e-12 * size, output_type="ndarray")
+    if mesh.hanging is not None:
+        # a node that follows from others may lie on one of them: it is tied to it
+        pairs = pairs[~np.isin(pairs, mesh.hanging.nodes).any(axis=1)]
     if len(pairs):
         a, b = pairs[0]
         raise MeshError(

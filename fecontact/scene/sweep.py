@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import IntArray
@@ -210,12 +211,18 @@ def _touched(scene: SceneModel, loading: Loading, history: SearchHistory) -> lis
         if surfaces is None:
             return _touched_when_paired(scene, loading)
         found += [
-            (body, nodes)
+            (body, _triples(body, nodes))
             for body, nodes in zip(
                 elastic_among(bodies), near_nodes(bodies, surfaces, loading, search_radius), strict=True
             )
         ]
     return found + _touched_by_springs(scene)
+
+
+def _triples(body: ElasticBody, nodes: IntArray) -> IntArray:
+    """Triples of coordinates that the displacements of nodes (n,) depend on: others than the nodes where some hang."""
+    ends = (np.arange(len(nodes)), 3 * nodes)
+    return body.model.touched(sp.csr_matrix((np.ones(len(nodes)), ends), shape=(len(nodes), body.n_dofs)))
 
 
 def _touched_by_springs(scene: SceneModel) -> list[tuple[ElasticBody, IntArray]]:

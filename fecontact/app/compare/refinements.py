@@ -14,7 +14,8 @@ from tqdm import tqdm
 
 from fecontact.app.compare.machine import code, machine, threads_as_set
 from fecontact.app.compare.table import Row
-from fecontact.app.scene_file.scene_file import SceneFile, read_scene
+from fecontact.app.scene_file.contents import SceneFile
+from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.fingerprint import fingerprint

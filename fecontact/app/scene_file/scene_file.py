@@ -8,99 +8,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from fecontact.app.decks.read import DECKS, read_deck_scene
 from fecontact.app.scene_file.bodies import AnyBody, pose_of, read_bodies, read_materials
-from fecontact.app.scene_file.cases import save_cases
+from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.expression import Components, Expression
-from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body, write_output
-from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed, read_toml
+from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body
+from fecontact.app.scene_file.toml_table import Faults, Table, did_you_mean, listed, read_toml
 from fecontact.bodies.elastic import elastic_among
+from fecontact.common.files import check_writable
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.contact.loads import make_loading
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target
-from fecontact.scene.load_path import LoadPath
 from fecontact.scene.scene import Scene
 from fecontact.solvers import available_solvers
-
-
-@dataclass(frozen=True, eq=False)
-class SceneFile:
-    """A checked scene file.
-
-    Attributes
-    ----------
-    path : Path
-    title : str
-    units : Units
-    scene : Scene
-    bodies : mapping of str to Body
-    loads : dict
-        Arguments of `Scene.solve`.
-    options : dict
-        Solver, tolerance, finite_motion, accuracy and its limits, where given.
-    outputs : tuple of Output
-    cases : tuple of dict
-        Cases of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty for a single case.
-    steps : tuple of dict
-        Steps of a load path with friction: arguments of `Scene.solve_path`; empty unless given.
-    """
-
-    path: Path
-    title: str
-    units: Units
-    scene: Scene
-    bodies: Mapping[str, AnyBody]
-    loads: dict[str, Any]
-    options: dict[str, Any]
-    outputs: tuple[Output, ...]
-    cases: tuple[dict[str, Any], ...] = ()
-    steps: tuple[dict[str, Any], ...] = ()
-
-    def solve(self) -> ContactResult:
-        """Solve the scene under its loads, see `Scene.solve`; for the cases of a sweep use `sweep`."""
-        return self.scene.solve(**self.loads, **self.options)
-
-    def solve_path(self) -> LoadPath:
-        """Solve the steps of a load path, see `Scene.solve_path`."""
-        return self.scene.solve_path(self.steps, **self.options)
-
-    def sweep(self) -> list[dict[str, Any]]:
-        """Solve all cases and write their files; returns one summary each, see `sweep.run_sweep`."""
-        rows = self.scene.sweep([{**self.options, **case} for case in self.cases])
-        for output in self.outputs:
-            save_cases(output.path, rows)
-        return rows
-
-    def write(self, result: ContactResult) -> list[Path]:
-        """Write all outputs; returns their paths."""
-        return [write_output(output, result, self.units, self.summary(result)) for output in self.outputs]
-
-    def summary(self, result: ContactResult) -> dict[str, Any]:
-        """Figures of the result for scripts, with title and units."""
-        return {"title": self.title, "units": vars(self.units), **result.summary()}
-
-    def describe(self) -> str:
-        """Summary of the file in a few lines."""
-        lines = [f"{self.path}: {self.title or 'a scene'}"]
-        lines += [f"  body     {b.describe()}" for b in self.scene.bodies]
-        lines += [
-            f"  contact  {c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]}"
-            for c in self.scene.contacts
-            if c.surfaces is not None
-        ]
-        lines += [f"  spring   {s.name}" for s in self.scene.springs]
-        lines += [f"  load     {kind}: {_targets(value)}" for kind, value in self.loads.items()]
-        lines += [f"  case     {case['name']}" for case in self.cases]
-        lines += [f"  step     {k}: {', '.join(step)}" for k, step in enumerate(self.steps, start=1)]
-        lines += [f"  output   {o.kind}: {o.path}" for o in self.outputs]
-        return "\n".join(lines)
 
 
 def read_scene(
@@ -111,11 +38,14 @@ def read_scene(
     Parameters
     ----------
     path : str or Path
-        TOML file; relative paths in it are relative to its folder.
+        TOML file; relative paths in it are relative to its folder. Or a deck of Abaqus or CalculiX (``.inp``) or FEBio
+        (``.feb``): its materials at rest, supports, loads, contacts, ties and steps; `SceneFile.notes` lists what is
+        not used. See docs/files.md.
     out : str or Path, optional
-        Base folder of relative output paths instead.
+        Base folder of relative output paths instead. A deck names no outputs; with `out` they are a ``.vtu`` and a
+        ``.json`` file, of cases a ``.csv`` file, with its name.
     change : callable, optional
-        Function that modifies the file's contents in place before the checks.
+        Function that modifies the file's contents in place before the checks; of a deck, its options of the solution.
 
     Raises
     ------
@@ -150,6 +80,8 @@ def read_scene(
     >>> round(result.contacts[0].total_force, 12)
     0.1
     """
+    if Path(path).suffix.lower() in DECKS:
+        return _deck(Path(path), out, change)
     root = read_toml(path)
     if change is not None:
         values = dict(root.values)
@@ -181,6 +113,24 @@ def read_scene(
         list(made.values()), [c for c in contacts if c is not None], springs=[s for s in springs if s is not None]
     )
     return SceneFile(root.faults.path, title, units, scene, made, loads, options, outputs, tuple(cases), tuple(steps))
+
+
+def _deck(path: Path, out: str | Path | None, change: Callable[[dict[str, Any]], object] | None) -> SceneFile:
+    """The scene of a deck, with options and outputs."""
+    values: dict[str, Any] = {}
+    if change is not None:
+        change(values)
+    root = Table(values, (), Faults(path, {}))
+    options = _solve_options(root.table("solve"))
+    root.faults.check()
+    scene = replace(read_deck_scene(path), options=options)
+    if out is None:
+        return scene
+    kinds = ("cases",) if scene.cases else ("vtu", "json")
+    made = [Output(kind, Path(out) / f"{path.stem}.{'csv' if kind == 'cases' else kind}", {}) for kind in kinds]
+    for output in made:
+        check_writable(output.path)
+    return replace(scene, outputs=tuple(made))
 
 
 def _check_steps(
@@ -402,11 +352,3 @@ def _solve_options(table: Table) -> dict[str, Any]:
     if found["tolerance"] is not None and not 0 < found["tolerance"] < 1:
         table.fault("tolerance", f"must lie between 0 and 1; found {found['tolerance']!r}.")
     return {k: v for k, v in found.items() if v is not None}
-
-
-def _targets(value: Any) -> str:
-    """Bodies and boundaries under a kind of load, with its values."""
-    if not isinstance(value, Mapping):
-        return str(value)
-    names = [f"{k[0].name}.{k[1]}" if isinstance(k, tuple) else k.name for k in value]
-    return "; ".join(f"{name} {v}" for name, v in zip(names, value.values(), strict=True))

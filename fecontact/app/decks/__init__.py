@@ -1,0 +1,1 @@
+"""Scenes from the input decks of other programs: Abaqus, CalculiX and FEBio."""

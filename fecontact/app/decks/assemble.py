@@ -1,0 +1,225 @@
+"""Scenes from the contents of decks: bodies are the parts of the mesh that share no node."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from fecontact.app.decks.content import DeckContent, DeckPair, DeckStep
+from fecontact.app.decks.ties import tied
+from fecontact.app.scene_file.contents import SceneFile
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.units import Units
+from fecontact.contact.contact import Contact
+from fecontact.fem.rigid import COMPONENTS, rigid_modes
+from fecontact.mesh.mesh import Mesh
+from fecontact.scene.scene import Scene
+
+#: Deviation of prescribed displacements from a rigid motion, relative to the largest, that is rounding of a deck.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class DeckBody:
+    """A body of a deck.
+
+    Attributes
+    ----------
+    body : ElasticBody
+    nodes : (n_points,) int array
+        Points of its mesh among those of the deck.
+    """
+
+    body: ElasticBody
+    nodes: IntArray
+
+
+def make_scene(deck: DeckContent, path: Path) -> SceneFile:
+    """Scene of a deck.
+
+    Parameters
+    ----------
+    deck : DeckContent
+    path : Path
+        Of the deck.
+
+    Returns
+    -------
+    SceneFile
+        One step: its loads. Several: steps of a load path with friction, else cases, for the answer to each does not
+        depend on the others.
+
+    Raises
+    ------
+    InputError
+        If a cell has no material, no contact joins two bodies, or prescribed displacements deform a body.
+    """
+    made = [_body(deck, name, cells) for name, cells in _parts(deck).items()]
+    contacts, unused = _contacts(deck.contacts, made)
+    if not contacts:
+        raise InputError(
+            f"{deck.source} brings no two bodies into contact. {' '.join(unused)} A scene needs a contact between "
+            "surfaces of two bodies, parts of the mesh that share no node."
+        )
+    loads = [_loads(deck, step, made) for step in deck.steps]
+    bodies = [m.body for m in made]
+    friction = any(c.friction > 0 for c in contacts)
+    several = len(loads) > 1
+    names = [step.name for step in deck.steps]
+    return SceneFile(
+        path,
+        deck.title,
+        Units(),
+        Scene(bodies, contacts),
+        {b.name: b for b in bodies},
+        {} if several else loads[0],
+        {},
+        (),
+        tuple({"name": n, **load} for n, load in zip(names, loads, strict=True)) if several and not friction else (),
+        tuple(loads) if several and friction else (),
+        (*deck.notes, *unused),
+    )
+
+
+def _parts(deck: DeckContent) -> dict[str, IntArray]:
+    """Cells of the parts of the mesh by name; parts are connected by nodes or ties."""
+    mesh = deck.mesh
+    n_cells, width = mesh.cells.shape
+    ends = [(np.repeat(np.arange(n_cells), width), n_cells + mesh.cells.ravel())]
+    for tie in deck.ties:
+        chain = np.unique(np.concatenate([mesh.faces(tie.slave), mesh.faces(tie.master)])[:, 0])
+        ends.append((chain[:-1], chain[1:]))
+    rows, columns = (np.concatenate(part) for part in zip(*ends, strict=True))
+    n = n_cells + len(mesh.points)
+    graph = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n))
+    label = connected_components(graph, directed=False)[1][:n_cells]
+    label = np.unique(label, return_inverse=True)[1]
+    names: dict[str, IntArray] = {}
+    for k in range(label.max() + 1):
+        cells = np.flatnonzero(label == k)
+        whole = (name for name, group in mesh.groups.items() if np.array_equal(np.unique(group), cells))
+        name = next((name for name in whole if name not in names), f"body_{k + 1}")
+        names[name] = cells
+    return names
+
+
+def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
+    """The elastic body of some cells, with its materials, supports and contact surfaces."""
+    whole = deck.mesh
+    groups: dict[str, IntArray] = {}
+    for own, named in deck.sections:
+        key = f"material {named}"
+        groups[key] = np.union1d(groups.get(key, cells[:0]), np.intersect1d(own, cells))
+    covered = np.concatenate([np.zeros(0, np.int64), *groups.values()])
+    if len(lost := np.setdiff1d(cells, covered)):
+        numbers = lost if whole.file_elements is None else whole.file_elements[lost]
+        raise InputError(
+            f"{deck.source}: {len(lost)} elements of {name!r} have no material; the first is {numbers[0]}."
+        )
+    mesh = replace(whole, groups={name: cells, **{k: g for k, g in groups.items() if len(g)}}).part(name)
+    nodes = np.unique(whole.cells[cells])
+    if whole.midface is None and len(nodes) != len(mesh.points):
+        raise InputError(f"{deck.source}: {name!r} has nodes that are not its own.")
+    mesh, supports = _supported(mesh, deck.steps[0].held[nodes])
+    mesh = tied(mesh, [t for t in deck.ties if t.slave in mesh.boundaries and t.master in mesh.boundaries])
+    materials = {k: deck.materials[k.removeprefix("material ")] for k in mesh.groups if k != name}
+    touching = dict.fromkeys(n for pair in deck.contacts for n in (pair.slave, pair.master) if n in mesh.boundaries)
+    material = next(iter(materials.values())) if len(materials) == 1 else materials
+    body = ElasticBody(mesh, material, tuple(touching), supports, name=name, geometry="plain")
+    return DeckBody(body, nodes)
+
+
+def _supported(mesh: Mesh, held: Array) -> tuple[Mesh, dict[str, str]]:
+    """The mesh with the nodes (n_points, 3) held in each component as node sets, and the supports of these."""
+    fixed = np.isfinite(held)
+    sets: dict[str, IntArray] = {}
+    for components in ("xyz", "xy", "xz", "yz", "x", "y", "z"):
+        columns = fixed[:, ["xyz".index(c) for c in components]]
+        taken = set("".join(sets))
+        if not taken & set(components) and columns.any() and (columns == columns[:, :1]).all():
+            sets[components] = np.flatnonzero(columns[:, 0])
+    named = {f"held in {components}": nodes for components, nodes in sets.items()}
+    return replace(mesh, node_sets={**mesh.node_sets, **named}), {f"held in {c}": c for c in sets}
+
+
+def _contacts(pairs: Sequence[DeckPair], made: Sequence[DeckBody]) -> tuple[list[Contact], list[str]]:
+    """Contacts of the pairs on every two bodies, and notes on pairs that cannot be used."""
+    out, notes = [], []
+    for pair in pairs:
+        slaves, masters = (
+            [m.body for m in made if name in m.body.mesh.boundaries] for name in (pair.slave, pair.master)
+        )
+        both = [(s, m) for s in slaves for m in masters if s is not m]
+        out += [Contact(s, m, (pair.slave, pair.master), friction=pair.friction) for s, m in both]
+        if not both:
+            why = "are on one body" if slaves and masters else "are not both on solids"
+            notes.append(f"{pair.place}: not used, as the surfaces {pair.slave!r} and {pair.master!r} {why}.")
+    return out, notes
+
+
+def _loads(deck: DeckContent, step: DeckStep, made: Sequence[DeckBody]) -> dict[str, Any]:
+    """Arguments of `Scene.solve` of a step."""
+    forces: dict[Any, Any] = {}
+    motions: dict[ElasticBody, Mapping[str, float]] = {}
+    pressures: dict[Any, float] = {}
+    for m in made:
+        points = m.body.mesh.points
+        own = step.forces[m.nodes]
+        forces |= {(m.body, tuple(points[k].tolist())): own[k] for k in np.flatnonzero(own.any(axis=1)).tolist()}
+        boundaries = m.body.mesh.boundaries
+        pressures |= {(m.body, name): p for name, p in step.pressures.items() if name in boundaries and p}
+        for name, traction in step.tractions.items():
+            if name in boundaries and np.any(traction):
+                forces[(m.body, name)] = traction * _area(m.body, name)
+        held = step.held[m.nodes]
+        if (np.isfinite(held) != np.isfinite(deck.steps[0].held[m.nodes])).any():
+            raise InputError(
+                f"{deck.source}: step {step.name!r} holds other components of nodes of {m.body.name!r} than the first "
+                "step; supports must be the same in all steps."
+            )
+        motion = _frame_motion(m.body, held, deck.source)
+        motions |= {m.body: motion} if motion else {}
+    given: dict[str, Any] = {"forces": forces, "motions": motions, "pressures": pressures}
+    if np.any(step.gravity):
+        given["gravity"] = step.gravity
+    return {kind: value for kind, value in given.items() if len(value)}
+
+
+def _area(body: ElasticBody, name: str) -> float:
+    """Area of a boundary."""
+    return float(body.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum())
+
+
+def _frame_motion(body: ElasticBody, held: Array, source: str) -> dict[str, float]:
+    """Motion of a body's frame that gives prescribed displacements (n_points, 3), NaN where free.
+
+    Raises
+    ------
+    InputError
+        If there is none: the displacements deform the body.
+    """
+    node, component = np.nonzero(np.isfinite(held))
+    values = held[node, component]
+    if not values.any():
+        return {}
+    A = rigid_modes(body.mesh.points[: len(held)], body.reference_point).reshape(-1, 3, 6)[node, component]
+    scale = np.array([1.0] * 3 + [1 / body.size] * 3)
+    for columns in (slice(0, 3), slice(0, 6)):
+        q = np.zeros(6)
+        q[columns] = np.linalg.lstsq((A * scale)[:, columns], values, rcond=1e-9)[0]
+        q *= scale
+        if np.abs(A @ q - values).max() <= ROUNDING * np.abs(values).max():
+            q[np.abs(q / scale) <= ROUNDING * np.abs(values).max()] = 0.0
+            return {COMPONENTS[c]: float(q[c]) for c in np.flatnonzero(q).tolist()}
+    raise InputError(
+        f"{source}: the prescribed displacements of {body.name!r} are those of no rigid motion, so its supports would "
+        "deform it; supports can only be moved as a whole."
+    )

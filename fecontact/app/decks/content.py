@@ -1,0 +1,138 @@
+"""What a deck says of a scene, with node and cell numbers of its mesh, before bodies are made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.mesh.mesh import Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class DeckStep:
+    """Supports and loads at the end of a step.
+
+    Attributes
+    ----------
+    name : str
+    held : (n_points, 3) array
+        Prescribed displacements, 0 where held, NaN where free.
+    forces : (n_points, 3) array
+        Forces on nodes.
+    pressures : mapping of boundary to float
+    tractions : mapping of boundary to (3,) array
+    gravity : (3,) array
+    """
+
+    name: str
+    held: Array
+    forces: Array
+    pressures: Mapping[str, float] = field(default_factory=dict)
+    tractions: Mapping[str, Array] = field(default_factory=dict)
+    gravity: Array = field(default_factory=lambda: np.zeros(3))
+
+
+@dataclass(frozen=True)
+class DeckPair:
+    """Two surfaces that touch, or that are tied: names of boundaries, the slave first, and where the deck says so."""
+
+    slave: str
+    master: str
+    friction: float
+    place: str
+
+
+@dataclass(frozen=True, eq=False)
+class DeckRigid:
+    """A rigid part.
+
+    Attributes
+    ----------
+    name : str
+    cells : int array
+        Its solid cells.
+    attached : int array
+        Nodes of elastic cells that move with it.
+    motions : sequence of mapping of component to float
+        Prescribed motions of each step.
+    free : sequence of str
+        Components without prescribed motion of each step.
+    forces : sequence of (3,) array
+        Force of each step.
+    """
+
+    name: str
+    cells: IntArray
+    attached: IntArray
+    motions: Sequence[Mapping[str, float]]
+    free: Sequence[str]
+    forces: Sequence[Array]
+
+
+@dataclass(frozen=True, eq=False)
+class DeckContent:
+    """What a deck says of a scene.
+
+    Attributes
+    ----------
+    source, title : str
+    mesh : Mesh
+    sections : sequence of (IntArray, str)
+        Cells of each material.
+    materials : mapping of str to Material
+    steps : sequence of DeckStep
+        At least one.
+    contacts, ties : sequence of DeckPair
+    notes : sequence of str
+        What was changed, and what is not used, with its line.
+    rigid : sequence of DeckRigid
+    """
+
+    source: str
+    title: str
+    mesh: Mesh
+    sections: Sequence[tuple[IntArray, str]]
+    materials: Mapping[str, Material]
+    steps: Sequence[DeckStep]
+    contacts: Sequence[DeckPair]
+    ties: Sequence[DeckPair]
+    notes: Sequence[str]
+    rigid: Sequence[DeckRigid] = ()
+
+
+def look_up(name: str, known: Mapping[str, IntArray], what: str, place: str) -> str:
+    """The spelling of a name, whose case these files ignore.
+
+    Raises
+    ------
+    InputError
+        If there is no such name.
+    """
+    for k in known:
+        if k.upper() == name.upper():
+            return k
+    raise InputError(f"{place}: there is no {what} {name!r}; there are: {', '.join(map(repr, known)) or 'none'}.")
+
+
+def numbered(ids: IntArray | None, wanted: Sequence[int], what: str, place: str) -> IntArray:
+    """Positions of a file's numbers among `ids`.
+
+    Raises
+    ------
+    InputError
+        If one is not there, or there more than once (in several instances).
+    """
+    given = np.zeros(0, np.int64) if ids is None else ids
+    order = np.argsort(given, kind="stable")
+    number = np.asarray(wanted, dtype=np.int64)
+    first, last = (np.searchsorted(given, number, side=side, sorter=order) for side in ("left", "right"))
+    if (last - first != 1).any():
+        k = int(np.argmax(last - first != 1))
+        found = "is none of the solids" if last[k] == first[k] else "is in several parts; name a set instead"
+        raise InputError(f"{place}: the {what} {number[k]} {found}.")
+    return np.asarray(order[first], dtype=np.int64)

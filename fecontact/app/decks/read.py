@@ -1,0 +1,27 @@
+"""Decks of all formats as scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from fecontact.app.decks.abaqus import read_deck
+from fecontact.app.decks.assemble import make_scene
+from fecontact.app.decks.content import DeckContent
+from fecontact.app.scene_file.contents import SceneFile
+from fecontact.common.errors import InputError
+
+DECKS: dict[str, Callable[[Path], DeckContent]] = {".inp": read_deck}
+
+
+def read_deck_scene(path: Path) -> SceneFile:
+    """Scene of a deck, checked.
+
+    Raises
+    ------
+    InputError, MeshError
+        If there is no such file, or it has no scene with a contact of two bodies.
+    """
+    if not path.is_file():
+        raise InputError(f"There is no file {path}.")
+    return make_scene(DECKS[path.suffix.lower()](path), path)

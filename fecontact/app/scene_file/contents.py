@@ -1,0 +1,101 @@
+"""A checked scene with its loads, options and outputs, as scene files and decks describe it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fecontact.app.scene_file.bodies import AnyBody
+from fecontact.app.scene_file.cases import save_cases
+from fecontact.app.scene_file.outputs import Output, write_output
+from fecontact.common.units import Units
+from fecontact.results.result import ContactResult
+from fecontact.scene.load_path import LoadPath
+from fecontact.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class SceneFile:
+    """A checked scene file or deck.
+
+    Attributes
+    ----------
+    path : Path
+    title : str
+    units : Units
+    scene : Scene
+    bodies : mapping of str to Body
+    loads : dict
+        Arguments of `Scene.solve`.
+    options : dict
+        Solver, tolerance, finite_motion, accuracy and its limits, where given.
+    outputs : tuple of Output
+    cases : tuple of dict
+        Cases of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty for a single case.
+    steps : tuple of dict
+        Steps of a load path with friction: arguments of `Scene.solve_path`; empty unless given.
+    notes : tuple of str
+        Of a deck: what was changed and what is not used.
+    """
+
+    path: Path
+    title: str
+    units: Units
+    scene: Scene
+    bodies: Mapping[str, AnyBody]
+    loads: dict[str, Any]
+    options: dict[str, Any]
+    outputs: tuple[Output, ...]
+    cases: tuple[dict[str, Any], ...] = ()
+    steps: tuple[dict[str, Any], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def solve(self) -> ContactResult:
+        """Solve the scene under its loads, see `Scene.solve`; for the cases of a sweep use `sweep`."""
+        return self.scene.solve(**self.loads, **self.options)
+
+    def solve_path(self) -> LoadPath:
+        """Solve the steps of a load path, see `Scene.solve_path`."""
+        return self.scene.solve_path(self.steps, **self.options)
+
+    def sweep(self) -> list[dict[str, Any]]:
+        """Solve all cases and write their files; returns one summary each, see `sweep.run_sweep`."""
+        rows = self.scene.sweep([{**self.options, **case} for case in self.cases])
+        for output in self.outputs:
+            save_cases(output.path, rows)
+        return rows
+
+    def write(self, result: ContactResult) -> list[Path]:
+        """Write all outputs; returns their paths."""
+        return [write_output(output, result, self.units, self.summary(result)) for output in self.outputs]
+
+    def summary(self, result: ContactResult) -> dict[str, Any]:
+        """Figures of the result for scripts, with title and units."""
+        return {"title": self.title, "units": vars(self.units), **result.summary()}
+
+    def describe(self) -> str:
+        """Summary of the file in a few lines."""
+        lines = [f"{self.path}: {self.title or 'a scene'}"]
+        lines += [f"  body     {b.describe()}" for b in self.scene.bodies]
+        lines += [
+            f"  contact  {c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]}"
+            for c in self.scene.contacts
+            if c.surfaces is not None
+        ]
+        lines += [f"  spring   {s.name}" for s in self.scene.springs]
+        lines += [f"  load     {kind}: {_targets(value)}" for kind, value in self.loads.items()]
+        lines += [f"  case     {case['name']}" for case in self.cases]
+        lines += [f"  step     {k}: {', '.join(step)}" for k, step in enumerate(self.steps, start=1)]
+        lines += [f"  output   {o.kind}: {o.path}" for o in self.outputs]
+        lines += [f"  note     {note}" for note in self.notes]
+        return "\n".join(lines)
+
+
+def _targets(value: Any) -> str:
+    """Bodies and boundaries under a kind of load, with its values."""
+    if not isinstance(value, Mapping):
+        return str(value)
+    names = [f"{k[0].name}.{k[1]}" if isinstance(k, tuple) else k.name for k in value]
+    return "; ".join(f"{name} {v}" for name, v in zip(names, value.values(), strict=True))

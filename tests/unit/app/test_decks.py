@@ -1,0 +1,256 @@
+"""Scenes from Abaqus and CalculiX decks: all keywords that are used, by problems with known answers."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.app.cli import main
+from fecontact.app.decks.materials import from_moduli, hyperelastic, hyperfoam, of_febio
+
+# stresses and displacements that are linear in the coordinates are exact
+ROUNDING = 1e-9
+
+
+def nodes_of(mesh, first):
+    return "".join(f"{k + first}, {x!r}, {y!r}, {z!r}\n" for k, (x, y, z) in enumerate(mesh.points.tolist()))
+
+
+def cells_of(mesh, first, first_node):
+    return "".join(
+        f"{k + first}, {', '.join(str(n + first_node) for n in cell)}\n" for k, cell in enumerate(mesh.cells.tolist())
+    )
+
+
+def numbers(values, first):
+    return "".join(f"{v + first},\n" for v in values.tolist())
+
+
+def faces(mesh, name, first):
+    # local faces -x, +x, -y, +y, -z, +z as Abaqus's S6, S4, S3, S5, S1, S2
+    label = np.array([6, 4, 3, 5, 1, 2])
+    return "".join(f"{cell + first}, S{label[face]}\n" for cell, face in mesh.faces(name).tolist())
+
+
+LOWER = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+UPPER = fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 1), element="hex8").translated((0.0, 0.0, 1.0))
+CAP = fc.shapes.block((1.0, 1.0, 0.5), (2, 2, 1), element="hex8").translated((0.0, 0.0, 1.5))
+
+#: Three blocks, the upper two tied to each other, the slave's facets nested in the master's; nodes and elements from 1,
+#: 101 and 201.
+MESHES = "*HEADING\nthree blocks\n" + "".join(
+    f"*NODE, NSET=N{name}\n{nodes_of(mesh, first)}*ELEMENT, TYPE=C3D8, ELSET={name}\n{cells_of(mesh, first, first)}"
+    f"*NSET, NSET={name}_x\n{numbers(mesh.boundary_nodes('x_min'), first)}"
+    f"*NSET, NSET={name}_y\n{numbers(mesh.boundary_nodes('y_min'), first)}"
+    f"*NSET, NSET={name}_foot\n{numbers(mesh.boundary_nodes('bottom'), first)}"
+    f"*NSET, NSET={name}_head\n{numbers(mesh.boundary_nodes('top'), first)}"
+    f"*SURFACE, NAME={name}_below\n{faces(mesh, 'bottom', first)}"
+    f"*SURFACE, NAME={name}_above\n{faces(mesh, 'top', first)}"
+    for name, mesh, first in (("Lower", LOWER, 1), ("Upper", UPPER, 101), ("Cap", CAP, 201))
+)
+MODEL = """*MATERIAL, NAME=Cork
+*ELASTIC
+10., 0.
+*DENSITY
+2.,
+*MATERIAL, NAME=Rubber
+*HYPERELASTIC, NEO HOOKE
+2.5, 0.6
+*PLASTIC
+1., 0.
+*SOLID SECTION, ELSET=Lower, MATERIAL=cork
+*SOLID SECTION, ELSET=Upper, MATERIAL=Cork
+*SOLID SECTION, ELSET=Cap, MATERIAL=Cork
+*TIE, NAME=Glue, POSITION TOLERANCE=0.1
+Upper_above, Cap_below
+*SURFACE INTERACTION, NAME=Dry
+*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
+1e6,
+*FRICTION
+{friction}, 1e5
+*CONTACT PAIR, INTERACTION=Dry, TYPE=SURFACE TO SURFACE
+Upper_below, Lower_above
+*BOUNDARY
+Lower_foot, 3, 3
+Lower_foot, 1, 2, 0.
+Upper_x, XSYMM
+Upper_y, 2
+Cap_x, 1
+Cap_y, YSYMM
+*AMPLITUDE, NAME=Half
+0., 0., 1., 0.5
+*INITIAL CONDITIONS, TYPE=TEMPERATURE
+NLower, 20.
+"""
+
+
+@pytest.fixture
+def deck(tmp_path):
+    """Path of a deck of the three blocks with given steps."""
+
+    def make(steps, friction="0.0", change=("", "")):
+        path = tmp_path / "blocks.inp"
+        path.write_text((MESHES + MODEL.format(friction=friction)).replace(*change) + steps)
+        return path
+
+    return make
+
+
+def force(result):
+    """Force on the upper body; sides may have been swapped."""
+    contact = result.contacts[0]
+    return contact.force if contact.slave.name != "Lower" else -contact.force
+
+
+def step(loads, head="*STEP\n*STATIC\n1., 1.\n"):
+    return f"{head}{loads}*NODE PRINT, NSET=NLower\nU\n*END STEP\n"
+
+
+def test_a_pressure_goes_through_tie_and_contact(deck):
+    scene = fc.read_scene(deck(step("*DSLOAD, AMPLITUDE=Half\nCap_above, P, 0.2\n")))
+    assert scene.title == "three blocks"
+    assert [b.name for b in scene.scene.bodies] == ["Lower", "body_2"]
+    result = scene.solve()
+    (contact,) = result.contacts
+    assert np.abs(force(result) - [0, 0, 0.1]).max() < ROUNDING
+    assert np.abs(contact.pressure - 0.1).max() < ROUNDING
+    # by hand: sigma / E times the height, nu = 0, through the tie too
+    for body in scene.scene.bodies:
+        u = result.displacement(body)
+        assert np.abs(u - np.array([0, 0, -0.01]) * body.mesh.points[:, 2:]).max() < ROUNDING
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        "*DLOAD\nCap, P2, 0.1\n",
+        "*CLOAD\nCap_head, 3, {0}\nCap_head, 3, {0}\n",
+        "*DLOAD\n, GRAV, 0.05, 0., 0., -1.\n",
+    ],
+)
+def test_loads_of_every_kind(load, deck):
+    # the nine nodes of the head, each named twice; gravity on a volume of one and a density of two
+    load = load.format(-0.1 / 18)
+    result = fc.read_scene(deck(step(load))).solve()
+    assert np.abs(force(result) - [0, 0, 0.1]).max() < ROUNDING
+
+
+def test_a_prescribed_displacement_moves_the_supports(deck):
+    change = ("Cap_y, YSYMM\n", "Cap_y, YSYMM\nCap_head, 3\n")
+    path = deck(step("*BOUNDARY\nCap_head, 3, 3, -0.02\n"), change=change)
+    result = fc.read_scene(path).solve()
+    # two blocks of height two in series
+    assert abs(force(result)[2] - 0.1) < ROUNDING
+    with pytest.raises(fc.InputError, match="those of no rigid motion"):
+        fc.read_scene(deck(step("*BOUNDARY\n201, 3, 3, -0.02\n"), change=change))
+
+
+def test_steps_without_friction_are_cases(deck):
+    push = "*DSLOAD\nCap_above, P, 0.1\n"
+    more = step("*DSLOAD, OP=NEW\nCap_above, P, 0.3\n*CLOAD\nCap_head, 3, 0.\n", "*STEP, NLGEOM\n*STATIC\n")
+    other = "*STEP\n*FREQUENCY\n5\n*END STEP\n"
+    scene = fc.read_scene(deck(step(push) + other + more))
+    assert [case["name"] for case in scene.cases] == ["step 1", "step 3"]
+    rows = scene.sweep()
+    forces = np.abs([row["contacts"][0]["force"][2] for row in rows])
+    assert np.abs(forces - [0.1, 0.3]).max() < ROUNDING
+    assert any("step 2 is left out: it is not static" in note for note in scene.notes)
+
+
+def test_steps_with_friction_are_a_load_path(deck):
+    push = step("*DSLOAD\nCap_above, P, 0.1\n")
+    change = ("Upper_x, XSYMM\nUpper_y, 2\nCap_x, 1\n", "Upper_y, 2\n")
+    drag = step(f"*CLOAD\nCap_head, 1, {0.02 / 9}\n")
+    scene = fc.read_scene(deck(push + drag, "0.4", change))
+    assert len(scene.steps) == 2
+    path = scene.solve_path()
+    forces = [force(result) for result in path.steps]
+    assert np.abs(np.array(forces)[:, [0, 2]] - [[0, 0.1], [-0.02, 0.1]]).max() < 1e-6
+
+
+def test_what_is_not_used_is_listed_by_line(deck):
+    path = deck(step("*DSLOAD\nCap_above, P, 0.1\n*TEMPERATURE\nNLower, 30.\n"))
+    lines = path.read_text().splitlines()
+    notes = fc.read_scene(path).notes
+    for keyword in ("*PLASTIC", "*INITIAL CONDITIONS", "*NODE PRINT", "*TEMPERATURE"):
+        line = next(k for k, text in enumerate(lines, start=1) if text.startswith(keyword))
+        assert f"blocks.inp, line {line}: {keyword} is not used." in notes
+    assert any("the contact is hard, without the linear overclosure" in note for note in notes)
+
+
+def test_the_command_line_solves_decks(deck, tmp_path, capsys):
+    path = deck(step("*DSLOAD\nCap_above, P, 0.1\n"))
+    assert main(["solve", str(path), "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr()
+    assert "three blocks" in told.out
+    assert "*PLASTIC is not used" in told.err
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["blocks.json", "blocks.vtu"]
+    assert main(["solve", str(path), "--dry-run"]) == 0
+    assert "*PLASTIC is not used" in capsys.readouterr().out
+    assert main(["solve", str(tmp_path / "absent.inp")]) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("Lower, MATERIAL=cork", "Lower, MATERIAL=Steel"), "'STEEL'"),
+        (("*SOLID SECTION, ELSET=Lower, MATERIAL=cork\n", ""), "8 elements of 'Lower' have no material"),
+        (("ELSET=Lower, MATERIAL", "ELSET=Lowest, MATERIAL"), "no element set of solids 'Lowest'"),
+        (("Upper_below, Lower_above", "Upper_below, Lower_rim"), "no surface of solids 'Lower_rim'"),
+        (("Upper_below, Lower_above", "Upper_below, Cap_above"), "are on one body"),
+        (("Upper_above, Cap_below", "Upper_above, Lower_below"), "no node of the tied surface"),
+        (("INTERACTION=Dry, TYPE", "INTERACTION=Wet, TYPE"), "SURFACE INTERACTION 'Wet'"),
+        (("Lower_foot, 3, 3", "Lower_feet, 3, 3"), "no node set 'Lower_feet'"),
+        (("*ELASTIC\n10., 0.", "*ELASTIC\n10., zero"), "cannot be read"),
+        (("*ELASTIC\n10.", "*ELASTIC, TYPE=ORTHO\n10."), "isotropic"),
+        (("*BOUNDARY\n", "*TRANSFORM, NSET=NLower\n1., 0., 0.\n*BOUNDARY\n"), "turns the axes"),
+    ],
+)
+def test_decks_that_cannot_be_used(change, words, deck):
+    with pytest.raises(fc.InputError, match=words):
+        fc.read_scene(deck(step("*DSLOAD\nCap_above, P, 0.1\n"), change=change))
+
+
+@pytest.mark.parametrize(
+    ("steps", "words"),
+    [
+        ("", "no static step"),
+        (step("*BOUNDARY, TYPE=VELOCITY\nLower_foot, 3, 3, 1.\n"), "expected displacements"),
+        (step("*CLOAD, AMPLITUDE=Whole\nCap_head, 3, -1.\n"), "no \\*AMPLITUDE 'Whole'"),
+        (step("*DLOAD\nCap, P9, 1.\n"), "face 'S9'"),
+        (step("") + step("*BOUNDARY\nCap_head, 3\n"), "must be the same in all steps"),
+    ],
+)
+def test_steps_that_cannot_be_used(steps, words, deck):
+    with pytest.raises((fc.InputError, fc.MeshError), match=words):
+        fc.read_scene(deck(steps))
+
+
+def test_materials_at_rest():
+    # mu and K by hand from each law's constants
+    assert from_moduli(1.0, None).nu == 0.475
+    cases = {
+        ("MOONEY-RIVLIN", 1, (0.3, 0.2, 1.2)): (1.0, 2 / 1.2),
+        ("YEOH", 3, (0.5, 9, 9, 1.2, 9, 9)): (1.0, 2 / 1.2),
+        ("POLYNOMIAL", 2, (0.3, 0.2, 9, 9, 9, 1.2, 9)): (1.0, 2 / 1.2),
+        ("OGDEN", 2, (0.4, 3.0, 0.6, -2.0, 1.2, 9)): (1.0, 2 / 1.2),
+    }
+    for (form, order, c), (mu, K) in cases.items():
+        made = hyperelastic(form, order, c, None)
+        assert abs(made.shear_modulus - mu) < ROUNDING
+        assert abs(made.E / (3 * (1 - 2 * made.nu)) - K) < ROUNDING
+    # stiff chains: Arruda-Boyce is neo-Hookean
+    assert abs(hyperelastic("ARRUDA-BOYCE", 1, (1.0, 1e6, 1.2), None).shear_modulus - 1) < ROUNDING
+    assert abs(hyperfoam(1, [1.0, 2.0, 0.25], None).E - 2.5) < ROUNDING
+    for kind, values in (
+        ("Ogden", {"c1": 2.0, "m1": 3.0, "k": 5 / 3}),
+        ("Ogden unconstrained", {"c1": 2.0, "m1": 3.0, "cp": 1.0}),
+        ("Veronda-Westmann", {"c1": 0.5, "c2": 2.0, "k": 5 / 3}),
+        ("Arruda-Boyce", {"mu": 1.0, "N": 1e12, "k": 5 / 3}),
+    ):
+        made = of_febio(kind, values)
+        assert abs(made.E - 2.5) < ROUNDING
+        assert abs(made.nu - 0.25) < ROUNDING
+    assert of_febio("muscle material", {}) is None
+    for wrong in (("NEO HOOKE", 1, []), ("VAN DER WAALS", 1, [1.0])):
+        with pytest.raises(fc.InputError, match="HYPERELASTIC"):
+            hyperelastic(*wrong, None)
