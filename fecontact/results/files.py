@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import meshio
 import numpy as np
@@ -19,6 +19,7 @@ from fecontact.fem.stress import von_mises
 from fecontact.mesh.formats.generic import teach_meshio
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
+from fecontact.results.window_patches import on_window, window_patches
 from fecontact.surfaces.facet_surface import with_nodes
 
 
@@ -63,10 +64,11 @@ def save_csv(result: SolvedScene, path: str | Path) -> Path:
 
 
 def save_vtu(result: SolvedScene, path: str | Path) -> Path:
-    """All elastic bodies with displacement, stress, equivalent stress and contact pressure as point data.
+    """All bodies with a mesh: displacement, stress, equivalent stress and contact pressure as point data.
 
     Stresses are in each body's own axes. Wedges, pyramids and tetrahedra are written as such. Mid-face nodes, which the
-    file's elements do not have, are left out.
+    file's elements do not have, are left out. The cells of the windows of local bodies follow as quadrilaterals, with
+    the gap; elsewhere it is NaN.
     """
     path = check_writable(path)
     teach_meshio()
@@ -75,7 +77,7 @@ def save_vtu(result: SolvedScene, path: str | Path) -> Path:
     owner: dict[str, list[IntArray]] = {}
     data: dict[str, list[Array]] = {}
     start = 0
-    for k, body in enumerate(result.elastic_bodies):
+    for k, body in enumerate(bodies := result.meshed_bodies):
         mesh = body.mesh
         used = np.unique(mesh.cells)
         index = np.full(len(mesh.points), -1, dtype=np.int64)
@@ -88,7 +90,15 @@ def save_vtu(result: SolvedScene, path: str | Path) -> Path:
             data.setdefault(name, []).append(values[used])
         start += len(used)
     if not points:
-        raise InputError("The scene has no elastic body, so there is nothing to write to a VTU file.")
+        raise InputError("The scene has no body with a mesh, so there is nothing to write to a VTU file.")
+    for patch in window_patches(result):
+        data.setdefault("gap", [np.full(start, np.nan)])
+        points.append(result.given(patch.body).pose.to_world(patch.points))
+        cells.setdefault("quad", []).append(start + patch.quads)
+        owner.setdefault("quad", []).append(np.full(len(patch.quads), bodies.index(cast(ElasticBody, patch.body))))
+        for name, values in patch.fields.items():
+            data[name].append(values)
+        start += len(patch.points)
     mesh = meshio.Mesh(
         np.concatenate(points),
         [(name, np.concatenate(c)) for name, c in cells.items()],
@@ -129,7 +139,8 @@ def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequenc
 def body_fields(result: SolvedScene, body: ElasticBody) -> dict[str, Array]:
     """Nodal fields of a body by name.
 
-    displacement (n, 3), stress (n, 6), von_mises (n,), contact_pressure (n,), contact_pressure_error (n,).
+    displacement (n, 3), stress (n, 6), von_mises (n,), contact_pressure (n,), contact_pressure_error (n,). The latter
+    two are zero at the nodes of a local body: its cells have them, see `window_patches`.
     """
     stress = result.stress(body)
     return {
@@ -145,7 +156,7 @@ def nodal_error(result: SolvedScene, body: ElasticBody) -> Array:
     """Estimated error (n_points,) of the contact pressure where the body is the slave: the mean over adjacent faces."""
     error = np.zeros(len(body.mesh.points))
     for interface, contact in zip(result.interfaces, result.contacts, strict=True):
-        if interface.slave is body:
+        if interface.slave is body and not on_window(result, interface):
             facets = interface.slave_surface.facets
             total, count = (
                 np.bincount(facets.ravel(), np.repeat(values, facets.shape[1]), len(error))
@@ -162,6 +173,8 @@ def nodal_pressure(result: SolvedScene, body: ElasticBody) -> Array:
     """
     pressure = np.zeros(len(body.mesh.points))
     for interface, contact in zip(result.interfaces, result.contacts, strict=True):
+        if on_window(result, interface):
+            continue
         if interface.slave is body:
             pressure += interface.pairing.at_nodes @ contact.pressure
         elif interface.master is body and contact.active.any():

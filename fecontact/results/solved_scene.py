@@ -137,6 +137,12 @@ class SolvedScene:
         return elastic_among(self.scene.bodies)
 
     @property
+    def meshed_bodies(self) -> tuple[ElasticBody, ...]:
+        """The scene's bodies with a mesh: elastic ones, and local ones."""
+        pairs = zip(self.scene.bodies, self.state.displacements, strict=True)
+        return tuple(cast(ElasticBody, b) for b, u in pairs if b.at_points(u) is not None)
+
+    @property
     def n_candidates(self) -> int:
         """Candidate points of all contacts."""
         return self.solution.problem.n

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,9 +18,32 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise
 from fecontact.results.files import body_fields
 from fecontact.results.solved_scene import SolvedScene
+from fecontact.results.window_patches import window_patches
 
 COMPONENTS = {3: ("x", "y", "z"), 6: VOIGT}
+#: Distance of a window's cells over the faces below them, which are not exact, relative to the window.
+LIFT = 0.01
 CUT = re.compile(r"\s*([xyz])\s*([<>])\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*")
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Quadrilaterals that lie on a body, drawn over its faces.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+    cells : (m, 8) int array
+    """
+
+    points: Array
+    cells: IntArray
+    is_flat: ClassVar[bool] = False
+
+    @property
+    def skin(self) -> IntArray:
+        """All of its facets."""
+        return self.cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,13 +53,13 @@ class Solid:
     Attributes
     ----------
     name : str
-    mesh : Mesh or SectionMesh
+    mesh : Mesh, SectionMesh or Patch
         Mesh with points in the world.
     fields : mapping of str to (n_points,) or (n_points, k) arrays
     """
 
     name: str
-    mesh: Mesh | SectionMesh
+    mesh: Mesh | SectionMesh | Patch
     fields: Mapping[str, Array]
 
     def deformed(self, scale: float) -> Array:
@@ -79,21 +103,37 @@ def _scalar_names(fields: Mapping[str, Array]) -> list[str]:
 
 
 def solids_of_result(result: SolvedScene) -> tuple[Solid, ...]:
-    """The elastic bodies of a result, in the world.
+    """The bodies of a result that have a mesh, in the world, then the windows of local bodies.
 
     Raises
     ------
     InputError
         If there is none.
     """
-    if not result.elastic_bodies:
+    if not result.meshed_bodies:
         raise InputError(
             "No body of this scene is meshed inside; only its contacts can be drawn: plot 'pressure' or 'gap' instead."
         )
-    return tuple(
+    bodies = [
         Solid(b.name, b.mesh.drawn_at(result.given(b).pose.to_world(b.mesh.points)), body_fields(result, b))
-        for b in result.elastic_bodies
-    )
+        for b in result.meshed_bodies
+    ]
+    for p in window_patches(result):
+        lifted = p.points + LIFT * float(np.ptp(p.points, axis=0).max()) * p.normals
+        bodies.append(patch_solid(p.body.name, result.given(p.body).pose.to_world(lifted), p.quads, p.fields))
+    return tuple(bodies)
+
+
+def patch_solid(name: str, points: Array, quads: IntArray, fields: Mapping[str, Array]) -> Solid:
+    """Quadrilaterals (m, 4) with nodal fields as a body to show, with the middles of their sides."""
+
+    def with_middles(values: Array) -> Array:
+        sides = (values[quads] + values[np.roll(quads, -1, axis=1)]) / 2
+        return np.concatenate([values, sides.reshape(-1, *values.shape[1:])])
+
+    middles = len(points) + np.arange(4 * len(quads)).reshape(-1, 4)
+    cells = np.concatenate([quads, middles], axis=1)
+    return Solid(name, Patch(with_middles(points), cells), {k: with_middles(v) for k, v in fields.items()})
 
 
 def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
@@ -118,10 +158,15 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
     out: list[Solid] = []
     # cells with the same number of nodes are one mesh of mixed kinds, so that faces between them are not outer ones
     parts: dict[tuple[int, int], list[IntArray]] = {}
+    patches: list[Solid] = []
     for block, number in zip(file.cells, numbers, strict=True):
         for k in np.unique(number).tolist():
             cells = np.asarray(block.data)[number == k]
-            if block.type in SectionMesh.cell_types.values():
+            if block.type == "quad":
+                used, cells = np.unique(cells, return_inverse=True)
+                own = {name: values[used] for name, values in fields.items()}
+                patches.append(patch_solid(str(k), file.points[used], cells.reshape(-1, 4), own))
+            elif block.type in SectionMesh.cell_types.values():
                 used, cells = np.unique(cells, return_inverse=True)
                 cells = counter_clockwise(file.points[used], cells.reshape(-1, block.data.shape[1]))
                 section = SectionMesh(file.points[used], cells)
@@ -133,7 +178,7 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
     if not out:
         found = ", ".join(sorted({block.type for block in file.cells})) or "nothing"
         raise InputError(f"Cannot show {path}: it holds no solid cells (found {found}).")
-    return tuple(out)
+    return (*out, *patches)
 
 
 def cut(solid: Solid, where: str) -> Solid | None:
@@ -156,8 +201,7 @@ def cut(solid: Solid, where: str) -> Solid | None:
     kept = centre < level if sign == "<" else centre > level
     if not kept.any():
         return None
-    mesh = Mesh(solid.mesh.points, solid.mesh.cells[kept])
-    return replace(solid, mesh=mesh)
+    return replace(solid, mesh=type(solid.mesh)(solid.mesh.points, solid.mesh.cells[kept]))
 
 
 def chosen(solids: Sequence[Solid], only: Sequence[str] | None, where: str | None) -> tuple[Solid, ...]:
