@@ -1,18 +1,24 @@
 """Tangential rows of a contact: relative displacements of its points across their lines of action.
 
 A point's rows are those of its normal, taken along tangents: the same interpolation on both bodies and the same mean
-over samples, so that friction is equal and opposite on both. Slip is counted from the end of the last load step.
+over samples, so that friction is equal and opposite on both.
+
+Slip is counted from the end of the last load step, in the master's axes: with X a point of the slave there, by the
+poses, and d its displacement against the master's, the slip is the tangential part of X + d - (X + d)_last. A common
+motion of both bodies thus is no slip, however large (Laursen & Simo, Int. J. Numer. Methods Eng. 36 (1993) 3451). The
+slip of a step is the chord of its path.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
+from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.interface import Interface, UnilateralConstraints
@@ -36,25 +42,32 @@ class TangentialRows(UnilateralConstraints):
         Its number among the interfaces of the problem.
     mu : float
         Coefficient of friction; may be infinite.
-    past : (k n,) array
-        Relative displacement at the end of the last load step.
+    since : Pose, optional
+        Pose of the slave's axes in the master's at the end of the last load step; by default the present one.
+    moved : (n, 3) array, optional
+        Displacements d then, in the master's axes; zero by default.
     """
 
     interface: Interface
     place: int
     mu: float
-    past: Array = field(default_factory=lambda: np.zeros(0))
+    since: Pose | None = None
+    moved: Array | None = None
+
+    @cached_property
+    def normals(self) -> Array:
+        """Mean normals (n, 3) of the points in world axes, out of the master."""
+        pairing = self.interface.pairing
+        normals = pairing.average @ pairing.slave_normals
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        return np.asarray(normals @ self.interface.slave.pose.rotation.T)
 
     @cached_property
     def tangents(self) -> Array:
         """Unit vectors (k, n, 3) in world axes, orthogonal to the points' mean normals; one in a section."""
-        interface = self.interface
-        normals = interface.pairing.average @ interface.pairing.slave_normals
-        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-        turn = interface.slave.pose.rotation
-        if interface.slave_surface.out_of_plane is not None:
-            return np.asarray(np.cross([0.0, 1.0, 0.0], normals) @ turn.T)[None]
-        normals = normals @ turn.T
+        normals, turn = self.normals, self.interface.slave.pose.rotation
+        if self.interface.slave_surface.out_of_plane is not None:
+            return np.asarray(np.cross(turn[:, 1], normals))[None]
         first = _across(normals)
         return np.stack([first, np.cross(normals, first)])
 
@@ -63,10 +76,28 @@ class TangentialRows(UnilateralConstraints):
         """Number of contact points n."""
         return len(self.interface.gap)
 
-    @property
+    @cached_property
     def gap(self) -> Array:
-        """Slip (k n,) of undeformed bodies: the last relative displacement, reversed."""
-        return -self.past if self.past.size else np.zeros(len(self.tangents) * self.n_points)
+        """Slip (k n,) of undeformed bodies: their motion since the last step, less the last displacement."""
+        pairing = self.interface.pairing
+        by = np.zeros((self.n_points, 3)) if self.moved is None else -self.moved
+        if self.since is not None:
+            centres = pairing.average @ (pairing.slave_weights @ self.interface.slave_nodes)
+            turned, shifted = pairing.rotation - self.since.rotation, pairing.translation - self.since.translation
+            by = by + centres @ turned.T + shifted
+        return np.einsum("kni,ni->kn", self.tangents, by @ self.interface.master.pose.rotation.T).ravel()
+
+    def displaced(self, slip: Array, opening: Array) -> Array:
+        """Displacement (n, 3) of the slave against the master in the master's axes, without that of the poses.
+
+        Parameters
+        ----------
+        slip : (k, n) array
+        opening : (n,) array
+            Change of the gap.
+        """
+        along = np.einsum("kn,kni->ni", slip - self.gap.reshape(slip.shape), self.tangents)
+        return np.asarray((along + opening[:, None] * self.normals) @ self.interface.master.pose.rotation)
 
     @property
     def two_sided(self) -> bool:

@@ -31,8 +31,9 @@ class FrictionFields:
         slip.
     touching, sliding : (n,) bool arrays
         Points that are pressed, and those of them whose force is on the rim of its cone; the others stick.
-    displaced : (k, n) array
-        Tangential displacement of the slave against the master since the unloaded state.
+    moved : (n, 3) array
+        Displacement of the slave against the master since the unloaded state, in the master's axes, without that of
+        the poses; the next load step counts slip from it.
     resultants : (n, 3) array
         As `forces`; of a body of revolution, sums over rings.
     """
@@ -43,7 +44,7 @@ class FrictionFields:
     slip: Array
     touching: Mask
     sliding: Mask
-    displaced: Array = field(repr=False)
+    moved: Array = field(repr=False)
     resultants: Array = field(repr=False)
 
     @property
@@ -125,7 +126,7 @@ def friction_fields(
             slip=np.einsum("kn,kni->ni", moved, each.tangents),
             touching=touching,
             sliding=sliding,
-            displaced=moved - each.gap.reshape(k, n),
+            moved=each.displaced(moved, state.gaps[each.place] - each.interface.gap),
             resultants=forces if extent is None else extent.mean(forces),
         )
     return out

@@ -22,6 +22,7 @@ from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
+from fecontact.contact.step_end import StepEnd
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence
 from fecontact.results.linearisation import LinearisationError
@@ -66,6 +67,8 @@ class SolvedScene:
     friction : FrictionSolution, optional
         Solution of the condensed problem with friction; `solution` then is that of its normal forces alone, under the
         tangential forces found.
+    step_end : StepEnd, optional
+        With friction: what the next load step goes on from.
     follows_step : bool
         Whether it belongs to a load path.
     """
@@ -85,6 +88,7 @@ class SolvedScene:
     convergence: Convergence | None = None
     linearisation: LinearisationError | None = field(default=None, repr=False)
     friction: FrictionSolution | None = field(default=None, repr=False)
+    step_end: StepEnd | None = field(default=None, repr=False)
     follows_step: bool = False
 
     @property

@@ -22,6 +22,7 @@ from fecontact.common.errors import FecontactError, SolverError
 from fecontact.common.progress import tell_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
+from fecontact.contact.step_end import StepEnd
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.checks.linearisation import BEARABLE, driven_motions, linearisation_error
 from fecontact.results.result import ContactResult
@@ -43,7 +44,11 @@ GROWTH = 3.0
 
 
 def solve_finite(
-    scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch, poses: Sequence[Pose] = ()
+    scene: SceneModel,
+    arguments: Mapping[str, Any],
+    timer: Stopwatch,
+    poses: Sequence[Pose] = (),
+    past: StepEnd | None = None,
 ) -> ContactResult:
     """Solve with poses updated until they converge.
 
@@ -57,6 +62,8 @@ def solve_finite(
         Timer of all steps.
     poses : sequence of Pose, optional
         Poses to begin with, such as the final ones of a similar case; they do not change the solution.
+    past : StepEnd, optional
+        With friction: end of the last load step; by default the unloaded state in the given poses.
 
     Returns
     -------
@@ -68,7 +75,7 @@ def solve_finite(
     SolverError
         If the poses do not converge.
     """
-    path = _Path(scene, arguments, timer)
+    path = _Path(scene, arguments, timer, past)
     if poses:
         path.begin_at(poses)
     change = np.inf
@@ -128,6 +135,32 @@ def _judged(result: ContactResult) -> tuple[ContactResult, float]:
     return replace(result, linearisation=error), error.worst
 
 
+def carried_poses(
+    scene: SceneModel, before: Mapping[str, Any], now: Mapping[str, Any], poses: Sequence[Pose]
+) -> list[Pose]:
+    """Poses to begin a load step at: those of the last one, with the change of the prescribed motions.
+
+    Parameters
+    ----------
+    scene : SceneModel
+        Scene in the given poses.
+    before, now : mappings
+        Arguments of the last step and of this one.
+    poses : sequence of Pose
+        At the end of the last step.
+    """
+    out = []
+    for body, pose in zip(scene.bodies, poses, strict=True):
+        last, start = (_prescribed(body, step.get("motions") or {}) for step in (before, now))
+        out.append(_placed(start, body, _motion(last, body, pose)))
+    return out
+
+
+def _prescribed(body: Body, motions: Mapping[Body, Mapping[str, float]]) -> Pose:
+    """Pose of a body after its prescribed motion."""
+    return _placed(body.pose, body, _vector(motions[body])) if body in motions else body.pose
+
+
 def _vector(given: Mapping[str, float]) -> Array:
     return np.array([given.get(name, 0.0) for name in COMPONENTS], dtype=float)
 
@@ -171,13 +204,14 @@ class _Path:
 
     depth = 5
 
-    def __init__(self, scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch) -> None:
+    def __init__(
+        self, scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch, past: StepEnd | None = None
+    ) -> None:
         motions = arguments.get("motions") or {}
         self._scene, self._guide, self._watch = scene, SearchHistory(), timer
-        self._start = [
-            turned(b.pose, _vector(motions[b]), b.pose.to_world(b.reference_point)) if b in motions else b.pose
-            for b in scene.bodies
-        ]
+        # the unloaded state of bodies with friction is that of the poses given
+        self._past = past or (StepEnd(tuple(b.pose for b in scene.bodies)) if scene.has_friction else None)
+        self._start = [_prescribed(body, motions) for body in scene.bodies]
         self._whole = arguments.get("search", "global") == "global"
         small = {name: given for name, given in arguments.items() if name not in ("search", "finite_motion")}
         self._held = {**small, "motions": {b: dict.fromkeys(given, 0.0) for b, given in motions.items()}}
@@ -192,7 +226,11 @@ class _Path:
         bodies = self._scene.bodies
         poses = {b: _placed(s, b, p) for b, s, p in zip(bodies, self._start, self._place, strict=True)}
         self._now = posed_scene(self._scene, poses)
-        return solve_local_case(self._now.scene, self._now.loads(self._held), self._guide, self._watch)
+        loads = self._now.loads(self._held)
+        if self._past is None:
+            return solve_local_case(self._now.scene, loads, self._guide, self._watch)
+        loading, settings = sorted_case(self._now.scene, loads)
+        return solved(self._now.scene, loading, None, settings, self._watch, (), self._past)
 
     def finished(self, result: ContactResult) -> ContactResult:
         """The result for the original bodies, on whole surfaces if requested."""

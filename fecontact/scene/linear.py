@@ -27,6 +27,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import FEWEST, grow, widen
 from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.springs import spring_rows
+from fecontact.contact.step_end import Moved, StepEnd
 from fecontact.results.friction_fields import friction_fields
 from fecontact.results.result import ContactResult, make_result
 from fecontact.scene.settings import Settings
@@ -47,7 +48,7 @@ def solved(
     settings: Settings,
     timer: Stopwatch,
     known: Sequence[KnownContact | None] = (),
-    before: ContactResult | None = None,
+    past: StepEnd | None = None,
 ) -> ContactResult:
     """Solution under sorted loads.
 
@@ -58,13 +59,13 @@ def solved(
         Search radius of each contact; None: whole surfaces.
     known : sequence of KnownContact or None, optional
         Data of each contact from a similar case; they save time and do not change the solution.
-    before : ContactResult, optional
-        Result of the last load step, from which slip is counted; by default the unloaded state.
+    past : StepEnd, optional
+        End of the last load step, from which slip is counted; by default the unloaded state in these poses.
     """
     solver, tolerance, options = settings.solver, settings.tolerance, settings.options
     with timer("pair"):
         interfaces, opening, chosen = prepared(model, loading, search_radii)
-        friction = tangential_rows(model, interfaces, before)
+        friction = tangential_rows(model, interfaces, past)
         every = [*interfaces, *friction]
         check_balance(every, loading)
         chosen, start = _from_known(interfaces, chosen, known)
@@ -78,7 +79,8 @@ def solved(
                 frictional = None
                 if friction:
                     problem = friction_problem(condensed.problem, chosen, friction)
-                    frictional = solve_friction(problem, tolerance=tolerance)
+                    begin = None if past is None else past.start(chosen, problem.rows.n, problem.rows.m)
+                    frictional = solve_friction(problem, begin, tolerance=tolerance)
                     solution = frictional.normal
                 else:
                     solution = solve(condensed.problem, solver, start=start, tolerance=tolerance, **options)
@@ -111,7 +113,12 @@ def solved(
             )
     fields = friction_fields(friction, chosen, frictional, state)
     result = make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds, fields)
-    return replace(result, friction=frictional)
+    if frictional is None:
+        return result
+    moved = {each.place: Moved(each.interface.pairing.nodes, fields[each.place].moved) for each in friction}
+    poses = tuple(body.pose for body in model.bodies)
+    end = StepEnd(poses, moved, chosen, frictional.forces, frictional.q)
+    return replace(result, friction=frictional, step_end=end)
 
 
 def prepared(
@@ -140,16 +147,20 @@ def prepared(
 
 
 def tangential_rows(
-    model: SceneModel, interfaces: Sequence[UnilateralConstraints], before: ContactResult | None
+    model: SceneModel, interfaces: Sequence[UnilateralConstraints], past: StepEnd | None
 ) -> list[TangentialRows]:
     """Tangential rows of the contacts with friction, with slip counted from the end of the last load step."""
     out = []
+    number = {id(body): k for k, body in enumerate(model.bodies)}
     for k, (contact, interface) in enumerate(zip(model.contacts, interfaces, strict=False)):
         paired = interface.as_contact
         if contact.friction > 0 and paired is not None:
-            found = None if before is None else before.contacts[k].friction
-            past = np.zeros(0) if found is None else found.displaced.ravel()
-            out.append(TangentialRows(paired, k, contact.friction, past))
+            rows = TangentialRows(paired, k, contact.friction)
+            if past is not None:
+                slave, master = (past.poses[number[id(body)]] for body in (paired.slave, paired.master))
+                moved = past.moved[k].at(paired.pairing.nodes) if k in past.moved else None
+                rows = replace(rows, since=slave.relative_to(master), moved=moved)
+            out.append(rows)
     return out
 
 

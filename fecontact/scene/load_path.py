@@ -1,28 +1,39 @@
 """Load paths: a sequence of load steps with friction, whose answer depends on their order.
 
 Slip of a step is counted from the end of the step before, so that what sticks keeps its displacement. A step without
-certified solution is cut in halves, with loads and motions in between.
+certified solution is cut in halves, with loads and motions in between. A step with the loads of the last one has its
+solution, without slip: it is certified, not solved.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SolverError, SupportError
+from fecontact.common.files import sole_writer
+from fecontact.common.fingerprint import fingerprint
+from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
+from fecontact.contact.step_end import StepEnd
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import KEYED
+from fecontact.scene.finite_rotation import carried_poses, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import sorted_case
+from fecontact.scene.path_file import append_step, rows_before, step_prints
 from fecontact.scene.rest import check_rest
+from fecontact.scene.sweep_case import numbered
 from fecontact.solvers import TOLERANCE
 
 #: Halvings of a step that has no certified solution.
@@ -96,7 +107,15 @@ class LoadPath:
         return "\n".join(lines)
 
 
-def solve_path(model: SceneModel, steps: Sequence[Mapping[str, Any]], *, tolerance: float = TOLERANCE) -> LoadPath:
+def solve_path(
+    model: SceneModel,
+    steps: Sequence[Mapping[str, Any]],
+    path: str | Path | None = None,
+    *,
+    finite_motion: bool = False,
+    tolerance: float = TOLERANCE,
+    progress: bool | None = None,
+) -> LoadPath:
     """Solve load steps one after the other, with the slip and stick of each carried to the next.
 
     Parameters
@@ -108,8 +127,18 @@ def solve_path(model: SceneModel, steps: Sequence[Mapping[str, Any]], *, toleran
         ``pressures``, ``tractions``, ``gravity``. They are totals, not increments: what a step leaves out is zero
         at its end. A body is free, loaded or moved in the same components in all steps, or its change from one to the
         other is part of the step.
+    path : str or Path, optional
+        File of JSON lines, a row per step, written as steps are done: figures of the result and what the next step
+        goes on from. Steps already in it are not solved again but rebuilt from their forces and certified, so that an
+        interrupted path goes on where it stopped. A row of another model, step or history is refused.
+    finite_motion : bool
+        Whether rigid motions are finite: poses are updated in every step until they converge, prescribed motions are
+        finite (rotation vectors, from the given poses), and slip is counted on surfaces that move along. By default
+        motions are small.
     tolerance : float
         Of the certificate of every step, see `solvers.friction_problem.FrictionResiduals`.
+    progress : bool, optional
+        Whether to show the steps on standard error; by default where that is a terminal.
 
     Returns
     -------
@@ -138,21 +167,122 @@ def solve_path(model: SceneModel, steps: Sequence[Mapping[str, Any]], *, toleran
     for k, step in enumerate(steps):
         if unknown := sorted(set(step) - {*KEYED, "gravity"}):
             raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(KEYED)}, gravity.")
+    if finite_motion not in (True, False):
+        raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.")
     if not model.has_friction:
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
-    results, works, cuts = [], [], []
-    before: ContactResult | None = None
+    way = _Way(model, finite_motion, tolerance)
+    prints = [] if path is None else step_prints(model, steps, {"finite_motion": finite_motion, "tolerance": tolerance})
+    rows = [] if path is None else rows_before(path, prints)
+    done: list[_Done] = []
     given: Mapping[str, Any] = {}
-    for k, step in enumerate(steps):
-        try:
-            parts = list(_solved_step(model, given, step, before, tolerance, 0))
-        except (InputError, SupportError, SolverError) as error:
-            raise type(error)(f"Step {k + 1} of {len(steps)}: {error}", *error.args[1:]) from error
-        results.append(parts[-1])
-        works.append(np.sum([[work_of(part, c) for c in range(len(part.contacts))] for part in parts], axis=0))
-        cuts.append(len(parts))
-        before, given = parts[-1], step
-    return LoadPath(tuple(results), np.array(works), tuple(cuts))
+    line_of_steps = progress_line("path", progress, total=len(steps), unit="step")
+    with nullcontext() if path is None else sole_writer(path), line_of_steps as line:
+        for k, step in enumerate(steps):
+            try:
+                last = done[-1] if done else None
+                done.append(_rebuilt(way, step, rows[k]) if k < len(rows) else _step(way, given, step, last))
+            except (InputError, SupportError, SolverError) as error:
+                raise type(error)(f"Step {k + 1} of {len(steps)}: {error}", *error.args[1:]) from error
+            if path is not None and k >= len(rows):
+                append_step(path, str(k + 1), prints[k], *done[-1])
+            given = step
+            line.update()
+    return LoadPath(tuple(d.result for d in done), np.array([d.work for d in done]), tuple(d.cuts for d in done))
+
+
+class _Done(NamedTuple):
+    """A finished step: its result, work of friction (n_contacts,), number of parts and the start of the last one."""
+
+    result: ContactResult
+    work: Array
+    cuts: int
+    since: StepEnd | None
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """How steps are solved."""
+
+    model: SceneModel
+    finite_motion: bool
+    tolerance: float
+
+    def solved(self, step: Mapping[str, Any], past: StepEnd | None, poses: Sequence[Pose]) -> ContactResult:
+        """Result of a step or a part of it; poses, if finite, are sought from those given."""
+        arguments, model = {**step, "tolerance": self.tolerance}, self.model
+        if self.finite_motion:
+            return solve_finite(model, arguments, Stopwatch(), poses, past)
+        loading, settings = sorted_case(model, arguments)
+        return check_rest(solved(model, loading, None, settings, Stopwatch(), (), past))
+
+    def coupled_as(self, result: ContactResult) -> _Way:
+        """The same with the contacts coupled as in a result: by the same sides and points."""
+        contacts = [
+            replace(
+                contact, slave=one, master=other, surfaces=interface.surfaces, swap="never",
+                coupling=interface.pairing.coupling,
+            )
+            for contact, interface in zip(self.model.contacts, result.interfaces, strict=True)
+            for one, other in [(result.given(interface.slave), result.given(interface.master))]
+        ]  # fmt: skip
+        return replace(self, model=replace(self.model, contacts=contacts))
+
+
+def _step(way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], last: _Done | None) -> _Done:
+    """A step solved after the last one."""
+    before = None if last is None else last.result
+    if before is not None and (step is given or _same(way.model, given, step)):
+        assert last is not None
+        assert before.step_end is not None
+        result = before if last.since is before.step_end else unchanged(before, way.tolerance)
+        return _Done(result, np.zeros(len(result.contacts)), 1, before.step_end)
+    parts = list(_solved_step(way, given, step, before, 0))
+    work = np.sum([[work_of(part, c) for c in range(len(part.contacts))] for part in parts], axis=0)
+    since = parts[-2] if len(parts) > 1 else before
+    return _Done(parts[-1], work, len(parts), None if since is None else since.step_end)
+
+
+def _same(model: SceneModel, given: Mapping[str, Any], step: Mapping[str, Any]) -> bool:
+    """Whether two steps have the same loads."""
+    one, other = (fingerprint(numbered(loads, model.bodies)) for loads in (given, step))
+    return one == other
+
+
+def _rebuilt(way: _Way, step: Mapping[str, Any], row: Mapping[str, Any]) -> _Done:
+    """A step of an earlier run, from the forces in its row; certified anew."""
+    end = StepEnd.from_dict(row["end"])
+    since = None if row["since"] is None else StepEnd.from_dict(row["since"])
+    begin = since or StepEnd(tuple(body.pose for body in way.model.bodies))
+    past = replace(begin, chosen=end.chosen, forces=end.forces, motion=end.motion)
+    result = replace(way.solved(step, past, end.poses), follows_step=True)
+    return _Done(result, np.array(row["dissipated"]), int(row["cuts"]), since)
+
+
+def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
+    """Result of a further step under the same loads: the same forces and displacements, and no slip, certified.
+
+    Slip is counted from the end of the step, at which the points are already.
+
+    Raises
+    ------
+    SolverError
+        If the certificate does not hold.
+    """
+    solution = result.friction
+    assert solution is not None
+    problem = solution.problem
+    g = problem.rows.g.copy()
+    g[problem.tangents] -= solution.slip
+    problem = replace(problem, rows=replace(problem.rows, g=g))
+    solution = replace(solution, problem=problem, nit=0, seconds=0.0, history=())
+    if not solution.residuals.within(tolerance):
+        raise SolverError(f"The step before is not certified under the same loads: {solution.residuals}.")
+    still = [
+        c if c.friction is None else replace(c, friction=replace(c.friction, slip=np.zeros_like(c.friction.slip)))
+        for c in result.contacts
+    ]
+    return replace(result, contacts=tuple(still), solution=solution.normal, friction=solution)
 
 
 def work_of(result: ContactResult, contact: int) -> float:
@@ -162,17 +292,17 @@ def work_of(result: ContactResult, contact: int) -> float:
 
 
 def _solved_step(
-    model: SceneModel,
-    given: Mapping[str, Any],
-    step: Mapping[str, Any],
-    before: ContactResult | None,
-    tolerance: float,
-    depth: int,
+    way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], before: ContactResult | None, depth: int
 ) -> Iterator[ContactResult]:
     """Results of a step: one, or those of its halves."""
-    loading, settings = sorted_case(model, {**step, "tolerance": tolerance})
+    # the frictionless solution is a better start than the forces of the last step
+    past = None if before is None or before.step_end is None else replace(before.step_end, chosen=())
+    poses = () if past is None else carried_poses(way.model, given, step, past.poses)
     try:
-        found = check_rest(solved(model, loading, None, settings, Stopwatch(), (), before))
+        found = way.solved(step, past, poses)
+        if before is not None and _coupling(found) != _coupling(before):
+            # loads may suggest another coupling, whose points have no past
+            found = way.coupled_as(before).solved(step, past, poses)
     except SolverError as error:
         if isinstance(error, SupportError) or depth == HALVINGS:
             raise
@@ -181,9 +311,14 @@ def _solved_step(
         return
     middle = between(given, step)
     for start, end in ((given, middle), (middle, step)):
-        for part in _solved_step(model, start, end, before, tolerance, depth + 1):
+        for part in _solved_step(way, start, end, before, depth + 1):
             before = part
             yield part
+
+
+def _coupling(result: ContactResult) -> list[tuple[str, str]]:
+    """Slave and coupling of each contact."""
+    return [(interface.slave.name, interface.pairing.coupling) for interface in result.interfaces]
 
 
 def between(start: Mapping[str, Any], end: Mapping[str, Any]) -> dict[str, Any]:

@@ -116,8 +116,8 @@ def solve_scene(
         "tractions": tractions,
     }  # fmt: skip
     if model.has_friction:
-        refuse_with_friction(model, finite_motion, accuracy, solver)
-        finite_motion, search = False, "global"
+        refuse_with_friction(model, accuracy, solver)
+        finite_motion, search = finite_motion is True, "global"
     arguments = {
         **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "search": search, **options,
     }  # fmt: skip
@@ -131,17 +131,13 @@ def solve_scene(
         return solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
 
 
-def refuse_with_friction(
-    model: SceneModel, finite_motion: bool | str, accuracy: float | None, solver: str | CustomSolver
-) -> None:
+def refuse_with_friction(model: SceneModel, accuracy: float | None, solver: str | CustomSolver) -> None:
     """Refuse what is not offered with friction.
 
     Raises
     ------
     InputError
     """
-    if finite_motion is True:
-        raise InputError("With friction, motions are small: leave finite_motion out, or give it in several load steps.")
     if accuracy is not None:
         raise InputError("With friction, meshes are not divided by themselves: leave accuracy out and refine the mesh.")
     if solver != "auto":

@@ -94,30 +94,32 @@ def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict
         model[f"body {name!r}"] = fingerprint([b for b in bodies if b.name == name])
     for what in ("contacts", "springs"):
         parts = [{f.name: getattr(part, f.name) for f in fields(part)} for part in getattr(scene, what)]
-        model[what] = fingerprint(_numbered(parts, bodies))
+        model[what] = fingerprint(numbered(parts, bodies))
     usual = {k: p.default for k, p in inspect.signature(solve_scene).parameters.items()} | {"search": "local"}
     nothing = {fingerprint(None), fingerprint({})}
     out = {}
     for name, case in cases.items():
-        given = {k: fingerprint(_numbered(v, bodies)) for k, v in case.items() if k != "name"}
+        given = {k: fingerprint(numbered(v, bodies)) for k, v in case.items() if k != "name"}
         said = {k: v for k, v in given.items() if v not in nothing and v != fingerprint(usual.get(k))}
         out[name] = {**model, **said}
     return out
 
 
-def _numbered(thing: Any, bodies: Sequence[Body]) -> Any:
+def numbered(thing: Any, bodies: Sequence[Body]) -> Any:
     """The same with bodies as numbers, which are faster to compare."""
     for k, body in enumerate(bodies):
         if thing is body:
             return ("body", k)
     if isinstance(thing, Mapping):
-        return {_numbered(k, bodies): _numbered(v, bodies) for k, v in thing.items()}
+        return {numbered(k, bodies): numbered(v, bodies) for k, v in thing.items()}
     if isinstance(thing, (tuple, list)):
-        return tuple(_numbered(v, bodies) for v in thing)
+        return tuple(numbered(v, bodies) for v in thing)
     return thing
 
 
-def finished(path: str | Path | None, prints: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, Any]]:
+def finished(
+    path: str | Path | None, prints: Mapping[str, Mapping[str, str]], what: str = "a row of a sweep"
+) -> dict[str, dict[str, Any]]:
     """Rows of an earlier run of these cases.
 
     Parameters
@@ -125,13 +127,15 @@ def finished(path: str | Path | None, prints: Mapping[str, Mapping[str, str]]) -
     path : str, Path or None
     prints : mapping
         `fingerprints` of the cases.
+    what : str
+        What a row is, for the message.
 
     Raises
     ------
     InputError
         If a row with the name of a case is of another model or case, or has no fingerprint.
     """
-    rows = {} if path is None else read_rows(path, "name", "a row of a sweep")
+    rows = {} if path is None else read_rows(path, "name", what)
     remedy = "Give another path, or delete that line of the file to have the case solved again."
     for name, now in prints.items():
         if name not in rows:

@@ -42,15 +42,15 @@ FIRST_SWEEPS = 1e-3
 
 
 def solve_friction(
-    problem: FrictionProblem, start: FrictionSolution | None = None, *, tolerance: float = TOLERANCE
+    problem: FrictionProblem, start: tuple[Array, Array] | None = None, *, tolerance: float = TOLERANCE
 ) -> FrictionSolution:
     """Certified solution of a contact problem with friction, or an error that says why there is none.
 
     Parameters
     ----------
     problem : FrictionProblem
-    start : FrictionSolution, optional
-        Of a problem with the same rows, such as the last load step: forces to begin with.
+    start : ((N,), (m,)) arrays, optional
+        Forces and motion to begin with, such as those of the last load step.
     tolerance : float
         Largest residual of a certified solution; ten times that for the penetration.
 
@@ -94,12 +94,12 @@ def solve_friction(
 
 
 def _starts(
-    problem: FrictionProblem, scaled: ScaledProblem, rows: FrictionRows, start: FrictionSolution | None
+    problem: FrictionProblem, scaled: ScaledProblem, rows: FrictionRows, start: tuple[Array, Array] | None
 ) -> Iterator[tuple[Array, Array, str]]:
     """First forces (N,) and motions (r,) in turn, with the name of the method; later ones only if those before fail."""
     to_p = np.linalg.pinv(scaled.motion_map)
     if start is not None:
-        yield start.forces / scaled.force_scale, to_p @ start.q, "newton"
+        yield start[0] / scaled.force_scale, to_p @ start[1], "newton"
     x, p = np.zeros(scaled.n), np.zeros(scaled.r)
     bare = attempt(problem.normal_problem(x))
     touching = np.ones(len(rows.normals), bool)

@@ -44,7 +44,7 @@ def path(monkeypatch):
     """A path of one body of size 2 at the origin."""
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
     monkeypatch.setattr(finite, "driven_motions", lambda r: r.motions)
-    return finite._Path(SimpleNamespace(bodies=[Block()]), {}, Stopwatch())
+    return finite._Path(SimpleNamespace(bodies=[Block()], has_friction=False), {}, Stopwatch())
 
 
 @pytest.mark.parametrize(

@@ -116,8 +116,8 @@ def test_patch_of_stick_on_faces_that_do_not_match() -> None:
 def test_what_is_not_offered_is_refused() -> None:
     scene, block = dragged(0.3)
     motions = {block: {"z": -0.01}}
-    with pytest.raises(fc.InputError, match="motions are small"):
-        scene.solve(motions=motions, finite_motion=True)
+    with pytest.raises(fc.InputError, match="must be True or False"):
+        scene.solve_path([{"motions": motions}], finite_motion="auto")
     with pytest.raises(fc.InputError, match="leave accuracy out"):
         scene.solve(motions=motions, accuracy=0.05)
     with pytest.raises(fc.InputError, match="solver of its own"):
@@ -204,6 +204,91 @@ def test_a_step_without_certified_solution_is_cut(monkeypatch: pytest.MonkeyPatc
     assert cut.cuts == (1, 2)
     assert abs(cut.forces - whole.forces).max() < 1e-12  # full slip: the path does not matter
     assert cut.dissipated[1, 0] > 0
+
+
+@pytest.mark.parametrize("finite_motion", [False, True])
+def test_an_interrupted_path_goes_on_as_if_it_had_not_been(finite_motion: bool, tmp_path) -> None:
+    moves = np.random.default_rng(0).uniform([-0.02, -0.02, -0.02], [0.02, 0.02, 0.0], size=(5, 3))
+    file = tmp_path / "path.jsonl"
+
+    def solved(n: int, to: object, first: float = 1.0, **options: object) -> object:
+        scene, block = dragged(0.3)
+        given = [{"motions": {block: dict(zip("xyz", move, strict=True))}} for move in first * moves[:n]]
+        return scene.solve_path(given, to, **{"finite_motion": finite_motion, **options})
+
+    whole = solved(5, None)
+    solved(3, file)
+    with file.open("a") as rows:
+        rows.write('{"name": "4", "half of a row')
+    again = solved(5, file)
+    assert [step.friction.nit for step in again.steps[:3]] == [0, 0, 0]  # certified, not solved
+    np.testing.assert_allclose(again.forces, whole.forces, rtol=1e-12, atol=1e-16)
+    np.testing.assert_allclose(again.dissipated, whole.dissipated, rtol=1e-12, atol=1e-18)
+    assert len(file.read_text().splitlines()) == 5
+    for change, what in (({"first": 1.1}, "motions"), ({"finite_motion": not finite_motion}, "finite_motion")):
+        with pytest.raises(fc.InputError, match=rf"row '1' .* another model or case \(.*{what}"):
+            solved(5, file, **change)
+
+
+def test_a_step_is_of_another_path_if_one_before_it_changed(tmp_path) -> None:
+    scene, block = dragged(0.3)
+    file = tmp_path / "path.jsonl"
+    press, drag = {"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}
+    scene.solve_path([press, drag, press], file)
+    lines = file.read_text().splitlines(keepends=True)
+    file.write_text("".join(lines[1:]))
+    with pytest.raises(fc.InputError, match="the steps before"):
+        scene.solve_path([drag, drag, press], file)
+    file.write_text('{"name": "1", "fingerprint": {}}\n')
+    with pytest.raises(fc.InputError, match="another model or case"):
+        scene.solve_path([press], file)
+
+
+def test_a_cut_step_is_rebuilt(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fecontact.scene import load_path
+
+    scene, block = dragged(0.3)
+    steps = [{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}]
+    given, calls = load_path.solved, []
+
+    def failing(*args: object) -> object:
+        calls.append(args)
+        if len(calls) == 2:
+            raise fc.SolverError("no")
+        return given(*args)
+
+    monkeypatch.setattr(load_path, "solved", failing)
+    cut = scene.solve_path(steps, tmp_path / "path.jsonl")
+    again = scene.solve_path(steps, tmp_path / "path.jsonl")
+    assert again.cuts == cut.cuts == (1, 2)
+    np.testing.assert_array_equal(again.dissipated, cut.dissipated)
+    slips = [found[1].contacts[0].friction.slip for found in (cut, again)]
+    np.testing.assert_allclose(slips[1], slips[0], rtol=1e-12)
+
+
+def test_the_coupling_of_the_first_step_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where loads suggest another coupling, its points would have no past."""
+    from fecontact.scene import load_path
+
+    above, below = (fc.shapes.block((1.0, 1.0, 1.0), (n, n, 2)) for n in (2, 3))
+    soft = fc.Material(E=1.0, nu=0.0)
+    top = fc.ElasticBody(above.translated((0, 0, 1.0)), soft, "bottom", {"top": "xyz"}, name="top")
+    low = fc.ElasticBody(below, soft, "top", {"bottom": "xyz"}, name="low")
+    scene = fc.Scene([top, low], [fc.Contact(top, low, friction=0.3)])
+    steps = [{"motions": {top: {"z": -0.01, "x": x}}} for x in (0.0, 0.001)]
+    kept, real, calls = scene.solve_path(steps), load_path.solved, []
+
+    def other(model: object, *rest: object) -> object:
+        calls.append(model)
+        if len(calls) == 2:
+            model = fc.Scene([top, low], [fc.Contact(top, low, friction=0.3, coupling="nodal")])
+        return real(model, *rest)
+
+    monkeypatch.setattr(load_path, "solved", other)
+    found = scene.solve_path(steps)
+    assert len(calls) == 3
+    assert found[1].interfaces[0].pairing.coupling == kept[1].interfaces[0].pairing.coupling == "mortar"
+    np.testing.assert_allclose(found.forces, kept.forces, rtol=1e-12, atol=1e-16)
 
 
 def test_a_load_path_in_a_scene_file(tmp_path, capsys) -> None:

@@ -1,0 +1,90 @@
+"""End of a load step: all that friction carries on to the next one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fecontact.bodies.pose import Pose
+from fecontact.common.arrays import Array, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Displacement of the slave's points against the master, at the end of a load step.
+
+    Attributes
+    ----------
+    nodes : (n,) int array
+        Slave nodes of the points: those of a later step may be others, where bodies slide over a rim.
+    by : (n, 3) array
+        Since the unloaded state, in the master's axes, which carry it along where both bodies turn. Without the rigid
+        motion that poses have.
+    """
+
+    nodes: IntArray
+    by: Array
+
+    def at(self, nodes: IntArray) -> Array:
+        """Displacement (m, 3) at nodes (m,); zero where it is not known."""
+        out = np.zeros((len(nodes), 3))
+        known = np.isin(nodes, self.nodes)
+        order = np.argsort(self.nodes)
+        out[known] = self.by[order[np.searchsorted(self.nodes, nodes[known], sorter=order)]]
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class StepEnd:
+    """End of a load step.
+
+    Attributes
+    ----------
+    poses : tuple of Pose
+        Poses of the scene's bodies.
+    moved : mapping of int to Moved
+        By the number of each contact with friction.
+    chosen : sequence of int arrays
+        Candidates of each interface.
+    forces, motion : (N,) and (m,) arrays
+        Solution of the condensed problem, from which the next one begins.
+    """
+
+    poses: tuple[Pose, ...]
+    moved: Mapping[int, Moved] = field(default_factory=dict)
+    chosen: Sequence[IntArray] = ()
+    forces: Array = field(default_factory=lambda: np.zeros(0))
+    motion: Array = field(default_factory=lambda: np.zeros(0))
+
+    def start(self, chosen: Sequence[IntArray], n_forces: int, n_motions: int) -> tuple[Array, Array] | None:
+        """Forces and motion to begin with; None where the candidates are others."""
+        same = len(chosen) == len(self.chosen) and all(map(np.array_equal, chosen, self.chosen))
+        fits = same and (len(self.forces), len(self.motion)) == (n_forces, n_motions)
+        return (self.forces, self.motion) if fits else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same in lists, for a file."""
+        return {
+            "poses": [[p.rotation.tolist(), p.translation.tolist()] for p in self.poses],
+            "moved": {str(k): [m.nodes.tolist(), m.by.tolist()] for k, m in self.moved.items()},
+            "chosen": [c.tolist() for c in self.chosen],
+            "forces": self.forces.tolist(),
+            "motion": self.motion.tolist(),
+        }
+
+    @classmethod
+    def from_dict(cls, given: Mapping[str, Any]) -> StepEnd:
+        """The inverse of `as_dict`."""
+        return cls(
+            tuple(Pose(np.array(q), np.array(t)) for q, t in given["poses"]),
+            {
+                int(k): Moved(np.array(n, dtype=np.int64), np.reshape(m, (-1, 3)))
+                for k, (n, m) in given["moved"].items()
+            },
+            [np.array(c, dtype=np.int64) for c in given["chosen"]],
+            np.array(given["forces"], dtype=float),
+            np.array(given["motion"], dtype=float),
+        )
