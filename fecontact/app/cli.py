@@ -137,6 +137,8 @@ def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--accuracy", type=_share, metavar="2%", help="divide the meshes until the pressure is within it"
     )
+    parser.add_argument("--engine", metavar="petsc", help="solve by PETSc on several processes under MPI")
+    parser.add_argument("-n", "--ranks", type=int, metavar="N", help="number of processes of the engine petsc")
     parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")
     _json(parser)
     parser.add_argument(

@@ -119,7 +119,8 @@ def solve(options: argparse.Namespace) -> int:
     """Solve a scene file."""
     _check_files(options.json)
     out = None if options.out is None else make_folder(options.out)
-    asked = {} if options.accuracy is None else {"accuracy": options.accuracy}
+    names = ("accuracy", "engine", "ranks")
+    asked = {name: value for name in names if (value := getattr(options, name)) is not None}
 
     def change(values: dict[str, Any]) -> None:
         values.setdefault("solve", {}).update(asked)

@@ -133,7 +133,7 @@ def constrained_cg(
                 break
             z, w = rows.project(held.V(r)), held.Q @ unbalanced
             now = float(held.total(np.array([r @ z]))[0] + unbalanced @ w)
-            if now <= 0.0:
+            if not now > 0.0:  # nor a number
                 break
             p = w + now / last * p
             s = z - rows.lift(B.T @ w) + now / last * s

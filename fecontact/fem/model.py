@@ -221,6 +221,11 @@ class Model:
         every = np.arange(self.n_coordinates)
         return np.setdiff1d(every, np.concatenate([self.held, self.grounded]), assume_unique=True)
 
+    @property
+    def by_cells(self) -> bool:
+        """Whether the stiffness is the sum of isotropic solid cells over the nodes of the mesh."""
+        return type(self).stiffness is Model.stiffness and self.n_dofs == 3 * len(self.mesh.points)
+
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness (n_dofs, n_dofs) of the elements, before hanging nodes are eliminated."""
@@ -349,10 +354,14 @@ class Model:
                 K = self.solved_stiffness()
                 vars(self).pop("stiffness", None)
             with timer("factorise"):
-                positions = np.repeat(self.coordinates.of_functions(self.mesh.points), 3, axis=0)[self.solved_dofs]
                 factor = AmgFactor(K, self.nodal_modes[self.solved_dofs], self._corners())
-                self.condensation = Multigrid(factor, positions)
+                self.condensation = Multigrid(factor, self.solved_positions)
         return self.condensation
+
+    @property
+    def solved_positions(self) -> Array:
+        """Positions (n_solved, 3) of the solved coordinates."""
+        return np.repeat(self.coordinates.of_functions(self.mesh.points), 3, axis=0)[self.solved_dofs]
 
     def _corners(self) -> tuple[IntArray, sp.csr_matrix] | None:
         """Solved coordinates of corners and the interpolation from them; None if there are no other nodes.

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 import scipy.linalg
@@ -25,6 +25,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.fem.amg import TIGHT, AmgFactor, Cycle
 from fecontact.fem.condensation import Compliance
 from fecontact.fem.constrained_cg import Held, constrained_cg
+from fecontact.fem.factor import Factor
 from fecontact.fem.held_rows import DependentRowsError, SparseRows
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import ComplementarityProblem, Status
@@ -40,22 +41,34 @@ MOST_SETS = 60
 SELF = 4 * np.log(1 + np.sqrt(2))
 
 
+class IterativeFactor(Factor, Protocol):
+    """Solutions by iteration."""
+
+    def solve_one(self, b: Array, rtol: float) -> Array:
+        """Solution (n,) of one right-hand side, to a relative residual."""
+
+
 class MultigridCompliance(Compliance):
     """Compliance of rows on one body, with its own contact solver.
 
     Parameters
     ----------
-    factor : AmgFactor
+    factor : IterativeFactor
     C : (n_rows, n) csr_matrix
     positions : (n, 3) array
         Positions of the degrees of freedom.
+    system : callable, optional
+        Makes the `System` of n rows and all bodies; by default an `Assembly`.
     """
 
     solver = "multigrid"
-    factor: AmgFactor
+    factor: IterativeFactor
 
-    def __init__(self, factor: AmgFactor, C: sp.csr_matrix, positions: Array) -> None:
+    def __init__(
+        self, factor: IterativeFactor, C: sp.csr_matrix, positions: Array, system: MakeSystem | None = None
+    ) -> None:
         super().__init__(factor, C)
+        self.system: MakeSystem = system or Assembly
         weights = abs(C)
         total = np.asarray(weights.sum(axis=1)).reshape(-1, 1)
         self.points = np.asarray(weights @ positions) / np.where(total > 0, total, 1.0)
@@ -127,6 +140,7 @@ class System(Protocol):
 
 #: Forces (a,) of active rows, motions and the deflection (n,) along all rows, from motions and a tolerance.
 OnRows = Callable[[Array, float], tuple[Array, Array, Array]]
+MakeSystem = Callable[[int, Sequence[tuple[IntArray, MultigridCompliance]]], System]
 
 
 class Assembly:
@@ -144,7 +158,7 @@ class Assembly:
     """
 
     def __init__(self, n: int, shares: Sequence[tuple[IntArray, MultigridCompliance]]) -> None:
-        self.factors = tuple(compliance.factor for _, compliance in shares)
+        self.factors = tuple(cast(AmgFactor, compliance.factor) for _, compliance in shares)
         softness = [1.0 / factor.K.diagonal() for factor in self.factors]
         self.ends = (0, *np.cumsum([len(s) for s in softness]).tolist())
         self.C = sp.hstack([_placed(n, index, compliance.C) for index, compliance in shares], format="csr")
@@ -207,7 +221,7 @@ def solve_contact(
     tolerance : float
         Of the certificate.
     """
-    system = Assembly(problem.n, shares)
+    system = shares[0][1].system(problem.n, shares)
     try:
         return _by_active_sets(system, _half_spaces(problem.n, shares), problem, 0.1 * tolerance)
     except DependentRowsError as error:
@@ -284,8 +298,9 @@ def _first_set(guess: Array, problem: ComplementarityProblem) -> tuple[Mask, Arr
 class Multigrid:
     """Condensation by multigrid: an operator for any rows."""
 
-    factor: AmgFactor
+    factor: IterativeFactor
     positions: Array
+    system: MakeSystem | None = None
     route: str = "operator"
     why: str = "multigrid has products only"
 
@@ -308,7 +323,7 @@ class Multigrid:
 
     def compliance(self, C: sp.csr_matrix) -> MultigridCompliance:
         """S as an operator with its own solver."""
-        return MultigridCompliance(self.factor, C, self.positions)
+        return MultigridCompliance(self.factor, C, self.positions, self.system)
 
     def response(self, C: sp.csr_matrix, f: Array) -> Array:
         """C K^-1 f."""

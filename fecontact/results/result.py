@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arrays import IntArray
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
@@ -162,4 +163,16 @@ def make_result(
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}
-    return ContactResult(scene, tuple(contacts), springs, solution, seconds, memory, rounds, loading, condensed, state)
+    return ContactResult(
+        scene, tuple(contacts), springs, solution, seconds, memory, rounds, _routes(scene), loading, condensed, state
+    )
+
+
+def _routes(scene: SceneModel) -> dict[str, str]:
+    """Route to the compliance of each elastic body and its reason; models in several poses once."""
+    models = {id(b.model): b for b in reversed(elastic_among(scene.bodies))}
+    out = {}
+    for b in reversed(models.values()):
+        if (found := b.model.condensation) is not None:
+            out[b.name] = f"{found.route}: {found.why}"
+    return out

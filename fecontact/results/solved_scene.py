@@ -56,6 +56,8 @@ class SolvedScene:
         Peak resident memory of the process in MB, 'before' and by the end of each stage (`Stopwatch.memory`).
     rounds : int
         Number of choices of candidates.
+    condensation : dict
+        Route to the compliance of each elastic body and its reason, by name; models in several poses once.
     originals : sequence of Body
         After a finite motion: the bodies as given; `scene` has them in their final poses.
     unrefined : sequence of Body
@@ -80,6 +82,7 @@ class SolvedScene:
     seconds: dict[str, float]
     memory: dict[str, float]
     rounds: int
+    condensation: dict[str, str]
     loading: Loading = field(repr=False)
     condensed: CondensedProblem = field(repr=False)
     state: DisplacementState = field(repr=False)
@@ -155,16 +158,6 @@ class SolvedScene:
     def n_active(self) -> int:
         """Points that carry force."""
         return int((self.solution.forces > 0).sum())
-
-    @property
-    def condensation(self) -> dict[str, str]:
-        """Route to the compliance of each elastic body and its reason, by name; models in several poses once."""
-        models = {id(b.model): b for b in reversed(self.elastic_bodies)}
-        out = {}
-        for b in reversed(models.values()):
-            if (found := b.model.condensation) is not None:
-                out[b.name] = f"{found.route}: {found.why}"
-        return out
 
     def _number(self, body: Body) -> int:
         for bodies in (self.scene.bodies, self.originals, self.unrefined):

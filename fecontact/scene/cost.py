@@ -29,6 +29,7 @@ from fecontact.mesh import shapes
 from fecontact.results.model_size import modelled
 from fecontact.scene.adaptive import GROWTH, SAFETY, Target
 from fecontact.scene.carried import KEYED
+from fecontact.scene.engine import advice
 from fecontact.scene.linear import prepared
 
 #: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; factor for its analysis.
@@ -104,6 +105,7 @@ class Explanation:
     memory_mb: float
     seconds: float
     divisions: str = ""
+    engine: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """All figures, ready for JSON."""
@@ -123,6 +125,8 @@ class Explanation:
             *(f"Saved:     {text}" for text in self.saved),
             f"Estimate:  about {self.memory_mb:.0f} MB (peak of the process) and {self.seconds:.1f} s",
         ]
+        if self.engine:
+            lines.append(f"Engine:    {self.engine}")
         if self.divisions:
             lines.append(f"Accuracy:  {self.divisions}")
         return "\n".join(lines)
@@ -179,6 +183,7 @@ def explain(
         memory_mb=peak_memory() + (LIBRARY if models else 0.0) + _peak(models) + dense,
         seconds=seconds,
         divisions="" if accuracy is None else _divisions(conditions, chosen, accuracy, n_dofs, seconds),
+        engine=advice(scene, n_dofs, sum(m.memory_mb for m in models)),
     )
 
 

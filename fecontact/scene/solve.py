@@ -17,6 +17,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.tractions import Distribution, refuse_nodal_values
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
+from fecontact.scene.engine import check_engine, on_processes
 from fecontact.scene.finite_rotation import follow, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_local, sorted_case
@@ -44,6 +45,8 @@ def solve_scene(
     solver: str | CustomSolver = "auto",
     tolerance: float = TOLERANCE,
     search: str = "global",
+    engine: str = "own",
+    ranks: int | None = None,
     progress: bool | None = None,
     **options: object,
 ) -> ContactResult:
@@ -91,6 +94,11 @@ def solve_scene(
         'global' pairs whole surfaces, 'local' only the parts that may touch. The latter takes a fraction of the
         time and gives the same forces (see `contact.search.region`), without gaps elsewhere. It is the default of
         cases of a sweep.
+    engine : {'own', 'petsc'}
+        Where the stiffness of elastic bodies is assembled and solved: in this process, or with processes under MPI by
+        PETSc, for models that one process cannot hold or is too slow for; see docs/scale.md.
+    ranks : int, optional
+        Number of processes of the engine 'petsc'; by default one per processor.
     progress : bool, optional
         Whether to show the stages on standard error while they last; by default where that is a terminal.
     **options
@@ -109,6 +117,7 @@ def solve_scene(
     search = str(options.pop("search", search))
     settings = Settings(solver, tolerance, options)
     settings.check()
+    processes = check_engine(model, engine, ranks, accuracy, solver)
     if finite_motion not in (True, False, "auto"):
         raise InputError(f"finite_motion must be 'auto', True or False; found {finite_motion!r}.")
     loads = {
@@ -124,7 +133,7 @@ def solve_scene(
     given = {**arguments, "finite_motion": finite_motion}
     if accuracy is None and (max_dofs is not None or max_seconds is not None):
         raise InputError("max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.")
-    with progress_line("solve", progress):
+    with progress_line("solve", progress), on_processes(model, processes):
         if accuracy is None:
             return _solve_known(model, given, ())
         refuse_nodal_values(pressures, tractions)

@@ -93,6 +93,10 @@ def run_sweep(
     for name, case in named.items():
         with naming(name):
             named[name] = renamed(case)
+            if case.get("engine", "own") != "own":
+                raise InputError(
+                    "A sweep has the engine 'own' only: give processes= or executor=, or use Scene.solve for each case."
+                )
     if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
         raise InputError(f"processes must be a whole number of at least 1; found {processes!r}.")
     prints = fingerprints(scene, named)

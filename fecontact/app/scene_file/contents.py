@@ -30,7 +30,7 @@ class SceneFile:
     loads : dict
         Arguments of `Scene.solve`.
     options : dict
-        Solver, tolerance, finite_motion, accuracy and its limits, where given.
+        Solver, tolerance, finite_motion, engine, accuracy and its limits, where given.
     outputs : tuple of Output
     cases : tuple of dict
         Cases of a sweep: arguments of `Scene.solve` with ``name`` and ``poses``; empty for a single case.

@@ -26,6 +26,7 @@ from fecontact.contact.loads import make_loading
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.scene.adaptive import Target
+from fecontact.scene.engine import ENGINES
 from fecontact.scene.scene import Scene
 from fecontact.solvers import available_solvers
 
@@ -137,6 +138,8 @@ def _check_steps(
     root: Table, loads: Mapping[str, Any], cases: Sequence[Any], steps: Sequence[Any], options: Mapping[str, Any]
 ) -> None:
     """Refuse steps beside other ways to give loads, and settings that a load path does not have."""
+    if cases and options.get("engine", "own") != "own":
+        root.fault("cases", "is a sweep, which has the engine 'own' only: leave engine out.")
     if not steps:
         return
     if loads or cases:
@@ -342,6 +345,8 @@ def _solve_options(table: Table) -> dict[str, Any]:
         "accuracy": table.number("accuracy"),
         "max_dofs": table.integer("max_dofs"),
         "max_seconds": table.number("max_seconds"),
+        "engine": table.text("engine", ENGINES),
+        "ranks": table.integer("ranks"),
     }
     table.finish()
     limits = ("accuracy", "max_dofs", "max_seconds")

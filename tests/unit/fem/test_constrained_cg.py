@@ -48,6 +48,14 @@ def test_the_equations_of_bodies_on_rows(per_row, m):
         assert not again
 
 
+def test_a_preconditioner_without_numbers_ends_the_iteration():
+    """The displacements that keep the rows remain, and are numbers."""
+    K, G, W, d, B, F = problem(1)
+    held = Held(K.dot, lambda r: r * np.nan, SparseRows(G, W), d, B, F, np.eye(2))
+    u, _, q = constrained_cg(held, np.zeros(40), np.zeros(2), 1e-12, lambda: None)
+    assert G @ u + d + B.T @ q == pytest.approx(np.zeros(7), abs=1e-12)
+
+
 def test_lift_and_projection():
     """G L = 1, G P = 0, P P = P, and L^T finds the forces in G^T l."""
     _, G, W, d, _, _ = problem(3)

@@ -1,0 +1,1 @@
+"""Contact of elastic bodies by PETSc under MPI: stiffness and displacements are shared by several processes."""

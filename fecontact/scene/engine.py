@@ -1,0 +1,104 @@
+"""Engines: where the stiffness of elastic bodies is assembled and solved.
+
+'own' is this process, by the back-end of each body. 'petsc' shares it between processes under MPI (`fem.petsc`): all
+else, pairing, active sets and the certificate, stays here and is the same.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from fecontact.bodies.elastic import elastic_among
+from fecontact.common.checks import among
+from fecontact.common.errors import InputError
+from fecontact.contact.model import SceneModel
+from fecontact.fem.condensation import memory_budget
+from fecontact.fem.multigrid import Multigrid
+from fecontact.fem.petsc.factor import SharedFactor, SharedSystem
+from fecontact.fem.petsc.job import Job
+
+ENGINES = ("own", "petsc")
+#: Unknowns above which several processes pay off (docs/scale.md).
+WORTHWHILE = 300_000
+
+
+def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: float | None, solver: object) -> int:
+    """Number of processes; 0 for this one alone.
+
+    Raises
+    ------
+    InputError
+        For an unknown engine, a number of processes without one, or what the engine does not offer.
+    """
+    among("engine", engine, ENGINES)
+    if engine == "own":
+        if ranks is not None:
+            raise InputError(
+                f"ranks={ranks!r} is a number of processes of the engine 'petsc': give engine='petsc', too."
+            )
+        return 0
+    if ranks is not None and (isinstance(ranks, bool) or not isinstance(ranks, int) or ranks < 1):
+        raise InputError(f"ranks must be a whole number of at least 1; found {ranks!r}.")
+    if accuracy is not None:
+        raise InputError("The engine 'petsc' does not divide meshes: leave accuracy out and refine the mesh.")
+    if why := _refusal(model):
+        raise InputError(
+            f"The engine 'petsc' is for rigid and elastic bodies without friction: {why}. Leave engine out."
+        )
+    if solver != "auto":
+        raise InputError(f"The engine 'petsc' has a solver of its own: leave solver out; found {solver!r}.")
+    return ranks or os.cpu_count() or 1
+
+
+@contextmanager
+def on_processes(model: SceneModel, ranks: int) -> Iterator[None]:
+    """The stiffness of all elastic bodies with `ranks` processes, or here for 0.
+
+    They end when no result refers to them any more.
+    """
+    if ranks == 0:
+        yield
+        return
+    models = [body.model for body in elastic_among(model.bodies)]
+    job = Job(models, ranks)
+    before = {id(each): each.condensation for each in models}
+    for each in {id(each): each for each in models}.values():
+        numbers = [k for k, other in enumerate(models) if other is each]
+        why = f"multigrid of PETSc on {ranks} processes has products only"
+        each.condensation = Multigrid(SharedFactor(job, numbers), each.solved_positions, SharedSystem, why=why)
+    try:
+        yield
+    finally:
+        for each in models:
+            each.condensation = before[id(each)]
+
+
+def _refusal(model: SceneModel) -> str:
+    """Why the engine 'petsc' does not solve a scene; empty if it does."""
+    if model.has_friction:
+        return "a contact has friction"
+    by_cells = {id(body) for body in elastic_among(model.bodies) if body.model.by_cells}
+    for body in model.bodies:
+        if not body.is_rigid and id(body) not in by_cells:
+            return f"{body.name!r} is a {type(body).__name__} that is not assembled from a mesh of solids"
+    return "" if elastic_among(model.bodies) else "no body is elastic"
+
+
+def advice(model: SceneModel, n_dofs: int, memory: float) -> str:
+    """What to solve a large model with; empty for others.
+
+    Parameters
+    ----------
+    model : SceneModel
+    n_dofs : int
+        Unknowns of all elastic bodies.
+    memory : float
+        MB that their factors need.
+    """
+    if n_dofs < WORTHWHILE and memory < memory_budget() / 1e6:
+        return ""
+    if why := _refusal(model):
+        return f"own: {why}"
+    return "backend='amg' of the bodies needs less memory than a factor; engine='petsc' shares it between processes"

@@ -1,0 +1,182 @@
+"""The engine 'petsc' against the direct back-end, on one and two processes; its refusals."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.app.cli import main
+from fecontact.common.errors import FecontactError, InputError, MissingPackageError
+from fecontact.fem.petsc.job import interpreter
+from fecontact.mesh.refine import refined, touching
+
+
+def has_petsc():
+    found = shutil.which("mpiexec") and subprocess.run(
+        [*interpreter(), "-c", "import petsc4py"], capture_output=True, check=False,
+        env={k: v for k, v in os.environ.items() if not k.startswith("PYTHON")},
+    )  # fmt: skip
+    return bool(found) and found.returncode == 0
+
+
+def ball_between_blocks():
+    """Two elastic bodies of different stiffness; the upper one floats on the other and is pressed by the ball."""
+    mesh = fc.shapes.block((2.0, 1.7, 1.0), (3, 3, 2))
+    base = fc.ElasticBody(mesh, fc.Material(2.0, 0.3), "top", {"bottom": "xyz"}, name="base")
+    sides = {"x_min": "x", "y_min": "y"}
+    plate = fc.ElasticBody(mesh, fc.Material(1.0, 0.2), ("bottom", "top"), sides, name="plate")
+    plate = plate.placed(translation=(0.0, 0.0, 1.0))
+    ball = fc.RigidBody(fc.Sphere(3.0), name="ball").placed(translation=(0.1, 0.05, 5.0))
+    contacts = [
+        fc.Contact(plate, base, surfaces=("bottom", "top")),
+        fc.Contact(plate, ball, surfaces=("top", ball.contact[0])),
+    ]
+    return base, plate, ball, fc.Scene([base, plate, ball], contacts)
+
+
+needs_petsc = pytest.mark.skipif(not has_petsc(), reason="needs mpiexec and petsc4py: apt install python3-petsc4py")
+
+
+@pytest.fixture(autouse=True)
+def processes(monkeypatch):
+    """As many processes as asked for, also as root and on few processors (variables of OpenMPI)."""
+    for name in ("ALLOW_RUN_AS_ROOT", "ALLOW_RUN_AS_ROOT_CONFIRM", "MCA_rmaps_base_oversubscribe"):
+        monkeypatch.setenv(f"OMPI_{name}", "1")
+    monkeypatch.setenv("OMPI_MCA_mpi_yield_when_idle", "1")
+
+
+def forces(result):
+    return np.concatenate([contact.forces for contact in result.contacts])
+
+
+@needs_petsc
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_two_bodies_on_processes_carry_the_same_forces(ranks):
+    """Source: the direct back-end. Loads on bodies, a floating body, rows that share displacements."""
+    _, plate, ball, scene = ball_between_blocks()
+    loads = {ball: (0.0, 0.0, -0.02), (plate, "x_max"): (0.002, 0.0, 0.001)}
+    found = scene.solve(loads, finite_motion=False, engine="petsc", ranks=ranks)
+    own = scene.solve(loads, finite_motion=False)
+    assert found.success
+    assert found.solution.solver == "multigrid"
+    assert found.condensation["base"] == f"operator: multigrid of PETSc on {ranks} processes has products only"
+    assert own.condensation["base"].startswith("schur")
+    # two certificates of 1e-10 and a compliance with a condition of about 1e5; measured 1e-12
+    assert np.abs(forces(found) - forces(own)).max() < 1e-8 * forces(own).max()
+    here, there = own.displacement(plate), found.displacement(plate)
+    assert np.abs(here - there).max() < 1e-8 * np.abs(here).max()
+
+
+@needs_petsc
+def test_one_model_in_two_poses_with_turned_axes_and_hanging_nodes(steel):
+    """Source: the direct back-end. The stiffness is transformed by the processes."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    mesh = refined(mesh, touching(mesh, mesh.boundaries["top"]))
+    below = fc.ElasticBody(mesh, steel, "top", {"bottom": "xyz", "x_min": (1, 0, 1)}, name="below")
+    above = below.placed(translation=(0.0, 0.2, 2.001), rotation=fc.rotation_about((1, 0, 0), np.pi))
+    scene = fc.Scene([below, above], [fc.Contact(above, below)])
+    loads = {"motions": {above: {"z": -0.01}}, "finite_motion": False}
+    own = scene.solve(**loads)
+    found = scene.solve(**loads, engine="petsc", ranks=2)
+    assert below.model is above.model
+    assert mesh.hanging is not None
+    assert np.abs(forces(found) - forces(own)).max() < 1e-8 * forces(own).max()
+
+
+@needs_petsc
+def test_a_scene_file_on_processes(tmp_path, capsys):
+    path, figures = tmp_path / "scene.toml", {}
+    path.write_text(SCENE)
+    for engine in (["--engine", "petsc", "-n", "2"], []):
+        to = tmp_path / f"{len(figures)}.json"
+        assert main(["solve", str(path), *engine, "--json", str(to)]) == 0
+        assert ("PETSc on 2 processes" in capsys.readouterr().out) == bool(engine)
+        figures[len(figures)] = json.loads(to.read_text())
+    one, other = (figures[k]["contacts"][0]["force"] for k in range(2))
+    assert one == pytest.approx(other, rel=1e-8, abs=1e-12)
+
+
+@needs_petsc
+def test_a_preconditioner_without_numbers_is_named(monkeypatch):
+    """Relaxation by 1e300, whose residuals overflow: PETSc's reason -9 is its DIVERGED_NANORINF."""
+    monkeypatch.setenv(
+        "PETSC_OPTIONS", "-fecontact_mg_levels_ksp_type richardson -fecontact_mg_levels_ksp_richardson_scale 1e300"
+    )
+    _, _, ball, scene = ball_between_blocks()
+    with pytest.raises(FecontactError, match=r"engine 'petsc' failed: .*reason -9"):
+        scene.solve({ball: (0.0, 0.0, -0.02)}, finite_motion=False, engine="petsc", ranks=1)
+
+
+def test_what_the_engine_does_not_offer_is_refused(steel):
+    _, plate, ball, scene = ball_between_blocks()
+    loads = {ball: (0.0, 0.0, -0.02)}
+    for given, message in (
+        ({"engine": "mumps"}, "Unknown engine 'mumps'; expected one of 'own', 'petsc'"),
+        ({"ranks": 2}, "give engine='petsc'"),
+        ({"engine": "petsc", "ranks": 0}, "at least 1; found 0"),
+        ({"engine": "petsc", "ranks": True}, "at least 1; found True"),
+        ({"engine": "petsc", "accuracy": 0.1}, "does not divide meshes"),
+        ({"engine": "petsc", "solver": "wolfe"}, "a solver of its own"),
+    ):
+        with pytest.raises(InputError, match=message):
+            scene.solve(loads, **given)
+    rough = fc.Scene(scene.bodies, [replace(scene.contacts[0], friction=0.3), scene.contacts[1]])
+    with pytest.raises(InputError, match="a contact has friction"):
+        rough.solve(loads, engine="petsc")
+    with pytest.raises(InputError, match="engine 'own' only"):
+        scene.sweep([{"forces": loads, "engine": "petsc"}])
+    ground = fc.HalfSpace(steel)
+    with pytest.raises(InputError, match="not assembled from a mesh of solids"):
+        fc.Scene([ground, plate], [fc.Contact(plate, ground, surfaces=("bottom", ground.contact[0]))]).solve(
+            engine="petsc"
+        )
+    rigid = [fc.RigidBody(fc.Sphere(1.0)).placed(translation=(0.0, 0.0, 3.0 * k)) for k in range(2)]
+    with pytest.raises(InputError, match="no body is elastic"):
+        fc.Scene(rigid, [], springs=[fc.Spring(1.0, (rigid[0], (0, 0, 0)), (rigid[1], (0, 0, 0)))]).solve(
+            engine="petsc"
+        )
+
+
+def test_what_is_missing_is_named(monkeypatch, tmp_path):
+    _, _, ball, scene = ball_between_blocks()
+    loads = {"forces": {ball: (0.0, 0.0, -0.02)}, "engine": "petsc", "ranks": 1}
+    # a launcher that runs one process, with a Python that has no petsc4py
+    launcher = tmp_path / "launch"
+    launcher.write_text('#!/bin/sh\nshift 2\nexec "$@"\n')
+    launcher.chmod(0o755)
+    monkeypatch.setenv("FECONTACT_MPIEXEC", str(launcher))
+    monkeypatch.setenv("FECONTACT_MPI_PYTHON", f"{sys.executable} -S")
+    with pytest.raises(MissingPackageError, match="needs NumPy and petsc4py: ModuleNotFoundError"):
+        scene.solve(**loads)
+    monkeypatch.setenv("FECONTACT_MPIEXEC", "no-such-mpiexec -n")
+    with pytest.raises(MissingPackageError, match="apt install python3-petsc4py"):
+        scene.solve(**loads)
+
+
+SCENE = """
+[materials.steel]
+E = 1.0
+nu = 0.3
+[bodies.block]
+shape = {kind = "block", size = [2.0, 2.0, 1.0], divisions = [3, 3, 2]}
+material = "steel"
+contact = "top"
+supports = {bottom = "xyz"}
+[bodies.ball]
+type = "rigid"
+shape = {kind = "sphere", radius = 3.0}
+pose = {translation = [0.0, 0.0, 4.0]}
+[[contacts]]
+slave = "block"
+master = "ball"
+[solve]
+finite_motion = false
+[loads.forces]
+ball = [0.0, 0.0, -0.02]
+"""
