@@ -149,44 +149,52 @@ class PressureReadings:
 
 def readings_of(contact: PressureOnFacets) -> PressureReadings | None:
     """Three reconstructions of the pressure of a contact; None without pressure."""
+    field = nodal_pressure(contact)
+    if field is None:
+        return None
+    chosen = np.flatnonzero(field.loaded)
+    n = int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
+    blocks = [_read(contact, field, chosen[k : k + BLOCK], n) for k in range(0, len(chosen), BLOCK)]
+    points, areas, interpolated, root, smooth = (np.concatenate(part) for part in zip(*blocks, strict=True))
+    peak, offset = _peak(contact, field, contact.singular_edge is None)
+    return PressureReadings(chosen, points, areas, interpolated, root, smooth, field.bounded[chosen], peak, offset)
+
+
+class NodalPressure(NamedTuple):
+    """Pressures at the nodes (m,), those that carry information (else NaN), facets with pressure, and where bounded."""
+
+    pressure: Array
+    known: Array
+    loaded: Mask
+    bounded: Mask
+
+
+def nodal_pressure(contact: PressureOnFacets) -> NodalPressure | None:
+    """Pressure of a contact at the nodes of its facets; None without pressure."""
     nodal = contact.at_nodes @ contact.pressure
     # nodes between contact points, as on a triangle's sides in a mortar coupling, carry no information
     known = np.where(np.diff(contact.at_nodes.indptr) == 1, nodal, np.nan)
     if not (known > 0).any():
         return None
     loaded = (nodal[contact.facets] > 0).any(axis=1)
-    bounded = loaded
-    if (edge := contact.singular_edge) is not None:
-        at_edge = np.asarray(contact.at_nodes @ edge.points > 0)
-        known[at_edge], bounded = np.nan, loaded & ~at_edge[contact.facets].any(axis=1)
-    field = _Nodal(nodal, known, bounded)
-    chosen = np.flatnonzero(loaded)
-    n = int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
-    blocks = [_read(contact, field, chosen[k : k + BLOCK], n) for k in range(0, len(chosen), BLOCK)]
-    points, areas, interpolated, root, smooth = (np.concatenate(part) for part in zip(*blocks, strict=True))
-    peak, offset = _peak(contact, field, edge is None)
-    return PressureReadings(chosen, points, areas, interpolated, root, smooth, bounded[chosen], peak, offset)
+    if (edge := contact.singular_edge) is None:
+        return NodalPressure(nodal, known, loaded, loaded)
+    at_edge = np.asarray(contact.at_nodes @ edge.points > 0)
+    known[at_edge] = np.nan
+    return NodalPressure(nodal, known, loaded, loaded & ~at_edge[contact.facets].any(axis=1))
 
 
-class _Nodal(NamedTuple):
-    """Pressures at the nodes (m,), those that carry information (else NaN), and facets on which they are bounded."""
-
-    pressure: Array
-    known: Array
-    bounded: Mask
-
-
-def _peak(contact: PressureOnFacets, field: _Nodal, bounded: bool) -> tuple[float, float]:
+def _peak(contact: PressureOnFacets, field: NodalPressure, bounded: bool) -> tuple[float, float]:
     """Largest pressure and its difference from the recovered one there, infinite without bound."""
     if not bounded:
         return float(field.pressure.max()), np.inf
     highest = int(np.nanargmax(field.known))
     there = np.flatnonzero((contact.facets == highest).any(axis=1))
-    at_peak = _recovered(contact, field, there).at(np.broadcast_to(contact.nodes[highest], (len(there), 1, 3)))
+    at_peak = recovered_on(contact, field, there).at(np.broadcast_to(contact.nodes[highest], (len(there), 1, 3)))
     return float(field.pressure[highest]), float(abs(field.pressure[highest] - at_peak.mean()))
 
 
-def _read(contact: PressureOnFacets, field: _Nodal, chosen: IntArray, n: int) -> tuple[Array, ...]:
+def _read(contact: PressureOnFacets, field: NodalPressure, chosen: IntArray, n: int) -> tuple[Array, ...]:
     """Points, areas and the three pressures on some of the facets, at n samples along each side."""
     facets, mortar = contact.facets[chosen], contact.coupling == "mortar"
     samples = facet_samples(contact.nodes, facets, mortar, contact.extent, n)
@@ -194,11 +202,12 @@ def _read(contact: PressureOnFacets, field: _Nodal, chosen: IntArray, n: int) ->
     interpolated = np.einsum("fqa,fa->fq", samples.shapes, field.pressure[facets])
     smooth, some = interpolated.copy(), field.bounded[chosen]
     if some.any():
-        smooth[some] = _recovered(contact, field, chosen[some]).at(samples.points[some])
+        smooth[some] = recovered_on(contact, field, chosen[some]).at(samples.points[some])
     return samples.points, samples.areas, interpolated, np.sqrt(np.maximum(squares, 0.0)), smooth
 
 
-def _recovered(contact: PressureOnFacets, field: _Nodal, chosen: IntArray) -> RecoveredPressure:
+def recovered_on(contact: PressureOnFacets, field: NodalPressure, chosen: IntArray) -> RecoveredPressure:
+    """Recovered pressure on chosen facets on which it is bounded."""
     # on an elastic foundation the pressure falls to zero linearly
     power = 1 if contact.slave.is_foundation else 2
     # only facets with pressure: which others were paired is a matter of the search

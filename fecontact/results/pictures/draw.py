@@ -200,9 +200,8 @@ def draw_field(
     """Draw a nodal field of a contact with smooth shading, the facets' edges and a scale up to `top`."""
     names = units or Units()
     plane = view_axes(contact.normals, contact.forces)
-    triangles, xy, shades = _shaded(
-        contact, contact.nodes @ plane.T, values, values.max(initial=0.0) if what == "gap" else 0.0
-    )
+    beyond = values.max(initial=0.0) if what == "gap" else 0.0
+    triangles, xy, shades = _shaded(contact, contact.nodes @ plane.T, None if what == "pressure" else values, beyond)
     limits = {"vmin": 0.0, "vmax": top or values.max(initial=0.0) or 1.0} if what != "gap" else {}
     drawn = axes.tripcolor(
         Triangulation(xy[:, 0], xy[:, 1], triangles), shades, shading="gouraud", cmap=COLOURS[what], **limits
@@ -325,18 +324,18 @@ def _axis_name(direction: Array) -> str:
     return "xyz"[k] if abs(direction[k]) > 0.999 else "({:.2f}, {:.2f}, {:.2f})".format(*direction)
 
 
-def _shaded(contact: ContactFields, xy: Array, values: Array, beyond: float = 0.0) -> tuple[Array, Array, Array]:
-    """Facets divided into triangles with interpolated values."""
+def _shaded(contact: ContactFields, xy: Array, values: Array | None, beyond: float) -> tuple[Array, Array, Array]:
+    """Facets divided into triangles with interpolated values; without values the recovered pressure."""
     t = np.linspace(0.0, 1.0, FINENESS + 1)
     local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
     N, _ = shapes_on_square(contact.facets, local)
     points = (N @ xy[contact.facets]).reshape(-1, 2)
-    shades = contact.interpolated(values, local, beyond).ravel()
+    shades = contact.recovered.at(local) if values is None else contact.interpolated(values, local, beyond)
     index = np.arange(len(local)).reshape(FINENESS + 1, FINENESS + 1)
     a, b, c, d = (index[i : i + FINENESS, j : j + FINENESS].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     cell = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     starts = len(local) * np.arange(len(contact.facets))
-    return (starts[:, None, None] + cell).reshape(-1, 3), points, shades
+    return (starts[:, None, None] + cell).reshape(-1, 3), points, shades.ravel()
 
 
 def _facet_sides(contact: ContactFields, xy: Array) -> Array:

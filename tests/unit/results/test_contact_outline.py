@@ -47,6 +47,12 @@ def radii(contact) -> np.ndarray:
     return np.linalg.norm(curve.points[edge][:, :2], axis=1)
 
 
+def exact(points: np.ndarray) -> np.ndarray:
+    """Hertz's pressure."""
+    r2 = (points[:, :2] ** 2).sum(axis=1) / CONTACT**2
+    return 2 * MODULUS * CONTACT / (math.pi * RADIUS) * np.sqrt(np.maximum(1 - r2, 0))
+
+
 # four faces a radius, of which none ends at the edge; the bounds are twice what is found
 @pytest.mark.parametrize(("element", "area", "off"), [("hex20", 0.02, 0.01), ("hex8", 0.05, 0.03)])
 def test_circle_of_hertz(element, area, off):
@@ -56,6 +62,9 @@ def test_circle_of_hertz(element, area, off):
     (curve,) = contact.outline.curves
     # the curve, seen along the axis, and the facets have one area but for the smoothing
     assert abs(curve.area / contact.edge_area - 1) < 2e-3
+    points, nodal, areas = contact.sampled(contact.pressure, 8)
+    error, own = (np.sqrt(areas @ (p - exact(points)) ** 2) for p in (contact.recovered.sampled(8)[1], nodal))
+    assert error < 0.6 * own  # found: 0.3 and 0.5 times
 
 
 def test_divided_mesh_has_one_closed_curve():
@@ -90,19 +99,23 @@ def test_ring_has_a_hole():
     assert abs(other.edge_area / contact.edge_area - 1) < 0.01
 
 
-def test_sharp_punch_has_its_own_outline():
-    """Source: the punch's end, a square, whichever body has the contact points."""
+def punched(swap: str) -> fc.ContactResult:
+    """A block below a punch with sharp edges, 1.7 by 1.7."""
     mesh = fc.shapes.block((4.0, 4.0, 2.0), (13, 13, 3)).translated((-2.0, -2.0, -2.0))
     block = fc.ElasticBody(mesh, SOFT, "top", {"bottom": "xyz"}, name="block")
-    end = fc.shapes.block((1.7, 1.7, 1.0), (4, 4, 2)).translated((-0.85, -0.85, 0.0))
+    end = fc.shapes.block((1.7, 1.7, 1.0), (6, 6, 2)).translated((-0.85, -0.85, 0.0))
     punch = fc.ElasticBody(end, SOFT, "bottom", {"top": "xyz"}, name="punch")
-    for swap in ("auto", "never"):
-        scene = fc.Scene([block, punch], [fc.Contact(block, punch, swap=swap)])
-        contact = scene.solve(motions={punch: {"z": -0.03}}).contacts[0]
-        (curve,) = contact.outline.curves
-        assert not curve.is_edge.any()
-        assert abs(contact.edge_area / 1.7**2 - 1) < 1e-5  # halvings of a face to 1e-6
-        assert abs(np.abs(curve.points[:, :2]).max(axis=1) - 0.85).max() < 1e-5
+    return fc.Scene([block, punch], [fc.Contact(block, punch, swap=swap)]).solve(motions={punch: {"z": -0.03}})
+
+
+@pytest.mark.parametrize("swap", ["auto", "never"])
+def test_sharp_punch_has_its_own_outline(swap):
+    """Source: the punch's end, a square, whichever body has the contact points."""
+    contact = punched(swap).contacts[0]
+    (curve,) = contact.outline.curves
+    assert not curve.is_edge.any()
+    assert abs(contact.edge_area / 1.7**2 - 1) < 1e-5  # halvings of a face to 1e-6
+    assert abs(np.abs(curve.points[:, :2]).max(axis=1) - 0.85).max() < 1e-5
 
 
 def test_section_against_hertz():
@@ -118,6 +131,26 @@ def test_section_against_hertz():
     assert abs(exact / CONTACT - 1) < 1e-12
     assert abs(result.contacts[0].edge_area / exact - 1) < 0.01
     assert result.contacts[0].outline.curves == ()
+
+
+def test_recovered_pressure_of_a_uniform_contact_is_its_own():
+    """Source: a patch test, whose pressure lies in every polynomial, and ends with the body, not as a square root."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (5, 5, 2))
+    body = fc.ElasticBody(mesh, fc.Material(1.0, 0.0), "bottom", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    contact = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}}).contacts[0]
+    assert np.abs(contact.recovered.sampled()[1] / 0.01 - 1).max() < 1e-9
+    assert not contact.recovered.cut.any()
+
+
+def test_pressure_of_few_faces_or_at_a_sharp_edge_is_kept():
+    few = quarter("hex20", 0.25).contacts[0]
+    assert few.error_estimate.faces_across < 4
+    assert np.array_equal(few.recovered.pressure, few.at_nodes @ few.pressure)
+    contact = punched("auto").contacts[0]
+    edge = contact.at_nodes @ contact.singular_edge.points > 0
+    assert edge.any()
+    assert np.array_equal(contact.recovered.pressure[edge], (contact.at_nodes @ contact.pressure)[edge])
 
 
 def test_smoothing_keeps_ends_and_mirror_images():
