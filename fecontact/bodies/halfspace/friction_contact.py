@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import InputError
@@ -115,17 +116,30 @@ class FrictionContact(HalfSpaceContact):
         return float(self.work.sum()) * self.grid.area
 
     def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
-        """Refused: the stress by tangential tractions is not offered.
+        """Stress (n, 6) inside the half-space by pressures and tractions, see `HalfSpaceContact.stress`.
 
         Raises
         ------
         InputError
-            Always.
+            If a point lies outside, or the half-space is periodic.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(32, 32))
+        >>> dragged = half.press(fc.Sphere(10.0), force=0.1, friction=0.3, tangential=(0.02, 0.0))
+        >>> bool(dragged.stress([[0.0, 0.0, -0.1]])[0, 5] > 0)
+        True
         """
-        raise InputError(
-            "Stress inside is offered for contacts without friction only: that of tangential tractions is not in it. "
-            "Press without friction for the stress by the pressures alone."
-        )
+        if self.periodic:
+            raise InputError(
+                "Stress inside a periodic half-space is offered for contacts without friction only. Press a free one, "
+                "or without friction."
+            )
+        by_pressure = super().stress(points, chunk)
+        downwards = np.asarray(points, dtype=float) * np.array([1.0, 1.0, -1.0])
+        loaded = inside.Loaded(self.grid, self.pressure, self.material, ())
+        return np.asarray(by_pressure + loaded.sheared(downwards, self.traction, chunk) * inside.OUTWARDS)
 
     def __str__(self) -> str:
         s, report = super().__str__(), self.tangential_solver

@@ -1,9 +1,10 @@
-"""Stresses inside a half-space under the pressures of a contact: free, layered, periodic.
+"""Stresses inside a half-space under the pressures and tractions of a contact: free, layered, periodic.
 
-Free and homogeneous: Love's rectangles. Free and layered: in the top layer Love's rectangles of its material plus the
-smooth difference due to the layers, below it the whole field, both from Hankel transforms of a point force's field,
-summed over the cells by a Gauss rule. Periodic: the Fourier series of the pressures, each wave with its field. Here z
-points into the body; in results it points out of the body.
+Free and homogeneous: Love's rectangles, and those of Cerruti's potentials for tangential tractions. Free and layered:
+in the top layer Love's rectangles of its material plus the smooth difference due to the layers, below it the whole
+field, both from Hankel transforms of a point force's field, summed over the cells by a Gauss rule. Periodic: the
+Fourier series of the pressures, each wave with its field. Here z points into the body; in results it points out of the
+body.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ import scipy.special
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fecontact.analytic import rectangle
+from fecontact.analytic import rectangle, sheared_rectangle
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import ON_INTERFACE, Layer, wave_stress
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 
 Field = Callable[[Array, Array, Array], Array]
@@ -84,37 +85,71 @@ class Loaded:
             out[here] += self._summed(waves.field(spectrum), points[here], chunk)
         return out
 
-    def _cells(self) -> tuple[Array, Array]:
-        """Centres (m, 3) and pressures (m,) of the loaded cells."""
-        ix, iy = np.nonzero(self.pressure)
-        return np.stack([self.grid.x[ix], self.grid.y[iy], np.zeros(len(ix))], axis=1), self.pressure[ix, iy]
+    def _cells(self, loads: Array) -> tuple[IntArray, Array, Array]:
+        """Numbers (m, 2), centres (m, 3) and loads (m,) of the cells with a load, of loads (nx, ny)."""
+        ix, iy = np.nonzero(loads)
+        centres = np.stack([self.grid.x[ix], self.grid.y[iy], np.zeros(len(ix))], axis=1)
+        return np.stack([ix, iy], axis=1), centres, loads[ix, iy]
 
     def _love(self, points: Array, material: Material, chunk: int) -> Array:
-        """Stress in a homogeneous half-space: point forces on the cells, Love's rectangles for nearby cells."""
-        core = CORE * min(self.grid.cell)
-        out = self._summed(lambda x, y, z: _point_force(x, y, z, material.nu, core), points, chunk)
-        centres, loads = self._cells()
-        ix, iy = np.nonzero(self.pressure)
-        number, place = np.stack([ix, iy], axis=1), self._in_cells(points)
+        """Stress in a homogeneous half-space by the pressures."""
+        half_sides = (self.grid.cell[0] / 2, self.grid.cell[1] / 2)
+        core, mean = CORE * min(self.grid.cell), mean_distance(*half_sides)
+
+        def point(x: Array, y: Array, z: Array) -> Array:
+            return _point_force(x, y, z, material.nu, core)
+
+        def cell(offsets: Array) -> Array:
+            return rectangle.stress(
+                offsets, half_sides=half_sides, pressure=1.0, material=material, corner_distance=mean
+            )
+
+        return self._homogeneous(self.pressure, point, cell, points, chunk)
+
+    def sheared(self, points: Array, tractions: Array, chunk: int) -> Array:
+        """Stress (n, 6) at points (n, 3), z into the body, by tractions (2, nx, ny) on a homogeneous half-space."""
+        assert self.material is not None
+        material, nu = self.material, self.material.nu
+        half_sides, core = (self.grid.cell[0] / 2, self.grid.cell[1] / 2), CORE * min(self.grid.cell)
+
+        def along_x(x: Array, y: Array, z: Array) -> Array:
+            return _point_shear(x, y, z, nu, core)
+
+        def along_y(x: Array, y: Array, z: Array) -> Array:
+            return _point_shear(y, x, z, nu, core)[..., [1, 0, 2, 3, 5, 4]]
+
+        def cell(along: tuple[float, float]) -> Callable[[Array], Array]:
+            return lambda offsets: sheared_rectangle.stress(
+                offsets, half_sides=half_sides, traction=along, material=material
+            )
+
+        return self._homogeneous(tractions[0], along_x, cell((1.0, 0.0)), points, chunk) + self._homogeneous(
+            tractions[1], along_y, cell((0.0, 1.0)), points, chunk
+        )
+
+    def _homogeneous(
+        self, given: Array, point: Field, cell: Callable[[Array], Array], points: Array, chunk: int
+    ) -> Array:
+        """Stress in a homogeneous half-space: point forces on the cells, rectangles for nearby cells.
+
+        `given` are the loads (nx, ny), `point` is the field of a unit force, `cell` the stresses (n, 3, 3) at offsets
+        (n, 3) from a cell under a unit load.
+        """
+        out = self._summed(point, points, chunk, given)
+        number, centres, loads = self._cells(given)
+        place = self._in_cells(points)
         depth = np.where(points[:, 2] < ON_EDGE * min(self.grid.cell), 0.0, points[:, 2])
         near = cKDTree(points).sparse_distance_matrix(
             cKDTree(centres), NEARBY * max(self.grid.cell), output_type="ndarray"
         )
-        half_sides = (self.grid.cell[0] / 2, self.grid.cell[1] / 2)
         for first in range(0, len(near), chunk):
             i, j = near["i"][first : first + chunk], near["j"][first : first + chunk]
             offsets = np.column_stack([(place[i] - number[j] - 0.5) * self.grid.cell, depth[i]])
-            unit = rectangle.stress(
-                offsets,
-                half_sides=half_sides,
-                pressure=1.0,
-                material=material,
-                corner_distance=mean_distance(*half_sides),
-            )
+            unit = cell(offsets)
             better = np.stack([unit[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
             # as in `_summed`, so that both omit the same
             places = points[i, None, :2] - (centres[j, None, :2] + self._gauss)
-            gauss = _point_force(places[..., 0], places[..., 1], points[i, 2, None], material.nu, core)
+            gauss = point(places[..., 0], places[..., 1], points[i, 2, None])
             change = better - self.grid.area * np.einsum("nci,c->ni", gauss, GAUSS_WEIGHTS)
             np.add.at(out, i, change * loads[j, None])
         return out
@@ -131,9 +166,9 @@ class Loaded:
         x = math.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
         return np.array([(s, t) for s in x for t in x]) * self.grid.cell
 
-    def _summed(self, field: Field, points: Array, chunk: int) -> Array:
-        """Field of a point force, summed over the cells with nine points each."""
-        centres, loads = self._cells()
+    def _summed(self, field: Field, points: Array, chunk: int, given: Array | None = None) -> Array:
+        """Field of a point force, summed over the cells with nine points each; loads (nx, ny), or the pressures."""
+        _, centres, loads = self._cells(self.pressure if given is None else given)
         out = np.zeros((len(points), 6))
         step = max(1, chunk // max(1, 9 * len(points)))
         z = points[:, None, 2]
@@ -191,6 +226,24 @@ def _point_force(x: Array, y: Array, z: Array, nu: float, core: float = 0.0) -> 
     xx = lateral * (f - y * y * g) - axial * x * x
     yy = lateral * (f - x * x * g) - axial * y * y
     xy = x * y * (lateral * g - axial)
+    return np.stack([xx, yy, -axial * z * z, xy, -axial * y * z, -axial * x * z], axis=-1) / (2 * math.pi)
+
+
+def _point_shear(x: Array, y: Array, z: Array, nu: float, core: float) -> Array:
+    """Stress (..., 6) by a unit force on the surface along x (Cerruti; Johnson 1985, eq. 3.76).
+
+    Zero within a distance `core` of the force.
+    """
+    rho2 = x**2 + y**2 + z**2
+    deep = rho2 > core**2
+    rho = np.sqrt(np.where(deep, rho2, 1.0))
+    i3 = rho**-3
+    s = 1 / (rho + z)
+    g = s * s * (i3 + 2 * s / rho**2)
+    lateral, axial = (1 - 2 * nu) * deep, 3 * x * i3 / rho**2 * deep
+    xx = lateral * x * (i3 - 3 * s * s / rho + x * x * g) - axial * x * x
+    yy = lateral * x * (i3 - s * s / rho + y * y * g) - axial * y * y
+    xy = lateral * y * (x * x * g - s * s / rho) - axial * x * y
     return np.stack([xx, yy, -axial * z * z, xy, -axial * y * z, -axial * x * z], axis=-1) / (2 * math.pi)
 
 

@@ -325,10 +325,6 @@ REFUSED = {
         ),
         "Step 2 of 2: The contact slides",
     ),
-    "stress": (
-        lambda body: body.press(BALL, force=0.01, friction=0.1).stress([[0.0, 0.0, -1.0]]),
-        "without friction only",
-    ),
 }
 
 
@@ -347,3 +343,5 @@ def test_layers_points_and_twisted_periods_are_refused():
             body.press(BALL, force=0.01, friction=0.1)
     with pytest.raises(InputError, match="would not repeat"):
         half(n=12, periodic=True).press_path(BALL, [fc.PressStep(force=0.01, twist=0.1)], 0.3)
+    with pytest.raises(InputError, match="without friction only"):
+        half(n=12, periodic=True).press(BALL, force=0.01, friction=0.1).stress([[0.0, 0.0, -1.0]])

@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import boussinesq
-from fecontact.bodies.halfspace.inside import _point_force, mean_distance
+from fecontact.bodies.halfspace.inside import _point_force, _point_shear, mean_distance
 from fecontact.surfaces import FlatPunch, Paraboloid, self_affine
 
 UNIT = fc.Material(E=2.0, nu=0.3)
@@ -246,3 +246,48 @@ def test_periodic_stress_at_corners_of_cells_is_that_of_its_neighbourhood():
     moved = contact.stress(points + np.array([1e-7, -1e-7, 0.0]))
     # a hundred-thousandth of a cell away
     assert np.abs(contact.stress(points) - moved).max() < 1e-3 * contact.max_pressure
+
+
+def test_a_point_shear_is_cerruti():
+    x = np.random.default_rng(2).uniform(-3, 3, (50, 3))
+    x[:, 2] = np.abs(x[:, 2])
+    exact = boussinesq.stress(x, force=(1.0, 0.0, 0.0), material=UNIT)
+    found = _point_shear(*x.T, UNIT.nu, 0.0)
+    for k, (i, j) in enumerate(VOIGT):
+        assert np.abs(found[:, k] - exact[:, i, j]).max() < 1e-12 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("along", [(1.0, 0.0), (0.6, -0.8)])
+def test_a_sliding_ball_against_hamilton(along):
+    """Surface stresses by tractions q0 sqrt(1 - r^2/a^2) on a circle (Hamilton 1983; strains: Johnson eq. 3.91)."""
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(64, 64), against=UNIT)
+    mu, e = 0.3, np.array(along)
+    sliding = half.press(Paraboloid(1.0), force=2.0, friction=mu, shift=tuple(2.0 * e))
+    smooth = half.press(Paraboloid(1.0), force=2.0)
+    hertz = fc.hertz.spheres((1.0, np.inf), (UNIT, UNIT), force=2.0)
+    x = half.grid.x[[20, 26, 35, 43]]
+    points = np.column_stack([x, x[::-1], 0 * x])
+    found = (sliding.stress(points) - smooth.stress(points)) / (mu * hertz.p0)
+    s, t = points[:, :2] @ e / hertz.a, points[:, :2] @ [-e[1], e[0]] / hertz.a
+    nu = UNIT.nu
+    ss, tt, st = -np.pi * (4 + nu) * s / 8, -3 * np.pi * nu * s / 8, -np.pi * (2 - nu) * t / 8
+    turn = np.stack([e, [-e[1], e[0]]], axis=1)
+    plane = np.einsum("ai,nij,bj->nab", turn, np.array([[ss, st], [st, tt]]).transpose(2, 0, 1), turn)
+    for k, (i, j) in ((0, (0, 0)), (1, (1, 1)), (3, (0, 1))):
+        # slip is radial too, and turns tractions by up to 1 %; 20 cells per radius
+        assert np.abs(found[:, k] - plane[:, i, j]).max() < 0.02
+    traction = sliding.traction[:, [20, 26, 35, 43], [43, 35, 26, 20]]
+    np.testing.assert_allclose(found[:, [5, 4]] * mu * hertz.p0, traction.T, atol=1e-10 * hertz.p0)
+
+
+def test_tractions_are_carried_through_every_depth():
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(8, 8), against=UNIT)
+    dragged = half.press(Paraboloid(1.0), force=2.0, friction=0.3, tangential=(0.3, 0.2))
+    x = np.linspace(-8, 8, 33)
+    X, Y = np.meshgrid(x, x, indexing="ij")
+    points = np.column_stack([X.ravel(), Y.ravel(), np.full(X.size, -1.0)])
+    carried = dragged.stress(points).sum(axis=0) * 0.5**2
+    # a part passes beyond: that of a point force, but for the square of radius over distance
+    alone = -boussinesq.stress(points * [1, 1, -1], force=(0.3, 0.2, 0.0), material=UNIT).sum(axis=0) * 0.5**2
+    np.testing.assert_allclose(carried[[5, 4]], alone[2, :2], rtol=0.01)
+    assert 0.75 < alone[2, 0] / 0.3 < 1
