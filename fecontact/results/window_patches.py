@@ -31,8 +31,6 @@ class WindowPatch:
     body : Body
     points : (n, 3) array
         Centres of the cells, in the body's own axes.
-    normals : (n, 3) array
-        Outward, in the body's own axes.
     quads : (m, 4) int array
         Quadrilaterals between them.
     fields : mapping of str to (n,) or (n, k) arrays
@@ -41,7 +39,6 @@ class WindowPatch:
 
     body: Body
     points: Array
-    normals: Array
     quads: IntArray
     fields: Mapping[str, Array]
 
@@ -72,8 +69,7 @@ def _patch(result: SolvedScene, interface: Interface, contact: ContactFields) ->
         "contact_pressure_error": np.zeros(len(shown)),
         "gap": gap,
     }
-    normals = contact.at_nodes @ contact.normals @ body.pose.rotation
-    return WindowPatch(body, surface.points[shown], normals, contact.facets, fields)
+    return WindowPatch(body, surface.points[shown], contact.facets, fields)
 
 
 def _inside(result: SolvedScene, interface: Interface, shown: IntArray) -> tuple[Array, Array]:

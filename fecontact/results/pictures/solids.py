@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -56,17 +57,20 @@ class Solid:
     mesh : Mesh, SectionMesh or Patch
         Mesh with points in the world.
     fields : mapping of str to (n_points,) or (n_points, k) arrays
+    rise : (3,) array
+        By how much its displacement is shown larger, so that a patch stays over faces that are displaced less finely.
     """
 
     name: str
     mesh: Mesh | SectionMesh | Patch
     fields: Mapping[str, Array]
+    rise: Array = field(default_factory=partial(np.zeros, 3))
 
     def deformed(self, scale: float) -> Array:
         """Points (n_points, 3) with `scale` times the displacement added."""
         if scale == 0 or "displacement" not in self.fields:
             return self.mesh.points
-        return np.asarray(self.mesh.points + scale * self.fields["displacement"])
+        return np.asarray(self.mesh.points + scale * (self.fields["displacement"] + self.rise))
 
     def scalar(self, name: str) -> Array:
         """A scalar field (n_points,): a scalar, the length of a vector, or a component such as ``stress_xx``.
@@ -119,13 +123,17 @@ def solids_of_result(result: SolvedScene) -> tuple[Solid, ...]:
         for b in result.meshed_bodies
     ]
     for p in window_patches(result):
-        lifted = p.points + LIFT * float(np.ptp(p.points, axis=0).max()) * p.normals
-        bodies.append(patch_solid(p.body.name, result.given(p.body).pose.to_world(lifted), p.quads, p.fields))
+        bodies.append(patch_solid(p.body.name, result.given(p.body).pose.to_world(p.points), p.quads, p.fields))
     return tuple(bodies)
 
 
 def patch_solid(name: str, points: Array, quads: IntArray, fields: Mapping[str, Array]) -> Solid:
-    """Quadrilaterals (m, 4) with nodal fields as a body to show, with the middles of their sides."""
+    """Quadrilaterals (m, 4) with nodal fields as a body to show, with the middles of their sides, lifted a little."""
+    corners = points[quads]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]).sum(axis=0)
+    normal /= np.linalg.norm(normal)
+    lifted = points + LIFT * float(np.ptp(points, axis=0).max()) * normal
+    rise = float(np.ptp(fields["displacement"] @ normal)) * normal if "displacement" in fields else np.zeros(3)
 
     def with_middles(values: Array) -> Array:
         sides = (values[quads] + values[np.roll(quads, -1, axis=1)]) / 2
@@ -133,7 +141,7 @@ def patch_solid(name: str, points: Array, quads: IntArray, fields: Mapping[str, 
 
     middles = len(points) + np.arange(4 * len(quads)).reshape(-1, 4)
     cells = np.concatenate([quads, middles], axis=1)
-    return Solid(name, Patch(with_middles(points), cells), {k: with_middles(v) for k, v in fields.items()})
+    return Solid(name, Patch(with_middles(lifted), cells), {k: with_middles(v) for k, v in fields.items()}, rise)
 
 
 def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
