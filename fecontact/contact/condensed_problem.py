@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -40,23 +41,39 @@ class MeanConstraint:
         R, in the body's axes.
     mean : (j, n_dofs) array
         m.
+    body : Body
     """
 
     modes: Array
     mean: Array
+    body: Body
+
+    @cached_property
+    def answers(self) -> Array:
+        """Displacements (n_dofs, j) without rigid motion by the rows of m as loads."""
+        rows, forces = sp.csr_matrix((0, self.body.n_dofs)), np.zeros(0)
+        return np.stack([self.body.displacement(rows, forces, m) for m in self.mean], axis=1)
+
+    def of_elastic(self, f: Array) -> Array:
+        """The mean (j,) of the displacements without rigid motion by forces (n_dofs,) and what holds the body.
+
+        By Betti's theorem, so that it is the one in the compliance. The mean of a local body's nodes is another, up to
+        the error of the mesh: they do not integrate the field of its contact.
+        """
+        return np.asarray(self.answers.T @ self.balanced(f))
 
     def balanced(self, f: Array) -> Array:
         """Loads (n_dofs,) plus the distributed forces that hold the body against them."""
         return f - self.mean.T @ (self.modes.T @ f)
 
 
-def _mean_hold(frame: RigidMotionConstraints) -> MeanConstraint | None:
+def _mean_hold(body: Body, frame: RigidMotionConstraints) -> MeanConstraint | None:
     if frame.mean_held.shape[1] == 0:
         return None
     modes = frame.modes(frame.mean_held)
     weighted = mass_weighted(frame, frame.mean_held)
     mean = np.asarray(np.linalg.solve(modes.T @ weighted, weighted.T), dtype=np.float64)
-    return MeanConstraint(modes, mean)
+    return MeanConstraint(modes, mean, body)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +161,7 @@ def _displacement(part: BodyBlock, forces: Array, q: Array) -> tuple[Array, Arra
     motion = frame.prescribed + frame.free @ q
     u = u + frame.modes(motion[:, None])[:, 0]
     if part.hold is not None:
-        target = part.hold.mean @ frame.modes(frame.prescribed[:, None])[:, 0]
-        correction = target - part.hold.mean @ u
+        correction = part.hold.mean @ frame.modes((frame.prescribed - motion)[:, None])[:, 0] - part.hold.of_elastic(f)
         u = u + part.hold.modes @ correction
         motion = motion + frame.mean_held @ correction
     return u, motion
@@ -316,7 +332,7 @@ def _part(
         if own is not None:
             rows.append(own[c])
             index.append(start + np.arange(len(c)))
-    hold = _mean_hold(frame)
+    hold = _mean_hold(body, frame)
     released = frame.free
     if hold is not None and released.shape[1]:
         # make the free motions independent of the held mean
@@ -329,11 +345,9 @@ def _held_by_mean(
 ) -> tuple[Array | LinearOperator, Array]:
     """Compliance of the rows C (I - R m) and their response to loads balanced by the held mean."""
     rows = part.rows
-    none = np.zeros(rows.shape[0])
-    X = np.stack([part.body.displacement(rows, none, m) for m in hold.mean], axis=1)
-    CR, CX, mX = rows @ hold.modes, rows @ X, hold.mean @ X
+    CR, CX, mX = rows @ hold.modes, rows @ hold.answers, hold.mean @ hold.answers
     if part.loads is not None:
-        u = part.body.displacement(rows, none, hold.balanced(part.loads))
+        u = part.body.displacement(rows, np.zeros(rows.shape[0]), hold.balanced(part.loads))
         response = rows @ u - CR @ (hold.mean @ u)
     # the change is of low rank: L M L^T
     L = np.concatenate([CR, CX], axis=1)

@@ -300,7 +300,13 @@ class SolvedScene:
         modes = frame.modes(floating)
         weighted = mass_weighted(frame, floating)
         elastic = self.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
-        return np.asarray(motion + floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic))
+        found = motion + floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic)
+        part = self.condensed.parts[k]
+        if part.hold is not None:
+            f = part.rows.T @ (self.friction or self.solution).forces[part.index]
+            mean = part.hold.of_elastic(f if part.loads is None else f + part.loads)
+            found = found + frame.mean_held @ (mean - part.hold.mean @ elastic)
+        return np.asarray(found)
 
     def rigid_motion(self, body: Body) -> RigidMotion:
         """Rigid motion of a body about its reference point.

@@ -164,3 +164,18 @@ def test_uniform_pressure_displaces_the_mesh_as_finite_elements_say() -> None:
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
     away = np.linalg.norm(mesh.points - [2.0, 2.0, 2.0], axis=1) > 1.5
     assert np.abs(found - expected)[away].max() < 0.003 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("driven", ["motion", "force"])
+def test_a_floating_body_touches_where_its_mean_is_held(driven: str) -> None:
+    """Its nodes give another mean than Betti's theorem, by 3e-4 here; gaps and motions are those of the problem."""
+    local = fc.LocalBody(block(supports={}), (2.0, 2.0, 2.0), 1.0, (24, 24))
+    ball = fc.RigidBody(fc.Sphere(10.0), pose=fc.Pose(translation=(2.0, 2.0, 2.0)))
+    scene = fc.Scene([local, ball], [fc.Contact(local, ball)])
+    held, lift = dict.fromkeys(("x", "y", "z", "rx", "ry", "rz"), 0.0), 0.005 if driven == "motion" else 0.0
+    forces = {} if driven == "motion" else {ball: (0.0, 0.0, -0.006)}
+    result = scene.solve(forces, motions={local: {**held, "z": lift}}, finite_motion=False)
+    (contact,) = result.contacts
+    assert np.abs(contact.gap[contact.active]).max() < 1e-10 * result.state.scale
+    assert result.residuals().worst < 1e-10
+    assert np.allclose(result.rigid_motion(local).translation, [0, 0, lift], atol=1e-15)
