@@ -11,10 +11,11 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.app.decks.content import DeckContent, DeckPair, DeckStep
+from fecontact.app.decks.content import DeckContent, DeckFrame, DeckRigid, DeckStep
 from fecontact.app.decks.ties import tied
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.units import Units
@@ -22,6 +23,7 @@ from fecontact.contact.contact import Contact
 from fecontact.fem.rigid import COMPONENTS, rigid_modes
 from fecontact.mesh.mesh import Mesh
 from fecontact.scene.scene import Scene
+from fecontact.surfaces import Facets
 
 #: Deviation of prescribed displacements from a rigid motion, relative to the largest, that is rounding of a deck.
 ROUNDING = 1e-6
@@ -63,14 +65,15 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
         If a cell has no material, no contact joins two bodies, or prescribed displacements deform a body.
     """
     made = [_body(deck, name, cells) for name, cells in _parts(deck).items()]
-    contacts, unused = _contacts(deck.contacts, made)
+    rigid = {r.name: _rigid(r) for r in deck.rigid if r.surface is not None}
+    contacts, unused = _contacts(deck, made, rigid)
     if not contacts:
         raise InputError(
             f"{deck.source} brings no two bodies into contact. {' '.join(unused)} A scene needs a contact between "
             "surfaces of two bodies, parts of the mesh that share no node."
         )
-    loads = [_loads(deck, step, made) for step in deck.steps]
-    bodies = [m.body for m in made]
+    loads = [_loads(deck, step, made, rigid) for step in deck.steps]
+    bodies: list[ElasticBody | RigidBody] = [*(m.body for m in made), *rigid.values()]
     friction = any(c.friction > 0 for c in contacts)
     several = len(loads) > 1
     names = [step.name for step in deck.steps]
@@ -150,35 +153,52 @@ def _supported(mesh: Mesh, held: Array) -> tuple[Mesh, dict[str, str]]:
     return replace(mesh, node_sets={**mesh.node_sets, **named}), {f"held in {c}": c for c in sets}
 
 
-def _contacts(pairs: Sequence[DeckPair], made: Sequence[DeckBody]) -> tuple[list[Contact], list[str]]:
+def _rigid(given: DeckRigid) -> RigidBody:
+    """A rigid body whose axes begin at its centre."""
+    assert given.surface is not None
+    own = given.surface.mapped(lambda x: x - given.centre)
+    return RigidBody(Facets(own), given.name).placed(given.centre)
+
+
+def _contacts(
+    deck: DeckContent, made: Sequence[DeckBody], rigid: Mapping[str, RigidBody]
+) -> tuple[list[Contact], list[str]]:
     """Contacts of the pairs on every two bodies, and notes on pairs that cannot be used."""
     out, notes = [], []
-    for pair in pairs:
-        slaves, masters = (
-            [m.body for m in made if name in m.body.mesh.boundaries] for name in (pair.slave, pair.master)
-        )
-        both = [(s, m) for s in slaves for m in masters if s is not m]
-        out += [Contact(s, m, (pair.slave, pair.master), friction=pair.friction) for s, m in both]
+
+    def ends(name: str) -> list[tuple[ElasticBody | RigidBody, str]]:
+        stiff = [(rigid[r.name], "surface") for r in deck.rigid if name in r.names]
+        return [*((m.body, name) for m in made if name in m.body.mesh.boundaries), *stiff]
+
+    for pair in deck.contacts:
+        slaves, masters = ends(pair.slave), ends(pair.master)
+        both = [(s, m) for s in slaves for m in masters if s[0] is not m[0] and not (s[0].is_rigid and m[0].is_rigid)]
+        for one, other in both:
+            slave, master = (other, one) if one[0].is_rigid else (one, other)
+            names = (slave[1], master[1])
+            out.append(Contact(slave[0], master[0], names, friction=pair.friction))
         if not both:
             why = "are on one body" if slaves and masters else "are not both on solids"
             notes.append(f"{pair.place}: not used, as the surfaces {pair.slave!r} and {pair.master!r} {why}.")
     return out, notes
 
 
-def _loads(deck: DeckContent, step: DeckStep, made: Sequence[DeckBody]) -> dict[str, Any]:
+def _loads(
+    deck: DeckContent, step: DeckStep, made: Sequence[DeckBody], rigid: Mapping[str, RigidBody]
+) -> dict[str, Any]:
     """Arguments of `Scene.solve` of a step."""
-    forces: dict[Any, Any] = {}
-    motions: dict[ElasticBody, Mapping[str, float]] = {}
-    pressures: dict[Any, float] = {}
+    given: dict[str, dict[Any, Any]] = {
+        kind: {} for kind in ("forces", "moments", "motions", "free", "pressures", "tractions")
+    }
     for m in made:
         points = m.body.mesh.points
         own = step.forces[m.nodes]
-        forces |= {(m.body, tuple(points[k].tolist())): own[k] for k in np.flatnonzero(own.any(axis=1)).tolist()}
-        boundaries = m.body.mesh.boundaries
-        pressures |= {(m.body, name): p for name, p in step.pressures.items() if name in boundaries and p}
-        for name, traction in step.tractions.items():
-            if name in boundaries and np.any(traction):
-                forces[(m.body, name)] = traction * _area(m.body, name)
+        given["forces"] |= {
+            (m.body, tuple(points[k].tolist())): own[k] for k in np.flatnonzero(own.any(axis=1)).tolist()
+        }
+        for kind, values in (("pressures", step.pressures), ("tractions", step.tractions)):
+            found = {(m.body, name): v for name, v in values.items() if name in m.body.mesh.boundaries and np.any(v)}
+            given[kind] |= found
         held = step.held[m.nodes]
         if (np.isfinite(held) != np.isfinite(deck.steps[0].held[m.nodes])).any():
             raise InputError(
@@ -186,16 +206,43 @@ def _loads(deck: DeckContent, step: DeckStep, made: Sequence[DeckBody]) -> dict[
                 "step; supports must be the same in all steps."
             )
         motion = _frame_motion(m.body, held, deck.source)
-        motions |= {m.body: motion} if motion else {}
-    given: dict[str, Any] = {"forces": forces, "motions": motions, "pressures": pressures}
-    if np.any(step.gravity):
-        given["gravity"] = step.gravity
-    return {kind: value for kind, value in given.items() if len(value)}
+        given["motions"] |= {m.body: motion} if motion else {}
+    for frame in step.frames:
+        _move(deck, frame, made, rigid, given)
+    loads = {kind: value for kind, value in given.items() if value}
+    return loads | ({"gravity": step.gravity} if np.any(step.gravity) else {})
 
 
-def _area(body: ElasticBody, name: str) -> float:
-    """Area of a boundary."""
-    return float(body.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum())
+def _move(
+    deck: DeckContent,
+    frame: DeckFrame,
+    made: Sequence[DeckBody],
+    rigid: Mapping[str, RigidBody],
+    given: dict[str, dict[Any, Any]],
+) -> None:
+    """Motions and loads of a rigid part: of its body, or of the frame of the body that is attached to it.
+
+    Raises
+    ------
+    InputError
+        If a rigid part whose motion is unknown has both, or several.
+    """
+    part = next(r for r in deck.rigid if r.name == frame.rigid)
+    held = [m.body for m in made if np.isin(part.attached, m.nodes).any()]
+    bodies: list[ElasticBody | RigidBody] = [rigid[part.name]] if part.name in rigid else []
+    if frame.is_free:
+        bodies += held
+    if frame.is_free and len(bodies) > 1:
+        raise InputError(
+            f"{deck.source}: the rigid part {part.name!r} is free to move and joins {len(bodies)} bodies; here a rigid "
+            "part that joins bodies must be held or moved."
+        )
+    for body in bodies:
+        lever = part.centre - body.pose.to_world(body.reference_point)
+        loads = {"forces": frame.force, "moments": frame.moment + np.cross(lever, frame.force)}
+        given |= {kind: given[kind] | {body: value} for kind, value in loads.items() if value.any()}
+        given["free"] |= {body: frame.free} if frame.free else {}
+        given["motions"] |= {body: dict(frame.motions)} if frame.motions else {}
 
 
 def _frame_motion(body: ElasticBody, held: Array, source: str) -> dict[str, float]:

@@ -11,6 +11,35 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
+
+
+@dataclass(frozen=True, eq=False)
+class DeckFrame:
+    """What moves a rigid part in a step.
+
+    Attributes
+    ----------
+    rigid : str
+        Its name.
+    motions : mapping of component to float
+        Prescribed motions that are not zero.
+    free : str
+        Components that are neither held nor prescribed nor loaded.
+    force, moment : (3,) arrays
+        About its centre.
+    """
+
+    rigid: str
+    motions: Mapping[str, float]
+    free: str
+    force: Array
+    moment: Array
+
+    @property
+    def is_free(self) -> bool:
+        """Whether its motion is unknown."""
+        return bool(self.free or self.force.any() or self.moment.any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +56,7 @@ class DeckStep:
     pressures : mapping of boundary to float
     tractions : mapping of boundary to (3,) array
     gravity : (3,) array
+    frames : sequence of DeckFrame
     """
 
     name: str
@@ -35,6 +65,7 @@ class DeckStep:
     pressures: Mapping[str, float] = field(default_factory=dict)
     tractions: Mapping[str, Array] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.zeros(3))
+    frames: Sequence[DeckFrame] = ()
 
 
 @dataclass(frozen=True)
@@ -54,24 +85,21 @@ class DeckRigid:
     Attributes
     ----------
     name : str
-    cells : int array
-        Its solid cells.
+    centre : (3,) array
+        About which it turns.
+    surface : SurfaceMesh, optional
+        Its contact surfaces; None if it has none.
+    names : frozenset of str
+        Names of these.
     attached : int array
-        Nodes of elastic cells that move with it.
-    motions : sequence of mapping of component to float
-        Prescribed motions of each step.
-    free : sequence of str
-        Components without prescribed motion of each step.
-    forces : sequence of (3,) array
-        Force of each step.
+        Points of elastic cells that move with it.
     """
 
     name: str
-    cells: IntArray
+    centre: Array
+    surface: SurfaceMesh | None
+    names: frozenset[str]
     attached: IntArray
-    motions: Sequence[Mapping[str, float]]
-    free: Sequence[str]
-    forces: Sequence[Array]
 
 
 @dataclass(frozen=True, eq=False)

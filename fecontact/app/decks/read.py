@@ -8,10 +8,11 @@ from pathlib import Path
 from fecontact.app.decks.abaqus import read_deck
 from fecontact.app.decks.assemble import make_scene
 from fecontact.app.decks.content import DeckContent
+from fecontact.app.decks.febio import read_feb
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.common.errors import InputError
 
-DECKS: dict[str, Callable[[Path], DeckContent]] = {".inp": read_deck}
+DECKS: dict[str, Callable[[Path], DeckContent]] = {".inp": read_deck, ".feb": read_feb}
 
 
 def read_deck_scene(path: Path) -> SceneFile:

@@ -1,0 +1,255 @@
+"""Scenes from FEBio decks: materials at rest, rigid parts, supports, loads, sliding and tied contacts, load curves.
+
+Sections as in the FEBio User Manual (specification 2.5 to 4.0). What is not used is listed with its line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid
+from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of
+from fecontact.app.decks.materials import of_febio
+from fecontact.common.arrays import IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.mesh.build import build
+from fecontact.mesh.formats.febio import read_febio
+from fecontact.mesh.formats.febio_tree import MESH_SECTIONS, read_tree
+from fecontact.mesh.formats.raw import RawMesh
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
+
+Element = ElementTree.Element
+
+#: Contacts that slide and that are tied, by their types.
+SLIDING = {
+    "sliding-elastic",
+    "sliding-facet-on-facet",
+    "sliding-node-on-facet",
+    "facet-to-facet sliding",
+    "sliding_with_gaps",
+    "sliding2",
+    "sliding3",
+    "sliding-biphasic",
+}
+TIED = {"tied-elastic", "tied-facet-on-facet", "tied-node-on-facet", "tied", "tied-biphasic"}
+#: Materials whose solid is their child of this tag.
+OUTER = {
+    "biphasic": "solid",
+    "biphasic-solute": "solid",
+    "triphasic": "solid",
+    "multiphasic": "solid",
+    "viscoelastic": "elastic",
+    "uncoupled viscoelastic": "elastic",
+    "prestrain elastic": "elastic",
+}
+RIGID = "rigid body"
+#: Sections that are read, or that say how to solve and what to print.
+USED = {"Module", "Control", "Globals", "Material", "MeshDomains", "Boundary", "Rigid", "Loads", "Contact", "Step"}
+USED |= {"Constraints", "LoadData", "Output", *MESH_SECTIONS}
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Cells of materials, and cells and nodes of shells of rigid parts, of a mesh with all its cells."""
+
+    sections: list[tuple[IntArray, str]]
+    materials: dict[str, Material]
+    rigid: dict[str, IntArray]
+    rigid_shells: dict[str, IntArray]
+
+
+def read_feb(path: Path) -> DeckContent:
+    """Contents of a deck.
+
+    Raises
+    ------
+    InputError, MeshError
+        For names that are missing, values that cannot be read, and laws that are not known.
+    """
+    root, missing = read_tree(path, numbered=True)
+    raw = read_febio(path)
+    mesh = build(raw, path.name)
+    notes = [*mesh.notes, *(f"{path.name}: the file {name} is missing." for name in missing)]
+    try:
+        parts = _parts(root, raw, mesh, path.name, notes)
+        names = _rigid_names(root)
+        contacts, ties = _pairs(root, notes)
+        wanted = {n for p in contacts for n in (p.slave, p.master)}
+        stiff = [m for m in root.iterfind("Material/material") if m.get("type") == RIGID]
+        rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, notes)) for m in stiff]
+        curves, segments = Curves.of(root, notes), segments_of(root)
+        steps = deck_steps(segments, curves, mesh, {r.name: r for r in rigid}, names, path.name, notes)
+    except (ValueError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path.name} holds a value that cannot be read: {error}.") from error
+    notes += [f"{s.get('line')}: <{s.tag}> is not used." for s in root if s.tag not in USED]
+    cells = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate([np.zeros(0, np.int64), *parts.rigid.values()]))
+    if not len(cells):
+        raise InputError(f"{path.name} has rigid parts only; a scene needs an elastic body.")
+    kept = np.unique(mesh.cells[cells])
+    point = np.full(len(mesh.points), -1, dtype=np.int64)
+    point[kept] = np.arange(len(kept))
+    number = np.full(len(mesh.cells), -1, dtype=np.int64)
+    number[cells] = np.arange(len(cells))
+    elastic = replace(mesh, groups={**mesh.groups, "elastic cells": cells}).part("elastic cells")
+    elastic = replace(elastic, groups={k: g for k, g in elastic.groups.items() if k != "elastic cells"})
+    return DeckContent(
+        path.name,
+        "",
+        elastic,
+        [(number[own], material) for own, material in parts.sections],
+        parts.materials,
+        [replace(s, held=s.held[kept], forces=s.forces[kept]) for s in steps],
+        contacts,
+        ties,
+        list(dict.fromkeys(notes)),
+        [replace(r, attached=point[r.attached][point[r.attached] >= 0]) for r in rigid],
+    )
+
+
+def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, notes: list[str]) -> Parts:
+    """Materials of the domains; those of FEBio 2.5 stand at <Elements>."""
+    found = {_name(m): m for m in root.iterfind("Material/material")}
+    by_id = {m.get("id", ""): name for name, m in found.items()}
+    none = np.zeros(0, np.int64)
+    stiff = [name for name, m in found.items() if m.get("type") == RIGID]
+    out = Parts([], {}, dict.fromkeys(stiff, none), dict.fromkeys(stiff, none))
+    domains = [d for section in root.findall("MeshDomains") for d in section]
+    blocks = [e for tag in MESH_SECTIONS for section in root.findall(tag) for e in section.findall("Elements")]
+    for d in [*domains, *(e for e in blocks if e.get("mat"))]:
+        domain, given = d.get("name") or d.get("elset") or "", d.get("mat", "")
+        name = given if given in found else by_id.get(given, "")
+        if name not in found:
+            raise InputError(
+                f"{d.get('line')}: there is no material {given!r}; there are: {', '.join(found) or 'none'}."
+            )
+        material = found[name]
+        if material.get("type") == RIGID:
+            out.rigid[name] = np.union1d(out.rigid[name], mesh.groups.get(domain, none))
+            shells = [f.ravel() for f in raw.shells.get(domain, [])]
+            out.rigid_shells[name] = np.unique(np.concatenate([out.rigid_shells[name], *shells]))
+        elif domain in mesh.groups:
+            out.materials.setdefault(name, _material(material, notes))
+            out.sections.append((mesh.groups[domain], name))
+    return out
+
+
+def _name(material: Element) -> str:
+    """Name of a material, else its number."""
+    return material.get("name") or material.get("id") or ""
+
+
+def _rigid_names(root: Element) -> dict[str, str]:
+    """Names of rigid materials by name and by number."""
+    found = [m for m in root.iterfind("Material/material") if m.get("type") == RIGID]
+    names = {m.get("id", ""): _name(m) for m in found}
+    return names | {name: name for name in names.values()}
+
+
+def _material(material: Element, notes: list[str]) -> Material:
+    """Linear material of a law at rest."""
+    kind, where = material.get("type", ""), material
+    while kind in OUTER and (inner := where.find(OUTER[kind])) is not None:
+        notes.append(f"{material.get('line')}: of the {kind} material only its {OUTER[kind]} is used.")
+        density = where.findtext("density")
+        where, kind = inner, inner.get("type", "")
+        if density is not None and where.find("density") is None:
+            ElementTree.SubElement(where, "density").text = density
+    values = {}
+    for child in where:
+        try:
+            values[child.tag] = float(child.text or "")
+        except ValueError:
+            continue
+    made = of_febio(kind, values)
+    if made is None:
+        raise InputError(
+            f"{material.get('line')}: the law {kind!r} has no linear isotropic material at rest that is known here."
+        )
+    if kind != "isotropic elastic":
+        moduli = f"E = {made.E:.6g}, nu = {made.nu:.6g}"
+        notes.append(f"{material.get('line')}: {kind} is linear here, with the moduli at rest: {moduli}.")
+    return made
+
+
+def _glued(name: str, root: Element, names: dict[str, str], mesh: Mesh, notes: list[str]) -> list[IntArray]:
+    """Nodes that <bc type="rigid"> or <rigid> attaches to a rigid part."""
+    entries = [b for section in root.iter("Boundary") for b in section if (b.get("type") or b.tag) == "rigid"]
+    sets = [nodes_of(b, mesh, notes) for b in entries if rigid_name(b, names) == name]
+    return [nodes for nodes in sets if nodes is not None]
+
+
+def _rigid(
+    material: Element, parts: Parts, raw: RawMesh, mesh: Mesh, wanted: set[str], glued: Sequence[IntArray]
+) -> DeckRigid:
+    """A rigid part with its contact surfaces, and the elastic points that are its own or glued to it.
+
+    It turns about the centre of mass that its material gives, else about the mean of its corners.
+    """
+    name = _name(material)
+    cells, shells = parts.rigid[name], parts.rigid_shells[name]
+    facets, names = [np.zeros((0, 4), np.int64)], set()
+    points = mesh.points
+    for surface in sorted(wanted & set(mesh.boundaries)):
+        faces = mesh.faces(surface)
+        own = faces[np.isin(faces[:, 0], cells)]
+        if len(own):
+            facets.append(mesh.face_nodes(own)[:, :4])
+            names.add(surface)
+    for surface in sorted(wanted & set(raw.facets) - set(mesh.boundaries)):
+        given = [f[:, [0, 1, 2, -1]] for f in raw.facets[surface]]
+        if given and all(np.isin(f, shells).all() for f in given):
+            facets += [f + len(points) for f in given]
+            names.add(surface)
+    elastic = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate(list(parts.rigid.values())))
+    number = {int(n): k for k, n in enumerate(mesh.file_nodes if mesh.file_nodes is not None else [])}
+    ids = raw.node_ids[shells] if raw.node_ids is not None else shells
+    of_shells = np.array([number[n] for n in ids.tolist() if n in number], dtype=np.int64)
+    own_points = np.unique(np.concatenate([mesh.cells[cells].ravel(), of_shells, *glued]))
+    attached = np.intersect1d(own_points, np.unique(mesh.cells[elastic]))
+    surface_mesh = None
+    if names:
+        used, own_facets = np.unique(np.concatenate(facets), return_inverse=True)
+        surface_mesh = SurfaceMesh(np.concatenate([points, raw.points])[used], own_facets.reshape(-1, 4))
+    corners = [mesh.points[np.unique(mesh.cells[cells, :8])], raw.points[shells], mesh.points[np.unique(attached)]]
+    text = material.findtext("center_of_mass")
+    mean = np.concatenate(corners[: 2 if len(cells) + len(shells) else 3])
+    centre = mean.mean(axis=0) if text is None and len(mean) else np.array((text or "0,0,0").split(","), dtype=float)
+    return DeckRigid(name, centre, surface_mesh, frozenset(names), attached)
+
+
+def _pairs(root: Element, notes: list[str]) -> tuple[list[DeckPair], list[DeckPair]]:
+    """Sliding and tied contacts of all steps; others are noted."""
+    pairs = {}
+    for pair in (p for tag in MESH_SECTIONS for p in root.iterfind(f"{tag}/SurfacePair")):
+        ends = [_end(pair, tags) for tags in (("primary", "slave"), ("secondary", "master"))]
+        pairs[pair.get("name", "")] = ends
+    contacts: list[DeckPair] = []
+    ties: list[DeckPair] = []
+    for c in root.iter("contact"):
+        place, kind, name = c.get("line", ""), c.get("type", ""), c.get("surface_pair", "")
+        if kind not in SLIDING | TIED:
+            notes.append(f"{place}: the contact {c.get('name') or name!r} of type {kind!r} is not used.")
+            continue
+        if name not in pairs:
+            raise InputError(f"{place}: there is no surface pair {name!r}; there are: {', '.join(pairs) or 'none'}.")
+        friction = float(c.findtext("fric_coeff") or 0.0)
+        slave, master = pairs[name]
+        (ties if kind in TIED else contacts).append(DeckPair(slave, master, friction, place))
+    return contacts, ties
+
+
+def _end(pair: Element, tags: Sequence[str]) -> str:
+    """Name of a surface of a pair: the text of the first of these tags, or its attribute."""
+    for tag in tags:
+        if (found := pair.find(tag)) is not None:
+            return (found.get("surface") or found.text or "").strip()
+    raise InputError(f"{pair.get('line')}: the surface pair {pair.get('name')!r} has no <{tags[0]}>.")

@@ -1,0 +1,311 @@
+"""Load curves, supports, loads and rigid motions of FEBio decks at the times where load curves bend."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from xml.etree import ElementTree
+
+import numpy as np
+
+from fecontact.app.decks.content import DeckFrame, DeckRigid, DeckStep, look_up
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.fem.rigid import COMPONENTS, rigid_modes
+from fecontact.mesh.mesh import Mesh
+
+Element = ElementTree.Element
+
+#: Components by FEBio's names of displacements and of rigid degrees of freedom.
+DOFS = {"x": 0, "y": 1, "z": 2, "Rx": 0, "Ry": 1, "Rz": 2, "Ru": 3, "Rv": 4, "Rw": 5}
+#: Difference of times, relative to the last, that is rounding of sums of step sizes.
+SAME_TIME = 1e-9
+#: Extent of a plane across it, relative to the mesh, that is rounding of a file.
+FLAT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Load curves: times and values by number; linear between their points, constant beyond."""
+
+    points: Mapping[str, Array]
+
+    @classmethod
+    def of(cls, root: Element, notes: list[str]) -> Curves:
+        """Those of <LoadData>; other controllers are refused where they are used."""
+        points = {}
+        for c in (c for section in root.findall("LoadData") for c in section):
+            if c.tag == "loadcurve" or c.get("type", "loadcurve") == "loadcurve":
+                rows = [p.text or "" for p in c.iter() if p.tag in ("pt", "point", "loadpoint")]
+                points[c.get("id", "")] = np.array([row.split(",") for row in rows], dtype=float).reshape(-1, 2)
+        return cls(points)
+
+    def at(self, entry: Element, time: float) -> float:
+        """Factor of an entry's load curve at a time; one without."""
+        lc = entry.get("lc")
+        if lc is None:
+            return 1.0
+        if lc not in self.points:
+            raise InputError(f"{entry.get('line')}: there is no load curve {lc!r} of points.")
+        return float(np.interp(time, *self.points[lc].T))
+
+    def numbers(self, entry: Element, time: float) -> Array:
+        """Numbers of an entry times its load curve."""
+        try:
+            values = np.array((entry.text or "").split(","), dtype=float)
+        except ValueError:
+            raise InputError(f"{entry.get('line')}: expected numbers; found {entry.text!r}.") from None
+        return values * self.at(entry, time)
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """A step: its end and the elements that are active in it."""
+
+    name: str
+    start: float
+    end: float
+    active: Sequence[Element]
+
+
+@dataclass(eq=False)
+class State:
+    """What holds at a time, of the points and rigid parts of a mesh."""
+
+    held: Array
+    forces: Array
+    pressures: dict[str, float] = field(default_factory=dict)
+    tractions: dict[str, Array] = field(default_factory=dict)
+    #: Prescribed motions (6,) of rigid parts, NaN where they are free, and loads (6,).
+    motions: dict[str, Array] = field(default_factory=dict)
+    loads: dict[str, Array] = field(default_factory=dict)
+
+
+def segments_of(root: Element) -> list[Segment]:
+    """Steps with the elements of <Boundary>, <Rigid>, <Loads> and <Constraints> that are active in them."""
+
+    def active(parent: Element) -> list[Element]:
+        tags = ("Boundary", "Rigid", "Loads", "Constraints")
+        return [e for tag in tags for section in parent.findall(tag) for e in section]
+
+    def duration(parent: Element) -> float:
+        control = parent.find("Control")
+        if control is None:
+            return 1.0
+        return float(control.findtext("time_steps") or 1) * float(control.findtext("step_size") or 1)
+
+    own = active(root)
+    inner = [s for section in root.findall("Step") for s in (section.findall("step") or [section])]
+    if not inner:
+        return [Segment("", 0.0, duration(root), own)]
+    out, time = [], 0.0
+    for k, step in enumerate(inner, start=1):
+        end = time + duration(step)
+        out.append(Segment(step.get("name") or f"step {k}", time, end, [*own, *active(step)]))
+        time = end
+    return out
+
+
+def deck_steps(
+    segments: Sequence[Segment],
+    curves: Curves,
+    mesh: Mesh,
+    rigid: Mapping[str, DeckRigid],
+    rigid_names: Mapping[str, str],
+    source: str,
+    notes: list[str],
+) -> list[DeckStep]:
+    """Supports and loads at the end of each step and wherever one of its load curves bends, if they change there."""
+    out: list[DeckStep] = []
+    last: list[Array] = []
+    for segment in segments:
+        for time in _times(segment, curves):
+            state = State(np.full(mesh.points.shape, np.nan), np.zeros(mesh.points.shape))
+            state.motions = {name: np.full(6, np.nan) for name in rigid}
+            state.loads = {name: np.zeros(6) for name in rigid}
+            for entry in segment.active:
+                _apply(entry, time, state, curves, mesh, rigid_names, notes)
+            frames = [_frame(part, state, mesh) for part in rigid.values()]
+            now = [state.held, state.forces, *state.motions.values(), *state.loads.values()]
+            now += [np.array(list(state.pressures.values())), *state.tractions.values()]
+            if last and len(now) == len(last) and all(map(_same, now, last)):
+                continue
+            if not out and not any(np.nan_to_num(part).any() for part in now):
+                continue
+            last = now
+            name = f"{segment.name} t = {time:.6g}".strip()
+            out.append(DeckStep(name, state.held, state.forces, state.pressures, state.tractions, np.zeros(3), frames))
+    if not out:
+        raise InputError(
+            f"{source} has no load and no prescribed motion that is not zero, so there is nothing to solve."
+        )
+    return out
+
+
+def _same(one: Array, other: Array) -> bool:
+    return one.shape == other.shape and np.array_equal(one, other, equal_nan=True)
+
+
+def _times(segment: Segment, curves: Curves) -> list[float]:
+    """Times of the points of the load curves in use, up to the end of the step, and the end."""
+    used = {c.get("lc", "") for entry in segment.active for c in entry.iter()} & set(curves.points)
+    times = np.concatenate([[segment.end], *(curves.points[lc][:, 0] for lc in used)])
+    slack = SAME_TIME * max(abs(segment.end), 1e-300)
+    inside = np.unique(times[(times > segment.start + slack) & (times <= segment.end + slack)])
+    return inside[np.append(np.diff(inside) > slack, True)].tolist()
+
+
+def _apply(
+    entry: Element,
+    time: float,
+    state: State,
+    curves: Curves,
+    mesh: Mesh,
+    rigid_names: Mapping[str, str],
+    notes: list[str],
+) -> None:
+    """Take an element of <Boundary>, <Rigid>, <Loads> or <Constraints>; those that are not used are noted."""
+    kind = entry.get("type") or entry.tag
+    place = entry.get("line", "")
+    nodes = None
+    if entry.get("node_set") is not None:
+        nodes = nodes_of(entry, mesh, notes)
+        if nodes is None:
+            return
+    if kind in ("zero displacement", "fix") and nodes is not None:
+        for c in _fixed(entry):
+            state.held[nodes, c] = 0.0
+    elif kind in ("prescribed displacement", "prescribe") and nodes is not None:
+        _prescribe(entry, time, state, curves, nodes)
+    elif kind == "rigid" and nodes is not None:
+        rigid_name(entry, rigid_names)  # its nodes are those of the rigid part, see `decks.febio`
+    elif kind in ("nodal_force", "nodal_load") and nodes is not None:
+        _push(entry, time, state, curves, nodes)
+    elif kind in ("pressure", "traction") and entry.tag == "surface_load":
+        _load_surface(entry, kind, time, state, curves, mesh, notes)
+    elif kind == "symmetry plane":
+        _mirror(entry, state, mesh, notes)
+    elif kind in ("rigid_fixed", "rigid_displacement", "rigid_rotation", "rigid_force", "rigid_moment"):
+        _rigid(entry, kind, time, state, curves, rigid_name(entry, rigid_names))
+    else:
+        what = f"<{entry.tag}>" if kind == entry.tag else f"<{entry.tag} type={kind!r}>"
+        notes.append(f"{place}: {what} is not used.")
+
+
+def nodes_of(entry: Element, mesh: Mesh, notes: list[str]) -> IntArray | None:
+    """Nodes of an element's set, or of its surface ``@surface:name``; None where they belong to no solid."""
+    name = entry.get("node_set", "")
+    what, _, of = name.rpartition(":")
+    if what == "@surface" and of in mesh.boundaries:
+        return mesh.boundary_nodes(of)
+    if not what and name in mesh.node_sets:
+        return mesh.node_sets[name]
+    notes.append(f"{entry.get('line')}: not used, as {name!r} has no nodes of solids.")
+    return None
+
+
+def _fixed(entry: Element) -> list[int]:
+    """Held components of <bc type="zero displacement">, of <bc type="fix"> or of <fix>."""
+    listed = entry.findtext("dofs") or entry.get("bc")
+    if listed is not None:
+        return [DOFS[d.strip()] for d in listed.split(",") if d.strip() in "xyz"]
+    return [c for c, axis in enumerate("xyz") if (entry.findtext(f"{axis}_dof") or "0").strip() == "1"]
+
+
+def _value(entry: Element, time: float, curves: Curves, *tags: str) -> Array:
+    """Numbers of the first of these tags at a time."""
+    for tag in tags:
+        if (found := entry.find(tag)) is not None:
+            return curves.numbers(found, time)
+    raise InputError(f"{entry.get('line')}: expected <{'> or <'.join(tags)}>.")
+
+
+def _component(entry: Element) -> int:
+    """Component that <dof> or the attribute ``bc`` names."""
+    name = (entry.findtext("dof") or entry.get("bc") or "").strip()
+    if name not in DOFS:
+        raise InputError(f"{entry.get('line')}: expected a component out of {', '.join(DOFS)}; found {name!r}.")
+    return DOFS[name]
+
+
+def _prescribe(entry: Element, time: float, state: State, curves: Curves, nodes: IntArray) -> None:
+    if (entry.findtext("relative") or "0").strip() != "0":
+        raise InputError(f"{entry.get('line')}: relative displacements are not done here; write them in full.")
+    state.held[nodes, _component(entry)] = _value(entry, time, curves, "value", "scale")[0]
+
+
+def _push(entry: Element, time: float, state: State, curves: Curves, nodes: IntArray) -> None:
+    """Forces on each node: a vector, or one component."""
+    values = _value(entry, time, curves, "value", "scale")
+    if len(values) == 3:
+        state.forces[nodes] += values
+    else:
+        state.forces[nodes, _component(entry)] += values[0]
+
+
+def _load_surface(
+    entry: Element, kind: str, time: float, state: State, curves: Curves, mesh: Mesh, notes: list[str]
+) -> None:
+    """A pressure against the outward normal, or a traction."""
+    inner = entry.find("surface")
+    name = (entry if inner is None else inner).get("surface", "")
+    if name not in mesh.boundaries:
+        notes.append(f"{entry.get('line')}: not used, as {name!r} is no surface of solids.")
+    elif kind == "pressure":
+        state.pressures[name] = state.pressures.get(name, 0.0) + _value(entry, time, curves, "pressure")[0]
+    else:
+        factor = 1.0 if entry.find("scale") is None else _value(entry, time, curves, "scale")[0]
+        traction = factor * _value(entry, time, curves, "traction")
+        state.tractions[name] = state.tractions.get(name, np.zeros(3)) + traction
+
+
+def _mirror(entry: Element, state: State, mesh: Mesh, notes: list[str]) -> None:
+    """Hold the component across a plane of symmetry that is normal to an axis."""
+    name = look_up(entry.get("surface", ""), mesh.boundaries, "surface of solids", entry.get("line", ""))
+    nodes = mesh.boundary_nodes(name)
+    flat = np.ptp(mesh.points[nodes], axis=0) <= FLAT * np.linalg.norm(np.ptp(mesh.points, axis=0))
+    if flat.sum() != 1:
+        notes.append(f"{entry.get('line')}: not used, as {name!r} is no plane normal to an axis.")
+        return
+    state.held[nodes, int(np.argmax(flat))] = 0.0
+
+
+def rigid_name(entry: Element, rigid_names: Mapping[str, str]) -> str:
+    """Name of the rigid part of an element, by its <rb> or attribute ``rb``."""
+    given = (entry.findtext("rb") or entry.get("rb") or "").strip()
+    if given not in rigid_names:
+        raise InputError(f"{entry.get('line')}: there is no rigid material {given!r}.")
+    return rigid_names[given]
+
+
+def _rigid(entry: Element, kind: str, time: float, state: State, curves: Curves, rb: str) -> None:
+    """Held, prescribed or loaded degrees of freedom of a rigid part."""
+    if rb not in state.motions:
+        return
+    if kind == "rigid_fixed":
+        for name in ("Rx", "Ry", "Rz", "Ru", "Rv", "Rw"):
+            if (entry.findtext(f"{name}_dof") or "0").strip() == "1":
+                state.motions[rb][DOFS[name]] = 0.0
+        return
+    component = _component(entry)
+    if kind in ("rigid_rotation", "rigid_moment"):
+        component = 3 + component % 3  # named x, y, z or Ru, Rv, Rw
+    target = state.loads if kind in ("rigid_force", "rigid_moment") else state.motions
+    target[rb][component] = _value(entry, time, curves, "value")[0]
+
+
+def _frame(part: DeckRigid, state: State, mesh: Mesh) -> DeckFrame:
+    """Motion of a rigid part; what is attached to it is held in its frame, or moved with it."""
+    motion, load = state.motions[part.name], state.loads[part.name]
+    unknown = np.isnan(motion) & (load == 0)
+    given = np.where(np.isnan(motion), 0.0, motion)
+    frame = DeckFrame(
+        part.name,
+        {name: float(v) for name, v in zip(COMPONENTS, given, strict=True) if v},
+        " ".join(name for name, free in zip(COMPONENTS, unknown, strict=True) if free),
+        load[:3],
+        load[3:],
+    )
+    moved = (rigid_modes(mesh.points[part.attached], part.centre) @ given).reshape(-1, 3)
+    state.held[part.attached] = 0.0 if frame.is_free else moved
+    return frame

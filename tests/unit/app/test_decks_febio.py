@@ -1,0 +1,225 @@
+"""Scenes from FEBio decks of all versions, by problems with known answers."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+
+# displacements that are linear in the coordinates are exact
+ROUNDING = 1e-9
+
+LOWER = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+UPPER = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1), element="hex8").translated((0.0, 0.0, 1.0))
+
+
+def part(mesh, name, first, material):
+    nodes = "".join(f'<node id="{k + first}">{x},{y},{z}</node>' for k, (x, y, z) in enumerate(mesh.points.tolist()))
+    cells = "".join(
+        f'<elem id="{k + first}">{",".join(str(n + first) for n in cell)}</elem>'
+        for k, cell in enumerate(mesh.cells.tolist())
+    )
+    return f'<Nodes>{nodes}</Nodes><Elements type="hex8" name="{name}"{material}>{cells}</Elements>'
+
+
+def sets(mesh, name, first):
+    out = ""
+    for side, faces in mesh.boundaries.items():
+        facets = mesh.face_nodes(faces) + first
+        rows = "".join(f'<quad4 id="{k + 1}">{",".join(map(str, f))}</quad4>' for k, f in enumerate(facets.tolist()))
+        listed = ",".join(map(str, (mesh.boundary_nodes(side) + first).tolist()))
+        out += f'<Surface name="{name}_{side}">{rows}</Surface><NodeSet name="{name}_{side}">{listed}</NodeSet>'
+    return out
+
+
+def mesh_of(attributes=("", "")):
+    return (
+        part(LOWER, "Low", 1, attributes[0])
+        + part(UPPER, "Up", 101, attributes[1])
+        + sets(LOWER, "Low", 1)
+        + sets(UPPER, "Up", 101)
+    )
+
+
+def hold(sides, version):
+    """Supports normal to the named sides."""
+    tags = {
+        2: '<fix bc="{c}" node_set="{s}"/>',
+        3: '<bc type="fix" node_set="{s}"><dofs>{c}</dofs></bc>',
+        4: '<bc type="zero displacement" node_set="{s}"><{c}_dof>1</{c}_dof></bc>',
+    }
+    return "".join(tags[version].format(s=s, c=c) for s, c in sides)
+
+
+SIDES = [("Low_bottom", "z"), ("Low_x_min", "x"), ("Low_y_min", "y"), ("Up_x_min", "x"), ("Up_y_min", "y")]
+MATERIALS = """<Material><material id="1" name="Gel" type="{law}"><E>1</E><v>0</v><density>2</density></material>
+<material id="2" name="Gum" type="neo-Hookean"><E>1</E><v>0</v></material></Material>"""
+PAIR = '<SurfacePair name="Pair"><primary>Up_bottom</primary><secondary>Low_top</secondary></SurfacePair>'
+DOMAINS = '<MeshDomains><SolidDomain name="Low" mat="Gel"/><SolidDomain name="Up" mat="Gum"/></MeshDomains>'
+CONTACT = '<Contact><contact type="{kind}" surface_pair="Pair"><fric_coeff>{mu}</fric_coeff></contact></Contact>'
+CURVE = """<LoadData>
+<load_controller id="1" type="loadcurve"><points><pt>0,0</pt><pt>1,1</pt></points></load_controller>
+<load_controller id="2" type="loadcurve"><points><pt>0,0</pt><pt>0.5,0</pt><pt>1,1</pt></points></load_controller>
+</LoadData>"""
+CONTROL = "<Control><time_steps>10</time_steps><step_size>0.1</step_size></Control>"
+DOWN = """<bc type="prescribed displacement" node_set="Up_top"><dof>z</dof><value lc="1">-0.2</value>
+<relative>0</relative></bc>"""
+PRESS = '<Loads><surface_load type="pressure" surface="Up_top"><pressure lc="1">0.1</pressure></surface_load></Loads>'
+
+
+@pytest.fixture
+def deck(tmp_path):
+    """Path of a deck of two blocks, version 4, with some text exchanged."""
+
+    def make(loads=PRESS, bcs="", kind="sliding-elastic", mu=0.0, law="neo-Hookean", more="", sides=SIDES, pairs=PAIR):
+        text = (
+            f'<?xml version="1.0"?>\n<febio_spec version="4.0">{CONTROL}{MATERIALS.format(law=law)}'
+            f"<Mesh>{mesh_of()}{pairs}</Mesh>{DOMAINS}<Boundary>{hold(sides, 4)}{bcs}</Boundary>{loads}"
+            f"{CONTACT.format(kind=kind, mu=mu)}{CURVE}\n{more}</febio_spec>"
+        )
+        path = tmp_path / "blocks.feb"
+        path.write_text(text)
+        return path
+
+    return make
+
+
+def force(result):
+    """Force on the upper body; sides may have been swapped."""
+    contact = result.contacts[0]
+    return contact.force if contact.slave.name != "Low" else -contact.force
+
+
+def check_pressed(scene):
+    """By hand: a pressure of 0.1 on blocks of E = 1, nu = 0."""
+    result = scene.solve()
+    assert np.abs(force(result) - [0, 0, 0.1]).max() < ROUNDING
+    for body in scene.scene.bodies:
+        expected = np.array([0, 0, -0.1]) * body.mesh.points[:, 2:]
+        assert np.abs(result.displacement(body) - expected).max() < ROUNDING
+
+
+def test_a_pressure_or_a_displacement_on_a_sliding_contact(deck):
+    scene = fc.read_scene(deck())
+    assert [b.name for b in scene.scene.bodies] == ["Low", "Up"]
+    assert any("neo-Hookean is linear here, with the moduli at rest: E = 1, nu = 0" in note for note in scene.notes)
+    check_pressed(scene)
+    check_pressed(fc.read_scene(deck(loads="", bcs=DOWN)))
+
+
+@pytest.mark.parametrize(
+    "loads",
+    [
+        '<Loads><surface_load type="traction" surface="Up_top"><scale lc="1">0.1</scale><traction>0,0,-1</traction>'
+        "</surface_load></Loads>",
+        '<Loads><nodal_load type="nodal_force" node_set="Up_top"><value lc="1">0,0,{0}</value></nodal_load></Loads>',
+        '<Loads><nodal_load type="nodal_load" node_set="@surface:Up_top"><dof>z</dof><scale lc="1">{0}</scale>'
+        "</nodal_load></Loads>",
+    ],
+)
+def test_loads_of_every_kind(loads, deck):
+    result = fc.read_scene(deck(loads.format(-0.1 / 9))).solve()
+    assert np.abs(force(result) - [0, 0, 0.1]).max() < ROUNDING
+
+
+@pytest.mark.parametrize("version", ["2.5", "3.0"])
+def test_older_versions(version, tmp_path):
+    old = version == "2.5"
+    pairs = '<SurfacePair name="Pair"><master surface="Low_top"/><slave surface="Up_bottom"/></SurfacePair>'
+    mesh = mesh_of((' mat="1"', ' mat="2"')) + pairs if old else mesh_of() + PAIR
+    tag, domains = ("Geometry", "") if old else ("Mesh", DOMAINS)
+    down = (
+        '<prescribe bc="z" node_set="Up_top"><scale lc="1">-0.2</scale><relative>0</relative></prescribe>'
+        if old
+        else '<bc type="prescribe" node_set="Up_top"><dof>z</dof><scale lc="1">-0.2</scale></bc>'
+    )
+    curve = '<LoadData><loadcurve id="1" type="linear"><point>0,0</point><point>1,1</point></loadcurve></LoadData>'
+    path = tmp_path / "old.feb"
+    path.write_text(
+        f'<febio_spec version="{version}">{CONTROL}{MATERIALS.format(law="neo-Hookean")}<{tag}>{mesh}</{tag}>{domains}'
+        f"<Boundary>{hold(SIDES, int(version[0]))}{down}</Boundary>"
+        f"{CONTACT.format(kind='sliding-elastic', mu=0)}{curve}</febio_spec>"
+    )
+    check_pressed(fc.read_scene(path))
+
+
+def test_a_symmetry_plane_and_blocks_that_are_tied(deck):
+    sides = [s for s in SIDES if s[0] != "Low_x_min"]
+    mirror = '<Constraints><constraint type="symmetry plane" surface="Low_x_min"/></Constraints>'
+    check_pressed(fc.read_scene(deck(sides=sides, more=mirror)))
+    with pytest.raises(fc.InputError, match="no two bodies into contact"):
+        fc.read_scene(deck(kind="tied-elastic"))
+
+
+def test_load_curves_with_a_bend_are_steps(deck):
+    drag = '<scale lc="2">0.02</scale><traction>1,0,0</traction></surface_load></Loads>'
+    loads = PRESS.replace("</Loads>", f'<surface_load type="traction" surface="Up_top">{drag}')
+    sides = [s for s in SIDES if s[0] != "Up_x_min"]
+    scene = fc.read_scene(deck(loads, mu=0.5, sides=sides))
+    assert len(scene.steps) == 2
+    path = scene.solve_path()
+    # half of the pressure without drag, then both
+    assert np.abs([force(r) for r in path.steps] - np.array([[0, 0, 0.05], [-0.02, 0, 0.1]])).max() < 1e-6
+    cases = fc.read_scene(
+        deck(PRESS.replace('lc="1"', 'lc="2"'), bcs=DOWN.replace('"1"', '"1"').replace("Up_top", "Up_bottom"))
+    )
+    assert [case["name"] for case in cases.cases] == ["t = 0.5", "t = 1"]
+
+
+RIGID = """<Rigid><rigid_bc type="rigid_fixed"><rb>Gel</rb><Rx_dof>1</Rx_dof><Ry_dof>1</Ry_dof><Ru_dof>1</Ru_dof>
+<Rv_dof>1</Rv_dof><Rw_dof>1</Rw_dof></rigid_bc>{0}</Rigid>"""
+UP_HELD = [("Up_top", "z"), ("Up_x_min", "x"), ("Up_y_min", "y")]
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        '<rigid_bc type="rigid_displacement"><rb>Gel</rb><dof>z</dof><value lc="1">0.1</value></rigid_bc>',
+        '<rigid_load type="rigid_force"><rb>1</rb><dof>Rz</dof><value lc="1">0.1</value></rigid_load>',
+    ],
+)
+def test_a_rigid_part_that_is_moved_or_pushed(drive, deck):
+    scene = fc.read_scene(deck("", law="rigid body", sides=UP_HELD, more=RIGID.format(drive)))
+    assert [b.name for b in scene.scene.bodies] == ["Up", "Gel"]
+    assert np.abs(force(scene.solve()) - [0, 0, 0.1]).max() < ROUNDING
+
+
+@pytest.mark.parametrize("axis", ["moved", "pushed"])
+def test_nodes_that_a_rigid_part_holds(axis, deck):
+    # a rigid part without cells carries the head of the upper block
+    glue = '<bc type="rigid" node_set="Up_top"><rb>Cap</rb></bc>'
+    cap = '<Material><material id="3" name="Cap" type="rigid body"/></Material>'
+    drive = {
+        "moved": '<rigid_bc type="rigid_displacement"><rb>Cap</rb><dof>z</dof><value lc="1">-0.2</value></rigid_bc>',
+        "pushed": '<rigid_load type="rigid_force"><rb>Cap</rb><dof>Rz</dof><value lc="1">-0.1</value></rigid_load>',
+    }[axis]
+    rigid = RIGID.format(drive).replace("<rb>Gel", "<rb>Cap")
+    scene = fc.read_scene(deck("", bcs=glue, more=cap + rigid, sides=SIDES[:3]))
+    assert np.abs(force(scene.solve()) - [0, 0, 0.1]).max() < ROUNDING
+
+
+def test_what_is_not_used_is_listed_by_line(deck):
+    more = "<Initial>\n</Initial><Contact>\n<contact type='sticky' surface_pair='Pair'/></Contact>"
+    loads = PRESS.replace("</Loads>", "<body_load type='const'/></Loads>")
+    notes = fc.read_scene(deck(loads, more=more)).notes
+    expected = ("<Initial> is not used", "the contact 'Pair' of type 'sticky' is not used", "<body_load type='const'>")
+    for words in expected:
+        assert any(words in note and "blocks.feb, line " in note for note in notes), words
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"law": "fluid"}, "the law 'fluid'"),
+        ({"loads": ""}, "no load and no prescribed motion"),
+        ({"loads": PRESS.replace("0.1", "1*scale")}, "expected numbers"),
+        ({"loads": PRESS.replace('lc="1"', 'lc="7"')}, "no load curve '7'"),
+        ({"pairs": ""}, "no surface pair 'Pair'"),
+        ({"more": RIGID.format("")}, "no rigid material 'Gel'"),
+        ({"bcs": DOWN.replace("<relative>0", "<relative>1")}, "relative"),
+        ({"bcs": DOWN.replace("<dof>z", "<dof>w")}, "expected a component"),
+        ({"bcs": DOWN.replace("<value", "<valve").replace("</value", "</valve")}, "expected <value> or <scale>"),
+    ],
+)
+def test_decks_that_cannot_be_used(options, words, deck):
+    with pytest.raises(fc.InputError, match=words):
+        fc.read_scene(deck(**options))
