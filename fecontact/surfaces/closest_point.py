@@ -78,6 +78,14 @@ class FacetPolynomials:
             tangents[part, :, 0], tangents[part, :, 1] = along_s.T, along_t.T
         return x, tangents
 
+    def values(self, facet: IntArray, local: Array) -> Array:
+        """Positions (n, 3) at coordinates (n, 2) of facets (n,)."""
+        x = np.empty((len(facet), 3))
+        for start in range(0, len(facet), BLOCK):
+            part = slice(start, start + BLOCK)
+            x[part] = (_values(self.coefficients[..., facet[part]], *local[part].T) + self.origin[:, facet[part]]).T
+        return x
+
     def relative_to(self, facet: IntArray, points: Array) -> Array:
         """Coefficients (degree + 1, degree + 1, 3, n) of facets (n,) relative to points (n, 3)."""
         c = self.coefficients[..., facet]
@@ -144,7 +152,7 @@ class FacetPolynomials:
             if len(moving) < len(active):
                 active, polynomials = active[moving], polynomials[..., moving]
         out = np.ascontiguousarray(local.T)
-        return out, ((points - self.evaluate(facet, out)[0]) ** 2).sum(axis=1)
+        return out, ((points - self.values(facet, out)) ** 2).sum(axis=1)
 
 
 def shapes_at(n_columns: int, triangle: Mask, degree: int, local: Array) -> Array:
@@ -174,6 +182,19 @@ def facet_polynomials(points: Array, facets: IntArray, triangle: Mask) -> FacetP
             c[..., rows] = np.einsum("pa,nai->pin", _coefficients(facets.shape[1], kind, degree), offsets[rows])
     shape = (degree + 1, degree + 1, 3, len(facets))
     return FacetPolynomials(np.ascontiguousarray(origin.T), c.reshape(shape), triangle)
+
+
+def _values(c: Array, s: Array, t: Array) -> Array:
+    """Values (3, n) of polynomials (m, m, 3, n), by Horner's scheme."""
+    in_t = c[:, -1].copy()
+    for j in range(c.shape[1] - 2, -1, -1):
+        in_t *= t
+        in_t += c[:, j]
+    value = in_t[-1]
+    for i in range(len(c) - 2, -1, -1):
+        value *= s
+        value += in_t[i]
+    return value
 
 
 def first_derivatives(c: Array, s: Array, t: Array, only_triangles: bool = False) -> tuple[Array, Array, Array]:

@@ -14,10 +14,9 @@ from fecontact.surfaces.section_curve import CurveSurface
 
 def components_along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
     """Rows for the component along `directions` (n, 3) of points interpolated by `weights` (n, n_nodes)."""
-    count = np.diff(weights.indptr)
-    d = np.repeat(directions, count, axis=0)
-    data = (weights.data[:, None] * d).ravel()
-    columns = (3 * weights.indices[:, None] + np.arange(3)).ravel()
+    row = np.repeat(np.arange(weights.shape[0]), np.diff(weights.indptr))
+    data = (weights.data[:, None] * directions[row]).ravel()
+    columns = (3 * weights.indices[:, None] + np.arange(3, dtype=weights.indices.dtype)).ravel()
     return sp.csr_matrix((data, columns, 3 * weights.indptr), shape=(weights.shape[0], 3 * weights.shape[1]))
 
 

@@ -51,7 +51,7 @@ class Normals:
 
     def at(self, facet: IntArray, local: Array) -> Array:
         """Normals (n, 3) at coordinates (n, 2) of facets (n,), by interpolation."""
-        return self.field.evaluate(facet, local)[0]
+        return self.field.values(facet, local)
 
 
 def normals_of(surface: FacetSurface) -> Normals:

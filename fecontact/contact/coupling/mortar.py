@@ -66,16 +66,16 @@ def pair_mortar(surfaces: SurfacePair) -> Pairing:
             f"Mortar coupling needs a slave whose quadrilateral faces have four or nine nodes; {slave.name!r} has "
             "plain eight-node faces. Make the other body the slave, use pressure='midface', or coupling='nodal'."
         )
-    moved = slave.moved(rotation, translation)
     cut, other = slave.cut(master, rotation, translation, share), facets_of(master)
     if cut is not None:
-        samples = _samples(slave, moved, master, rotation, share, *cut)
+        samples = _samples(slave, master, rotation, translation, share, *cut)
     elif other is not None:
+        moved = slave.moved(rotation, translation)
         f, m = _neighbours(slave, other, rotation, translation, near)
 
         def taken(part: slice) -> Samples:
             pieces = segment_samples(moved, other, f[part], m[part], share)
-            return _samples(slave, moved, master, rotation, share, *pieces)
+            return _samples(slave, master, rotation, translation, share, *pieces)
 
         # bodies whose displacements are not nodal need the samples
         if len(f) > BLOCK and not (slave.mortar_on_quad8 or other.mortar_on_quad8 or surfaces.keep_samples):
@@ -86,15 +86,15 @@ def pair_mortar(surfaces: SurfacePair) -> Pairing:
             return replace(pairing, share=share)
         samples = taken(slice(None))
     else:
-        samples = _samples(slave, moved, master, rotation, share, *_own_samples(slave))
+        samples = _samples(slave, master, rotation, translation, share, *_own_samples(slave))
     return replace(_paired(slave, samples, rotation, translation, near), share=share)
 
 
 def _samples(
     slave: FacetSurface,
-    moved: FacetSurface,
     master: Surface,
     rotation: Array,
+    translation: Array,
     share: float,
     facet: IntArray,
     local: Array,
@@ -102,9 +102,9 @@ def _samples(
     on_master: IntArray | None = None,
 ) -> Samples:
     """Samples with quadrature weights (n,) in the slave's coordinates, on given facets (n,) of the master or on any."""
-    x, _, N = moved.evaluate(facet, local)
-    own, tangents, _ = slave.evaluate(facet, local)
     # in the slave's axes: those of a section rotated by pi have y reversed
+    own, tangents, N = slave.evaluate(facet, local)
+    x = own @ rotation.T + translation
     normal = np.cross(tangents[:, :, 0], tangents[:, :, 1]) @ rotation.T
     inwards = -normals_of(slave).at(facet, local) @ rotation.T
     if on_master is None:

@@ -72,10 +72,13 @@ def _quad_multipliers(n_columns: int, local: Array) -> Array:
     """Multiplier functions (n, 4 | 8 | 9) of quadrilaterals."""
     width = 1.0 if n_columns == 4 else 0.5
     nodes = quad_nodes(9 if n_columns == 8 else n_columns)
-    multipliers = np.maximum(1.0 - np.abs(local[:, None, :] - nodes[None, :, :]) / width, 0.0).prod(axis=2)
+    places, column = np.unique(nodes, return_inverse=True)
+    along_s, along_t = np.maximum(1.0 - np.abs(local.T[:, :, None] - places) / width, 0.0)
+    column = column.reshape(nodes.shape)
+    multipliers = along_s[:, column[:, 0]] * along_t[:, column[:, 1]]
     if n_columns == 8:
         multipliers[:, 4:8] += multipliers[:, 8:] / 4
-    return np.asarray(multipliers[:, :n_columns])
+    return multipliers[:, :n_columns]
 
 
 def multipliers_on_square(facets: IntArray, X: Array) -> Array:

@@ -54,7 +54,10 @@ def segment_samples(
         if len(members):
             windows = sub_faces(slave.facets.shape[1], kind)
             pair = np.repeat(members, len(windows))
-            polygon, count = clip(outline[pair], plane_map.to_plane(f[pair], np.tile(windows, (len(members), 1, 1))))
+            window = plane_map.to_plane(f[pair], np.tile(windows, (len(members), 1, 1)))
+            kept = _near(outline[members], window.reshape(len(members), len(windows), -1, 2))
+            pair = pair[kept]
+            polygon, count = clip(outline[pair], window[kept])
             triangle, double, piece = fans(polygon, count)
             pairs.append(pair[piece])
             corners.append(triangle)
@@ -72,6 +75,13 @@ def segment_samples(
         return np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64)
     facet, local, weight, on_master = (np.concatenate(p) for p in zip(*parts, strict=True))
     return facet, local, weight, on_master
+
+
+def _near(outline: Array, windows: Array) -> IntArray:
+    """Windows (n, n_windows, k, 2), numbered through, whose bounding boxes meet those of their outlines (n, m, 2)."""
+    low, high = outline.min(axis=1)[:, None], outline.max(axis=1)[:, None]
+    met = (low <= windows.max(axis=2)) & (high >= windows.min(axis=2))
+    return np.flatnonzero(met.all(axis=2))
 
 
 def _degrees(
@@ -105,10 +115,19 @@ def _outlines(
     ring = corners
     if master.facets.shape[1] > 4:
         ring = np.stack([corners, master.facets[m][:, 4:8]], axis=2).reshape(len(m), 8)
-    vertices = master.points[ring].reshape(-1, 3)
-    facet = np.repeat(f, ring.shape[1])
-    own, theirs = normals_of(slave), normals_of(master).nodal[ring.ravel()]
-    normal = np.repeat(slave.normals(f, plane_map.middle[f]), ring.shape[1], axis=0)
+    # a vertex is shared by the master's facets around it
+    key, place = np.unique(f[:, None] * len(master.points) + ring, return_inverse=True)
+    facet, node = np.divmod(key, len(master.points))
+    return _images(slave, master, facet, node, plane_map, share)[place.reshape(ring.shape)]
+
+
+def _images(
+    slave: FacetSurface, master: FacetSurface, facet: IntArray, node: IntArray, plane_map: TangentPlaneMap, share: float
+) -> Array:
+    """Images (n, 2) of nodes (n,) of the master in the planes of slave facets (n,), see `_outlines`."""
+    vertices = master.points[node]
+    own, theirs = normals_of(slave), normals_of(master).nodal[node]
+    normal = slave.normals(np.arange(len(slave.facets)), plane_map.middle)[facet]
     parallel = plane_map.flat[facet] & own.even[facet] & (np.abs(normal + theirs).max(axis=1) <= PARALLEL)
     lines = share * normal - (1 - share) * theirs
     cosine = np.einsum("ni,ni->n", lines, normal)
@@ -122,7 +141,7 @@ def _outlines(
     met &= plane_map.jacobian(facet[rows], local) > FOLD
     rows, local = rows[met], local[met]
     plane[rows] = plane_map.to_plane(facet[rows], local)
-    return plane.reshape(len(m), -1, 2)
+    return plane
 
 
 def clip(polygons: Array, windows: Array) -> tuple[Array, IntArray]:
