@@ -9,11 +9,14 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.fem.model import Model
-from fecontact.fem.stress import components, strain_of
+from fecontact.fem.stress import hooke, to_nodes
 from fecontact.mesh.locate import interpolation
 
 Fields = Callable[[Array], tuple[Array, Array]]
-"""Displacements (n, 3) and stresses (n, 3, 3) at points (n, 3)."""
+"""Displacements (n, 3) and strains (n, 6) at points (n, 3)."""
+
+MOST_POINTS = 64
+"""Quadrature points of a cell, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,14 +48,20 @@ class InnerFields:
     def stress(self, cells: IntArray | None = None) -> Array:
         """Stress (n_points, 6) at the nodes; of the elements averaged over given cells only, NaN at other nodes."""
         stress = self.model.nodal_stress(self.u, cells)
-        return stress if self.beside is None else stress + components(self.beside(self.model.mesh.points)[1])
+        if self.beside is None:
+            return stress
+        return stress + hooke(self.beside(self.model.mesh.points)[1], *self._moduli(cells))
 
     def strain(self) -> Array:
         """Strain (n_points, 6) at the nodes."""
         strain = self.model.nodal_strain(self.u)
-        if self.beside is None:
-            return strain
-        return strain + strain_of(components(self.beside(self.model.mesh.points)[1]), self.model.materials[0])
+        return strain if self.beside is None else strain + self.beside(self.model.mesh.points)[1]
+
+    def _moduli(self, cells: IntArray | None = None) -> tuple[Array, Array]:
+        """Lame constants (n_points,) at the nodes, averaged as the stresses of the elements are."""
+        each = np.stack([self.model.lame, self.model.shear], axis=1)[:, None]
+        mean = to_nodes(self.model.mesh, np.broadcast_to(each, (len(each), MOST_POINTS, 2)), cells)
+        return mean[:, 0], mean[:, 1]
 
     def at(self, points: Array) -> tuple[Array, Array, Mask]:
         """Displacement (n, 3) and stress (n, 6) at points (n, 3), and which of these are in the body; NaN at others.
@@ -64,7 +73,8 @@ class InnerFields:
         u[found] = weights[found] @ self.model.at_points(self.u)
         stress[found] = weights[found] @ self.model.nodal_stress(self.u)
         if self.beside is not None:
-            more, sigma = self.beside(points[found])
+            more, strain = self.beside(points[found])
+            lame, shear = self._moduli()
             u[found] += more
-            stress[found] += components(sigma)
+            stress[found] += hooke(strain, weights[found] @ lame, weights[found] @ shear)
         return u, stress, found

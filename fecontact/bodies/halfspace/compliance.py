@@ -52,8 +52,7 @@ class SurfaceCompliance:
         With 'point': see `kernels.points`.
     periodic : bool
     bent : tuple of Bend
-        Curvatures of the surfaces of the bodies that it represents, whose first effect is added; for homogeneous, free
-        ones.
+        Curvatures of the surfaces of the bodies that it represents, whose first effect is added; for free ones.
     """
 
     grid: Grid
@@ -107,9 +106,9 @@ class SurfaceCompliance:
             table = layered.table(shape, cell, self.layers, self.material)
             if self.against is not None:
                 table += kernels.love(shape, cell) / self.against.plane_strain_modulus
-            return table
-        # 1/r has no intrinsic length: the table of a coarser grid is part of this one, scaled
-        table = self._table if level == 0 else self._table[: shape[0], : shape[1]] * 2.0**level
+        else:
+            # 1/r has no intrinsic length: the table of a coarser grid is part of this one, scaled
+            table = self._table if level == 0 else self._table[: shape[0], : shape[1]] * 2.0**level
         for bend in self.bent:
             table = table + curved_kernel.bent_table(
                 shape, cell, curvature=bend.curvature, length=self.length, material=bend.material

@@ -11,7 +11,7 @@ whose factors follow from the conditions at the surface, the interfaces and the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -245,18 +245,26 @@ def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[La
     modulus = top.material.plane_strain_modulus
     x, y = (np.arange(n) * side for n, side in zip(shape, cell, strict=True))
     reach = math.hypot(x[-1] + cell[0], y[-1] + cell[1])
-    difference = _difference(reach, layers, base)
+    difference = point_difference(reach, layers, base)
     total = kernels.love(shape, cell) / modulus
     shift = 0.5 / math.sqrt(3)  # two-point Gauss rule over the cell
     for sx in (-shift, shift):
         for sy in (-shift, shift):
             r = np.hypot((x + sx * cell[0])[:, None], (y + sy * cell[1])[None, :])
-            total += cell[0] * cell[1] / 4 * difference(np.arcsinh(r / top.thickness))
+            total += cell[0] * cell[1] / 4 * difference(r)
     return total
 
 
-def _difference(reach: float, layers: Sequence[Layer], base: Material | None) -> scipy.interpolate.CubicSpline:
-    """Point-force displacement less that of the top layer's half-space, over asinh(r / thickness)."""
+def point_difference(reach: float, layers: Sequence[Layer], base: Material | None) -> Callable[[Array], Array]:
+    """Point-force displacement less that of the top layer's half-space, as a function of distances up to a reach.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> soft = Material(E=1.0, nu=0.0)
+    >>> bool((point_difference(2.0, [Layer(soft, 1.0)], None)(np.array([0.0, 2.0])) < 0).all())
+    True
+    """
     h, modulus = layers[0].thickness, layers[0].material.plane_strain_modulus
     panels = 8 + math.ceil(LARGEST_WAVE * reach / h / 20)  # a panel of 24 points integrates a phase of 20
     nodes, weights = np.polynomial.legendre.leggauss(24)
@@ -266,7 +274,8 @@ def _difference(reach: float, layers: Sequence[Layer], base: Material | None) ->
     spectrum = (width * weights).ravel() * (compliance(k, layers, base) - 2 / modulus) / (2 * math.pi)
     s = np.linspace(0.0, math.asinh(reach / h), max(16, math.ceil(40 * math.asinh(reach / h))))
     values = np.array([spectrum @ scipy.special.j0(k * r) for r in h * np.sinh(s)])
-    return scipy.interpolate.CubicSpline(s, values)
+    spline = scipy.interpolate.CubicSpline(s, values)
+    return lambda r: np.asarray(spline(np.arcsinh(r / h)))
 
 
 def symbol(kx: Array, ky: Array, layers: Sequence[Layer], base: Material | None) -> Array:

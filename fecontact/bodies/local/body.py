@@ -24,6 +24,7 @@ from fecontact.bodies.local.opposite import half_space_opposite
 from fecontact.bodies.local.placing import facing_window, place_window
 from fecontact.bodies.local.remainder import Remainder, checked, remainder, surface_weights
 from fecontact.bodies.local.sources import inclined, principal
+from fecontact.bodies.local.stack import material_at
 from fecontact.bodies.local.surface import window_surface
 from fecontact.bodies.local.window import Window
 from fecontact.bodies.local.wish import Wish
@@ -31,6 +32,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -100,11 +102,6 @@ class LocalBody(OnMesh):
     ) -> None:
         if not isinstance(body, ElasticBody) or body.dimension != "space":
             raise InputError(f"A local body is made of an ElasticBody in space; found {body!r}.")
-        if len(body.model.materials) > 1:
-            raise InputError(
-                f"A local body has one material, whose half-space it starts from; {body.name!r} has "
-                f"{len(body.model.materials)}. Use the ElasticBody itself, with accuracy= when the scene is solved."
-            )
         wish = Wish.of(at, window, shape)
         placed = None if wish.at is None or wish.sides is None else place_window(body, wish.at, wish.sides, wish.shape)
         fields = {"body": body, "wish": wish, "given": placed, "name": body.name if name is None else name}
@@ -168,6 +165,13 @@ class LocalBody(OnMesh):
         return self.given
 
     @property
+    def material(self) -> Material:
+        """Material of the body in its window; the same object in every pose."""
+        if "material" not in self.shared:
+            self.shared["material"] = material_at(self.body.model, self.window)
+        return cast(Material, self.shared["material"])
+
+    @property
     def factored(self) -> Factored:
         """Its stiffness; the same object in every pose."""
         if "factored" not in self.shared:
@@ -186,7 +190,9 @@ class LocalBody(OnMesh):
         """Compliance among the cells of the window."""
         along_x, along_y = principal(self.window)
         bent = (Bend(self.material, (float(along_x), float(along_y))),) if along_x or along_y else ()
-        base = SurfaceCompliance(self.window.grid, self.material, (), None, "uniform", SELF_TERM_RATIO, False, bent)
+        stack = self.remainder.stack
+        layers, below = ((), self.material) if stack is None else (stack.layers, stack.base)
+        base = SurfaceCompliance(self.window.grid, below, layers, None, "uniform", SELF_TERM_RATIO, False, bent)
         return CellModel(base, self.window.mirrored, (self.remainder.term, *inclined(self.window, self.material)))
 
     @property

@@ -16,7 +16,6 @@ from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.common.arrays import Array
-from fecontact.common.material import Material
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.mesh import Mesh
 
@@ -35,11 +34,6 @@ class OnMesh(Placed, ABC):
     @abstractmethod
     def loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> Sequence[tuple[Remainder, Array]]:
         """Its windows, and the pressures (nx, ny) on them by forces along rows."""
-
-    @property
-    def material(self) -> Material:
-        """Material of the body."""
-        return self.body.model.materials[0]
 
     @property
     def mesh(self) -> Mesh:
@@ -68,8 +62,8 @@ class OnMesh(Placed, ABC):
 
     @property
     def contact_modulus(self) -> float:
-        """E / (1 - nu^2) of the material below the window."""
-        return self.material.plane_strain_modulus
+        """E / (1 - nu^2) of the softest material."""
+        return self.body.contact_modulus
 
     @property
     def matrix_free(self) -> bool:

@@ -22,8 +22,11 @@ import scipy.sparse as sp
 from fecontact.analytic.face_loads import FaceLoads, fields
 from fecontact.bodies.halfspace.smooth import SmoothTerm
 from fecontact.bodies.local.chebyshev import coefficients, interpolation
+from fecontact.bodies.local.contrast import contrast_loads
+from fecontact.bodies.local.faces import facing
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.sources import own_part, singular_part, sources
+from fecontact.bodies.local.stack import Stack, stack_below
 from fecontact.bodies.local.window import Window
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -39,6 +42,9 @@ ORDERS = (6, 8, 10, 12)
 SMALL = 1e-4
 """Coefficients of the highest degree, relative to the mean compliance of the window, at which the order suffices."""
 
+OF_DEFECT = 0.5
+"""The same relative to the asymmetry, which is the mesh's error: more nodes would follow that."""
+
 DECAY = 0.7
 """Ratio of these coefficients at one order to those at the last from which more nodes are of no use."""
 
@@ -48,14 +54,18 @@ LARGEST_DEFECT = 0.01
 BESIDE = 0.05
 """Distance from a window's relief, relative to the window, up to which faces are taken to be on it."""
 
-LEAST_FACING = 0.5
-"""Cosine between the normals of a face and of the window from which the face may hold points of the window."""
-
 IN_PLANE = 1e-9
 """Distance from a plane, relative to the body's size, within which a face lies in it."""
 
 RULES = ((2.0, 11), (5.0, 6), (np.inf, 4))
 """Distance of faces from the window, in their sizes, up to which a quadrature of an order serves."""
+
+OF_LAYERS = 24
+"""Nodes along each side of a window for the mean effect of layers."""
+
+LEAST_MEAN = 1e-3
+"""Mean compliance of a window, relative to a half-space's, below which it is not resolved: taken as that, so that the
+asymmetry and the last coefficients show it."""
 
 UNIFORM = 2.973210
 """Mean of 1/r between the points of a unit square: 4 ln(1 + sqrt 2) - 4/3 (sqrt 2 - 1)."""
@@ -78,10 +88,14 @@ class Remainder:
         Of the half-space.
     sources : tuple of FaceLoads
         The unit loads at the nodes.
+    mean : float
+        Mean displacement of the window per force uniform over it.
     defect : float
-        Largest asymmetry of the core before it was made symmetric, relative to the mean compliance of the window.
+        Largest asymmetry of the core before it was made symmetric, relative to the mean.
     tail : float
         Largest coefficient of the highest degree, relative to the same.
+    stack : Stack, optional
+        Layers whose kernel takes a part of the remainder; None: the kernel of a homogeneous half-space.
     """
 
     window: Window
@@ -90,8 +104,10 @@ class Remainder:
     fields: Array
     material: Material
     sources: tuple[FaceLoads, ...]
+    mean: float
     defect: float
     tail: float
+    stack: Stack | None = None
 
     @cached_property
     def points(self) -> Array:
@@ -122,12 +138,13 @@ def remainder(factored: Factored, window: Window, material: Material) -> Remaind
     -------
     Remainder
     """
-    found = _at_order(factored, window, material, ORDERS[0])
+    stack = stack_below(factored, window)
+    found = _at_order(factored, window, material, ORDERS[0], stack)
     for order in ORDERS[1:]:
         before = found.tail
-        if before <= SMALL:
+        if before <= max(SMALL, OF_DEFECT * found.defect):
             break
-        found = _at_order(factored, window, material, order)
+        found = _at_order(factored, window, material, order, stack)
         if found.tail > DECAY * before:
             break
     return found
@@ -143,25 +160,35 @@ def checked(found: Remainder, name: str) -> Remainder:
     if found.defect > LARGEST_DEFECT:
         raise InputError(
             f"The compliance of {name!r} in its window contradicts Betti's theorem by {100 * found.defect:.2g} %, more "
-            f"than {100 * LARGEST_DEFECT:g} %: its mesh is too coarse for what lies beside the window (edges, holes, "
-            f"supports). Take a finer mesh there, or a smaller window; its sides are {found.window.grid.size}."
+            f"than {100 * LARGEST_DEFECT:g} %: its mesh is too coarse for what lies beside or below the window (edges, "
+            "holes, supports, layers). Take a finer mesh there, or a smaller window; its sides are "
+            f"{found.window.grid.size}."
         )
     return found
 
 
-def _at_order(factored: Factored, window: Window, material: Material, order: int) -> Remainder:
+def _at_order(factored: Factored, window: Window, material: Material, order: int, stack: Stack | None) -> Remainder:
     mesh, loads = factored.model.mesh, sources(window, order)
-    fields = factored.solve(_loads(mesh, window, loads, material), _at_supports(factored, loads, material))
+    forces = _loads(mesh, window, loads, material) + contrast_loads(factored.model, loads, material)
+    fields = factored.solve(forces, _at_supports(factored, loads, material))
     points = window.on_surface(*window.node_places(order))
     inwards = np.tile(-window.normal, (len(points), 1))
     core = components_along(surface_weights(mesh, window, points), inwards) @ fields
     if window.relief is not None:
         core = core + _direct(points, loads, inwards[0], material) - singular_part(window, order, material)
         core = core + np.diag(own_part(window, order, loads, material))
-    scale = mean_compliance(window, material)
-    defect = _asymmetry(core) / scale
-    core = (core + core.T) / 2
-    return Remainder(window, order, core, fields, material, loads, defect, _tail(core, window, order) / scale)
+    asymmetry, core = _asymmetry(core), (core + core.T) / 2
+    tail = _tail(core, window, order)
+    if stack is not None:
+        layered = core - stack.difference(window, order)
+        less = _tail(layered, window, order)
+        core, tail, stack = (layered, less, stack) if less < tail else (core, tail, None)
+    alone = half_space_compliance(window, material)
+    smooth = _mean(core, window, order)
+    if stack is not None:
+        smooth += _mean(stack.difference(window, OF_LAYERS), window, OF_LAYERS)
+    mean = max(alone + smooth, LEAST_MEAN * alone)
+    return Remainder(window, order, core, fields, material, loads, mean, asymmetry / mean, tail / mean, stack)
 
 
 def _direct(points: Array, loads: Sequence[FaceLoads], inwards: Array, material: Material) -> Array:
@@ -185,10 +212,20 @@ def _direct(points: Array, loads: Sequence[FaceLoads], inwards: Array, material:
     return out
 
 
-def mean_compliance(window: Window, material: Material) -> float:
+def half_space_compliance(window: Window, material: Material) -> float:
     """Mean displacement of the window, as part of a half-space, per force uniform over it."""
     side = float(np.sqrt(np.prod(window.grid.size)))
     return UNIFORM / (np.pi * material.plane_strain_modulus * side) * 2 ** sum(window.mirrored)
+
+
+def _mean(core: Array, window: Window, order: int) -> float:
+    """Mean displacement of the window by the remainder, per force uniform over it."""
+    x, y = (
+        interpolation(along, half, order, mirrored).mean(axis=0)
+        for along, half, mirrored in zip(window.along, window.half, window.mirrored, strict=True)
+    )
+    weights = np.outer(x, y).ravel()
+    return float(weights @ core @ weights)
 
 
 def _asymmetry(core: Array) -> float:
@@ -280,7 +317,7 @@ def _at_supports(factored: Factored, loads: Sequence[FaceLoads], material: Mater
 def surface_weights(mesh: Mesh, window: Window, points: Array) -> sp.csr_matrix:
     """Interpolation (n, n_nodes) of the surface of the window, from the mesh's nodes to points (n, 3)."""
     nearest, out = np.full(len(points), np.inf), sp.csr_matrix((len(points), len(mesh.points)))
-    for facets in facet_groups(mesh, _facing(mesh, window)):
+    for facets in facet_groups(mesh, facing(mesh, mesh.outer_faces, window.normal)):
         found = FacetSurface(mesh.points, facets).project(points)
         away = np.linalg.norm(points - found.points, axis=1)
         better = away < nearest
@@ -288,13 +325,3 @@ def surface_weights(mesh: Mesh, window: Window, points: Array) -> sp.csr_matrix:
         assert found.weights is not None
         out = sp.diags_array((~better).astype(float)) @ out + sp.diags_array(better.astype(float)) @ found.weights
     return sp.csr_matrix(out)
-
-
-def _facing(mesh: Mesh, window: Window) -> IntArray:
-    """Outer faces (n, 2) that look along the window's normal."""
-    faces = mesh.outer_faces
-    corners = mesh.points[mesh.face_nodes(faces)[:, :4]]
-    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    triangle = np.linalg.norm(corners[:, 3] - corners[:, 2], axis=1) == 0
-    across[triangle] = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[triangle]
-    return faces[across @ window.normal > LEAST_FACING * np.linalg.norm(across, axis=1)]

@@ -24,7 +24,7 @@ from fecontact.bodies.local.body import LocalBody, pressures
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.interior import pressed_fields
 from fecontact.bodies.local.on_mesh import OnMesh
-from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, mean_compliance, surface_weights
+from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_weights
 from fecontact.bodies.local.surface import WindowSurface, window_surface
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
@@ -303,7 +303,7 @@ def _across(parts: Sequence[LocalBody], name: str) -> tuple[dict[tuple[int, int]
     """
     pairs = [(i, j) for i in range(len(parts)) for j in range(len(parts)) if i != j]
     found = {(i, j): _seen(parts[i], parts[j]) for i, j in pairs}
-    scale = min(mean_compliance(part.window, part.material) for part in parts)
+    scale = min(part.remainder.mean for part in parts)
     defect = max(float(np.abs(found[i, j] - found[j, i].T).max()) for i, j in pairs) / 2 / scale
     if defect > LARGEST_DEFECT:
         raise InputError(
@@ -318,5 +318,5 @@ def _seen(part: LocalBody, loaded: LocalBody) -> Array:
     points, inwards = part.remainder.points, -part.window.normal
     nodes = surface_weights(part.body.model.mesh, part.window, points)
     smooth = components_along(nodes, np.tile(inwards, (len(points), 1))) @ loaded.remainder.fields
-    direct = [(fields(points, load, part.material)[0] @ inwards).sum(axis=0) for load in loaded.remainder.sources]
+    direct = [(fields(points, load, loaded.material)[0] @ inwards).sum(axis=0) for load in loaded.remainder.sources]
     return np.asarray(smooth + np.stack(direct, axis=1))

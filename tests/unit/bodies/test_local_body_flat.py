@@ -133,15 +133,6 @@ def test_refusals(case: str) -> None:
         fc.LocalBody(**{"body": block(), **options})
 
 
-def test_two_materials_are_refused() -> None:
-    mesh = fc.shapes.block((2.0, 2.0, 2.0), (2, 2, 2))
-    half = {"low": np.arange(4), "high": np.arange(4, 8)}
-    mesh = fc.Mesh(mesh.points, mesh.cells, mesh.boundaries, groups=half)
-    body = fc.ElasticBody(mesh, {"low": SOLID, "high": fc.Material(1.0, 0.2)}, supports={"bottom": "xyz"})
-    with pytest.raises(fc.InputError, match="has 2"):
-        fc.LocalBody(body, (1.0, 1.0, 2.0), 0.5)
-
-
 def test_a_mesh_too_coarse_for_the_edge_beside_the_window_is_refused() -> None:
     local = fc.LocalBody(block(), (0.31, 2.0, 2.0), 0.6, (8, 8))
     with pytest.raises(fc.InputError, match="contradicts Betti's theorem"):

@@ -1,0 +1,139 @@
+"""Materials of a body below its window: the one at the surface, and the layers where they follow each other in depth.
+
+The remainder starts from the half-space of the material at the surface. Where layers lie below, it varies over their
+thickness; the kernel of the layered half-space takes that part, whose difference from the homogeneous one,
+
+    D(r) = int (k C(k) - 2/E') J_0(k r) dk/(2 pi),
+
+is known (`bodies.halfspace.layered`). What is left at the nodes, R - D, is smooth at the distance of edges and
+supports, and the sum of kernel and remainder is the same whatever the layers are taken to be: they need not be plane
+or parallel, only nearly so.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from fecontact.bodies.halfspace.layered import Layer, point_difference
+from fecontact.bodies.local.faces import facing
+from fecontact.bodies.local.factored import Factored
+from fecontact.bodies.local.window import Window
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.fem.model import Model
+from fecontact.mesh.element.hexahedron import FACES
+from fecontact.mesh.entities import cells_at_faces, face_keys
+from fecontact.mesh.mesh import Mesh
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.straight_line import along_line
+
+SAMPLES = 10
+"""Places along a side of a window at which its material is looked up."""
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Layers below a window, and what they lie on.
+
+    Attributes
+    ----------
+    layers : tuple of Layer
+        From the surface downwards.
+    base : Material or None
+        The half-space below; None: rigid.
+    """
+
+    layers: tuple[Layer, ...]
+    base: Material | None
+
+    def difference(self, window: Window, order: int) -> Array:
+        """Displacements (k, k) at the nodes by unit loads there and their images, less those without layers."""
+        x, y = window.node_places(order)
+        point = point_difference(2.0 * float(np.linalg.norm(window.half)), self.layers, self.base)
+        signs = itertools.product(*((1, -1) if even else (1,) for even in window.mirrored))
+        return np.asarray(
+            sum(point(np.hypot(x[:, None] - sx * x, y[:, None] - sy * y)) for sx, sy in signs), dtype=float
+        )
+
+
+def material_at(model: Model, window: Window) -> Material:
+    """The material of a body in its window.
+
+    Raises
+    ------
+    InputError
+        If there are several.
+    """
+    if len(model.materials) == 1:
+        return model.materials[0]
+    faces = facing(model.mesh, model.mesh.outer_faces, window.normal)
+    found = FacetSurface(model.mesh.points, _facets(model.mesh, faces)).project(
+        window.on_surface(*window.node_places(SAMPLES))
+    )
+    assert found.facet is not None
+    kinds = np.unique(_distinct(model)[faces[found.facet, 0]])
+    if len(kinds) > 1:
+        raise InputError(
+            f"The window, sides {window.grid.size} about {np.array2string(window.origin, precision=4)}, reaches across "
+            f"a boundary of materials: {', '.join(repr(model.materials[k]) for k in kinds)} lie in it. Take a smaller "
+            "window, or use the ElasticBody itself with accuracy= when the scene is solved."
+        )
+    return model.materials[kinds[0]]
+
+
+def stack_below(factored: Factored, window: Window) -> Stack | None:
+    """The layers that a line into the body from the middle of a window crosses; None if nothing else lies there."""
+    mesh, materials = factored.model.mesh, factored.model.materials
+    kind = _distinct(factored.model)
+    keys = face_keys(mesh.cells[:, FACES[:, :4]])
+    outer = np.zeros(keys.shape, bool)
+    outer[tuple(mesh.outer_faces.T)] = True
+    layers: list[Layer] = []
+    depth, now = 0.0, materials.index(material_at(factored.model, window))
+    for _ in range(len(mesh.cells)):
+        cells = np.flatnonzero(kind == now)
+        local = np.argwhere(cells_at_faces(mesh.cells[cells]) == 1)
+        below = facing(mesh, np.stack([cells[local[:, 0]], local[:, 1]], axis=1), -window.normal)
+        material = materials[now]
+        if len(below) == 0:
+            return None
+        exits = FacetSurface(mesh.points, _facets(mesh, below))
+        start = window.origin - depth * window.normal
+        travel, found, lost = along_line(exits, start[None], -window.normal, facing=False)
+        if lost[0] or found.outside[0] or travel[0] <= 0:
+            return None
+        assert found.facet is not None
+        face = below[found.facet[0]]
+        others = np.argwhere((keys == keys[tuple(face)]) & (np.arange(len(keys)) != face[0])[:, None])
+        layer = Layer(material, float(travel[0]))
+        if len(others):
+            layers.append(layer)
+            depth, now = depth + layer.thickness, int(kind[others[0, 0]])
+        elif outer[tuple(face)] and _is_held(factored, mesh.face_nodes(face[None])[0]):
+            return Stack((*layers, layer), None)
+        else:
+            return Stack(tuple(layers), material) if layers else None
+    return None
+
+
+def _distinct(model: Model) -> IntArray:
+    """Index of the material of each cell, the first of equal ones."""
+    return np.array([model.materials.index(m) for m in model.materials])[model.material_of_cell]
+
+
+def _facets(mesh: Mesh, faces: IntArray) -> IntArray:
+    return mesh.face_nodes(faces)[:, : 8 if mesh.cells.shape[1] > 8 else 4]
+
+
+def _is_held(factored: Factored, nodes: IntArray) -> bool:
+    """Whether supports hold all components of nodes (n,)."""
+    model = factored.model
+    held = np.zeros(model.n_coordinates, bool)
+    held[model.held] = True
+    at = np.asarray(held.reshape(-1, 3).all(axis=1))
+    free = np.arange(len(at)) if model.coordinates.ties is None else model.coordinates.ties.free
+    return bool(np.isin(nodes, free[at]).all())
