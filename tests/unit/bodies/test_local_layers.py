@@ -25,13 +25,13 @@ def coated(thickness: float, coat: fc.Material, below: fc.Material) -> fc.LocalB
     return fc.LocalBody(body, (0, 0, DEPTH), SIDE, (CELLS, CELLS))
 
 
-def pressed(local: fc.LocalBody, force: float) -> tuple[np.ndarray, float]:
-    """Pressures and approach of a paraboloid."""
+def pressed(local: fc.LocalBody, force: float) -> tuple[fc.ContactResult, np.ndarray, float]:
+    """Result, pressures and approach of a paraboloid."""
     ball = fc.RigidBody(Paraboloid(RADIUS), pose=fc.Pose(translation=(0, 0, DEPTH)))
     scene = fc.Scene([local, ball], [fc.Contact(local, ball)])
     result = scene.solve(forces={ball: (0, 0, -force / 4)}, finite_motion=False)
     assert result.residuals().worst < 1e-8
-    return result.contacts[0].pressure, -result.rigid_motion(ball).translation[2]
+    return result, result.contacts[0].pressure, -result.rigid_motion(ball).translation[2]
 
 
 # Found: 0.17 and 0.32 % in the pressure, 0.17 and 0.18 % in the approach, by the mesh and the body's end.
@@ -43,7 +43,7 @@ def test_a_coated_block(
 ) -> None:
     """Contact radius about 1. Source: a layered half-space, two layers on a rigid base."""
     local = coated(thickness, coat, below)
-    pressure, approach = pressed(local, force)
+    result, pressure, approach = pressed(local, force)
     layers = [fc.Layer(coat, thickness), fc.Layer(below, DEPTH - thickness)]
     half = fc.HalfSpace(None, (SIDE, SIDE), (CELLS, CELLS), layers=layers)
     exact = half.press(Paraboloid(RADIUS), force=force)
@@ -52,6 +52,12 @@ def test_a_coated_block(
     assert approach == pytest.approx(exact.approach, rel=3e-3)
     assert local.remainder.defect < 2 * most
     assert local.remainder.stack is not None
+    # stresses below the middle, within the coat and far below it
+    z = np.array([0.25, 0.5, 0.75, 2.0, 3.0]) * thickness
+    below_face = np.stack([0 * z, 0 * z, -z], axis=1)
+    stress = result.fields_at(local, below_face + [0, 0, DEPTH])[1]
+    # found: 0.034, by nodal stresses of two elements through the coat
+    assert np.abs(stress - exact.stress(below_face)).max() < 0.05 * pressure.max()
     # the layers only tell the kernel what would else be left to the remainder
     monkeypatch.setattr(remainder, "stack_below", lambda *_: None)
     again = local.with_window(local.window.origin, (SIDE, SIDE))
