@@ -55,7 +55,7 @@ def test_a_coated_block(
     # stresses below the middle, within the coat and far below it
     z = np.array([0.25, 0.5, 0.75, 2.0, 3.0]) * thickness
     below_face = np.stack([0 * z, 0 * z, -z], axis=1)
-    stress = result.fields_at(local, below_face + [0, 0, DEPTH])[1]
+    stress = result.fields_at(local, np.add(below_face, (0, 0, DEPTH)))[1]
     # found: 0.034, by nodal stresses of two elements through the coat
     assert np.abs(stress - exact.stress(below_face)).max() < 0.05 * pressure.max()
     # the layers only tell the kernel what would else be left to the remainder
