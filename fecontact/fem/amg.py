@@ -107,17 +107,84 @@ class AmgFactor:
 
 
 @dataclass(frozen=True, eq=False)
+class Level:
+    """One level of a cycle: its matrix A = L + D + U by halves, and the interpolation from the next level.
+
+    From zero, a symmetric sweep of Gauss-Seidel is (D + L) y = b, (D + U) x = D y, and leaves the residual L (y - x);
+    from other x the two steps share U x. Each needs one half of A (S. C. Eisenstat, SIAM J. Sci. Stat. Comput. 2
+    (1981) 1): with the residual and two sweeps, three products' work instead of five.
+
+    Attributes
+    ----------
+    lower, upper : csr_matrix
+        D + L and D + U.
+    P, R : csr_matrix
+        The interpolation and its transpose.
+    """
+
+    lower: sp.csr_matrix
+    upper: sp.csr_matrix
+    P: sp.csr_matrix
+    R: sp.csr_matrix
+
+    @classmethod
+    def of(cls, A: sp.csr_matrix, P: sp.csr_matrix, R: sp.csr_matrix) -> Level:
+        """The level of a whole matrix."""
+        return cls(_single(sp.tril(A, format="csr")), _single(sp.triu(A, format="csr")), _single(P), _single(R))
+
+    @cached_property
+    def D(self) -> NDArray[np.float32]:
+        """The diagonal."""
+        return np.asarray(self.lower.diagonal())
+
+    @property
+    def A(self) -> sp.csr_matrix:
+        """The whole matrix."""
+        return sp.csr_matrix(self.lower + self.upper - sp.diags_array(self.D, format="csr"))
+
+    @property
+    def matrices(self) -> tuple[sp.csr_matrix, ...]:
+        """All that it keeps."""
+        return self.lower, self.upper, self.P, self.R
+
+    def product(self, X: sp.csr_matrix) -> sp.csr_matrix:
+        """A X of a sparse matrix."""
+        return sp.csr_matrix(self.lower @ X + self.upper @ X - sp.diags_array(self.D, format="csr") @ X)
+
+    def correct(self, b: NDArray[np.float32], below: Smoother) -> NDArray[np.float32]:
+        """Sweep, correct from the level below, sweep."""
+        y = _substituted(self.lower, b, "forward")
+        x = _substituted(self.upper, self.D * y, "backward")
+        y -= x
+        x += self.P @ below(self.R @ (self.lower @ y - self.D * y))
+        w = self.upper @ x - self.D * x
+        y = _substituted(self.lower, b - w, "forward")
+        return _substituted(self.upper, w + self.D * y, "backward")
+
+
+Smoother = Callable[[NDArray[np.float32]], NDArray[np.float32]]
+
+
+def _substituted(T: sp.csr_matrix, b: NDArray[np.float32], sweep: str) -> NDArray[np.float32]:
+    """T^-1 b for a triangle; zero where its diagonal is."""
+    from pyamg.relaxation.relaxation import gauss_seidel
+
+    x = np.zeros_like(b)
+    gauss_seidel(T, x, b, sweep=sweep)
+    return x
+
+
+@dataclass(frozen=True, eq=False)
 class Cycle:
     """One V-cycle of smoothed aggregation, in single precision: it need only be near the inverse.
 
     Attributes
     ----------
-    levels : tuple of (A, P, R)
-        Matrix, interpolation from the next level and its transpose.
+    levels : tuple of Level
     coarsest : csr_matrix
     """
 
-    levels: tuple[tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix], ...]
+    levels: tuple[Level, ...]
     coarsest: sp.csr_matrix
 
     @classmethod
@@ -130,7 +197,7 @@ class Cycle:
             K, B=modes / np.where(sizes > 0, sizes, 1.0), strength=("symmetric", {"theta": 0.0}), max_coarse=COARSEST,
             presmoother=None, postsmoother=None, coarse_solver="splu", improve_candidates=None,
         ).levels  # fmt: skip
-        levels = tuple((_single(each.A), _single(each.P), _single(each.R)) for each in every[:-1])
+        levels = tuple(Level.of(sp.csr_matrix(each.A), each.P, each.R) for each in every[:-1])
         return cls(levels, _single(every[-1].A))
 
     @classmethod
@@ -138,7 +205,7 @@ class Cycle:
         """The same with the displacements (k,) of corners as next level, from which P (n, k) interpolates."""
         R = P.T.tocsr()
         below = cls.of(sp.csr_matrix(R @ (K @ P)), modes[corners])
-        return cls(((_single(K), _single(P), _single(R)), *below.levels), below.coarsest)
+        return cls((Level.of(K, P, R), *below.levels), below.coarsest)
 
     @cached_property
     def _solve(self) -> Callable[[Array], Array]:
@@ -149,7 +216,7 @@ class Cycle:
     @property
     def memory(self) -> int:
         """Bytes of the matrices of all levels."""
-        return sum(_bytes(A) for level in self.levels for A in level) + _bytes(self.coarsest)
+        return sum(_bytes(A) for level in self.levels for A in level.matrices) + _bytes(self.coarsest)
 
     @classmethod
     def side_by_side(cls, cycles: Sequence[Cycle]) -> Cycle:
@@ -160,9 +227,9 @@ class Cycle:
         padded = []
         for each in cycles:
             one = sp.eye_array(each.coarsest.shape[0], dtype=np.float32, format="csr")
-            padded.append([*each.levels, *[(each.coarsest, one, one)] * (depth - len(each.levels))])
+            padded.append([*each.levels, *[Level.of(each.coarsest, one, one)] * (depth - len(each.levels))])
         levels = tuple(
-            (_beside([A for A, _, _ in level]), _beside([P for _, P, _ in level]), _beside([R for _, _, R in level]))
+            Level(*(_beside(blocks) for blocks in zip(*(each.matrices for each in level), strict=True)))
             for level in zip(*padded, strict=True)
         )
         return cls(levels, _beside([each.coarsest for each in cycles]))
@@ -174,18 +241,20 @@ class Cycle:
         one and is as good.
         """
         if not self.levels:
-            A = self.coarsest
-            return Cycle((), A - _change(A, S) + stiffness)
-        A, P, _ = self.levels[0]
-        below = [level[0] for level in self.levels[1:]] + [self.coarsest]
-        E = S @ P
-        AE, P = A @ E, _single(P - E)
-        X = self.levels[0][2] @ AE
+            return Cycle((), self.coarsest - _change(self.coarsest @ S, S) + stiffness)
+        first = self.levels[0]
+        change = stiffness - _change(first.product(S), S)
+        lower = _single(first.lower + sp.tril(change, format="csr"))
+        upper = _single(first.upper + sp.triu(change, format="csr"))
+        below = [level.A for level in self.levels[1:]] + [self.coarsest]
+        E = S @ first.P
+        AE, P = first.product(E), _single(first.P - E)
+        X = first.R @ AE
         coarse = _single(below[0] - X - X.T + E.T @ AE)
-        levels = [(_single(A - _change(A, S) + stiffness), P, P.T.tocsr())]
-        for _, p, r in self.levels[1:]:
-            levels.append((coarse, p, r))
-            coarse = _single(r @ coarse @ p)
+        levels = [Level(lower, upper, P, P.T.tocsr())]
+        for level in self.levels[1:]:
+            levels.append(Level.of(coarse, level.P, level.R))
+            coarse = _single(level.R @ coarse @ level.P)
         return Cycle(tuple(levels), coarse)
 
     def __call__(self, r: Array) -> Array:
@@ -194,16 +263,9 @@ class Cycle:
         return size * self._down(0, (r / size).astype(np.float32)).astype(float) if size > 0 else np.zeros_like(r)
 
     def _down(self, k: int, b: NDArray[np.float32]) -> NDArray[np.float32]:
-        from pyamg.relaxation.relaxation import gauss_seidel
-
         if k == len(self.levels):
             return self._solve(b.astype(float)).astype(np.float32)
-        A, P, R = self.levels[k]
-        x = np.zeros_like(b)
-        gauss_seidel(A, x, b, sweep="symmetric")
-        x += P @ self._down(k + 1, R @ (b - A @ x))
-        gauss_seidel(A, x, b, sweep="symmetric")
-        return x
+        return self.levels[k].correct(b, lambda r: self._down(k + 1, r))
 
 
 def _single(A: sp.csr_matrix) -> sp.csr_matrix:
@@ -216,9 +278,8 @@ def _beside(blocks: Sequence[sp.csr_matrix]) -> sp.csr_matrix:
     return sp.csr_matrix(sp.block_diag(blocks, format="csr"))
 
 
-def _change(A: sp.csr_matrix, S: sp.csr_matrix) -> sp.csr_matrix:
-    """A - (I - S)^T A (I - S), which has few entries."""
-    AS = A @ S
+def _change(AS: sp.csr_matrix, S: sp.csr_matrix) -> sp.csr_matrix:
+    """A - (I - S)^T A (I - S) by A S, which has few entries."""
     return AS + AS.T - S.T @ AS
 
 

@@ -34,7 +34,7 @@ from fecontact.solvers.registry import attempt
 #: Relative residual of the equations of one active set while the set changes.
 LOOSE = 1e-3
 #: Relative residual of the product that scales the half-space.
-PROBE = 1e-2
+PROBE = 0.1
 #: Largest number of active sets.
 MOST_SETS = 60
 #: Boussinesq's displacement under the middle of a uniformly loaded square: 4 ln(1 + sqrt(2)) over its side.

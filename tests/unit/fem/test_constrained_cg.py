@@ -90,6 +90,28 @@ def test_bodies_side_by_side_have_their_own_cycles():
     assert both == pytest.approx(alone, abs=1e-3 * np.abs(alone).max())
 
 
+def test_sweeps_by_halves_are_sweeps():
+    """Source: Gauss-Seidel's sweeps of the whole matrix by pyamg, with the residual between them."""
+    pytest.importorskip("pyamg")
+    from pyamg.relaxation.relaxation import gauss_seidel
+
+    from fecontact.fem.amg import Level
+
+    rng = np.random.default_rng(4)
+    A = rng.standard_normal((30, 30)) * (rng.random((30, 30)) < 0.2)
+    A = sp.csr_matrix((A @ A.T + 5.0 * np.eye(30)).astype(np.float32))
+    P = sp.csr_matrix(rng.standard_normal((30, 6)).astype(np.float32))
+    b, e = (rng.standard_normal(n).astype(np.float32) for n in (30, 6))
+    restricted = []
+    found = Level.of(A, P, P.T.tocsr()).correct(b, lambda r: restricted.append(r) or e)
+    x = np.zeros_like(b)
+    gauss_seidel(A, x, b, sweep="symmetric")
+    assert restricted[0] == pytest.approx(P.T @ (b - A @ x), rel=1e-4, abs=1e-5)
+    x += P @ e
+    gauss_seidel(A, x, b, sweep="symmetric")
+    assert found == pytest.approx(x, rel=1e-4, abs=1e-5)
+
+
 def test_a_cycle_restricted_to_rows_is_that_of_the_restricted_matrix():
     """On every level the matrix is the one between its interpolations, and the constrained stiffness on the first.
 
@@ -114,7 +136,8 @@ def test_a_cycle_restricted_to_rows_is_that_of_the_restricted_matrix():
     P = np.eye(len(dofs)) - np.array([rows.lift(column) for column in G.T.toarray()]).T
     A = P.T @ factor.K.toarray() @ P
     assert len(cycle.levels) == 1
-    first, down, up = cycle.levels[0]
+    level = cycle.levels[0]
+    first, down, up = level.A, level.P, level.R
     v = np.random.default_rng(2).standard_normal(len(dofs))
     v = rows.project(v)
     assert first @ v == pytest.approx(A @ v, abs=1e-5 * np.abs(A @ v).max())
