@@ -10,6 +10,7 @@ import numpy as np
 
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
+from fecontact.contact.interface import UnilateralConstraints
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +59,15 @@ class StepEnd:
     chosen: Sequence[IntArray] = ()
     forces: Array = field(default_factory=lambda: np.zeros(0))
     motion: Array = field(default_factory=lambda: np.zeros(0))
+
+    def candidates(self, conditions: Sequence[UnilateralConstraints], chosen: Sequence[IntArray]) -> list[IntArray]:
+        """Candidates together with those of the last step, where the points are the same."""
+        out = list(chosen)
+        for k, moved in self.moved.items():
+            contact = conditions[k].as_contact
+            if contact is not None and np.array_equal(contact.pairing.nodes, moved.nodes):
+                out[k] = np.union1d(out[k], self.chosen[k])
+        return out
 
     def start(self, chosen: Sequence[IntArray], n_forces: int, n_motions: int) -> tuple[Array, Array] | None:
         """Forces and motion to begin with; None where the candidates are others."""

@@ -69,6 +69,8 @@ def solved(
         every = [*interfaces, *friction]
         check_balance(every, loading)
         chosen, start = _from_known(interfaces, chosen, known)
+        if past is not None:
+            chosen = past.candidates(interfaces, chosen)
     dense = solver not in MATRIX_FREE or bool(friction)
     rounds = 0
     while True:

@@ -27,7 +27,8 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd
 from fecontact.results.result import ContactResult
-from fecontact.scene.carried import KEYED
+from fecontact.scene.adaptive import Target, solve_to_accuracy
+from fecontact.scene.carried import KEYED, CarriedScene
 from fecontact.scene.finite_rotation import carried_poses, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import sorted_case
@@ -113,6 +114,9 @@ def solve_path(
     path: str | Path | None = None,
     *,
     finite_motion: bool = False,
+    accuracy: float | None = None,
+    max_dofs: int | None = None,
+    max_seconds: float | None = None,
     tolerance: float = TOLERANCE,
     progress: bool | None = None,
 ) -> LoadPath:
@@ -135,6 +139,13 @@ def solve_path(
         Whether rigid motions are finite: poses are updated in every step until they converge, prescribed motions are
         finite (rotation vectors, from the given poses), and slip is counted on surfaces that move along. By default
         motions are small.
+    accuracy : float, optional
+        Relative error of the contact pressure (L2) at the end of the path, such as 0.02: the path is solved, meshes are
+        divided where the pressure of its last step needs it, and it is solved again, until the estimated error is
+        within it. Fields belong to the divided bodies, ``path[k].solved(body)``; ``path[-1].convergence`` has the
+        rounds. Not together with a file.
+    max_dofs, max_seconds : int and float, optional
+        Limits of the way there, as in `Scene.solve`.
     tolerance : float
         Of the certificate of every step, see `solvers.friction_problem.FrictionResiduals`.
     progress : bool, optional
@@ -172,7 +183,40 @@ def solve_path(
     if not model.has_friction:
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     way = _Way(model, finite_motion, tolerance)
-    prints = [] if path is None else step_prints(model, steps, {"finite_motion": finite_motion, "tolerance": tolerance})
+    if accuracy is None:
+        if max_dofs is not None or max_seconds is not None:
+            raise InputError(
+                "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too."
+            )
+        return _followed(way, steps, path, progress)
+    if path is not None:
+        raise InputError("A path that is solved to an accuracy has no file: its rows would be of changing meshes.")
+    return _followed_to(way, steps, Target(accuracy, max_dofs, max_seconds), progress)
+
+
+def _followed_to(way: _Way, steps: Sequence[Mapping[str, Any]], target: Target, progress: bool | None) -> LoadPath:
+    """The path on meshes divided until the pressure of its last step is within a target."""
+    originals = tuple(way.model.bodies)
+    rounds: list[LoadPath] = []
+
+    def solve(model: SceneModel, *_: object) -> ContactResult:
+        carried = CarriedScene(model, originals)
+        path = _followed(replace(way, model=model), [carried.loads(step) for step in steps], None, progress)
+        rounds.append(path)
+        return path[-1]
+
+    last = solve_to_accuracy(way.model, {}, target, solve)
+    found = rounds[-1]
+    results = [replace(result, unrefined=originals) for result in found.steps[:-1]]
+    return replace(found, steps=(*results, last))
+
+
+def _followed(
+    way: _Way, steps: Sequence[Mapping[str, Any]], path: str | Path | None, progress: bool | None
+) -> LoadPath:
+    """The path on the meshes given."""
+    settings = {"finite_motion": way.finite_motion, "tolerance": way.tolerance}
+    prints = [] if path is None else step_prints(way.model, steps, settings)
     rows = [] if path is None else rows_before(path, prints)
     done: list[_Done] = []
     given: Mapping[str, Any] = {}
@@ -296,7 +340,7 @@ def _solved_step(
 ) -> Iterator[ContactResult]:
     """Results of a step: one, or those of its halves."""
     # the frictionless solution is a better start than the forces of the last step
-    past = None if before is None or before.step_end is None else replace(before.step_end, chosen=())
+    past = None if before is None or before.step_end is None else replace(before.step_end, forces=np.zeros(0))
     poses = () if past is None else carried_poses(way.model, given, step, past.poses)
     try:
         found = way.solved(step, past, poses)

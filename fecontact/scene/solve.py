@@ -125,7 +125,7 @@ def solve_scene(
         "tractions": tractions,
     }  # fmt: skip
     if model.has_friction:
-        refuse_with_friction(model, accuracy, solver)
+        refuse_with_friction(model, solver)
         finite_motion, search = finite_motion is True, "global"
     arguments = {
         **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "search": search, **options,
@@ -140,15 +140,13 @@ def solve_scene(
         return solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
 
 
-def refuse_with_friction(model: SceneModel, accuracy: float | None, solver: str | CustomSolver) -> None:
+def refuse_with_friction(model: SceneModel, solver: str | CustomSolver) -> None:
     """Refuse what is not offered with friction.
 
     Raises
     ------
     InputError
     """
-    if accuracy is not None:
-        raise InputError("With friction, meshes are not divided by themselves: leave accuracy out and refine the mesh.")
     if solver != "auto":
         raise InputError(f"Friction has a solver of its own: leave solver out; found solver={solver!r}.")
     for body in {b for c in model.contacts if c.friction > 0 for b in (c.slave, c.master)}:

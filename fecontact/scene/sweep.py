@@ -43,7 +43,7 @@ def run_sweep(
     executor: Executor | None = None,
     progress: bool | None = None,
 ) -> list[dict[str, Any]]:
-    """Solve all cases.
+    """Solve all cases; with friction, each is one load step from the unloaded state.
 
     The case with the largest load is solved first. From its contact the nodes that all cases may touch are estimated,
     and every model is condensed onto them once; a case with more candidates condenses again.
@@ -82,11 +82,6 @@ def run_sweep(
         If two cases have the same name, a case has bodies that are not in the scene, the file is of another kind or of
         other cases, the number of processes is invalid, or the scene cannot be sent to other processes.
     """
-    if scene.has_friction:
-        raise InputError(
-            "With friction the order of loads matters, and the cases of a sweep have none: use Scene.solve_path for "
-            "steps that follow each other, or Scene.solve for each case from the unloaded state."
-        )
     named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
     if len(named) != len(cases):
         raise InputError("Two cases of the sweep have the same name; names tell the rows apart.")

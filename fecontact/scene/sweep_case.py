@@ -23,7 +23,7 @@ from fecontact.scene.local_search import SearchHistory, solve_local_case
 from fecontact.scene.poses import posed_scene
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings
-from fecontact.scene.solve import solve_scene
+from fecontact.scene.solve import refuse_with_friction, solve_scene
 from fecontact.solvers import TOLERANCE
 
 Case = Mapping[str, Any]
@@ -67,10 +67,12 @@ def summary_of(scene: SceneModel, case: Case, history: SearchHistory) -> dict[st
     finite = arguments.get("finite_motion", "auto")
     if arguments["search"] == "global" or finite is True or arguments.get("accuracy") is not None:
         return solve_scene(posed.scene, **arguments).summary()
+    if scene.has_friction:
+        refuse_with_friction(scene, arguments.get("solver", "auto"))
     small = {k: v for k, v in arguments.items() if k not in _OTHER}
     timer = Stopwatch()
     result = solve_local_case(posed.scene, small, history, timer)
-    if finite == "auto":
+    if finite == "auto" and not scene.has_friction:
         result = follow(result, {**small, "search": "local"}, timer)
     return check_rest(result).summary()
 

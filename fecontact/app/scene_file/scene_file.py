@@ -144,7 +144,7 @@ def _check_steps(
         return
     if loads or cases:
         root.fault("steps", "has all loads of a load path: leave [loads] and [[cases]] out.")
-    if others := sorted(set(options) - {"tolerance", "finite_motion"}):
+    if others := sorted(set(options) - {"tolerance", "finite_motion", "accuracy", "max_dofs", "max_seconds"}):
         root.fault("steps", f"is a load path with friction, which has no {', '.join(others)}.")
 
 

@@ -118,12 +118,14 @@ def test_what_is_not_offered_is_refused() -> None:
     motions = {block: {"z": -0.01}}
     with pytest.raises(fc.InputError, match="must be True or False"):
         scene.solve_path([{"motions": motions}], finite_motion="auto")
-    with pytest.raises(fc.InputError, match="leave accuracy out"):
-        scene.solve(motions=motions, accuracy=0.05)
+    with pytest.raises(fc.InputError, match="has no file"):
+        scene.solve_path([{"motions": motions}], "path.jsonl", accuracy=0.05)
+    with pytest.raises(fc.InputError, match="give accuracy="):
+        scene.solve_path([{"motions": motions}], max_dofs=1000)
     with pytest.raises(fc.InputError, match="solver of its own"):
         scene.solve(motions=motions, solver="wolfe")
-    with pytest.raises(fc.InputError, match="solve_path"):
-        scene.sweep([{"motions": motions}])
+    with pytest.raises(fc.InputError, match="solver of its own"):
+        scene.sweep([{"motions": motions, "solver": "wolfe"}])
     with pytest.raises(fc.InputError, match="at least one step"):
         scene.solve_path([])
     with pytest.raises(fc.InputError, match="Step 1 has 'motion'"):
@@ -242,6 +244,45 @@ def test_a_step_is_of_another_path_if_one_before_it_changed(tmp_path) -> None:
     file.write_text('{"name": "1", "fingerprint": {}}\n')
     with pytest.raises(fc.InputError, match="another model or case"):
         scene.solve_path([press], file)
+
+
+def pressed_pad(n: int) -> tuple[fc.Scene, fc.RigidBody]:
+    """A ball over a pad of n by n cells, held at its base."""
+    mesh = fc.shapes.block((2.0, 2.0, 0.6), (n, n, 2)).translated((-1.0, -1.0, -0.6))
+    pad = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), "top", {"bottom": "xyz"}, name="pad")
+    ball = fc.RigidBody(fc.Sphere(3.0), name="ball")
+    return fc.Scene([pad, ball], [fc.Contact(pad, ball, friction=0.3)]), ball
+
+
+def test_cases_of_a_sweep_are_single_steps() -> None:
+    scene, ball = pressed_pad(6)
+    cases = [{"motions": {ball: {"z": -0.1, "x": x}}} for x in (0.012, 0.05)]
+    for row, case in zip(scene.sweep(cases), cases, strict=True):
+        alone = scene.solve(**case).summary()
+        np.testing.assert_allclose(row["contacts"][0]["force"], alone["contacts"][0]["force"], atol=1e-12)
+        assert (
+            abs(row["contacts"][0]["friction"]["dissipated"] - alone["contacts"][0]["friction"]["dissipated"]) < 1e-14
+        )
+        assert any("order of loads" in note for note in row["notes"])
+
+
+def test_a_path_to_an_accuracy() -> None:
+    """Meshes are divided by the pressure of the last step; the forces come to those of a uniformly fine mesh."""
+    scene, ball = pressed_pad(4)
+    steps = [{"motions": {ball: {"z": -0.1, "x": x}}} for x in (0.0, 0.012)]
+    path = scene.solve_path(steps, accuracy=0.1)
+    assert path[-1].convergence.met
+    assert path[-1].n_dofs > scene.solve_path(steps)[-1].n_dofs
+    assert max(step.friction.residuals.worst for step in path.steps) < 1e-10
+    fine, other = pressed_pad(12)
+    exact = fine.solve_path([{"motions": {other: step["motions"][ball]}} for step in steps])
+    size = exact.forces[1, 0, 2]
+    coarse = np.abs(scene.solve_path(steps).forces - exact.forces).max() / abs(size)
+    assert np.abs(path.forces - exact.forces).max() / abs(size) < min(0.01, coarse / 3)
+    assert (
+        path[0].displacement(path[0].solved(scene.bodies[0])).shape
+        == path[1].displacement(path[1].solved(scene.bodies[0])).shape
+    )
 
 
 def test_a_cut_step_is_rebuilt(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
