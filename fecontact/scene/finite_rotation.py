@@ -111,6 +111,39 @@ def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch
         return best
     path = _Path(result.scene, arguments, timer)
     path.begin(best)
+    return _followed(path, best, least)
+
+
+def follow_from(
+    scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch, poses: Sequence[Pose]
+) -> ContactResult | None:
+    """`follow` from poses other than the first; None where they have no solution.
+
+    Parameters
+    ----------
+    scene : SceneModel
+    arguments : mapping
+        Arguments of `Scene.solve`.
+    timer : Stopwatch
+    poses : sequence of Pose
+        Such as the final ones on a coarser mesh.
+    """
+    path = _Path(scene, arguments, timer)
+    path.begin_at(poses)
+    try:
+        best, least = _judged(path.solved())
+    except FecontactError:
+        return None  # from the first poses there may be one
+    if least <= BEARABLE:
+        return path.finished(best)
+    if path.at_rest(best):
+        return replace(best, originals=path.originals)
+    path.go_on(best)
+    return _followed(path, best, least)
+
+
+def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
+    """The first bearable result on a path, or the best before the motions stop to converge."""
     waited = 0
     try:
         for k in range(MOST_STEPS):
@@ -126,7 +159,7 @@ def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch
             path.go_on(now)
     except FecontactError:
         pass  # a pose without a solution: the earlier result is returned with its warning
-    return replace(best, originals=result.scene.bodies)
+    return replace(best, originals=path.originals)
 
 
 def _judged(result: ContactResult) -> tuple[ContactResult, float]:
@@ -221,6 +254,11 @@ class _Path:
         self._places: list[Array] = []
         self._steps: list[Array] = []
 
+    @property
+    def originals(self) -> Sequence[Body]:
+        """The bodies as they were given."""
+        return self._scene.bodies
+
     def solved(self) -> ContactResult:
         """Solution of small motions from the present iterate."""
         bodies = self._scene.bodies
@@ -238,7 +276,7 @@ class _Path:
             now = self._now.scene
             loading, settings = sorted_case(now, self._now.loads(self._held))
             result = solved(now, loading, None, settings, self._watch)
-        return replace(result, originals=self._scene.bodies)
+        return replace(result, originals=self.originals)
 
     def begin(self, result: ContactResult) -> None:
         """Set the first iterate from a result of small motions and the prescribed motions."""
@@ -250,6 +288,7 @@ class _Path:
         """Set the first iterate from poses of the bodies."""
         every = zip(self._scene.bodies, self._start, poses, strict=True)
         self._place = np.stack([_motion(start, body, pose) for body, start, pose in every])
+        self._first = self.size_of(self._place)
 
     def at_rest(self, result: ContactResult) -> bool:
         """Whether the poses have converged."""

@@ -18,7 +18,7 @@ from fecontact.contact.tractions import Distribution, refuse_nodal_values
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.engine import check_engine, on_processes
-from fecontact.scene.finite_rotation import follow, solve_finite
+from fecontact.scene.finite_rotation import follow, follow_from, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_local, sorted_case
 from fecontact.scene.rest import check_rest
@@ -172,6 +172,8 @@ def _solve_known(
     tell_part(f"{sum(body.n_dofs for body in model.bodies)} dofs")
     if finite_motion is True:
         return solve_finite(model, arguments, timer, poses)
+    if finite_motion == "auto" and poses and (found := follow_from(model, arguments, timer, poses)) is not None:
+        return check_rest(found)
     loading, settings = sorted_case(model, {name: v for name, v in arguments.items() if name != "search"})
     if search == "global":
         result = solved(model, loading, None, settings, timer, known)

@@ -178,7 +178,7 @@ def test_a_singular_edge_ends_with_the_reason():
     block, _, _ = scene()
     punch = fc.RigidBody(FlatPunch(CONTACT), name="punch").placed(rotation=fc.rotation_about((1, 0, 0), np.pi))
     both = fc.Scene([block, punch], [fc.Contact(block, punch)])
-    result = both.solve(forces={block: (0, 0, -FORCE)}, accuracy=0.005, max_dofs=60_000)
+    result = both.solve(forces={block: (0, 0, -FORCE)}, accuracy=0.005, max_dofs=30_000)
     assert not result.convergence.met
     assert any("accuracy" in text for text in result.warnings)
 
@@ -204,15 +204,20 @@ def test_linear_cells_are_divided_below_the_contact_too():
         assert np.isin(ours, contact.energy_errors[0].cells).all()
 
 
-def test_finite_motion_goes_on_from_the_coarser_mesh(monkeypatch):
+# poses settle to 1e-4 of the elastic displacement, and the error is of the square; or linearised motions are bearable
+@pytest.mark.parametrize(("finite_motion", "tolerance"), [(True, 1e-6), ("auto", 1e-3)])
+def test_finite_motion_goes_on_from_the_coarser_mesh(monkeypatch, finite_motion, tolerance):
     """The poses found on one mesh are where the next begins; the answer is that of the finest mesh by itself."""
     mesh = fc.shapes.block((4.0, 4.0, 2.0), (8, 8, 4)).translated((-2.0, -2.0, -2.0))
     block = fc.ElasticBody(mesh, STEEL, "top", {"bottom": "xyz"}, name="block")
     ball = fc.RigidBody(fc.Sphere(2.0), name="ball").placed(translation=(0.1, 0.05, 0.6))
     both = fc.Scene([block, ball], [fc.Contact(block, ball)])
-    given = {"motions": {ball: {"x": 0.0, "y": 0.0}}, "forces": {ball: (0, 0, -0.2)}, "finite_motion": True}
+    # 'auto' goes on where small motions err, and ends where what is left of them is small beside the approach
+    along, force = ({"x": 0.0, "y": 0.0}, 0.2) if finite_motion is True else ({"x": 0.4, "y": 0.0}, 0.01)
+    given = {"motions": {ball: along}, "forces": {ball: (0, 0, -force)}, "finite_motion": finite_motion}
     counts = []
     real_step, real_path = adaptive._step, finite_rotation._Path.solved
+    restarts, real_begin = [], finite_rotation._Path.begin
 
     def counted(path):
         counts[-1] += 1
@@ -224,12 +229,16 @@ def test_finite_motion_goes_on_from_the_coarser_mesh(monkeypatch):
 
     monkeypatch.setattr(finite_rotation._Path, "solved", counted)
     monkeypatch.setattr(adaptive, "_step", begun)
+    monkeypatch.setattr(finite_rotation._Path, "begin", lambda *a: restarts.append(1) or real_begin(*a))
     counts.append(0)
     result = both.solve(**given, accuracy=0.15)
     n = len(result.convergence.steps)
     assert n > 1
-    assert max(counts[1:n]) < counts[0]
+    if finite_motion is True:
+        assert max(counts[1:n]) < counts[0]
+    else:
+        assert counts[:n] == [1] * n
+        assert len(restarts) == 1  # from small motions, on the first mesh only
     finest = result.solved(block)
     alone = fc.Scene([finest, ball], [fc.Contact(finest, ball)]).solve(**given)
-    # poses settle to 1e-4 of the elastic displacement, and the error is of the square
-    assert abs(result.contacts[0].max_pressure / alone.contacts[0].max_pressure - 1) < 1e-6
+    assert abs(result.contacts[0].max_pressure / alone.contacts[0].max_pressure - 1) < tolerance
