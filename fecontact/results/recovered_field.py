@@ -83,7 +83,7 @@ def recovered_field(contact: PressureAndGap, across: float) -> RecoveredField:
     cut = none if contact.coupling == "mortar" else crossed & smooth
     kept = np.zeros(n, bool)
     kept[facets[field.loaded & (~smooth | (crossed & ~cut))]] = True
-    pressure = np.where(kept, field.pressure, _averaged(contact, field))
+    pressure = np.where(kept, field.pressure, np.where(level > 0, _averaged(contact, field), 0.0))
     return RecoveredField(contact, pressure, level, _factor(contact, field, level, cut), cut)
 
 

@@ -133,6 +133,25 @@ def test_section_against_hertz():
     assert result.contacts[0].outline.curves == ()
 
 
+def test_foundation_ends_where_the_ball_leaves_its_plane():
+    """Source: springs under a paraboloid touch out to the radius sqrt(2 R d)."""
+    plate = fc.shapes.block((2.0, 2.0, 0.1), (14, 14, 1), element="hex8").translated((-1.0, -1.0, -0.1))
+    layer = fc.ElasticLayer(SOFT, thickness=0.1, surface=(plate, "top"), law="bonded")
+    ball = fc.RigidBody(Paraboloid(RADIUS))
+    result = fc.Scene([layer, ball], [fc.Contact(layer, ball)]).solve(motions={ball: {"z": -0.0125}})
+    assert abs(result.contacts[0].edge_area / (math.pi * 0.25) - 1) < 5e-3
+
+
+def test_thin_layer_is_read_like_springs():
+    """Source: springs; a layer's radius is larger by a part of its thickness, here 4 % of the radius."""
+    mesh = fc.shapes.block((1.0, 1.0, 0.02), (7, 7, 2))
+    held = {"bottom": "xyz", "x_min": "x", "y_min": "y"}
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.2), "top", held)
+    ball = fc.RigidBody(Paraboloid(RADIUS)).placed((0, 0, 0.02))
+    contact = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.0125}}).contacts[0]
+    assert abs(contact.edge_area / (math.pi * 0.25 / 4) - 1) < 0.04
+
+
 def test_recovered_pressure_of_a_uniform_contact_is_its_own():
     """Source: a patch test, whose pressure lies in every polynomial, and ends with the body, not as a square root."""
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (5, 5, 2))
