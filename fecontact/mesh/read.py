@@ -15,7 +15,8 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.build import ELEMENTS, build
 from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.febio import read_febio
-from fecontact.mesh.formats.generic import read_gmsh, read_vtk
+from fecontact.mesh.formats.generic import read_vtk
+from fecontact.mesh.formats.gmsh import read_gmsh
 from fecontact.mesh.formats.raw import RawMesh, part_of
 from fecontact.mesh.mesh import Mesh
 

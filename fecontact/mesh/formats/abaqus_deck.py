@@ -30,7 +30,7 @@ SOLIDS = {
 }
 _SOLID = re.compile(r"D?C3D(\d+)[A-Z]*$")
 #: Shells, membranes, rigid and plane elements: number of nodes by type; the letters R, T, H after it are dropped.
-SHELLS = {"3": 3, "4": 4, "6": 6, "8": 8, "65": 6}
+SHELLS = {"3": 3, "4": 4, "6": 6, "8": 8, "9": 9, "65": 6}
 _SHELL = re.compile(r"(?:STRI|SFM3D|M3D|R3D|DS|SC|CPS|CPE|CAX|DC2D|S)(\d+)[A-Z]*$")
 #: Local face of the hexahedron for S1, S2, ... of each shape (its faces: -x, +x, -y, +y, -z, +z).
 FACES = {
@@ -88,6 +88,7 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
     groups: dict[str, list[IntArray]] = {}
     left: dict[str, int] = {}
     other_names: set[str] = set()
+    shell_rows = [np.zeros((0, 5), np.int64)]
     for section in (s for s in sections if s.keyword == "ELEMENT" and s.lines):
         kind, n_nodes = _kind(section.parameters.get("TYPE", ""))
         name = section.parameters.get("ELSET")
@@ -96,12 +97,16 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
             _count(left, f"elements of type {section.parameters.get('TYPE', '').upper()}", len(others[-1]))
             other_names.add((name or "").upper())
             continue
-        rows = connectivity(section, n_nodes + 1)
+        rows, surplus = connectivity(section, n_nodes + 1)
+        if surplus:
+            _count(left, f"further nodes of elements of type {section.parameters['TYPE'].upper()}", surplus)
         cells = numbers_of(node_ids, rows[:, 1:], "node", source)
         if kind == "shell":
             others.append(rows[:, 0])
             other_names.add((name or "").upper())
-            shells.setdefault(name or section.parameters["TYPE"], []).append(cells[:, : 3 if n_nodes in (3, 6) else 4])
+            facets = cells[:, [0, 1, 2, 2 if n_nodes in (3, 6) else 3]]
+            shells.setdefault(name or section.parameters["TYPE"], []).append(facets)
+            shell_rows.append(np.concatenate([rows[:, :1], facets], axis=1))
             continue
         start = len(kinds)
         blocks.append((kind, cells))
@@ -109,6 +114,7 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
         element_ids.append(rows[:, 0])
         if name:
             groups.setdefault(name, []).append(start + np.arange(len(rows)))
+    _shell_sets(sections, np.concatenate(shell_rows), shells)
     all_elements, all_others = joined_numbers(element_ids), joined_numbers(others)
     _refuse_other_elements(all_elements, blocks, source)
     sets = {k: np.concatenate(v) for k, v in groups.items()}
@@ -222,6 +228,21 @@ def _element_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntAr
         members = listed(s, out, deck, "element", name)
         out[name] = np.union1d(out.get(name, np.zeros(0, np.int64)), members)
     return out
+
+
+def _shell_sets(sections: list[KeywordSection], rows: IntArray, shells: dict[str, list[IntArray]]) -> None:
+    """Add sets of shells, rows (n, 5) of number and corners, to `shells`."""
+    names = set(shells)
+    for s in (s for s in sections if s.keyword == "ELSET" and len(rows)):
+        if "GENERATE" in s.parameters:
+            ranges = [[int(v) for v in line.split(",") if v.strip()] for line in s.lines]
+            found = np.unique(np.concatenate([np.zeros(0, np.int64), *(_in_range(rows[:, 0], r, s) for r in ranges)]))
+        else:
+            members = [v.strip() for line in s.lines for v in line.split(",")]
+            found = np.flatnonzero(np.isin(rows[:, 0], [int(v) for v in members if v.isdigit()]))
+        name = s.parameters.get("ELSET", "")
+        if len(found) and name not in names:
+            shells.setdefault(name, []).append(rows[found, 1:])
 
 
 def _node_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray]:

@@ -154,11 +154,11 @@ def coordinates(section: KeywordSection) -> NDArray:
     return np.array([[*row, "0", "0", "0"][:4] for row in rows], dtype=float).reshape(-1, 4)
 
 
-def connectivity(section: KeywordSection, columns: int) -> NDArray[np.int64]:
-    """Rows (n, columns) of *ELEMENT: number and nodes, over one line or several.
+def connectivity(section: KeywordSection, columns: int) -> tuple[NDArray[np.int64], int]:
+    """Rows (n, columns) of *ELEMENT, number and nodes, over one line or several, and how many numbers follow them.
 
-    Numbers beyond the last node on a row's last line are not read: the extra nodes that some programs write for
-    incompatible modes.
+    Numbers beyond the last node of a row are not read: the extra nodes that some programs write for incompatible modes
+    or in the middle of faces.
 
     Raises
     ------
@@ -167,8 +167,14 @@ def connectivity(section: KeywordSection, columns: int) -> NDArray[np.int64]:
     """
     counts = np.array([line.rstrip(", \t").count(",") + 1 for line in section.lines])
     values, end = numbers(section.lines, int), np.cumsum(counts)
+    ends = np.array([not line.endswith(",") for line in section.lines])
     if len(values) % columns == 0 and np.isin(np.arange(columns, len(values) + 1, columns), end).all():
-        return values.reshape(-1, columns)
+        return values.reshape(-1, columns), 0
+    joined = np.add.reduceat(counts, np.append(0, np.flatnonzero(ends) + 1)[: ends.sum()]) if ends[-1] else counts[:0]
+    one_row = len(joined) > 1 or (joined < 2 * columns).all()
+    if len(joined) and len(values) == end[-1] and columns <= joined[0] and one_row and (joined == joined[0]).all():
+        # a row ends where a line has no comma at its end, with all its surplus
+        return values.reshape(-1, joined[0])[:, :columns], len(joined) * int(joined[0] - columns)
     starts, at, broken = [], 0, len(values) != end[-1]
     for line, line_end in zip(section.lines, end.tolist(), strict=True):
         if line_end - at >= columns:
@@ -180,4 +186,4 @@ def connectivity(section: KeywordSection, columns: int) -> NDArray[np.int64]:
             f"{section.place}: a block that begins with {section.lines[0]!r} has {len(values)} numbers, no multiple of "
             f"the {columns} that a row needs. The file is damaged or of another element type than it says."
         )
-    return values[np.array(starts)[:, None] + np.arange(columns)]
+    return values[np.array(starts)[:, None] + np.arange(columns)], len(values) - columns * len(starts)

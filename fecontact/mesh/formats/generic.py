@@ -1,9 +1,10 @@
-"""Files that meshio reads: gmsh's .msh, and .vtk, .vtu, .xdmf."""
+"""Files that meshio reads: .vtk, .vtu, .xdmf."""
 
 from __future__ import annotations
 
 import contextlib
 import io
+import tempfile
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -64,34 +65,23 @@ def points_in_space(points: Array, source: str) -> Array:
     return np.asarray(points, dtype=float)
 
 
-def read_gmsh(path: Path) -> RawMesh:
-    """Gmsh: physical volumes become element sets, physical surfaces boundaries, by their names or as 'surface_5'."""
-    import meshio
-
-    mesh, notes = load(path, meshio.gmsh.read)
-    names = {(int(dim), int(tag)): name for name, (tag, dim) in mesh.field_data.items()}
-    physical = mesh.cell_data.get("gmsh:physical")
-    tags = mesh.cell_data.get("gmsh:geometrical") if physical is None else physical
-
-    def named(dim: int, tag: int) -> str:
-        return names.get((dim, tag), f"{'surface' if dim == 2 else 'volume'}_{tag}")
-
-    def regions(block: int, dim: int) -> list[tuple[str, IntArray]]:
-        if tags is None:
-            return []
-        # gmsh numbers physical groups from 1; 0 stands for none
-        values = np.asarray(tags[block])
-        return [(named(dim, int(tag)), np.flatnonzero(values == tag)) for tag in np.unique(values) if tag != 0]
-
-    return replace(_collect(mesh, path.name, regions), notes=notes)
-
-
 def read_vtk(path: Path) -> RawMesh:
     """VTK, VTU, XDMF: integer cell data with few values become element sets and boundaries, as 'region_3'."""
     import meshio
 
     reader = {".vtk": meshio.vtk.read, ".vtu": meshio.vtu.read}.get(path.suffix.lower(), meshio.xdmf.read)
-    mesh, notes = load(path, reader)
+    try:
+        mesh, notes = load(path, reader)
+    except MeshError:
+        # cell data of binary .vtk files by gmsh have no line end, which meshio expects
+        before = path.read_bytes().rpartition(b"CELL_DATA")[0] if path.suffix.lower() == ".vtk" else b""
+        if not before:
+            raise
+        with tempfile.TemporaryFile() as file:
+            file.write(before)
+            file.seek(0)
+            mesh, notes = load(path, lambda _: meshio.vtk._main.read_buffer(file))
+        notes = (*notes, f"{path.name}: the cell data could not be read and are left out.")
     data = {
         name: blocks
         for name, blocks in mesh.cell_data.items()
