@@ -13,6 +13,7 @@ and y are such functions again. docs/local_body_theory.md has the derivation.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,20 +69,35 @@ def fields(
     >>> bool(np.isclose(u[2], np.log(2)))
     True
     """
-    place = checks.point_array("points", points, 3)
-    vector = checks.point_array("the force", force, 3)
-    tensor = checks.point_array("the curvature", curvature, 2)
-    checks.lengths(length=length)
-    if tensor.ndim < 2 or tensor.shape[-2] != 2:
-        raise InputError(f"Expected curvatures of shape (..., 2, 2); found {tensor.shape}.")
-    rho = np.linalg.norm(place, axis=-1)
-    if np.any(rho + place[..., 2] <= 1e-12 * rho):
-        raise InputError("Expected points away from the load and not over it; the fields are infinite there.")
-    nu = material.nu
-    A = _tractions(vector, tensor, nu)
-    M = {2 - k: (-1 if k == 1 else 1) * np.conj(c) for k, c in A.items()}
-    B = {k - 1: (-1 if k >= 1 else 1) * c for k, c in A.items()}
-    return _evaluate(place, rho, (A, M, B), nu, length, 2 * material.shear_modulus)
+    found = _Field.of(points, force, curvature, length, material)
+    return found.displacement(), found.stress()
+
+
+def displacement(
+    points: ArrayLike, *, force: ArrayLike, curvature: ArrayLike, length: float, material: Material
+) -> Array:
+    """Return the displacement (..., 3) alone, see `fields`.
+
+    Examples
+    --------
+    >>> plain = Material(E=2.0, nu=0.0)
+    >>> u = displacement([0.5, 0.0, 0.0], force=(0, 0, 4 * np.pi), curvature=np.eye(2), length=1.0, material=plain)
+    >>> bool(np.isclose(u[2], np.log(2)))
+    True
+    """
+    return _Field.of(points, force, curvature, length, material).displacement()
+
+
+def stress(points: ArrayLike, *, force: ArrayLike, curvature: ArrayLike, material: Material) -> Array:
+    """Return the stress (..., 3, 3) alone, see `fields`; it knows no unit of length.
+
+    Examples
+    --------
+    >>> plain = Material(E=2.0, nu=0.0)
+    >>> stress([0.5, 0.0, 0.0], force=(0, 0, np.pi), curvature=np.eye(2), material=plain).diagonal().round(3) + 0.0
+    array([ 0., -2.,  0.])
+    """
+    return _Field.of(points, force, curvature, 1.0, material).stress()
 
 
 def _tractions(force: Array, curvature: Array, nu: float) -> Series:
@@ -105,47 +121,74 @@ def _tractions(force: Array, curvature: Array, nu: float) -> Series:
     return {k: np.asarray(c) for k, c in total.items()}
 
 
-def _evaluate(
-    place: Array, rho: Array, series: tuple[Series, Series, Series], nu: float, length: float, modulus: float
-) -> tuple[Array, Array]:
+@dataclass(frozen=True, eq=False)
+class _Field:
     """Displacement and stress from the three potentials.
 
     With u = u_x + i u_y and D = d/dx + i d/dy: 2 mu u = (2 - nu) A + nu M + z/2 (A - M),z and
     2 mu u_z = (1 - 2 nu) Re B - z Re B,z. A has the traction as -A,z; M is D^2 of the second integral along z of A's
     conjugate, B the conjugate D of the first integral of A.
     """
-    A, M, B = series
-    z = place[..., 2]
-    powers = _powers((place[..., 0] + 1j * place[..., 1]) / (rho + z), max(abs(j) for s in series for j in s) + 1)
-    direct, bent = _sum((2 - nu, A), (nu, M)), _sum((0.5, A), (-0.5, M))
 
-    def value(terms: Series) -> Array:
-        logarithm = -np.log((rho + z) / length)
-        return np.asarray(sum(c * (powers[j] / abs(j) if j else logarithm) for j, c in terms.items()))
+    z: Array
+    rho: Array
+    powers: Series
+    direct: Series
+    bent: Series
+    B: Series
+    length: float
+    material: Material
 
-    def E(terms: Series) -> Array:
-        return np.asarray(sum(c * powers[j] for j, c in terms.items()) / rho)
+    @classmethod
+    def of(cls, points: ArrayLike, force: ArrayLike, curvature: ArrayLike, length: float, material: Material) -> _Field:
+        """With checked arguments of `fields`."""
+        place = checks.point_array("points", points, 3)
+        vector = checks.point_array("the force", force, 3)
+        tensor = checks.point_array("the curvature", curvature, 2)
+        checks.lengths(length=length)
+        if tensor.ndim < 2 or tensor.shape[-2] != 2:
+            raise InputError(f"Expected curvatures of shape (..., 2, 2); found {tensor.shape}.")
+        rho, z, nu = np.linalg.norm(place, axis=-1), place[..., 2], material.nu
+        if np.any(rho + z <= 1e-12 * rho):
+            raise InputError("Expected points away from the load and not over it; the fields are infinite there.")
+        A = _tractions(vector, tensor, nu)
+        M = {2 - k: (-1 if k == 1 else 1) * np.conj(c) for k, c in A.items()}
+        B = {k - 1: (-1 if k >= 1 else 1) * c for k, c in A.items()}
+        most = max(abs(j) for series in (A, M, B) for j in series) + 1
+        powers = _powers((place[..., 0] + 1j * place[..., 1]) / (rho + z), most)
+        return cls(z, rho, powers, _sum((2 - nu, A), (nu, M)), _sum((0.5, A), (-0.5, M)), B, length, material)
 
-    def F(terms: Series) -> Array:
+    def _value(self, terms: Series) -> Array:
+        logarithm = -np.log((self.rho + self.z) / self.length)
+        return np.asarray(sum(c * (self.powers[j] / abs(j) if j else logarithm) for j, c in terms.items()))
+
+    def _E(self, terms: Series) -> Array:
+        return np.asarray(sum(c * self.powers[j] for j, c in terms.items()) / self.rho)
+
+    def _F(self, terms: Series) -> Array:
         """The derivative of E along z."""
-        by_order = sum(c * abs(j) * powers[j] for j, c in terms.items())
-        return np.asarray(-(by_order + z * E(terms)) / rho**2)
+        by_order = sum(c * abs(j) * self.powers[j] for j, c in terms.items())
+        return np.asarray(-(by_order + self.z * self._E(terms)) / self.rho**2)
 
-    def planar(derivative: Derivative) -> Array:
+    def _planar(self, derivative: Derivative) -> Array:
         """2 mu times a derivative of u_x + i u_y, z held."""
-        return E(derivative(direct)) + z * F(derivative(bent))
+        return self._E(derivative(self.direct)) + self.z * self._F(derivative(self.bent))
 
-    turn = E(_down(bent))
-    B_z = E(_down(B)).real
-    u = value(direct) + z * turn
-    u_z = (1 - 2 * nu) * value(B).real - z * B_z
-    displacement = np.stack(np.broadcast_arrays(u.real, u.imag, u_z), axis=-1) / modulus
-    # D of the real part of B, as half of D B and the conjugate of D* B
-    slope = (1 - 2 * nu) * (E(_along(B)) + np.conj(E(_conjugate(B)))) / 2
-    slope = slope - z * (F(_along(B)) + np.conj(F(_conjugate(B)))) / 2
-    shear = planar(_down) + turn + slope
-    depth = -2 * nu * B_z - z * F(_down(B)).real
-    return displacement, _hooke(planar(_conjugate).real, planar(_along), shear, depth, nu)
+    def displacement(self) -> Array:
+        """Displacement (..., 3)."""
+        u = self._value(self.direct) + self.z * self._E(_down(self.bent))
+        u_z = (1 - 2 * self.material.nu) * self._value(self.B).real - self.z * self._E(_down(self.B)).real
+        return np.stack(np.broadcast_arrays(u.real, u.imag, u_z), axis=-1) / (2 * self.material.shear_modulus)
+
+    def stress(self) -> Array:
+        """Stress (..., 3, 3)."""
+        nu, B, z = self.material.nu, self.B, self.z
+        # D of the real part of B, as half of D B and the conjugate of D* B
+        slope = (1 - 2 * nu) * (self._E(_along(B)) + np.conj(self._E(_conjugate(B)))) / 2
+        slope = slope - z * (self._F(_along(B)) + np.conj(self._F(_conjugate(B)))) / 2
+        shear = self._planar(_down) + self._E(_down(self.bent)) + slope
+        depth = -2 * nu * self._E(_down(B)).real - z * self._F(_down(B)).real
+        return _hooke(self._planar(_conjugate).real, self._planar(_along), shear, depth, nu)
 
 
 def _powers(w: Array, most: int) -> Series:

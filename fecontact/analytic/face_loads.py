@@ -140,13 +140,47 @@ def fields(points: ArrayLike, loads: FaceLoads, material: Material) -> tuple[Arr
     >>> fields([[1.0, 0.0, 0.0]], load, Material(1.0, 0.0))[0].round(6)
     array([[[-0.5,  0. , -1. ]]])
     """
+    return displacements(points, loads, material), stresses(points, loads, material)
+
+
+def displacements(points: ArrayLike, loads: FaceLoads, material: Material) -> Array:
+    """Return displacements (m, n, 3) of each load at each point alone, see `fields`.
+
+    Examples
+    --------
+    >>> load = FaceLoads(np.zeros((1, 3)), np.array([[0, 0, -1.0]]), np.array([[0, 0, -np.pi]]))
+    >>> displacements([[1.0, 0.0, 0.0]], load, Material(1.0, 0.0)).round(6)
+    array([[[-0.5,  0. , -1. ]]])
+    """
+    axes, local, forces, bent = _in_tangent_planes(points, loads)
+    u = boussinesq.displacement(local, force=forces, material=material, above=ABOVE)
+    if bent is not None and loads.length is not None:
+        more = curvature_field.displacement(local, force=forces, curvature=bent, length=loads.length, material=material)
+        u = u + more
+    return u @ axes
+
+
+def stresses(points: ArrayLike, loads: FaceLoads, material: Material) -> Array:
+    """Return stresses (m, n, 3, 3) of each load at each point alone, see `fields`.
+
+    Examples
+    --------
+    >>> load = FaceLoads(np.zeros((1, 3)), np.array([[0, 0, -1.0]]), np.array([[0, 0, -2 * np.pi]]))
+    >>> stresses([[0.0, 0.0, -1.0]], load, Material(1.0, 0.25))[0, 0].diagonal()
+    array([ 0.25,  0.25, -3.  ])
+    """
+    axes, local, forces, bent = _in_tangent_planes(points, loads)
+    sigma = boussinesq.stress(local, force=forces, material=material, above=ABOVE)
+    if bent is not None:
+        sigma = sigma + curvature_field.stress(local, force=forces, curvature=bent, material=material)
+    return np.asarray(np.swapaxes(axes, -1, -2)[:, None] @ sigma @ axes[:, None])
+
+
+def _in_tangent_planes(points: ArrayLike, loads: FaceLoads) -> tuple[Array, Array, Array, Array | None]:
+    """Axes (m, 3, 3) of the loads, and in them points (m, n, 3), forces (m, 1, 3) and curvatures (m, 1, 2, 2)."""
     axes = loads.axes
     local = (checks.point_array("points", points, 3) - loads.places[:, None]) @ np.swapaxes(axes, -1, -2)
     forces = (axes @ loads.forces[..., None])[:, None, :, 0]
-    u = boussinesq.displacement(local, force=forces, material=material, above=ABOVE)
-    sigma = boussinesq.stress(local, force=forces, material=material, above=ABOVE)
-    if loads.curvatures is not None and loads.length is not None:
-        bent = (axes @ loads.curvatures @ np.swapaxes(axes, -1, -2))[:, None, :2, :2]
-        more = curvature_field.fields(local, force=forces, curvature=bent, length=loads.length, material=material)
-        u, sigma = u + more[0], sigma + more[1]
-    return u @ axes, np.asarray(np.swapaxes(axes, -1, -2)[:, None] @ sigma @ axes[:, None])
+    if loads.curvatures is None:
+        return axes, local, forces, None
+    return axes, local, forces, (axes @ loads.curvatures @ np.swapaxes(axes, -1, -2))[:, None, :2, :2]

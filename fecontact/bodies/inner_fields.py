@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -12,11 +12,18 @@ from fecontact.fem.model import Model
 from fecontact.fem.stress import hooke, to_nodes
 from fecontact.mesh.locate import interpolation
 
-Fields = Callable[[Array], tuple[Array, Array]]
-"""Displacements (n, 3) and strains (n, 6) at points (n, 3)."""
-
 MOST_POINTS = 64
 """Quadrature points of a cell, at most."""
+
+
+class Beside(Protocol):
+    """Fields that are added to those of the elements."""
+
+    def displacement(self, points: Array) -> Array:
+        """Displacements (n, 3) at points (n, 3)."""
+
+    def strain(self, points: Array) -> Array:
+        """Strains (n, 6) at points (n, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +36,7 @@ class InnerFields:
         Finite element model of the body.
     u : (model.n_dofs,) array
         Displacements that its elements carry.
-    beside : Fields, optional
-        Fields that are added to those of the elements.
+    beside : Beside, optional
 
     Examples
     --------
@@ -43,19 +49,19 @@ class InnerFields:
 
     model: Model
     u: Array
-    beside: Fields | None = None
+    beside: Beside | None = None
 
     def stress(self, cells: IntArray | None = None) -> Array:
         """Stress (n_points, 6) at the nodes; of the elements averaged over given cells only, NaN at other nodes."""
         stress = self.model.nodal_stress(self.u, cells)
         if self.beside is None:
             return stress
-        return stress + hooke(self.beside(self.model.mesh.points)[1], *self._moduli(cells))
+        return stress + hooke(self.beside.strain(self.model.mesh.points), *self._moduli(cells))
 
     def strain(self) -> Array:
         """Strain (n_points, 6) at the nodes."""
         strain = self.model.nodal_strain(self.u)
-        return strain if self.beside is None else strain + self.beside(self.model.mesh.points)[1]
+        return strain if self.beside is None else strain + self.beside.strain(self.model.mesh.points)
 
     def _moduli(self, cells: IntArray | None = None) -> tuple[Array, Array]:
         """Lame constants (n_points,) at the nodes, averaged as the stresses of the elements are."""
@@ -73,8 +79,7 @@ class InnerFields:
         u[found] = weights[found] @ self.model.at_points(self.u)
         stress[found] = weights[found] @ self.model.nodal_stress(self.u)
         if self.beside is not None:
-            more, strain = self.beside(points[found])
             lame, shear = self._moduli()
-            u[found] += more
-            stress[found] += hooke(strain, weights[found] @ lame, weights[found] @ shear)
+            u[found] += self.beside.displacement(points[found])
+            stress[found] += hooke(self.beside.strain(points[found]), weights[found] @ lame, weights[found] @ shear)
         return u, stress, found

@@ -76,7 +76,9 @@ def solve_with_windows(model: SceneModel, given: Mapping[str, Any], solve: Solve
     number = {id(b): k for k, b in enumerate(bodies)}
     leading = []
     for contact in model.contacts:
-        for body, partner in ((contact.slave, contact.master), (contact.master, contact.slave)):
+        pair = (contact.slave, contact.master)
+        # the one without a window first; of two with windows the master follows the slave
+        for body, partner in (pair[::-1], pair) if pair[0].is_placed else (pair, pair[::-1]):
             k = number[id(body)]
             bodies[k] = bodies[k].met_by(bodies[number[id(partner)]])
             if not bodies[k].is_placed:

@@ -55,7 +55,7 @@ def pressed(parts, ball_size, bracket_size):
 def test_a_ball_on_a_bracket(parts, row):
     """Elements of a quarter of the radius, thirteen times the contact radius on the bracket, none of them fitted.
 
-    Source: meshes of half the size. Found: 0.005 % in the pressure and 0.008 % in the approach, in 1.8 s after
+    Source: meshes of half the size. Found: 0.005 % in the pressure and 0.008 % in the approach, in 1.0 s after
     the factorisations; 0.3 % is asked of the pressure.
     """
     fine, depth, _, _ = pressed(parts, 0.9, 2.5)

@@ -18,7 +18,7 @@ from fecontact.bodies.halfspace.halfspace import HalfSpace
 from fecontact.bodies.halfspace.kernels import SELF_TERM_RATIO
 from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.interior import pressed_fields
+from fecontact.bodies.local.interior import BelowWindows
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.opposite import half_space_opposite
 from fecontact.bodies.local.placing import facing_window, place_window
@@ -265,7 +265,7 @@ class LocalBody(OnMesh):
         if p.any():
             cells = cells - self.cell_model.product.apply(p).ravel()
             u[:, 0] += self.remainder.fields @ self.remainder.term.gathered(p)
-            u[:, 0] += pressed_fields([(self.remainder, p)], self.mesh.points)[0].ravel()
+            u[:, 0] += BelowWindows([(self.remainder, p)]).displacement(self.mesh.points).ravel()
         return np.concatenate([(cells[:, None] * self.window.normal).ravel(), u[:, 0]])
 
     def loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> list[tuple[Remainder, Array]]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fecontact.analytic.face_loads import FaceLoads, fields
+from fecontact.analytic.face_loads import FaceLoads, stresses
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.material import Material
 from fecontact.fem.model import Model
@@ -53,7 +53,7 @@ def _part(batch: Batch, chosen: Mask) -> Batch:
 def _stretched(mesh: Mesh, batch: Batch, load: FaceLoads, material: Material, lame: Array, twice_shear: Array) -> Array:
     """Nodal forces (n_cells, n_functions, 3) of stresses lame tr(eps) I + twice_shear eps under point loads."""
     x = np.einsum("qa,cai->cqi", batch.N, mesh.points[batch.nodes])
-    sigma = fields(x.reshape(-1, 3), load, material)[1].sum(axis=0).reshape(*x.shape, 3)
+    sigma = stresses(x.reshape(-1, 3), load, material).sum(axis=0).reshape(*x.shape, 3)
     mean = np.trace(sigma, axis1=2, axis2=3)[..., None, None] * np.eye(3)
     eps = ((1 + material.nu) * sigma - material.nu * mean) / material.E
     volume = (1 - 2 * material.nu) / material.E * mean

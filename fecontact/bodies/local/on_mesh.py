@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.inner_fields import InnerFields
-from fecontact.bodies.local.interior import pressed_fields
+from fecontact.bodies.local.interior import BelowWindows
 from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
@@ -124,8 +124,8 @@ class OnMesh(Placed, ABC):
 
     def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields:
         """Fields inside: those of half-spaces under the pressures on the windows, and of the elements beside them."""
-        beside = partial(pressed_fields, self.loaded_windows(rows, forces))
-        u = self.on_mesh(displacement) - beside(self.mesh.points)[0].ravel()
+        beside = BelowWindows(self.loaded_windows(rows, forces))
+        u = self.on_mesh(displacement) - beside.displacement(self.mesh.points).ravel()
         return InnerFields(self.body.model, u, beside)
 
     def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:

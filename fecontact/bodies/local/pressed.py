@@ -9,14 +9,14 @@ the force.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from fecontact.analytic import rectangle, sheared_rectangle
-from fecontact.analytic.face_loads import FaceLoads, fields, tangent_axes
+from fecontact.analytic.face_loads import FaceLoads, displacements, stresses, tangent_axes
 from fecontact.bodies.halfspace.inside import mean_distance
 from fecontact.bodies.local.chebyshev import interpolation, nodes
 from fecontact.bodies.local.window import Window
@@ -40,6 +40,24 @@ ON_EDGE = 1e-9
 
 DOWNWARDS = np.array([0.0, 0.0, -1.0])
 HALVES = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+
+OfLoads = Callable[[Array, FaceLoads, Material], Array]
+ByCells = Callable[["_Near", Array], Array]
+
+
+def depth_at(window: Window, places: Array) -> Array:
+    """Depths (...) of the surface of a window at places (..., 2) of its plane."""
+    relief = window.relief
+    return np.zeros(places.shape[:-1]) if relief is None else relief.depth(places[..., 0], places[..., 1])
+
+
+def inwards_at(window: Window, places: Array) -> Array:
+    """Normals (..., 3) of the surface at places (..., 2), into the body, of height one."""
+    out = np.zeros((*places.shape[:-1], 3))
+    out[..., 2] = -1.0
+    if window.relief is not None:
+        out[..., :2] = -window.relief.slopes(places[..., 0], places[..., 1])
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +101,7 @@ class Pressed:
     >>> from fecontact.bodies.halfspace.grid import Grid
     >>> window = Window(np.zeros(3), np.eye(3), Grid((2.0, 2.0), (16, 16)), (False, False))
     >>> below = Pressed.of(window, np.ones((16, 16)), Material(E=1.0, nu=0.25))
-    >>> below.fields(np.array([[0.0, 0.0, 0.0]]))[1].diagonal(axis1=1, axis2=2).round(3)
+    >>> below.stress(np.array([[0.0, 0.0, 0.0]])).diagonal(axis1=1, axis2=2).round(3)
     array([[-0.75, -0.75, -1.  ]])
     """
 
@@ -125,40 +143,32 @@ class Pressed:
         centre = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
         relief = window.relief
         return Block(
-            np.concatenate([centre, -self._depth(centre)[..., None]], axis=-1),
+            np.concatenate([centre, -depth_at(window, centre)[..., None]], axis=-1),
             size * float(np.hypot(*cell)) / 2,
             forces.reshape(x.shape) * window.grid.area,
-            np.concatenate([plane, -self._depth(plane)[..., None]], axis=-1),
-            self._inwards(plane),
+            np.concatenate([plane, -depth_at(window, plane)[..., None]], axis=-1),
+            inwards_at(window, plane),
             None if relief is None else relief.curvature(x, y),
         )
 
-    def _depth(self, places: Array) -> Array:
-        """Depths (...) of the surface at places (..., 2) of the plane."""
-        relief = self.window.relief
-        return np.zeros(places.shape[:-1]) if relief is None else relief.depth(places[..., 0], places[..., 1])
+    def displacement(self, points: Array) -> Array:
+        """Displacements (n, 3) at points (n, 3) of the body, both in the window's coordinates."""
+        return self._summed(points, np.zeros(points.shape), displacements, self._displacement_by_cells)
 
-    def _inwards(self, places: Array) -> Array:
-        """Normals (..., 3) of the surface at places (..., 2), into the body, of height one."""
-        relief = self.window.relief
-        out = np.zeros((*places.shape[:-1], 3))
-        out[..., 2] = -1.0
-        if relief is not None:
-            out[..., :2] = -relief.slopes(places[..., 0], places[..., 1])
-        return out
+    def stress(self, points: Array) -> Array:
+        """Stresses (n, 3, 3) at points (n, 3) of the body, both in the window's coordinates."""
+        return self._summed(points, np.zeros((*points.shape, 3)), stresses, self._stress_by_cells)
 
-    def fields(self, points: Array) -> tuple[Array, Array]:
-        """Displacements (n, 3) and stresses (n, 3, 3) at points (n, 3) of the body, all in the window's coordinates."""
-        u, stress = np.zeros(points.shape), np.zeros((*points.shape, 3))
+    def _summed(self, points: Array, out: Array, of_loads: OfLoads, by_cells: ByCells) -> Array:
+        """A field (n, ...) at points (n, 3), added to `out`."""
         for first in range(0, len(points), CHUNK):
             part = slice(first, first + CHUNK)
-            for i, more, sigma in self._shares(points[part]):
-                np.add.at(u[part], i, more)
-                np.add.at(stress[part], i, sigma)
-        return u, stress
+            for i, share in self._shares(points[part], of_loads, by_cells):
+                np.add.at(out[part], i, share)
+        return out
 
-    def _shares(self, points: Array) -> Iterator[tuple[IntArray, Array, Array]]:
-        """Points (m,) of pairs of point and block, and the fields (m, 3) and (m, 3, 3) there by the block."""
+    def _shares(self, points: Array, of_loads: OfLoads, by_cells: ByCells) -> Iterator[tuple[IntArray, Array]]:
+        """Points (m,) of pairs of point and block, and the field (m, ...) there by the block."""
         blocks = np.argwhere(self._blocks[-1].forces.any(axis=2))
         i, b = np.repeat(np.arange(len(points)), len(blocks)), np.tile(blocks, (len(points), 1))
         for level in range(len(self._blocks) - 1, -1, -1):
@@ -166,7 +176,7 @@ class Pressed:
             apart = np.linalg.norm(points[i] - block.centres[b[:, 0], b[:, 1]], axis=1)
             far = apart > APART * block.radius
             if far.any():
-                yield i[far], *self._by_nodes(points[i[far]], block, b[far])
+                yield i[far], self._by_nodes(points[i[far]], block, b[far], of_loads)
             i = np.repeat(i[~far], len(HALVES))
             b = (2 * b[~far, None] + HALVES).reshape(-1, 2)
             smaller = self.pressure[..., None] if level == 0 else self._blocks[level - 1].forces
@@ -174,13 +184,12 @@ class Pressed:
             there = (b < loaded.shape).all(axis=1)
             there[there] = loaded[b[there, 0], b[there, 1]]
             i, b = i[there], b[there]
-        yield i, *self._by_cells(points, i, b)
+        yield i, by_cells(_Near.of(self.window, points[i], b), self.pressure[b[:, 0], b[:, 1]])
 
-    def _by_nodes(self, points: Array, block: Block, b: IntArray) -> tuple[Array, Array]:
-        """Fields (m, 3) and (m, 3, 3) at points (m, 3) by blocks b (m, 2)."""
+    def _by_nodes(self, points: Array, block: Block, b: IntArray, of_loads: OfLoads) -> Array:
+        """Field (m, ...) at points (m, 3) by blocks b (m, 2)."""
         where = (b[:, 0], b[:, 1])
         forces = block.forces[where]
-        count = forces.shape[1]
         loads = FaceLoads(
             block.places[where].reshape(-1, 3),
             block.normals[where].reshape(-1, 3),
@@ -188,32 +197,66 @@ class Pressed:
             None if block.curvatures is None else block.curvatures[where].reshape(-1, 3, 3),
             None if block.curvatures is None else self.window.grid.size[0],
         )
-        u, stress = fields(np.repeat(points, count, axis=0)[:, None], loads, self.material)
-        return u.reshape(-1, count, 3).sum(axis=1), stress.reshape(-1, count, 3, 3).sum(axis=1)
+        found = of_loads(np.repeat(points, forces.shape[1], axis=0)[:, None], loads, self.material)[:, 0]
+        return np.asarray(found.reshape(*forces.shape, *found.shape[1:]).sum(axis=1))
 
-    def _by_cells(self, points: Array, i: IntArray, cells: IntArray) -> tuple[Array, Array]:
-        """The same at points i (m,) by cells (m, 2), on the half-space below the surface at the point."""
-        grid, at = self.window.grid, points[i]
-        place = at[:, :2] / grid.cell + np.array(grid.shape) / 2
-        edge = np.rint(place)
-        place = np.where(np.abs(place - edge) < ON_EDGE, edge, place)
-        inwards = self._inwards(at[:, :2])
-        below = (-at[:, 2] - self._depth(at[:, :2])) / np.linalg.norm(inwards, axis=1)
-        below = np.where(below < ON_EDGE * min(grid.cell), 0.0, below)
-        aside = (place - cells - 0.5) * grid.cell
-        axes = tangent_axes(inwards)  # x, against y, into the body
-        offsets = np.stack([aside[:, 0], -aside[:, 1], below], axis=1)
-        half = (grid.cell[0] / 2, grid.cell[1] / 2)
-        # tractions on the surface, which is larger than the plane
-        p = self.pressure[cells[:, 0], cells[:, 1]] / np.linalg.norm(inwards, axis=1)
-        traction = p[:, None] * (axes @ DOWNWARDS)
-        u = rectangle.displacement(offsets, half_sides=half, pressure=1.0, material=self.material) * traction[:, 2:]
-        stress = rectangle.stress(
-            offsets, half_sides=half, pressure=1.0, material=self.material, corner_distance=mean_distance(*half)
+    def _displacement_by_cells(self, near: _Near, pressure: Array) -> Array:
+        u = rectangle.displacement(near.offsets, half_sides=near.half, pressure=1.0, material=self.material)
+        return ((u * near.traction(pressure)[:, 2:])[:, None] @ near.axes)[:, 0]
+
+    def _stress_by_cells(self, near: _Near, pressure: Array) -> Array:
+        traction = near.traction(pressure)[..., None, None]
+        stress = traction[:, 2] * rectangle.stress(
+            near.offsets,
+            half_sides=near.half,
+            pressure=1.0,
+            material=self.material,
+            corner_distance=mean_distance(*near.half),
         )
-        stress *= traction[:, 2, None, None]
         if self.window.relief is not None:
             for k, along in enumerate(((1.0, 0.0), (0.0, 1.0))):
-                sheared = sheared_rectangle.stress(offsets, half_sides=half, traction=along, material=self.material)
-                stress += sheared * traction[:, k, None, None]
-        return (u[:, None] @ axes)[:, 0], np.asarray(np.swapaxes(axes, 1, 2) @ stress @ axes)
+                stress += traction[:, k] * sheared_rectangle.stress(
+                    near.offsets, half_sides=near.half, traction=along, material=self.material
+                )
+        return np.asarray(np.swapaxes(near.axes, 1, 2) @ stress @ near.axes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Near:
+    """Pairs of a point and a cell near it, on the half-space below the surface at the point.
+
+    Attributes
+    ----------
+    offsets : (m, 3) array
+        Of the point from the cell along x, against y, and below the surface.
+    half : (float, float)
+        Half the sides of a cell.
+    axes : (m, 3, 3) array
+        These directions in the window's coordinates, as rows.
+    slant : (m,) array
+        Area of the surface over that of the plane.
+    """
+
+    offsets: Array
+    half: tuple[float, float]
+    axes: Array
+    slant: Array
+
+    @classmethod
+    def of(cls, window: Window, points: Array, cells: IntArray) -> _Near:
+        """Pairs of points (m, 3) and cells (m, 2) of a window."""
+        grid = window.grid
+        place = points[:, :2] / grid.cell + np.array(grid.shape) / 2
+        edge = np.rint(place)
+        place = np.where(np.abs(place - edge) < ON_EDGE, edge, place)
+        inwards = inwards_at(window, points[:, :2])
+        slant = np.linalg.norm(inwards, axis=1)
+        below = (-points[:, 2] - depth_at(window, points[:, :2])) / slant
+        below = np.where(below < ON_EDGE * min(grid.cell), 0.0, below)
+        aside = (place - cells - 0.5) * grid.cell
+        half = (grid.cell[0] / 2, grid.cell[1] / 2)
+        return cls(np.stack([aside[:, 0], -aside[:, 1], below], axis=1), half, tangent_axes(inwards), slant)
+
+    def traction(self, pressure: Array) -> Array:
+        """Tractions (m, 3) along the axes by pressures (m,) on the window's plane."""
+        return np.asarray((pressure / self.slant)[:, None] * (self.axes @ DOWNWARDS))

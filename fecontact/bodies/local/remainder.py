@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.analytic.face_loads import FaceLoads, fields
+from fecontact.analytic.face_loads import FaceLoads, displacements, stresses
 from fecontact.bodies.halfspace.smooth import SmoothTerm
 from fecontact.bodies.local.chebyshev import coefficients, interpolation
 from fecontact.bodies.local.contrast import contrast_loads
@@ -57,7 +57,7 @@ BESIDE = 0.05
 IN_PLANE = 1e-9
 """Distance from a plane, relative to the body's size, within which a face lies in it."""
 
-RULES = ((2.0, 11), (5.0, 6), (np.inf, 4))
+RULES = ((1.0, 11), (2.5, 6), (5.0, 4), (np.inf, 3))
 """Distance of faces from the window, in their sizes, up to which a quadrature of an order serves."""
 
 OF_LAYERS = 24
@@ -199,7 +199,7 @@ def _direct(points: Array, loads: Sequence[FaceLoads], inwards: Array, material:
     out = np.zeros((len(points), len(loads)))
     for k, load in enumerate(loads):
         others = np.arange(len(points)) != k
-        out[others, k] = (fields(points[others], load, material)[0] @ inwards).sum(axis=0)
+        out[others, k] = (displacements(points[others], load, material) @ inwards).sum(axis=0)
         if len(load.places) > 1:
             mirrored = FaceLoads(
                 load.places[1:],
@@ -208,7 +208,7 @@ def _direct(points: Array, loads: Sequence[FaceLoads], inwards: Array, material:
                 None if load.curvatures is None else load.curvatures[1:],
                 load.length,
             )
-            out[k, k] = (fields(points[k : k + 1], mirrored, material)[0] @ inwards).sum()
+            out[k, k] = (displacements(points[k : k + 1], mirrored, material) @ inwards).sum()
     return out
 
 
@@ -276,7 +276,7 @@ def _loads(mesh: Mesh, window: Window, loads: Sequence[FaceLoads], material: Mat
             N, x, dA = facet_integrals(mesh.points, facets[chosen], order)
             x, dA = _smoothed(window, x, dA)
             for n, load in enumerate(loads):
-                stress = fields(x.reshape(-1, 3), load, material)[1].sum(axis=0).reshape(*x.shape, 3)
+                stress = stresses(x.reshape(-1, 3), load, material).sum(axis=0).reshape(*x.shape, 3)
                 nodal = np.einsum("fqa,fqij,fqj->fai", N, stress, dA, optimize=True)
                 np.subtract.at(f[:, :, n], facets[chosen], nodal)
     return f.reshape(-1, len(loads))
@@ -310,7 +310,7 @@ def _at_supports(factored: Factored, loads: Sequence[FaceLoads], material: Mater
         nodes = model.coordinates.ties.free[nodes]
     out = np.zeros((len(points), 3, len(loads)))
     for k, load in enumerate(loads):
-        out[nodes, :, k] = -fields(points[nodes], load, material)[0].sum(axis=0)
+        out[nodes, :, k] = -displacements(points[nodes], load, material).sum(axis=0)
     return out.reshape(-1, len(loads))
 
 

@@ -17,12 +17,12 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 from scipy.spatial import cKDTree
 
-from fecontact.analytic.face_loads import fields
+from fecontact.analytic.face_loads import displacements
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.operator import DENSE_LIMIT
 from fecontact.bodies.local.body import LocalBody, pressures
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.interior import pressed_fields
+from fecontact.bodies.local.interior import BelowWindows
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_weights
 from fecontact.bodies.local.surface import WindowSurface, window_surface
@@ -222,7 +222,7 @@ class WindowedBody(OnMesh):
             moved = self.pressed([p for _, p in loaded])
             cells = [own - pressed.ravel() for own, pressed in zip(cells, moved, strict=True)]
             u[:, 0] += sum(found.fields @ found.term.gathered(p) for found, p in loaded)
-            u[:, 0] += pressed_fields(loaded, self.mesh.points)[0].ravel()
+            u[:, 0] += BelowWindows(loaded).displacement(self.mesh.points).ravel()
         outwards = [(own[:, None] * part.window.normal).ravel() for own, part in zip(cells, self.parts, strict=True)]
         return np.concatenate([*outwards, u[:, 0]])
 
@@ -318,5 +318,5 @@ def _seen(part: LocalBody, loaded: LocalBody) -> Array:
     points, inwards = part.remainder.points, -part.window.normal
     nodes = surface_weights(part.body.model.mesh, part.window, points)
     smooth = components_along(nodes, np.tile(inwards, (len(points), 1))) @ loaded.remainder.fields
-    direct = [(fields(points, load, loaded.material)[0] @ inwards).sum(axis=0) for load in loaded.remainder.sources]
+    direct = [(displacements(points, load, loaded.material) @ inwards).sum(axis=0) for load in loaded.remainder.sources]
     return np.asarray(smooth + np.stack(direct, axis=1))

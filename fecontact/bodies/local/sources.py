@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fecontact.analytic import curved_kernel
-from fecontact.analytic.face_loads import FaceLoads, fields
+from fecontact.analytic.face_loads import FaceLoads, displacements
 from fecontact.bodies.halfspace.inclined import InclinedTerm
 from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.bodies.local.window import Window
@@ -94,7 +94,7 @@ def own_part(window: Window, order: int, loads: Sequence[FaceLoads], material: M
     offset = np.stack([u - x[:, None], v - y[:, None], depths], axis=-1)
     bend, length = np.diag(principal(window)), window.grid.size[0]
     kernel = curved_kernel.displacement(offset, curvature=bend, length=length, material=material)
-    found = [-fields(p, load, material)[0][0] @ window.normal for p, load in zip(around, loads, strict=True)]
+    found = [-displacements(p, load, material)[0] @ window.normal for p, load in zip(around, loads, strict=True)]
     return np.asarray((np.array(found) - kernel).mean(axis=1))
 
 
