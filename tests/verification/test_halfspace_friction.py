@@ -48,7 +48,7 @@ def test_mindlin(n, most_l2, most_stick, row):
     row(case, "work of friction", exact.dissipated, found.dissipated, 1e-3)
     row(case, "processor time", 0.6, seconds)
     assert seconds < 2.0  # 0.45 was found; machines differ
-    assert found.friction_residuals.worst < 1e-8
+    assert found.friction_residuals.worst < 1e-9
 
 
 def test_classical_solution_with_poissons_ratio(row):
@@ -72,7 +72,7 @@ def test_classical_solution_with_poissons_ratio(row):
     row(case, "shift", exact.shift, found.shift[0], 1e-3)
     row(case, "stick radius", exact.c, math.sqrt(found.stick_area / math.pi), 5e-3)
     assert 0.02 < off < 0.04
-    assert found.friction_residuals.worst < 1e-8
+    assert found.friction_residuals.worst < 1e-9
 
 
 def test_fretting_cycle(row):
@@ -171,13 +171,20 @@ def test_cattaneo_in_the_plane(row):
     row(case, "half-width of stick", exact.c, found.stick_area / width / 2, 2.5e-2)
 
 
-@pytest.mark.parametrize(("n", "most_creep", "most_l2"), [(16, 0.04, 0.03), (32, 0.02, 0.02)])
-def test_carter(n, most_creep, most_l2, row):
+def test_carter(row):
     """A roller that starts to roll under a tangential force, cell by cell, until it rolls steadily.
 
-    Source: Carter 1926. First order in the cells, by which the roller advances; at first it creeps at half the rate.
-    The last slip of a cell, while contact leaves it, is not in its work.
+    Source: Carter 1926. First order in the cells, by which the roller advances: the error is of the mesh, not of the
+    transient or the period, for what both meshes are extrapolated to is within 0.3 %. At first it creeps at half the
+    rate. The last slip of a cell, while contact leaves it, is not in its work.
     """
+    coarse, exact = rolled(16, 0.04, 0.03, row)
+    fine, _ = rolled(32, 0.02, 0.02, row)
+    row("rolling, 16 and 32 cells across", "creepage, extrapolated", exact, 2 * fine - coarse, 3e-3)
+
+
+def rolled(n, most_creep, most_l2, row):
+    """Creepage at the end of the transient, found and by Carter."""
     half, line = strip(n)
     (cell, _), width = half.grid.cell, half.grid.size[1]
     exact = friction.carter(line, MU, tangential=0.6 * MU * line.force)
@@ -195,13 +202,14 @@ def test_carter(n, most_creep, most_l2, row):
     rate = path.dissipated[-1] / width / cell
     row(case, "work of friction per distance", exact.tangential * exact.creepage, rate, 6 * most_creep)
     assert creep[0] < 0.7 * creep[-1]  # the transient
+    return creep[-1], exact.creepage
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_random_paths_dissipate(seed, row):
     """Ten paths of four random steps each: forces, shifts, twists, unlike and equal bodies, mu from 0.1 to 2.
 
-    Source: friction takes energy in every step; every step is certified to 1e-8.
+    Source: friction takes energy in every step; every step is certified to 1e-10.
     """
     rng = np.random.default_rng(seed)
     least, worst = math.inf, 0.0
@@ -226,6 +234,6 @@ def test_random_paths_dissipate(seed, row):
         scales = np.array([mu * contact.force * contact.approach for contact in path.contacts])
         least = min(least, float((path.dissipated / scales).min()))
         worst = max(worst, *(contact.friction_residuals.worst for contact in path.contacts))
-    row(f"random paths, seed {seed}", "worst residual", 0.0, worst, 1e-7)
+    row(f"random paths, seed {seed}", "worst residual", 0.0, worst, 1e-9)
     row(f"random paths, seed {seed}", "least work of a step, over mu P approach", 0.0, min(least, 0.0), 1e-10)
-    assert worst < 1e-7  # penetration within ten times the tolerance
+    assert worst < 1e-9  # penetration within ten times the tolerance

@@ -29,6 +29,9 @@ from fecontact.solvers import FrictionResiduals
 MOST_TURNS = 40
 """Turns of pressures and tractions; each reduces the error by about the product of mu and Dundurs' beta."""
 
+CERTIFIED = 1e-10
+"""Tolerance of the certificate unless another is given; a quarter dearer than 1e-8."""
+
 SLIDING = 1 - 1e-9
 """Share of the limit of friction from which a contact is taken to slide as a whole."""
 
@@ -58,6 +61,9 @@ class PressStep:
     position : (float, float)
         Where the counter-surface's own origin is; for a shape that rolls or is set down anew. Rolling moves no
         surface against the other: the shift is not changed by it.
+    load_point : (float, float), optional
+        Point of action (x, y) of the normal force on a counter-surface that may tilt; without it, it does not tilt.
+        Tangential forces act in the surface.
 
     Raises
     ------
@@ -77,9 +83,10 @@ class PressStep:
     torque: float | None = None
     twist: float | None = None
     position: tuple[float, float] = (0.0, 0.0)
+    load_point: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        Load(self.force, self.approach, None)
+        Load(self.force, self.approach, self.load_point)
         for one, other in (("tangential", "shift"), ("torque", "twist")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise InputError(f"Give one of {one} and {other}; found both. The other one follows from it.")
@@ -164,7 +171,7 @@ def press_step(
         If no certified solution was found.
     """
     began = time.perf_counter()
-    load = Load(step.force, step.approach, None)
+    load = Load(step.force, step.approach, step.load_point)
     bent, turns, newton, nit = np.zeros(heights.shape), 0, 0, 0
     start: tuple[Array, Array | None] | None = None if last is None else (last.traction, None)
     while True:

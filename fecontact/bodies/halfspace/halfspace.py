@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.halfspace import kernels
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
-from fecontact.bodies.halfspace.friction import PressStep
+from fecontact.bodies.halfspace.friction import CERTIFIED, PressStep
 from fecontact.bodies.halfspace.friction_contact import FrictionContact
 from fecontact.bodies.halfspace.friction_path import FrictionPath, solve_path
 from fecontact.bodies.halfspace.grid import Grid
@@ -161,7 +161,7 @@ class HalfSpace(SurfaceBody):
         friction: float,
         tangential: tuple[float, float] | None = None,
         shift: tuple[float, float] | None = None,
-        tolerance: float = 1e-8,
+        tolerance: float = CERTIFIED,
         symmetry: bool = True,
         workers: int | None = None,
     ) -> FrictionContact: ...
@@ -176,7 +176,7 @@ class HalfSpace(SurfaceBody):
         friction: float | None = None,
         tangential: tuple[float, float] | None = None,
         shift: tuple[float, float] | None = None,
-        tolerance: float = 1e-8,
+        tolerance: float | None = None,
         symmetry: bool = True,
         workers: int | None = None,
     ) -> HalfSpaceContact:
@@ -202,7 +202,7 @@ class HalfSpace(SurfaceBody):
         shift : (float, float), optional
             With friction: displacement of the surface along x and y.
         tolerance : float
-            Relative tolerance of the certificate, see `solvers.Residuals`.
+            Relative tolerance of the certificate, see `solvers.Residuals`; 1e-8 unless given, with friction 1e-10.
         symmetry : bool
             Whether to solve on a half or quarter of a surface that is symmetric about the axes of the grid.
         workers : int, optional
@@ -239,13 +239,12 @@ class HalfSpace(SurfaceBody):
         (0.74, 0.2)
         """
         if friction is not None:
-            if load_point is not None:
-                raise InputError("A load point is offered without friction only: leave it or the friction out.")
-            step = PressStep(force, approach, tangential, shift)
-            return self.press_path(surface, [step], friction, tolerance, symmetry, workers).contacts[0]
+            step = PressStep(force, approach, tangential, shift, load_point=load_point)
+            within = CERTIFIED if tolerance is None else tolerance
+            return self.press_path(surface, [step], friction, within, symmetry, workers).contacts[0]
         if tangential is not None or shift is not None:
             raise InputError("A tangential force or a shift needs friction: give friction=, Coulomb's mu.")
-        share("the tolerance", tolerance)
+        tolerance = share("the tolerance", 1e-8 if tolerance is None else tolerance)
         load = Load(force, approach, load_point)
         z = self.heights_of(surface)
         return press(self.compliance, z, load, tolerance, symmetry, workers)
@@ -255,7 +254,7 @@ class HalfSpace(SurfaceBody):
         surface: HeightSurface | ArrayLike,
         steps: Sequence[PressStep],
         friction: float,
-        tolerance: float = 1e-8,
+        tolerance: float = CERTIFIED,
         symmetry: bool = True,
         workers: int | None = None,
     ) -> FrictionPath:

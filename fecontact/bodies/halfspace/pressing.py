@@ -204,11 +204,13 @@ def _residuals(level: GridLevel, operator: object, p: Array, q: Array) -> Residu
 
 
 def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, contact: HalfSpaceContact) -> Residuals:
-    """Residuals of a contact's pressures and approach without tilt, recomputed on the whole grid for given heights."""
+    """Residuals of a contact's pressures, approach and tilt, recomputed on the whole grid for given heights."""
     z, allowed = checked_heights(heights, body.grid)
     level = _level(body, z, allowed, load, symmetry=False)
     operator = compliance(level, level.whole, Tally(body.grid.n_cells), None)
-    return _residuals(level, operator, contact.pressure, np.full(len(level.F), -contact.approach))
+    lift = float(np.dot(contact.tilt, load.point or (0.0, 0.0))) - contact.approach
+    turns = [slope * side / 2 for slope, side in zip(contact.tilt, body.grid.size, strict=True)]
+    return _residuals(level, operator, contact.pressure, np.array([lift, *turns])[: len(level.F)])
 
 
 def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | None) -> None:

@@ -121,7 +121,7 @@ def test_a_long_period_is_free():
 @pytest.mark.parametrize("against", [None, STEEL])
 def test_without_friction_it_is_the_frictionless_answer(against):
     body = half(against=against)
-    plain = body.press(BALL, force=force_of(body))
+    plain = body.press(BALL, force=force_of(body), tolerance=1e-10)
     found = body.press(BALL, force=force_of(body), friction=0.0)
     assert np.abs(found.pressure - plain.pressure).max() <= 1e-12 * plain.max_pressure
     assert not found.traction.any()
@@ -317,7 +317,10 @@ REFUSED = {
         "cannot be moved",
     ),
     "tangential alone": (lambda body: body.press(BALL, force=0.01, tangential=(1.0, 0.0)), "needs friction"),
-    "load point": (lambda body: body.press(BALL, force=0.01, friction=0.1, load_point=(0.1, 0.0)), "load point"),
+    "load point": (
+        lambda body: body.press(BALL, force=0.01, friction=0.1, load_point=(9.0, 0.0)),
+        "outside the counter-surface",
+    ),
     "lifted": (lambda body: body.press(BALL, approach=-0.1, friction=0.1), "Nothing is pressed"),
     "second step": (
         lambda body: body.press_path(
@@ -333,6 +336,24 @@ def test_refusals(name):
     do, told = REFUSED[name]
     with pytest.raises(InputError, match=told):
         do(half(n=12))
+
+
+@pytest.mark.parametrize("against", [True, False])
+def test_a_punch_that_tilts(against):
+    """A force off the middle of a dragged flat punch: its pressures balance it, and tilt it as without friction.
+
+    Against a body of the same material nothing is coupled: the same tilt. On a rigid punch tractions press, too.
+    """
+    body = fc.HalfSpace(STEEL, (3.0, 3.0), (24, 24), against=STEEL if against else None)
+    punch = FlatPunch(1.0)
+    dragged = body.press(punch, force=1.0, friction=MU, load_point=(0.2, 0.0), tangential=(0.1, 0.0))
+    smooth = body.press(punch, force=1.0, load_point=(0.2, 0.0), tolerance=1e-10)
+    at = (dragged.pressure * body.grid.x[:, None]).sum() / dragged.pressure.sum()
+    assert at == pytest.approx(0.2, rel=1e-9)
+    assert dragged.friction_residuals.within(1e-10)
+    assert dragged.tangential[0] == pytest.approx(0.1, rel=1e-9)
+    apart = abs(dragged.tilt[0] / smooth.tilt[0] - 1)
+    assert apart < 1e-9 if against else 1e-3 < apart < 0.1
 
 
 def test_layers_points_and_twisted_periods_are_refused():
