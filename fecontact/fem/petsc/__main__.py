@@ -80,23 +80,25 @@ class Rows:
         self._solver.setOperators(gram)
         self._solver.setType("preonly")
         self._solver.getPC().setType("cholesky")
+        self._u, self._b = G.createVecs()
+        self._x = self._b.duplicate()
 
     def _solved(self, d: Array) -> Array:
-        b, x = vector(d), vector(np.empty(len(d)))
-        self._solver.solve(b, x)
-        return np.asarray(x.getArray())
+        self._b.setArray(d)
+        self._solver.solve(self._b, self._x)
+        return np.asarray(self._x.getArray().copy())
 
     def gap(self, u: Array) -> Array:
         """G u."""
-        out = vector(np.empty(self.G.getSize()[0]))
-        self.G.mult(vector(u), out)
-        return self.total(out.getArray())
+        self._u.setArray(u)
+        self.G.mult(self._u, self._x)
+        return self.total(self._x.getArray().copy())
 
     def nodal(self, forces: Array) -> Array:
         """G^T l, this process' part."""
-        out = vector(np.empty(self.G.getSize()[1]))
-        self.G.multTranspose(vector(forces), out)
-        return np.asarray(out.getArray())
+        self._b.setArray(forces)
+        self.G.multTranspose(self._b, self._u)
+        return np.asarray(self._u.getArray().copy())
 
     def lift(self, d: Array) -> Array:
         """L d, this process' part."""
@@ -129,11 +131,16 @@ class Process:
         self.model_of = np.load(folder / "model_of.npy", mmap_mode="r")[own].copy()
         self.modes = np.load(folder / "modes.npy", mmap_mode="r")[own].copy()
         self.K = self._stiffness(folder, np.load(folder / "held.npy", mmap_mode="r")[own])
+        #: Vectors to and from all products; new ones would be kept until all processes destroy them together.
+        self.pair = (self.K.createVecRight(), self.K.createVecLeft())
         self.softness = 1.0 / self.K.getDiagonal().getArray()
         self.u = np.zeros(self.last - self.first)
         self.kept: list[Array] = []
         self.C: Any = None
-        self.solver = self._solver(self.K, self.modes)
+        self.held: Held | None = None
+        #: Multigrid of the stiffness of free bodies, or of bodies held along the active rows.
+        self.solver: Any = None
+        self.free = True
 
     def _stiffness(self, folder: Path, held: Mask) -> Any:
         """Distributed stiffness; held coordinates, which have no loads, keep a diagonal."""
@@ -171,13 +178,15 @@ class Process:
         return ksp
 
     def vector(self, values: Array) -> Any:
-        """Distributed vector on an array (n_own,)."""
-        return PETSc.Vec().createWithArray(np.ascontiguousarray(values), (len(values), self.size), comm=WORLD)
+        """New distributed vector of values (n_own,)."""
+        v = PETSc.Vec().createMPI((len(values), self.size), comm=WORLD)
+        v.setArray(values)
+        return v
 
     def _product(self, A: Callable[[Any, Any], None], x: Array) -> Array:
-        y = np.empty_like(x)
-        A(self.vector(x), self.vector(y))
-        return y
+        self.pair[0].setArray(x)
+        A(*self.pair)
+        return np.asarray(self.pair[1].getArray().copy())
 
     def _cycle(self, ksp: Any, r: Array) -> Array:
         z = self._product(ksp.getPC().apply, r)
@@ -200,14 +209,18 @@ class Process:
             mine = np.where(own, known, 0.0)
             if (left := self._norm(b - self._product(self.K.mult, mine))) < best:
                 best, x = left, mine
-        self.solver.setTolerances(rtol=rtol, atol=0.0, max_it=MOST_STEPS)
         for _ in range(PASSES):
             if size == 0.0 or best <= rtol * size:
                 break
-            self.solver.solve(self.vector(b), self.vector(x))
-            self.steps += self.solver.getIterationNumber()
-            if self.solver.getConvergedReason() < 0:
-                raise ArithmeticError(f"conjugate gradients ended with PETSc's reason {self.solver.reason}")
+            solver = self._free_solver()
+            solver.setTolerances(rtol=rtol, atol=0.0, max_it=MOST_STEPS)
+            self.pair[0].setArray(b)
+            self.pair[1].setArray(x)
+            solver.solve(*self.pair)
+            x = self.pair[1].getArray().copy()
+            self.steps += solver.getIterationNumber()
+            if solver.getConvergedReason() < 0:
+                raise ArithmeticError(f"conjugate gradients ended with PETSc's reason {solver.getConvergedReason()}")
             best = self._norm(b - self._product(self.K.mult, x))
         self._keep(x)
         return {"x": x}
@@ -219,27 +232,56 @@ class Process:
         return {}
 
     def hold(self, message: Message) -> dict[str, Any]:
-        """Make the equations of an active set, with multigrid of the restricted stiffness."""
+        """Make the equations of an active set, with multigrid of the restricted stiffness in place of the free one."""
         gram = _local(message, "gram", len(message["gram_indptr"]) - 1)
         rows = Rows(_local(message, "G", self.last - self.first), gram, self.softness, self.total)
-        solver = self.solver
-        if "T_data" in message:
-            n = self.last - self.first
-            T = self.distributed(_rows(message, "T"), self.size, n, block=3)
-            A = self.K.ptap(T)
-            A.axpy(1.0, self.distributed(_rows(message, "A"), self.size, n, block=3))
-            solver = self._solver(A, np.stack([self._product(T.mult, mode) for mode in self.modes.T], axis=1))
+        self._destroy()  # two hierarchies at once take twice the memory
+        solver = self._restricted(message) if "S_data" in message else self._free_solver()
         self.held = Held(
             lambda u: self._product(self.K.mult, u), lambda r: self._cycle(solver, r), rows,
             message["d"], message["B"], message["F"], message["Q"], self.total,
         )  # fmt: skip
         return {}
 
+    def _restricted(self, message: Message) -> Any:
+        """Multigrid of (I - S)^T K (I - S) and a stiffness of what S removes, see `fem.amg.Cycle.restricted`."""
+        n = self.last - self.first
+        S, stiffness = (self.distributed(_rows(message, name), self.size, n, block=3) for name in "SA")
+        KS = self.K.matMult(S)
+        A, SK, SKS = self.K.duplicate(copy=True), KS.transpose(PETSc.Mat()), S.transposeMatMult(KS)
+        for factor, change in ((-1.0, KS), (-1.0, SK), (1.0, SKS), (1.0, stiffness)):
+            A.axpy(factor, change)
+        modes = np.stack([mode - self._product(S.mult, mode) for mode in self.modes.T], axis=1)
+        for used in (S, stiffness, KS, SK, SKS):
+            used.destroy()
+        self.solver = self._solver(A, modes)
+        self.free = False
+        return self.solver
+
+    def _free_solver(self) -> Any:
+        """Multigrid of the stiffness, made when it is needed."""
+        if self.solver is None or not self.free:
+            self._destroy()
+            self.solver, self.free = self._solver(self.K, self.modes), True
+        return self.solver
+
+    def _destroy(self) -> None:
+        """Destroy the multigrid that there is, and the restricted stiffness with it."""
+        self.held = None
+        if self.solver is not None:
+            A, _ = self.solver.getOperators()
+            self.solver.destroy()
+            if not self.free:
+                A.destroy()
+        self.solver = None
+
     def on_rows(self, message: Message) -> dict[str, Any]:
         """Solve the equations of the active set."""
+        assert self.held is not None
         self.u, forces, q = constrained_cg(self.held, self.u, message["q"], float(message["rtol"]), self._count)
-        deflection = vector(np.empty(self.C.getSize()[0]))
-        self.C.mult(vector(self.u), deflection)
+        u, deflection = self.C.createVecs()
+        u.setArray(self.u)
+        self.C.mult(u, deflection)
         every = self.total(deflection.getArray())
         return {"forces": forces, "q": q, "deflection": every} if WORLD.rank == 0 else {}
 
@@ -261,11 +303,6 @@ class Process:
 
     def _count(self) -> None:
         self.steps += 1
-
-
-def vector(values: Array) -> Any:
-    """Vector of this process alone on an array."""
-    return PETSc.Vec().createWithArray(np.ascontiguousarray(values), comm=PETSc.COMM_SELF)
 
 
 def _mean(diagonal: Any) -> float:

@@ -80,10 +80,9 @@ class SharedSystem:
         parts = self._columns("G", rows.G)
         if rows.invertible:
             S, stiffness = rows.removed()
-            T = sp.csr_matrix(sp.eye_array(self.job.layout.size, format="csr") - S)
             for k, part in enumerate(parts):
                 own = slice(*self.job.layout.ends[k : k + 2])
-                part |= rows_of("T", T[own]) | rows_of("A", sp.csr_matrix(stiffness[own]))
+                part |= rows_of("S", S[own]) | rows_of("A", sp.csr_matrix(stiffness[own]))
         given = {"d": problem.g[active], "B": problem.B[:, active], "F": problem.F, "Q": Q}
         self.job.ask("hold", given | rows_of("gram", sp.csr_matrix(rows.gram)), parts)
 
