@@ -57,8 +57,9 @@ if TYPE_CHECKING:
     from fecontact.mesh.cad import mesh_solid
     from fecontact.mesh.mesh import Mesh
     from fecontact.mesh.read import read_mesh
+    from fecontact.mesh.read_surface import read_surface
     from fecontact.mesh.section_mesh import SectionMesh
-    from fecontact.mesh.surface_mesh import SurfaceMesh, read_surface
+    from fecontact.mesh.surface_mesh import SurfaceMesh
     from fecontact.results.result import ContactResult
     from fecontact.scene.scene import Scene
     from fecontact.solvers import available_solvers
@@ -155,7 +156,7 @@ _PLACES = {
     "pick": "fecontact.mesh.pick",
     "read_mesh": "fecontact.mesh.read:read_mesh",
     "read_scene": "fecontact.app.scene_file.scene_file:read_scene",
-    "read_surface": "fecontact.mesh.surface_mesh:read_surface",
+    "read_surface": "fecontact.mesh.read_surface:read_surface",
     "rotation_about": "fecontact.bodies:rotation_about",
     "sections": "fecontact.mesh.section_shapes",
     "shapes": "fecontact.mesh.shapes",

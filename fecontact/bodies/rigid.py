@@ -21,7 +21,7 @@ from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
-from fecontact.mesh.surface_mesh import read_surface
+from fecontact.mesh.read_surface import read_surface
 from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T, heights_of
@@ -154,8 +154,12 @@ class RigidBody(Placed):
         return cls(HeightMap(np.asarray(z, dtype=float), size), name)
 
     @classmethod
-    def from_surface(cls, path: str | Path, scale: float = 1.0, name: str = "rigid") -> RigidBody:
-        """The rigid surface of an .stl, .ply or .obj file, in the file's coordinates; its facets face outwards.
+    def from_surface(
+        cls, path: str | Path, scale: float = 1.0, name: str = "rigid", part: str | None = None
+    ) -> RigidBody:
+        """The rigid surface of a file, in its coordinates; its facets face outwards. See `read_surface` for its types.
+
+        `part` is a shell or a surface by its name in a mesh or deck.
 
         Corrections by `read_surface` are in `notes`, in `describe` and in the notes of results.
 
@@ -169,7 +173,7 @@ class RigidBody(Placed):
         'rigid: rigid Facets; one.stl: the surface is open: its outside is where the corners of most facets run \
 counter-clockwise.'
         """
-        return cls(Facets(read_surface(path, scale)), name)
+        return cls(Facets(read_surface(path, part, scale)), name)
 
     @classmethod
     def from_stl(cls, path: str | Path, scale: float = 1.0, name: str = "rigid") -> RigidBody:

@@ -29,7 +29,7 @@ READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".xdmf": read_vtk,
 }
 CAD = (".step", ".stp", ".brep", ".geo", ".iges", ".igs")
-SURFACES = (".stl", ".ply", ".obj")
+SURFACES = (".stl", ".ply", ".obj", ".off", ".vtp")
 
 
 def read_mesh(

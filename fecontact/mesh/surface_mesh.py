@@ -1,27 +1,23 @@
-"""Surface meshes: triangles and quadrilaterals from .stl, .ply and .obj files or from the boundary of a solid."""
+"""Surface meshes: triangles and quadrilaterals."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.common.arguments import file_path, function, instance
+from fecontact.common.arguments import function, instance
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.checks import index_array, number_array, positive
-from fecontact.common.errors import InputError, MeshError
+from fecontact.common.checks import index_array, number_array
+from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import first_alike, representatives
 from fecontact.mesh.facets import distinct_columns, facet_integrals, facet_nodes, facet_shapes, triangular
-from fecontact.mesh.formats.generic import load, points_in_space
-from fecontact.mesh.formats.triangulated import read_obj, read_stl
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.orient import oriented, shared_sides, turned
-from fecontact.mesh.polygons import cut
 
 #: Points of an .stl file closer than this, relative to the size of the surface, are one point.
 SAME_POINT = 1e-7
@@ -196,68 +192,6 @@ def _sides_at(t1: Array, t2: Array, column: IntArray, triangle: Mask) -> tuple[A
     second, third = triangle & (column == 1), triangle & (column == 2)
     a, b = np.where(second[:, None], -t1, a), np.where(second[:, None], t2 - t1, b)
     return np.where(third[:, None], -t2, a), np.where(third[:, None], t1 - t2, b)
-
-
-def read_surface(path: str | Path, scale: float = 1.0) -> SurfaceMesh:
-    """Read a surface from an .stl, .ply or .obj file.
-
-    Parameters
-    ----------
-    path : str or Path
-    scale : float
-        Factor for all coordinates.
-
-    Returns
-    -------
-    SurfaceMesh
-        Points in the same place are joined (.stl lists each corner once per triangle); triangles that collapse to a
-        line by it are left out, and so are repeated facets. Polygons are divided into triangles. Facets oriented
-        against their neighbours, and closed surfaces that face inwards, are reversed (`mesh.orient.oriented`); `notes`
-        reports it.
-
-    Raises
-    ------
-    InputError, MeshError
-        For an unknown file type, a damaged file, a branching or one-sided surface, or no surface cells.
-    """
-    path = file_path("the path of a surface", path)
-    suffix = path.suffix.lower()
-    if suffix not in READERS:
-        raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {', '.join(READERS)}.")
-    positive("the scale", scale)
-    if not path.is_file():
-        raise InputError(f"There is no file {path}.")
-    try:
-        points, polygons = READERS[suffix](path)
-    except (ValueError, OverflowError) as error:
-        if isinstance(error, MeshError):
-            raise
-        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.") from error
-    if not sum(map(np.size, polygons)):
-        raise MeshError(f"{path.name} holds no triangles or polygons.")
-    if not np.isfinite(points).all():
-        raise MeshError(f"{path.name}: point {np.argmin(np.isfinite(points).all(axis=1))} is not finite.")
-    numbers = np.concatenate([p.ravel() for p in polygons])
-    if numbers.min() < 0 or numbers.max() >= len(points):
-        raise MeshError(f"{path.name}: a polygon refers to a point that is not among its {len(points)} points.")
-    points = scale * points_in_space(points, path.name)
-    surface = joined(points, np.concatenate([cut(points, p) for p in polygons]))
-    return replace(surface, notes=tuple(f"{path.name}: {note}" for note in surface.notes))
-
-
-def _read_ply(path: Path) -> tuple[Array, list[IntArray]]:
-    import meshio
-
-    mesh, _ = load(path, meshio.ply.read)
-    polygons = [np.asarray(b.data, dtype=np.int64) for b in mesh.cells if b.type in ("triangle", "quad", "polygon")]
-    return np.asarray(mesh.points, dtype=float), polygons
-
-
-READERS: dict[str, Callable[[Path], tuple[Array, list[IntArray]]]] = {
-    ".stl": read_stl,
-    ".ply": _read_ply,
-    ".obj": read_obj,
-}
 
 
 def joined(points: Array, facets: IntArray) -> SurfaceMesh:

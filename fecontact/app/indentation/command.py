@@ -16,7 +16,7 @@ from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies import Layer, Sphere
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.mesh.surface_mesh import read_surface
+from fecontact.mesh.read_surface import READERS, read_surface
 from fecontact.surfaces import (
     Cone,
     Cylinder,
@@ -219,7 +219,7 @@ def _shape(
 def _heights(given: Options, cells: Cells, size: Size | None) -> tuple[Any, Cells, Size | None]:
     (file,) = _need(given, "file")
     path = Path(file)
-    if path.suffix.lower() in (".stl", ".ply", ".obj"):
+    if path.suffix.lower() in READERS:
         return Facets(read_surface(path)), cells, size
     surface = read_topography(path)
     if surface.size is None and size is None:

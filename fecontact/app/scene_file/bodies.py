@@ -247,11 +247,11 @@ def _rigid(name: str, table: Table, folder: Path) -> RigidBody | None:
     if "heights" in table:
         return _heights(name, table.table("heights"), folder)
     entry = table.table("surface")
-    path, scale = existing(entry, "file", folder), entry.number("scale")
+    path, scale, part = existing(entry, "file", folder), entry.number("scale"), entry.text("part")
     entry.finish()
     if path is None or entry.faulty:
         return None
-    return entry.attempt(lambda: RigidBody.from_surface(path, 1.0 if scale is None else scale, name), "file")
+    return entry.attempt(lambda: RigidBody.from_surface(path, 1.0 if scale is None else scale, name, part), "file")
 
 
 def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:

@@ -13,7 +13,8 @@ from fecontact.mesh import pick, shapes
 from fecontact.mesh.extrude import extrude
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import Pick
-from fecontact.mesh.surface_mesh import SurfaceMesh, read_surface
+from fecontact.mesh.read_surface import read_surface
+from fecontact.mesh.surface_mesh import SurfaceMesh
 
 ELEMENTS = ("hex8", "hex20", "hex27")
 SECTORS = tuple(shapes.SECTORS)
@@ -154,8 +155,9 @@ def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | N
     if ("surface" in table) == ("body" in table):
         table.fault(None, "needs either surface (a file) or body with boundary.")
     scale, boundary = table.number("scale"), table.text("boundary", required="body" in table)
+    part = table.text("part")
     if "surface" in table and (path := existing(table, "surface", folder)) is not None:
-        surface = table.attempt(lambda: read_surface(path, 1.0 if scale is None else scale), "surface")
+        surface = table.attempt(lambda: read_surface(path, part, 1.0 if scale is None else scale), "surface")
     name = table.text("body")
     elastic = elastic_among([bodies.get(name or "")])
     if name is not None and name not in bodies:

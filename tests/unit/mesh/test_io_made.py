@@ -78,7 +78,7 @@ def test_bad_surfaces(tmp_path):
     with pytest.raises(fc.MeshError, match=r"damaged|coordinates"):
         fc.read_surface(tmp_path / "a.stl")
     with pytest.raises(fc.InputError, match="Unknown surface file"):
-        fc.read_surface(tmp_path / "a.vtk")
+        fc.read_surface(tmp_path / "a.xyz")
     with pytest.raises(fc.InputError, match="no file"):
         fc.read_surface(tmp_path / "b.stl")
     x = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0]], dtype=float)
