@@ -24,6 +24,7 @@ from fecontact.scene.poses import posed_scene
 from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import Settings
 from fecontact.scene.solve import refuse_with_friction, solve_scene
+from fecontact.scene.windows import has_open_windows
 from fecontact.solvers import TOLERANCE
 
 Case = Mapping[str, Any]
@@ -65,7 +66,8 @@ def summary_of(scene: SceneModel, case: Case, history: SearchHistory) -> dict[st
     posed = Posed.of(scene, case)
     arguments = {"search": "local", **posed.arguments}
     finite = arguments.get("finite_motion", "auto")
-    if arguments["search"] == "global" or finite is True or arguments.get("accuracy") is not None:
+    apart = arguments["search"] == "global" or finite is True or arguments.get("accuracy") is not None
+    if apart or has_open_windows(posed.scene):
         return solve_scene(posed.scene, **arguments).summary()
     if scene.has_friction:
         refuse_with_friction(scene, arguments.get("solver", "auto"))
