@@ -18,11 +18,12 @@ from fecontact.bodies.halfspace.halfspace import HalfSpace
 from fecontact.bodies.halfspace.kernels import SELF_TERM_RATIO
 from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.interior import BelowWindows
+from fecontact.bodies.local.interior import NodalFields
+from fecontact.bodies.local.known import Known
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.opposite import half_space_opposite
 from fecontact.bodies.local.placing import facing_window, place_window
-from fecontact.bodies.local.remainder import Remainder, checked, remainder, surface_weights
+from fecontact.bodies.local.remainder import Remainder, checked, surface_weights
 from fecontact.bodies.local.sources import inclined, principal
 from fecontact.bodies.local.stack import material_at
 from fecontact.bodies.local.surface import window_surface
@@ -116,8 +117,7 @@ class LocalBody(OnMesh):
         other = copy.copy(self)
         for name in ("_surface", "cell_model", "rigid_modes", "weighted_modes"):
             vars(other).pop(name, None)
-        kept = {"factored": self.shared["factored"]} if "factored" in self.shared else {}
-        for key, value in {"given": window, "shared": kept}.items():
+        for key, value in {"given": window, "shared": {"known": self.known}}.items():
             object.__setattr__(other, key, value)
         return other
 
@@ -172,18 +172,31 @@ class LocalBody(OnMesh):
         return cast(Material, self.shared["material"])
 
     @property
+    def known(self) -> Known:
+        """What its windows have in common."""
+        return cast(Known, self.shared.setdefault("known", Known()))
+
+    @property
     def factored(self) -> Factored:
         """Its stiffness; the same object in every pose."""
         if "factored" not in self.shared:
-            self.shared["factored"] = Factored.of(self.body.model, self.window.origin[None])
+            self.shared["factored"] = self.known.factored(self.body.model, self.window)
         return cast(Factored, self.shared["factored"])
 
     @property
     def remainder(self) -> Remainder:
         """What its compliance is beside a half-space's; the same object in every pose."""
         if "remainder" not in self.shared:
-            self.shared["remainder"] = checked(remainder(self.factored, self.window, self.material), self.name)
+            found = self.known.remainder(self.factored, self.window, self.material)
+            self.shared["remainder"] = checked(found, self.name)
         return cast(Remainder, self.shared["remainder"])
+
+    @property
+    def nodal_fields(self) -> NodalFields:
+        """Half-spaces' displacements of the mesh's nodes; the same object in every pose."""
+        if "nodal" not in self.shared:
+            self.shared["nodal"] = NodalFields.of(self.remainder, self.mesh.points)
+        return cast(NodalFields, self.shared["nodal"])
 
     @cached_property
     def cell_model(self) -> CellModel:
@@ -258,14 +271,16 @@ class LocalBody(OnMesh):
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows and loads."""
         normal, nodal = self._split(rows)
-        f = nodal.T @ forces if loads is None else nodal.T @ forces + self.on_mesh(loads)
-        u = self.factored.solve(np.asarray(f)[:, None])
-        cells = self.smooth_outward(u)[:, 0]
+        f = np.asarray(nodal.T @ forces if loads is None else nodal.T @ forces + self.on_mesh(loads))
+        u, cells = np.zeros((len(f), 1)), np.zeros(self.n_cells)
+        if f.any():
+            u = self.factored.solve(f[:, None])
+            cells = self.smooth_outward(u)[:, 0]
         (p,) = pressures([self.window], [normal], forces)
         if p.any():
             cells = cells - self.cell_model.product.apply(p).ravel()
             u[:, 0] += self.remainder.fields @ self.remainder.term.gathered(p)
-            u[:, 0] += BelowWindows([(self.remainder, p)]).displacement(self.mesh.points).ravel()
+            u[:, 0] += self.nodal_fields.displacement(p).ravel()
         return np.concatenate([(cells[:, None] * self.window.normal).ravel(), u[:, 0]])
 
     def loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> list[tuple[Remainder, Array]]:

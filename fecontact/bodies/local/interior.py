@@ -61,3 +61,38 @@ def _near(found: Remainder, points: Array) -> Mask:
     local = window.coordinates(points)
     beside = np.maximum(np.abs(local[:, :2]) - window.half, 0.0)
     return np.asarray(np.hypot(np.linalg.norm(beside, axis=1), local[:, 2]) < NEAR * np.linalg.norm(2 * window.half))
+
+
+@dataclass(frozen=True, eq=False)
+class NodalFields:
+    """Displacements below one window, as `BelowWindows` gives them, at fixed points and for many pressures.
+
+    Attributes
+    ----------
+    found : Remainder
+    points : (n, 3) array
+    near : (n,) bool array
+        Points near the window.
+    far : (3 n_far, k) array
+        Displacements of the others by unit forces at the window's nodes.
+    """
+
+    found: Remainder
+    points: Array
+    near: Mask
+    far: Array
+
+    @classmethod
+    def of(cls, found: Remainder, points: Array) -> NodalFields:
+        """At points (n, 3) of the body."""
+        near = _near(found, points)
+        each = [displacements(points[~near], load, found.material).sum(axis=0).ravel() for load in found.sources]
+        return cls(found, points, near, np.stack(each, axis=1))
+
+    def displacement(self, p: Array) -> Array:
+        """Displacements (n, 3) by pressures (nx, ny) on the cells."""
+        window, u = self.found.window, np.zeros(self.points.shape)
+        u[~self.near] = (self.far @ self.found.term.gathered(p)).reshape(-1, 3)
+        below = Pressed.of(window, p, self.found.material)
+        u[self.near] = below.displacement(window.coordinates(self.points[self.near])) @ window.axes.T
+        return u

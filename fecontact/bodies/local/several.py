@@ -22,7 +22,6 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.operator import DENSE_LIMIT
 from fecontact.bodies.local.body import LocalBody, pressures
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.interior import BelowWindows
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_weights
 from fecontact.bodies.local.surface import WindowSurface, window_surface
@@ -222,7 +221,9 @@ class WindowedBody(OnMesh):
             moved = self.pressed([p for _, p in loaded])
             cells = [own - pressed.ravel() for own, pressed in zip(cells, moved, strict=True)]
             u[:, 0] += sum(found.fields @ found.term.gathered(p) for found, p in loaded)
-            u[:, 0] += BelowWindows(loaded).displacement(self.mesh.points).ravel()
+            u[:, 0] += sum(
+                part.nodal_fields.displacement(p).ravel() for part, (_, p) in zip(self.windows, loaded, strict=True)
+            )
         outwards = [(own[:, None] * part.window.normal).ravel() for own, part in zip(cells, self.parts, strict=True)]
         return np.concatenate([*outwards, u[:, 0]])
 
