@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 
-from fecontact.common.errors import InputError
+import numpy as np
+
+from fecontact.common.arguments import instance
+from fecontact.common.checks import array_of, reckonable
+from fecontact.common.errors import InputError, shown
 from fecontact.common.material import Material
 
 
@@ -33,6 +37,8 @@ def contact_modulus(first: Material, second: Material | None = None) -> float:
     >>> round(contact_modulus(steel, steel), 2), round(contact_modulus(steel), 2)
     (115384.62, 230769.23)
     """
+    instance("the first material", first, Material)
+    instance("the second material", second, (Material, type(None)))
     compliance = 1 / first.plane_strain_modulus
     if second is not None:
         compliance += 1 / second.plane_strain_modulus
@@ -55,10 +61,10 @@ def pair_modulus(materials: tuple[Material | None, Material | None]) -> float:
     try:
         first, second = materials
     except (TypeError, ValueError):
-        raise InputError(f"Expected materials=(m1, m2), None for a rigid body; found {materials!r}.") from None
+        raise InputError(f"Expected materials=(m1, m2), None for a rigid body; found {shown(materials)}.") from None
     for material in (first, second):
         if not (material is None or isinstance(material, Material)):
-            raise InputError(f"Expected a Material, or None for a rigid body; found {material!r}.")
+            raise InputError(f"Expected a Material, or None for a rigid body; found {shown(material)}.")
     if first is None:
         first, second = second, first
     if first is None:
@@ -117,8 +123,8 @@ def poisson_ratio(materials: tuple[Material | None, Material | None], body: int)
     >>> poisson_ratio((None, Material(E=210e3, nu=0.3)), 1)
     0.3
     """
-    if body not in (0, 1):
-        raise InputError(f"Expected body 0 (the first) or 1 (the second); found {body!r}.")
+    if not (isinstance(body, int) and body in (0, 1)):
+        raise InputError(f"Expected body 0 (the first) or 1 (the second); found {shown(body)}.")
     material = materials[body]
     if material is None:
         raise InputError(f"Body {body} is rigid: it has no stress. Ask for body {1 - body}.")
@@ -152,10 +158,11 @@ def relative_radius(radii: tuple[float, float]) -> float:
     >>> relative_radius((10.0, math.inf)), relative_radius((10.0, -20.0))
     (10.0, 20.0)
     """
-    try:
-        first, second = (float(radius) for radius in radii)
-    except (TypeError, ValueError):
-        raise InputError(f"Expected radii=(R1, R2), two numbers; found {radii!r}.") from None
+    found = array_of(radii)
+    if found is None or found.shape != (2,):
+        raise InputError(f"Expected radii=(R1, R2), two numbers; found {shown(radii)}.")
+    first, second = found.tolist()
+    reckonable("a radius", found[np.isfinite(found)])
     if math.isnan(first) or math.isnan(second) or 0 in (first, second):
         raise InputError(f"Expected radii that are not zero (negative: concave, inf: plane); found {radii!r}.")
     if math.isinf(first) or math.isinf(second):

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.surface_body import SurfaceBody, boundary_surface
+from fecontact.common.arguments import instance, text
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -46,6 +47,7 @@ def foundation_modulus(material: Material, law: str = "bonded") -> float:
     >>> foundation_modulus(Material(E=5.0, nu=0.0))
     5.0
     """
+    instance("the material of a layer", material, Material)
     among("law", law, LAWS)
     if law == "uniaxial":
         return material.E
@@ -103,6 +105,8 @@ class ElasticLayer(SurfaceBody):
         positive("a layer's thickness", thickness)
         if not (isinstance(surface, tuple) and len(surface) == 2 and isinstance(surface[0], Mesh)):
             raise InputError("An elastic layer needs surface=(mesh, 'boundary'), the surface that it covers.")
+        text("the name of a layer", name)
+        instance("the pose of a layer", pose, (Pose, type(None)))
         foundation_modulus(material, law)
         fields = {"material": material, "thickness": float(thickness), "surface_of": surface, "law": law, "name": name}
         for key, value in {**fields, "pose": pose or Pose()}.items():

@@ -16,9 +16,10 @@ from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
+from fecontact.common.arguments import file_path, instance, text, texts
 from fecontact.common.arrays import Array
-from fecontact.common.checks import positive
-from fecontact.common.errors import InputError
+from fecontact.common.checks import number_array, positive
+from fecontact.common.errors import InputError, shown
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.read_surface import read_surface
@@ -53,6 +54,9 @@ class Plane:
     """
 
     size: float = 1.0
+
+    def __post_init__(self) -> None:
+        positive("a plane's size", self.size)
 
     def project(self, points: Array) -> Projection:
         """Projection along z."""
@@ -134,6 +138,16 @@ class RigidBody(Placed):
     pose: Pose = field(default_factory=Pose)
     contact: tuple[str, ...] = ("surface",)
 
+    def __post_init__(self) -> None:
+        text("the name of a body", self.name)
+        instance(f"the pose of {self.name!r}", self.pose, Pose)
+        object.__setattr__(self, "contact", texts(f"the surfaces of {self.name!r}", self.contact))
+        if isinstance(self.shape, type) or not all(hasattr(self.shape, member) for member in ("project", "size")):
+            raise InputError(
+                f"The shape of {self.name!r} must have `project` and `size`, such as fc.Plane() or fc.Sphere(10.0); "
+                f"found {shown(self.shape)}."
+            )
+
     @classmethod
     def from_heights(cls, z: ArrayLike, size: tuple[float, float], name: str = "rigid") -> RigidBody:
         """The rigid surface z(x, y) over the plane z = 0, its lowest point on the plane.
@@ -151,7 +165,7 @@ class RigidBody(Placed):
         >>> RigidBody.from_heights(np.eye(4), size=(1.0, 1.0)).describe()
         'rigid: rigid HeightMap'
         """
-        return cls(HeightMap(np.asarray(z, dtype=float), size), name)
+        return cls(HeightMap(number_array("the heights", z), size), name)
 
     @classmethod
     def from_surface(
@@ -178,7 +192,7 @@ counter-clockwise.'
     @classmethod
     def from_stl(cls, path: str | Path, scale: float = 1.0, name: str = "rigid") -> RigidBody:
         """The rigid surface of an .stl file, see `from_surface`."""
-        if Path(path).suffix.lower() != ".stl":
+        if file_path("the path of a surface", path).suffix.lower() != ".stl":
             raise InputError(f"Expected an .stl file; found {str(path)!r}. Others are read by RigidBody.from_surface.")
         return cls.from_surface(path, scale, name)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -146,6 +147,40 @@ def items(name: str, value: Any, what: str) -> tuple[Any, ...]:
         except TypeError:
             pass
     raise InputError(f"{sentence(name)} must be a sequence of {what}; found {shown(value)}.")
+
+
+def known_options(function: Callable[..., Any], options: Mapping[str, Any]) -> None:
+    """Refuse options that a function does not have; the message lists those that it has.
+
+    Raises
+    ------
+    InputError
+        If an option is not a keyword-only parameter of the function.
+
+    Examples
+    --------
+    >>> known_options(sorted, {"reverse": True})
+    """
+    parameters = inspect.signature(function).parameters.values()
+    allowed = {each.name for each in parameters if each.kind is each.KEYWORD_ONLY}
+    if unknown := sorted(set(options) - allowed):
+        raise InputError(f"Unknown option {', '.join(unknown)}; expected one of {', '.join(sorted(allowed))}.")
+
+
+def label(name: str, value: object) -> str:
+    """Return a text that may be empty, or refuse what is none.
+
+    Raises
+    ------
+    InputError
+        If it is no text.
+
+    Examples
+    --------
+    >>> label("the unit of length", "")
+    ''
+    """
+    return "" if isinstance(value, str) and not value else text(name, value)
 
 
 def file_path(name: str, value: object) -> Path:

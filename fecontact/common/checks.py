@@ -267,7 +267,7 @@ def coordinates(name: str, values: ArrayLike) -> Array:
     Raises
     ------
     InputError
-        If a value is not a finite number.
+        If a value is not a finite number, or larger than 1e100.
 
     Examples
     --------
@@ -277,6 +277,8 @@ def coordinates(name: str, values: ArrayLike) -> Array:
     array = number_array(name, values)
     if not np.all(np.isfinite(array)):
         raise InputError(f"Expected finite values of {name}; found NaN or infinity. Remove those points.")
+    if (largest := float(np.abs(array).max(initial=0.0))) > 1e100:
+        raise InputError(f"Expected values of {name} up to 1e100; found {largest:g}. Choose other units.")
     return array
 
 
@@ -297,6 +299,25 @@ def number_array(name: str, values: Any) -> Array:
     if array is None:
         raise InputError(f"Expected {name} to be an array of numbers; found {shown(values)}.")
     return array
+
+
+def heights_on(name: str, values: Any, shape: tuple[int, ...]) -> Array:
+    """Return heights that a function gave for points of a shape, or refuse them; one height stands for all.
+
+    Raises
+    ------
+    InputError
+        If they are no numbers, or of another shape.
+
+    Examples
+    --------
+    >>> heights_on("the function", 0, (2,))
+    array([0., 0.])
+    """
+    array = number_array(f"what {name} gives", values)
+    if array.shape not in ((), shape):
+        raise InputError(f"{sentence(name)} must give heights of shape {shape}; found shape {array.shape}.")
+    return np.broadcast_to(array, shape).copy()
 
 
 def index_array(name: str, values: Any) -> IntArray:

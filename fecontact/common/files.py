@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from fecontact.common.arguments import file_path
 from fecontact.common.errors import InputError
 
 
@@ -23,7 +24,7 @@ def check_writable(path: str | Path) -> Path:
     InputError
         If the folder does not exist, is no folder, or the file cannot be written.
     """
-    path = Path(path)
+    path = file_path("the path of a file to write", path)
     folder = path.parent
     if not folder.is_dir():
         raise InputError(
@@ -45,11 +46,12 @@ def make_folder(path: str | Path) -> Path:
     InputError
         If it cannot be made.
     """
+    path = file_path("the path of a folder", path)
     try:
-        Path(path).mkdir(parents=True, exist_ok=True)
+        path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"Cannot make the folder {path}: {error.strerror}.") from error
-    return Path(path)
+    return path
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, shown
 
 
 @dataclass
@@ -59,8 +59,8 @@ def progress_line(what: str, progress: bool | None, total: int | None = None, un
     >>> with progress_line("solve", False):
     ...     tell("assemble")
     """
-    if progress not in (None, True, False):
-        raise InputError(f"progress must be True, False or None (where there is a terminal); found {progress!r}.")
+    if not (progress is None or isinstance(progress, bool)):
+        raise InputError(f"progress must be True, False or None (where there is a terminal); found {shown(progress)}.")
     around = _LINE.get()
     if around is not None:
         yield around

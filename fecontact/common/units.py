@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fecontact.common.arguments import label
+
 
 @dataclass(frozen=True)
 class Units:
@@ -18,6 +20,10 @@ class Units:
     length: str = ""
     force: str = ""
     stress: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("length", "force", "stress"):
+            label(f"the unit of {name}", getattr(self, name))
 
     def after(self, text: str, kind: str) -> str:
         """A label with its unit in brackets."""

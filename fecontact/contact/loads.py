@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import mapping
 from fecontact.common.arrays import Array
-from fecontact.common.checks import vector
-from fecontact.common.errors import InputError
+from fecontact.common.checks import array_of, vector
+from fecontact.common.errors import InputError, shown
 from fecontact.contact.dimension import Dimension, setting_of
 from fecontact.contact.rigid_motion import RigidMotionConstraints, constrain_rigid_motion
 from fecontact.contact.tractions import pressed, pulled
@@ -100,15 +101,18 @@ def make_loading(
     InputError
         If a key is not a body of the scene or a boundary of its mesh, or gravity acts on a body without density.
     """
-    whole, boundary = _split_keys(forces or {})
+    moments, motions = mapping("moments", moments), mapping("motions", motions)
+    free, pressures = mapping("free", free), mapping("pressures", pressures)
+    tractions = mapping("tractions", tractions)
+    whole, boundary = _split_keys(mapping("forces", forces))
     for what, spread in (("pressure", pressures), ("traction", tractions)):
-        for place in spread or {}:
+        for place in spread:
             if not isinstance(place, tuple) or len(place) != 2 or not isinstance(place[1], str):
-                raise InputError(f"A {what} acts on (body, 'boundary'); found the key {place!r}.")
-    for given in (whole, moments or {}, motions or {}, free or {}):
+                raise InputError(f"A {what} acts on (body, 'boundary'); found the key {shown(place)}.")
+    for given in (whole, moments, motions, free):
         for key in given:
             check_member(key, bodies)
-    for member, _ in [*boundary, *(pressures or {}), *(tractions or {})]:
+    for member, _ in [*boundary, *pressures, *tractions]:
         check_member(member, bodies)
     setting = setting_of(bodies)
     _check_forces(setting, boundary, gravity)
@@ -119,9 +123,9 @@ def make_loading(
         frame = constrain_rigid_motion(
             body,
             whole.get(body),
-            (moments or {}).get(body),
-            (motions or {}).get(body),
-            (free or {}).get(body, ()),
+            moments.get(body),
+            motions.get(body),
+            free.get(body, ()),
             pushes,
             turning,
         )
@@ -129,8 +133,8 @@ def make_loading(
         parts = placed + [
             _boundary_force(b, place, f) for (b, place), f in boundary.items() if b is body and isinstance(place, str)
         ]
-        parts += [pressed(b, name, p) for (b, name), p in (pressures or {}).items() if b is body]
-        parts += [pulled(b, name, t, setting) for (b, name), t in (tractions or {}).items() if b is body]
+        parts += [pressed(b, name, p) for (b, name), p in pressures.items() if b is body]
+        parts += [pulled(b, name, t, setting) for (b, name), t in tractions.items() if b is body]
         if gravity is not None:
             weight = body.body_force(vector("Gravity", gravity) @ body.pose.rotation)
             parts += [] if weight is None else [weight]
@@ -174,14 +178,20 @@ def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLik
     boundary: dict = {}
     for key, value in forces.items():
         if isinstance(key, tuple):
-            if len(key) != 2 or not (isinstance(key[1], str) or np.shape(key[1]) == (3,)):
+            if len(key) != 2 or not (isinstance(key[1], str) or _is_point(key[1])):
                 raise InputError(
-                    f"A force acts on a body, on (body, 'boundary') or on (body, (x, y, z)); found the key {key!r}."
+                    "A force acts on a body, on (body, 'boundary') or on (body, (x, y, z)); found the key "
+                    f"{shown(key)}."
                 )
             boundary[key] = value
         else:
             whole[key] = value
     return whole, boundary
+
+
+def _is_point(place: object) -> bool:
+    point = array_of(place)
+    return point is not None and point.shape == (3,)
 
 
 def check_member(key: object, bodies: Sequence[Body], what: str = "A load or motion") -> None:
@@ -193,7 +203,7 @@ def check_member(key: object, bodies: Sequence[Body], what: str = "A load or mot
                 f"{what} is given for the string {key!r}; pass the body object itself, not its name "
                 f"(this scene's bodies are named {names})."
             )
-        name, namesake = getattr(key, "name", key), ""
+        name, namesake = getattr(key, "name", None) or shown(key), ""
         if any(name == b.name for b in bodies):
             namesake = " One of that name is, but it is another object: a body that was placed or made again is new."
         raise InputError(

@@ -28,9 +28,10 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import items, mapping
 from fecontact.common.arrays import Array
 from fecontact.common.checks import finite, vector
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, shown
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
 
 
@@ -96,7 +97,7 @@ def after_prescribed(
 def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:
     """Prescribed components by number."""
     out = {}
-    for name, value in (given or {}).items():
+    for name, value in mapping(f"the motion of {body.name!r}", given).items():
         if name not in COMPONENTS:
             raise InputError(
                 f"Unknown component {name!r} of the motion of {body.name!r}; expected {', '.join(COMPONENTS)}."
@@ -145,10 +146,10 @@ def constrain_rigid_motion(
     for at, push in pushes if len(turning) else ():
         load[3:] += np.cross(at - point, push)
     prescribed_components = _motion(motion, body)
-    names = free.split() if isinstance(free, str) else list(free)
-    if unknown := set(names) - set(COMPONENTS):
+    names = free.split() if isinstance(free, str) else items(f"the free components of {body.name!r}", free, "names")
+    if unknown := [name for name in names if not (isinstance(name, str) and name in COMPONENTS)]:
         raise InputError(
-            f"Unknown free components {sorted(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}."
+            f"Unknown free components {shown(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}."
         )
     freed = [COMPONENTS.index(n) for n in names]
     if both := (set(np.flatnonzero(direct).tolist()) | set(freed)) & set(prescribed_components):

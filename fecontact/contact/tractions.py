@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
-from fecontact.common.checks import finite, vector
-from fecontact.common.errors import InputError
+from fecontact.common.checks import array_of, finite, vector
+from fecontact.common.errors import InputError, shown
 from fecontact.contact.dimension import Dimension
 
 #: What a user gives for an intensity over a boundary.
@@ -40,7 +40,8 @@ def pressed(body: Body, name: str, given: Distribution) -> Array:
         For values that are not finite or not as many.
     """
     what = f"The pressure on {name!r} of {body.name!r}"
-    if not callable(given) and np.ndim(given) == 0:
+    numbers = None if callable(given) else array_of(given)
+    if not callable(given) and (numbers is None or numbers.ndim == 0):
         constant = finite(what, cast(float, given))
         return body.boundary_traction(name, lambda x, n: -constant * n)
     p = _intensity(what, body, name, given, ())
@@ -51,8 +52,9 @@ def pulled(body: Body, name: str, given: Distribution, setting: Dimension) -> Ar
     """Nodal forces (n_dofs,) of a traction (3,) in world axes, a function of position or nodal values (n_nodes, 3)."""
     what = f"The traction on {name!r} of {body.name!r}"
     rotation = body.pose.rotation
-    if not callable(given) and np.ndim(given) == 1:
-        constant = vector(what, given)
+    numbers = None if callable(given) else array_of(given)
+    if numbers is not None and numbers.ndim == 1:
+        constant = vector(what, numbers)
         setting.check_force(constant, what)
         return body.boundary_traction(name, lambda x, n: np.broadcast_to(constant @ rotation, x.shape))
     t = _intensity(what, body, name, given, (3,))
@@ -80,10 +82,9 @@ def _intensity(
 
 
 def _checked(what: str, given: Distribution, shape: tuple[int, ...]) -> Array:
-    try:
-        values = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must be numbers {shape}; found {given!r}.") from None
+    values = array_of(given)
+    if values is None:
+        raise InputError(f"{what} must be numbers {shape}; found {shown(given)}.")
     if values.shape != shape:
         raise InputError(f"{what} must have the shape {shape}; found {values.shape}.")
     if not np.isfinite(values).all():

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.common.arguments import file_path, flag
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import lengths
+from fecontact.common.checks import among, lengths, point_array
 from fecontact.common.errors import InputError, MeshError, MissingPackageError
 from fecontact.mesh.build import build
 from fecontact.mesh.cad_faces import on_model
@@ -134,15 +135,15 @@ def mesh_solid(
     MeshError
         If gmsh cannot read or mesh the file; its message is passed on.
     """
-    path = Path(path)
-    _check(path, size, element, near_size, growth, scale)
+    path = file_path("the path of a CAD file", path)
+    _check(path, size, element, near_size, growth, scale, run_script)
     if path.suffix.lower() == ".geo" and not run_script:
         raise InputError(
             f"{path.name} is a gmsh script, which can run any program on this machine. If it is yours, run it by "
             "fc.mesh_solid(path, run_script=True), or mesh it with gmsh and read the .msh file."
         )
-    centres = None if near is None else np.atleast_2d(np.asarray(near, dtype=float))
-    if centres is not None and (centres.shape[1] != 3 or not np.isfinite(centres).all()):
+    centres = None if near is None else np.atleast_2d(point_array("near", near, 3))
+    if centres is not None and (centres.ndim != 2 or not len(centres)):
         raise InputError(f"near must be points of shape (3,) or (n, 3); found shape {centres.shape}.")
     with session() as gmsh:
         try:
@@ -158,13 +159,15 @@ def mesh_solid(
     return mesh if scale == 1 else mesh.scaled(scale)
 
 
-def _check(path: Path, size: float | None, element: str, near_size: float | None, growth: float, scale: float) -> None:
+def _check(
+    path: Path, size: float | None, element: str, near_size: float | None, growth: float, scale: float, run_script: bool
+) -> None:
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"Unknown CAD file type {path.suffix!r}; expected one of {', '.join(SUFFIXES)}.")
     if not path.is_file():
         raise InputError(f"There is no file {path}.")
-    if element not in ("tet4", "tet10", "hex8", "hex20"):
-        raise InputError(f"gmsh makes 'tet4', 'tet10', 'hex8' and 'hex20' elements; found {element!r}.")
+    among("element of gmsh", element, ("tet4", "tet10", "hex8", "hex20"))
+    flag("run_script", run_script)
     sizes = {"size": size, "near_size": near_size, "growth": growth, "scale": scale}
     lengths(**{name: value for name, value in sizes.items() if value is not None})
 

@@ -12,13 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from fecontact.common.arguments import instance, texts
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError, MeshError
+from fecontact.common.checks import array_of, number_array, reckonable, whole
+from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.mesh.check import check_cells
 from fecontact.mesh.element.hexahedron import FACES
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
 
+#: Elements through the thickness of a layer.
+MOST_LAYERS = 1000
 Thickness = float | ArrayLike | Callable[[Array], ArrayLike]
 
 
@@ -60,6 +64,9 @@ def extrude(
     >>> extrude(square, 0.2, layers=2)
     Mesh(hex20, 2 cells, 32 points, boundaries: base, top, side)
     """
+    instance("the surface", surface, SurfaceMesh)
+    if len(set(texts("names", names))) != 3:
+        raise InputError(f"A layer takes three different names; found {shown(names)}.")
     fractions = _fractions(layers)
     used, facets = np.unique(surface.facets, return_inverse=True)
     facets = facets.reshape(surface.facets.shape)
@@ -88,10 +95,11 @@ def _fractions(layers: int | Sequence[float]) -> Array:
     if isinstance(layers, int | np.integer):
         if layers < 1:
             raise InputError(f"A layer needs at least one element through its thickness; found layers={layers}.")
-        return np.linspace(0.0, 1.0, int(layers) + 1)
-    fractions = np.asarray(layers, dtype=float)
+        return np.linspace(0.0, 1.0, whole("layers", layers, most=MOST_LAYERS) + 1)
+    found = array_of(layers)
+    fractions = np.zeros(0) if found is None else found
     if fractions.ndim != 1 or len(fractions) < 2 or fractions[0] != 0 or fractions[-1] != 1:
-        raise InputError(f"The layers must be a count or fractions from 0 to 1; found {layers!r}.")
+        raise InputError(f"The layers must be a count or fractions from 0 to 1; found {shown(layers)}.")
     if not (np.diff(fractions) > 0).all():
         raise InputError(f"The fractions of the layers must increase; found {layers!r}.")
     return fractions
@@ -100,11 +108,12 @@ def _fractions(layers: int | Sequence[float]) -> Array:
 def _thickness(thickness: Thickness, points: Array, used: IntArray) -> Array:
     """Thickness (n_used,) at the nodes of the surface."""
     given = thickness(points[used]) if callable(thickness) else thickness
-    t = np.asarray(given, dtype=float)
+    t = number_array("the thickness", given)
     if t.shape == (len(points),) and not callable(thickness):
         t = t[used]
     if t.shape not in ((), (len(used),)):
         raise InputError(f"The thickness must be one number or one per point ({len(points)}); found shape {t.shape}.")
+    reckonable("the thickness", t[np.isfinite(t)])
     t = np.broadcast_to(t, len(used))
     if not (np.isfinite(t) & (t > 0)).all():
         raise InputError(

@@ -8,11 +8,13 @@ import numpy as np
 import scipy.optimize
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import lengths
-from fecontact.common.errors import InputError
+from fecontact.common.checks import lengths, share, whole
+from fecontact.common.errors import InputError, shown
 
 #: Cells through the depth of a thin layer, at all levels.
 FEWEST_LAYERS = 4
+#: Cells along a line of a graded mesh, and their least width over the size of the block; points nearer than 1e-9 merge.
+MOST_CELLS, NARROWEST = 1000, 1e-8
 #: Width of cells in a thin layer, times their number along the core, over sqrt(a b / 2).
 IN_THIN_LAYER = 0.4
 
@@ -30,6 +32,8 @@ def geometric(first: float, growth: float, total: float, widest: float = np.inf)
     """
     positions, step = [0.0], first
     while positions[-1] + 1.5 * step < total:
+        if len(positions) > MOST_CELLS:
+            raise InputError(f"More than {MOST_CELLS} cells would be needed between {first:g} and {total:g}; coarsen.")
         positions.append(positions[-1] + step)
         step = min(step * growth, widest)
     return np.array([*positions, total])
@@ -82,8 +86,12 @@ class Level:
     growth: float = 1.8
 
     def __post_init__(self) -> None:
-        if self.core < 1 or self.rings < 1 or not 0 < self.edge < 1 or not self.layer > 0 or not self.growth >= 1:
-            raise InputError(f"A Level needs core, rings >= 1, 0 < edge < 1, layer > 0 and growth >= 1; found {self}.")
+        whole("the core of a Level", self.core, most=MOST_CELLS)
+        whole("the number of rings of a Level", self.rings, most=MOST_CELLS)
+        share("the edge of a Level", self.edge)
+        lengths(layer=self.layer, growth=self.growth)
+        if self.growth < 1:
+            raise InputError(f"The growth of a Level must be at least 1; found {self.growth!r}.")
 
 
 #: Chosen by measurement on Hertz contact: pressure error 1.0, 0.5, 0.3, 0.23 and 0.19 percent (docs/accuracy). The
@@ -108,8 +116,8 @@ def as_level(level: int | Level) -> Level:
     """
     if isinstance(level, Level):
         return level
-    if level not in LEVELS:
-        raise InputError(f"The level must be 1 (coarse) to 5 (fine) or a Level; found {level!r}.")
+    if not (isinstance(level, int | np.integer) and level in LEVELS):
+        raise InputError(f"The level must be 1 (coarse) to 5 (fine) or a Level; found {shown(level)}.")
     return LEVELS[level]
 
 
@@ -140,6 +148,12 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
             "give a smaller contact radius or a larger body."
         )
     cut = as_level(level)
+    least = contact_radius * min(cut.edge, cut.layer)
+    if least < NARROWEST * max(extent, depth):
+        raise InputError(
+            f"The contact radius {contact_radius:g} is too small for a block of {extent:g} x {depth:g}: the narrowest "
+            f"cells, {least:.3g} wide, would merge. Mesh a smaller part of the body, or give a larger contact radius."
+        )
     thin = float(np.clip(2 * contact_radius / depth - 1, 0, 1))
     widest = np.inf
     if thin:

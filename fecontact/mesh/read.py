@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from fecontact.common.checks import positive
+from fecontact.common.arguments import file_path, function, text
+from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.mesh.build import ELEMENTS, build
 from fecontact.mesh.formats.abaqus import read_abaqus
@@ -84,11 +85,11 @@ def read_mesh(
     >>> read_mesh(file, scale=1e-3, element="tet10")
     Mesh(tet10, 1 cells, 10 points, boundaries: none)
     """
-    path = Path(path)
+    path = file_path("the path of a mesh", path)
     suffix = path.suffix.lower()
     _check_request(path, suffix, scale, element, part, reader is not None)
     if reader is not None:
-        raw = reader(path)
+        raw = function("the reader", reader)(path)
         if not isinstance(raw, RawMesh):
             raise InputError(f"The reader must return a RawMesh of {path.name}; found {type(raw).__name__}.")
         return build(raw if part is None else part_of(raw, part, path.name), path.name, scale, element)
@@ -112,8 +113,10 @@ def _check_request(path: Path, suffix: str, scale: float, element: str | None, p
             f"Unknown mesh file type {suffix!r}; expected one of {', '.join((*READERS, *CAD))}, or reader=, a function."
         )
     positive("the scale", scale)
-    if element is not None and element not in ELEMENTS:
-        raise InputError(f"Unknown element {element!r}; expected one of {', '.join(map(repr, ELEMENTS))} or None.")
+    if element is not None:
+        among("element", element, ELEMENTS)
+    if part is not None:
+        text("the name of a part", part)
     if part is not None and suffix in CAD and not own:
         raise InputError(
             f"Geometry has no parts to be read alone; found part={part!r} and {path.name}. Use fc.mesh_solid."

@@ -13,13 +13,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.common.arguments import items, texts
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import among, lengths
-from fecontact.common.errors import InputError
+from fecontact.common.checks import among, finite, lengths, number, whole
+from fecontact.common.errors import InputError, shown
 from fecontact.mesh.grading import Level, RingGrading, grading
 from fecontact.mesh.patches import beyond_45_degrees, coons, line, sagitta
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise, merge_sections
-from fecontact.mesh.structured import division, interpolated
+from fecontact.mesh.structured import MOST_ALONG, MOST_CELLS, division, interpolated
 
 __all__ = ["annulus", "cap", "half_disc", "merge_sections", "rectangle", "ring"]
 
@@ -46,6 +47,8 @@ def grid(
     """
     among("element of a section", element, ELEMENTS)
     n1, n2 = divisions
+    if n1 * n2 > MOST_CELLS:
+        raise InputError(f"{n1} x {n2} cells are more than {MOST_CELLS:.0e}.")
     number = np.arange((2 * n1 + 1) * (2 * n2 + 1)).reshape(2 * n1 + 1, 2 * n2 + 1)
     places = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)][: ELEMENTS[element]]
     cells = np.stack([number[i : i + 2 * n1 - 1 : 2, j : j + 2 * n2 - 1 : 2].ravel() for i, j in places], axis=1)
@@ -93,6 +96,11 @@ def rectangle(
     >>> rectangle((1.0, 2.0), (2, [0.0, 0.5, 2.0])).cell_type
     'quad8'
     """
+    size, divisions = items("size", size, "two lengths"), items("divisions", divisions, "two counts")
+    names = texts("names", names)
+    if len(names) != 4:
+        raise InputError(f"A rectangle takes four names; found {names!r}.")
+    finite("start", start)
     if len(size) != 2 or len(divisions) != 2:
         raise InputError(f"A rectangle takes two sizes and two divisions; found {size!r} and {divisions!r}.")
     lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
@@ -134,14 +142,18 @@ def annulus(
         Boundaries `inner, outer` and the planes of symmetry `sym_x` (x = 0) and `sym_z` (z = 0).
     """
     _check_radii(inner, outer)
+    divisions = items("divisions", divisions, "two counts")
+    if len(divisions) != 2:
+        raise InputError(f"An annulus takes two divisions; found {shown(divisions)}.")
+    around = whole("the division around", divisions[0], most=MOST_ALONG)
     across = inner + division(outer - inner, divisions[1], "radial division")
 
     def shape(index: Array) -> Array:
-        angle, r = index[:, 1] * (np.pi / 2 / divisions[0]), interpolated(index[:, 0], across)
-        x = np.where(index[:, 1] == divisions[0], 0.0, r * np.cos(angle))
+        angle, r = index[:, 1] * (np.pi / 2 / around), interpolated(index[:, 0], across)
+        x = np.where(index[:, 1] == around, 0.0, r * np.cos(angle))
         return np.stack([x, r * np.sin(angle)], axis=1)
 
-    return grid((len(across) - 1, divisions[0]), ("sym_z", "outer", "sym_x", "inner"), shape, element)
+    return grid((len(across) - 1, around), ("sym_z", "outer", "sym_x", "inner"), shape, element)
 
 
 def _check_radii(inner: float, outer: float) -> None:
@@ -184,8 +196,10 @@ def cap(
         Boundaries `cap`, `base` (z = depth), `side` (x = extent) and `sym_x` (the axis x = 0).
     """
     lengths(extent=extent, depth=depth)
-    if not radius > extent:
-        raise InputError(f"The end's radius must exceed the extent {extent:g} (or be infinite); found {radius!r}.")
+    if not number(radius) > extent:
+        raise InputError(f"The end's radius must exceed the extent {extent:g} (or be infinite); found {shown(radius)}.")
+    if not math.isinf(radius):
+        lengths(radius=radius)
     graded = grading(contact_radius, extent, depth, level)
     across, depths = _across(graded), graded.depths
     rim = 0.0 if math.isinf(radius) else float(sagitta(np.array([extent]), radius)[0])

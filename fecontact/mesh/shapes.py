@@ -17,9 +17,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.common.arguments import items, known_options
 from fecontact.common.arrays import Array
-from fecontact.common.checks import lengths
-from fecontact.common.errors import InputError
+from fecontact.common.checks import lengths, number
+from fecontact.common.errors import InputError, shown
 from fecontact.mesh.extrude import extrude as extrude
 from fecontact.mesh.grading import LEVELS as LEVELS
 from fecontact.mesh.grading import Level as Level
@@ -62,6 +63,7 @@ def block(
     >>> block((2.0, 1.0, 1.0), (4, 2, 2)).cell_type
     'hex20'
     """
+    size, divisions = items("size", size, "three lengths"), items("divisions", divisions, "three counts")
     if len(size) != 3 or len(divisions) != 3:
         raise InputError(f"A block takes three sizes and three divisions; found {size!r} and {divisions!r}.")
     lengths(**{f"size[{i}]": s for i, s in enumerate(size)})
@@ -98,6 +100,9 @@ def thick_ring(
     lengths(inner=inner, outer=outer, height=height)
     if outer <= inner:
         raise InputError(f"The outer radius must exceed the inner one; found inner = {inner}, outer = {outer}.")
+    divisions = items("divisions", divisions, "three counts")
+    if len(divisions) != 3:
+        raise InputError(f"A thick ring takes three divisions; found {shown(divisions)}.")
     across = inner + division(outer - inner, divisions[1], "radial division")
     along = division(height, divisions[2], "axial division")
     n = (len(across) - 1, divisions[0], len(along) - 1)
@@ -141,8 +146,10 @@ def cap(
         Pole at the origin, body in z >= 0; boundaries `cap, base, side` and the planes `sym_x`, `sym_y`.
     """
     lengths(extent=extent, depth=depth)
-    if not radius > 0 or extent > radius:
-        raise InputError(f"The radius must be positive and not below the extent; found {radius!r} and {extent!r}.")
+    if not number(radius) >= extent:
+        raise InputError(f"The radius must be positive and not below the extent; found {shown(radius)} and {extent!r}.")
+    if not math.isinf(radius):
+        lengths(radius=radius)
     top_depth = 0.0 if math.isinf(radius) else float(sagitta(np.array(extent), radius))
     if top_depth >= depth:
         raise InputError(f"The depth {depth:g} must exceed the cap's own height {top_depth:g}.")
@@ -166,6 +173,7 @@ def cylinder(radius: float, height: float, **options: object) -> Mesh:
 
     Takes the options of `cap`; boundaries `cap` (z = 0), `base` (z = height), `side`, `sym_x`, `sym_y`.
     """
+    known_options(cap, options)
     return cap(math.inf, radius, height, **options)  # type: ignore[arg-type]
 
 
@@ -256,7 +264,8 @@ def _collar(
 
 def quarter_sphere(radius: float, **options: object) -> Mesh:
     """A quarter (x, y >= 0) of `half_sphere`, for a scene with two planes of symmetry."""
-    return half_sphere(radius, sector="quarter", **options)  # type: ignore[arg-type]
+    known_options(half_sphere, options)
+    return half_sphere(radius, **{**options, "sector": "quarter"})  # type: ignore[arg-type]
 
 
 def sphere(radius: float, **options: object) -> Mesh:
@@ -264,6 +273,7 @@ def sphere(radius: float, **options: object) -> Mesh:
 
     Boundaries `cap` (round the pole at the origin), `far_cap` (round the opposite pole) and `flank`.
     """
+    known_options(half_sphere, options)
     upper = half_sphere(radius, **options)  # type: ignore[arg-type]
     lower = right_handed(upper.mapped(lambda x: np.stack([x[:, 0], x[:, 1], 2 * radius - x[:, 2]], 1)))
     renamed = {("far_cap" if n == "cap" else n): f for n, f in lower.boundaries.items()}

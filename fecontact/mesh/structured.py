@@ -7,13 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.common.arguments import items
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import among
-from fecontact.common.errors import InputError
+from fecontact.common.checks import among, array_of, whole
+from fecontact.common.errors import InputError, shown
 from fecontact.mesh.mesh import Mesh
 
 #: Largest deviation of the end positions, as a share of the size, that is corrected as rounding.
 SAME_POSITION = 1e-9
+
+#: Largest numbers of cells, of a mesh and along one line; beyond, arrays of nodes alone fill tens of gigabytes.
+MOST_CELLS, MOST_ALONG = 10**8, 10**6
 
 _NODES = {"hex8": 8, "hex20": 20, "hex27": 27}
 
@@ -29,9 +33,12 @@ def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str 
     element : {'hex8', 'hex20', 'hex27'}
     """
     among("element", element, _NODES)
-    n = np.asarray(divisions)
-    if n.shape != (3,) or (n < 1).any():
-        raise InputError(f"Divisions must be three positive integers; found {tuple(divisions)}.")
+    given = items("the divisions", divisions, "three counts")
+    if len(given) != 3:
+        raise InputError(f"Divisions must be three positive integers; found {shown(divisions)}.")
+    n = np.array([whole("a division", count) for count in given])
+    if np.prod(n.astype(float)) > MOST_CELLS:
+        raise InputError(f"{given} divisions are {np.prod(n.astype(float)):.3g} cells, more than {MOST_CELLS:.0e}.")
     index = np.arange(np.prod(n + 1)).reshape(n + 1)
     points = np.stack(np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
@@ -56,10 +63,11 @@ def division(size: float, given: int | ArrayLike, what: str) -> Array:
         If they do not increase or do not run from 0 to `size`; `what` names them in the message.
     """
     if isinstance(given, int | np.integer):
-        return np.linspace(0.0, size, int(given) + 1)
-    positions = np.array(given, dtype=float)
+        return np.linspace(0.0, size, whole(f"the {what}", given, most=MOST_ALONG) + 1)
+    found = array_of(given)
+    positions = np.zeros(0) if found is None else found
     if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
-        raise InputError(f"The {what} must be a count or increasing positions; found {given!r}.")
+        raise InputError(f"The {what} must be a count or increasing positions; found {shown(given)}.")
     if np.abs(positions[[0, -1]] - [0.0, size]).max() > SAME_POSITION * size:
         raise InputError(
             f"The positions of the {what} must run from 0 to {size:g}; found {positions[0]:g} to {positions[-1]:g}."

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.mesh.element.degenerate import element_basis
@@ -59,6 +60,7 @@ def divided(mesh: Mesh) -> Mesh:
     >>> divided(Mesh(points, np.array([[0, 1, 2, 2, 3, 3, 3, 3]])))
     Mesh(hex8, 4 cells, 15 points, boundaries: none)
     """
+    instance("the mesh", mesh, Mesh)
     refuse_hanging(mesh.hanging, "divided into hexahedra")
     width = mesh.cells.shape[1]
     groups = mesh.cell_groups

@@ -11,6 +11,7 @@ import meshio
 import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody
+from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, save_json, write_collection
@@ -32,7 +33,8 @@ def save_result(result: SolvedScene, path: str | Path, summary: Callable[[], dic
         If the suffix is unknown or the path cannot be written.
     """
     writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, summary()), ".csv": save_csv}
-    suffix = Path(path).suffix.lower()
+    path = file_path("the path of a result", path)
+    suffix = path.suffix.lower()
     if suffix not in writers:
         raise InputError(f"Unknown file type {suffix!r} for a result; expected one of {', '.join(writers)}.")
     check_writable(path)

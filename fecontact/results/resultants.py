@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
@@ -139,7 +140,7 @@ def hold_of_boundary(body: ElasticBody, part: BodyBlock, name: str, displacement
     From the nodal forces K u - f along the directions held there; where several boundaries hold one, each takes an
     equal share.
     """
-    if name not in body.supports:
+    if text("the name of a boundary", name) not in body.supports:
         known = ", ".join(map(repr, body.supports)) or "none"
         raise InputError(f"{body.name!r} has no support on {name!r}; its supports are on: {known}.")
     K = body.model.stiffness

@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import point_array
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, shown
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading, mass_weighted
@@ -164,14 +165,14 @@ class SolvedScene:
             for k, b in enumerate(bodies):
                 if b is body:
                     return k
-        raise InputError(f"{getattr(body, 'name', body)!r} is not a body of this result's scene.")
+        raise InputError(f"{getattr(body, 'name', None) or shown(body)!r} is not a body of this result's scene.")
 
     def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
+        k = self._number(body)
         if body.is_rigid:
             raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
         if not elastic_among([body]):
             raise InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
-        k = self._number(body)
         (posed,) = elastic_among([self.scene.bodies[k]])
         return k, posed
 
@@ -222,7 +223,7 @@ class SolvedScene:
         """
         inner = self._inner(body)
         groups = inner.model.mesh.groups
-        if group is not None and group not in groups:
+        if group is not None and text("the name of an element set", group) not in groups:
             known = ", ".join(map(repr, groups)) or "none"
             raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
         return inner.stress(None if group is None else groups[group])
@@ -276,9 +277,9 @@ class SolvedScene:
         return self._moved(self._number(body), u, where), stress
 
     def _inner(self, body: Body) -> InnerFields:
+        k = self._number(body)
         if body.is_rigid:
             raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
-        k = self._number(body)
         part = self.condensed.parts[k]
         forces = (self.friction or self.solution).forces[part.index]
         inner = self.scene.bodies[k].inner_fields(self.state.displacements[k], part.rows, forces)

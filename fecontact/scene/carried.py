@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import mapping
 from fecontact.contact.model import SceneModel
 
 #: Arguments of `Scene.solve` whose keys are bodies.
@@ -41,9 +42,9 @@ class CarriedScene:
         """Arguments of `Scene.solve` with the new bodies as keys."""
         out = dict(arguments)
         for name in KEYED:
-            if out.get(name):
+            if given := mapping(name, out.get(name)):
                 out[name] = {
-                    (self.body(k[0]), *k[1:]) if isinstance(k, tuple) else self.body(k): v for k, v in out[name].items()
+                    (self.body(k[0]), *k[1:]) if isinstance(k, tuple) else self.body(k): v for k, v in given.items()
                 }
         return out
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from fecontact.bodies.elastic import elastic_among
-from fecontact.common.checks import among
+from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError
 from fecontact.contact.model import SceneModel
 from fecontact.fem.condensation import memory_budget
@@ -39,8 +39,8 @@ def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: fl
                 f"ranks={ranks!r} is a number of processes of the engine 'petsc': give engine='petsc', too."
             )
         return 0
-    if ranks is not None and (isinstance(ranks, bool) or not isinstance(ranks, int) or ranks < 1):
-        raise InputError(f"ranks must be a whole number of at least 1; found {ranks!r}.")
+    if ranks is not None:
+        whole("the number of ranks", ranks)
     if accuracy is not None:
         raise InputError("The engine 'petsc' does not divide meshes: leave accuracy out and refine the mesh.")
     if why := _refusal(model):

@@ -18,7 +18,9 @@ import numpy as np
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
+from fecontact.common.checks import positive, whole
 from fecontact.common.errors import InputError, SolverError, SupportError
 from fecontact.common.files import sole_writer
 from fecontact.common.fingerprint import fingerprint
@@ -92,6 +94,8 @@ class LoadPath:
         -------
         (n,) array
         """
+        positive("the coefficient of wear", coefficient)
+        whole("the number of the contact", contact, 0, len(self.steps[0].contacts) - 1)
         found = [result.contacts[contact].friction for result in self.steps]
         if any(f is None or not 0 < f.mu < np.inf for f in found):
             raise InputError(f"Contact {contact} has no finite friction: Archard's law needs its work.")
@@ -173,10 +177,11 @@ def solve_path(
     >>> path.forces[:, 0, 0].round(9).tolist()
     [0.0, -0.003, 0.003]
     """
+    steps = [instance("each of the steps", step, Mapping) for step in items("the steps", steps, "steps")]
     if not steps:
         raise InputError("A load path needs at least one step.")
     for k, step in enumerate(steps):
-        if unknown := sorted(set(step) - {*KEYED, "gravity"}):
+        if unknown := sorted(map(str, set(step) - {*KEYED, "gravity"})):
             raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(KEYED)}, gravity.")
     if finite_motion not in (True, False):
         raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.")

@@ -8,13 +8,14 @@ from typing import Any
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import mapping
 from fecontact.common.errors import InputError
 from fecontact.contact.loads import check_member
 from fecontact.contact.model import SceneModel
 from fecontact.scene.carried import CarriedScene, with_bodies
 
 
-def posed_scene(scene: SceneModel, poses: Mapping[Body, Pose]) -> CarriedScene:
+def posed_scene(scene: SceneModel, poses: Mapping[Body, Pose] | None) -> CarriedScene:
     """The scene with some bodies in new poses; they share their models with the originals.
 
     Raises
@@ -22,6 +23,7 @@ def posed_scene(scene: SceneModel, poses: Mapping[Body, Pose]) -> CarriedScene:
     InputError
         If a key is not a body of the scene, or a value is not a pose.
     """
+    poses = mapping("poses", poses)
     for body, pose in poses.items():
         check_member(body, scene.bodies, "A pose")
         if not isinstance(pose, Pose):

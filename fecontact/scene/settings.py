@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fecontact.common.checks import share
+from fecontact.common.checks import among, share
 from fecontact.common.errors import InputError
 from fecontact.solvers import CustomSolver, validate_options
 
@@ -48,6 +48,6 @@ def renamed(arguments: Mapping[str, Any]) -> dict[str, Any]:
             DeprecationWarning,
             stacklevel=3,  # the caller of Scene.solve or Scene.sweep
         )
-    if "search" in out and out["search"] not in SEARCHES:
-        raise InputError(f"search must be 'global' or 'local'; found {out['search']!r}.")
+    if "search" in out:
+        among("search", out["search"], SEARCHES)
     return out

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
-from fecontact.common.errors import InputError
+from fecontact.common.checks import among
+from fecontact.common.errors import InputError, shown
 from fecontact.common.progress import progress_line, tell_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.first_candidates import KnownContact
@@ -22,7 +23,7 @@ from fecontact.scene.finite_rotation import follow, follow_from, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_local, sorted_case
 from fecontact.scene.rest import check_rest
-from fecontact.scene.settings import Settings, renamed
+from fecontact.scene.settings import SEARCHES, Settings, renamed
 from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver
 from fecontact.surfaces.facet_surface import has_cells
@@ -113,13 +114,14 @@ def solve_scene(
     InputError, SupportError, SolverError
         The message says what was found, what was expected and what to do.
     """
+    among("search", search, SEARCHES)
     options = renamed(options if search == "global" else {**options, "search": search})
     search = str(options.pop("search", search))
     settings = Settings(solver, tolerance, options)
     settings.check()
     processes = check_engine(model, engine, ranks, accuracy, solver)
-    if finite_motion not in (True, False, "auto"):
-        raise InputError(f"finite_motion must be 'auto', True or False; found {finite_motion!r}.")
+    if not isinstance(finite_motion, bool) and not (isinstance(finite_motion, str) and finite_motion == "auto"):
+        raise InputError(f"finite_motion must be 'auto', True or False; found {shown(finite_motion)}.")
     loads = {
         "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
         "tractions": tractions,

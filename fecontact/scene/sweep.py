@@ -15,8 +15,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
+from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.checks import whole
+from fecontact.common.errors import InputError, shown
 from fecontact.common.files import sole_writer
 from fecontact.common.json_lines import append_row
 from fecontact.common.progress import progress_line
@@ -82,6 +84,8 @@ def run_sweep(
         If two cases have the same name, a case has bodies that are not in the scene, the file is of another kind or of
         other cases, the number of processes is invalid, or the scene cannot be sent to other processes.
     """
+    cases = [instance("each of the cases", case, Mapping) for case in items("the cases of a sweep", cases, "cases")]
+    path = None if path is None else file_path("the path of a sweep", path)
     named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
     if len(named) != len(cases):
         raise InputError("Two cases of the sweep have the same name; names tell the rows apart.")
@@ -92,8 +96,9 @@ def run_sweep(
                 raise InputError(
                     "A sweep has the engine 'own' only: give processes= or executor=, or use Scene.solve for each case."
                 )
-    if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
-        raise InputError(f"processes must be a whole number of at least 1; found {processes!r}.")
+    whole("the number of processes", processes)
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise InputError(f"The executor must have submit, as those of concurrent.futures do; found {shown(executor)}.")
     prints = fingerprints(scene, named)
     done = finished(path, prints)
     left = {name: case for name, case in named.items() if name not in done}

@@ -50,7 +50,7 @@ class Posed:
     @classmethod
     def of(cls, scene: SceneModel, case: Case) -> Posed:
         """The posed scene of a case."""
-        now = posed_scene(scene, case.get("poses") or {})
+        now = posed_scene(scene, case.get("poses"))
         return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in ("name", "poses")}))
 
     def loading(self) -> Loading:
@@ -103,7 +103,10 @@ def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict
     nothing = {fingerprint(None), fingerprint({})}
     out = {}
     for name, case in cases.items():
-        given = {k: fingerprint(numbered(v, bodies)) for k, v in case.items() if k != "name"}
+        try:
+            given = {k: fingerprint(numbered(v, bodies)) for k, v in case.items() if k != "name"}
+        except RecursionError:
+            raise InputError(f"Case {name!r} has a list or mapping that holds itself; give plain values.") from None
         said = {k: v for k, v in given.items() if v not in nothing and v != fingerprint(usual.get(k))}
         out[name] = {**model, **said}
     return out

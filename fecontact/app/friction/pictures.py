@@ -14,7 +14,7 @@ from fecontact.analytic.friction import RoundSlip
 from fecontact.app.friction.figures import StudyFigures
 from fecontact.bodies import FrictionContact, FrictionPath
 from fecontact.common.units import Units
-from fecontact.results.pictures.draw import save_figure
+from fecontact.results.pictures.figure import save_figure
 
 COLOURS = {"open": "#f2f2f2", "sticks": "#9ecae1", "slips": "#fdae6b"}
 

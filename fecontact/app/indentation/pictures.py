@@ -14,7 +14,7 @@ from fecontact.bodies import HalfSpaceContact
 from fecontact.common.arrays import Array
 from fecontact.common.units import Units
 from fecontact.fem.stress import von_mises
-from fecontact.results.pictures.draw import save_figure
+from fecontact.results.pictures.figure import save_figure
 
 SECTION = (61, 31)
 """Points of the section through the body, along the surface and downwards."""

@@ -19,6 +19,7 @@ from fecontact.app.scene_file.expression import Components, Expression
 from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body
 from fecontact.app.scene_file.toml_table import Faults, Table, did_you_mean, listed, read_toml
 from fecontact.bodies.elastic import elastic_among
+from fecontact.common.arguments import file_path, function
 from fecontact.common.files import check_writable
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
@@ -86,7 +87,7 @@ def read_scene(
     root = read_toml(path)
     if change is not None:
         values = dict(root.values)
-        change(values)
+        function("change", change)(values)
         root.values = values
     folder = root.faults.path.parent
     title = root.text("title") or ""
@@ -102,7 +103,7 @@ def read_scene(
     cases = [_case(table, k, bodies, loads) for k, table in enumerate(tables)]
     steps = [_loads(step, bodies) for step in root.tables("steps")]
     _check_steps(root, loads, cases, steps, options)
-    outputs = read_outputs(root.table("outputs"), folder if out is None else Path(out), bodies, bool(cases))
+    outputs = read_outputs(root.table("outputs"), folder if out is None else file_path("out", out), bodies, bool(cases))
     root.finish()
     made = {name: body for name, body in bodies.items() if body is not None}
     if len(made) == len(bodies) and not root.faults.touched(("loads",)):

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from fecontact.common.arguments import file_path
 from fecontact.common.errors import FecontactError, InputError
 
 Place = tuple[str | int, ...]
@@ -94,7 +95,9 @@ def read_toml(path: str | Path) -> Table:
     InputError
         If it does not exist, cannot be read, or is not TOML; the message gives the line.
     """
-    path = Path(path)
+    path = file_path("the path of a scene file", path)
+    if path.exists() and not path.is_file():
+        raise InputError(f"Cannot read {path}: it is a folder or a device.")
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -102,7 +105,7 @@ def read_toml(path: str | Path) -> Table:
         raise InputError(f"Cannot read {path}: {reason}.") from error
     try:
         values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also numbers of too many digits, and tables too deep
         raise InputError(f"{path} is not valid TOML: {error}.") from error
     return Table(values, (), Faults(path, _lines(text)))
 

@@ -18,6 +18,7 @@ from fecontact.bodies.halfspace.grid_error import grid_error_estimate
 from fecontact.bodies.halfspace.layered import Layer
 from fecontact.bodies.halfspace.symmetry import part_of
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import number_array, whole
 from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, UnboundedPeak
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -257,7 +258,8 @@ class HalfSpaceContact:
         >>> contact.stress([[0.0, 0.0, -0.5]]).shape
         (1, 6)
         """
-        where = np.asarray(points, dtype=float)
+        where = number_array("points inside the half-space", points)
+        whole("chunk", chunk)
         if where.ndim != 2 or where.shape[1] != 3 or not np.isfinite(where).all() or (where[:, 2] > 0).any():
             raise InputError("Points inside the half-space must be an array (n, 3) of finite numbers with z <= 0.")
         if len(where) == 0:

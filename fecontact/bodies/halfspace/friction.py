@@ -90,7 +90,8 @@ class PressStep:
         for one, other in (("tangential", "shift"), ("torque", "twist")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise InputError(f"Give one of {one} and {other}; found both. The other one follows from it.")
-        for name in ("tangential", "shift", "position"):
+        checks.vector("the position", self.position, 2)
+        for name in ("tangential", "shift"):
             if (value := getattr(self, name)) is not None:
                 checks.vector(f"the {name}", value, 2)
         for name in ("torque", "twist"):

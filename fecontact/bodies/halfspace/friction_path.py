@@ -16,6 +16,7 @@ from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.friction import Friction, PressStep, press_step
 from fecontact.bodies.halfspace.friction_contact import FrictionContact
 from fecontact.common import checks
+from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.common.files import write_atomically
@@ -168,9 +169,9 @@ def solve_path(
 ) -> FrictionPath:
     """Solve the steps of a path one after the other, see `HalfSpace.press_path`."""
     friction = Friction(body, checks.friction(mu, infinite=True), tolerance, workers)
+    steps = items("the steps of a path", steps, "PressStep objects")
     for k, step in enumerate(steps, 1):
-        if not isinstance(step, PressStep):
-            raise InputError(f"Step {k} of the path must be a PressStep; found {step!r}.")
+        instance(f"step {k} of the path", step, PressStep)
         if body.periodic and (step.torque or step.twist):
             raise InputError(
                 f"Step {k} twists the surface, which then would not repeat: leave out torque and twist, or make the "

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError
+from fecontact.common.checks import array_of, positives
+from fecontact.common.errors import InputError, shown
+
+#: Cells of a grid, beyond which one field fills 8 GB.
+MOST_CELLS = 10**9
 
 
 @dataclass(frozen=True)
@@ -39,21 +42,15 @@ class Grid:
     shape: tuple[int, int]
 
     def __post_init__(self) -> None:
-        try:
-            sides = tuple(float(s) for s in self.size)
-            counts = tuple(int(n) for n in self.shape)
-            whole = all(int(n) == n for n in self.shape)
-        except (TypeError, ValueError) as error:
+        counts = array_of(self.shape)
+        if counts is None or counts.shape != (2,) or not (counts >= 2).all() or (counts % 1).any():
             raise InputError(
-                f"A grid needs size=(width, length) and shape=(cells along x, cells along y); "
-                f"found size={self.size!r}, shape={self.shape!r}."
-            ) from error
-        if len(sides) != 2 or not all(math.isfinite(s) and s > 0 for s in sides):
-            raise InputError(f"A grid's size must be two positive lengths; found {self.size!r}.")
-        if len(counts) != 2 or not whole or min(counts) < 2:
-            raise InputError(f"A grid's shape must be two whole numbers of cells, at least 2; found {self.shape!r}.")
-        object.__setattr__(self, "size", sides)
-        object.__setattr__(self, "shape", counts)
+                f"A grid's shape must be two whole numbers of cells, at least 2; found {shown(self.shape)}."
+            )
+        if counts.prod() > MOST_CELLS:
+            raise InputError(f"A grid of {counts[0]:g} x {counts[1]:g} cells does not fit into memory; take fewer.")
+        object.__setattr__(self, "size", positives("a grid's size", self.size, 2))
+        object.__setattr__(self, "shape", (int(counts[0]), int(counts[1])))
 
     @property
     def cell(self) -> tuple[float, float]:

@@ -21,13 +21,14 @@ from fecontact.bodies.halfspace.friction_path import FrictionPath, solve_path
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import Layer
 from fecontact.bodies.halfspace.operator import CellModel
-from fecontact.bodies.halfspace.pressing import Load, press
+from fecontact.bodies.halfspace.pressing import Load, check_settings, press
 from fecontact.bodies.halfspace.surface import GridSurface, grid_surface
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.bodies.surface_body import SurfaceBody
+from fecontact.common.arguments import flag, instance, items, text
 from fecontact.common.arrays import Array
-from fecontact.common.checks import share
+from fecontact.common.checks import number_array, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
@@ -118,15 +119,19 @@ class HalfSpace(SurfaceBody):
         self_ratio: float = kernels.SELF_TERM_RATIO,
         name: str = "half-space",
     ) -> None:
+        for what, given in (("material", material), ("counter-body's material", against)):
+            instance(f"the {what} of a half-space", given, (Material, type(None)))
+        for layer in items("the layers of a half-space", layers, "Layer objects"):
+            instance("each of the layers of a half-space", layer, Layer)
         fields = {
             "material": material,
             "grid": Grid(size, shape),
-            "periodic": bool(periodic),
+            "periodic": flag("periodic", periodic),
             "layers": tuple(layers),
             "against": against,
             "pressure": pressure,
-            "self_ratio": self_ratio,
-            "name": name,
+            "self_ratio": positive("self_ratio", self_ratio),
+            "name": text("the name of a half-space", name),
             "pose": Pose(),
         }
         for key, value in fields.items():
@@ -244,7 +249,8 @@ class HalfSpace(SurfaceBody):
             return self.press_path(surface, [step], friction, within, symmetry, workers).contacts[0]
         if tangential is not None or shift is not None:
             raise InputError("A tangential force or a shift needs friction: give friction=, Coulomb's mu.")
-        tolerance = share("the tolerance", 1e-8 if tolerance is None else tolerance)
+        tolerance = 1e-8 if tolerance is None else tolerance
+        check_settings(tolerance, symmetry, workers)
         load = Load(force, approach, load_point)
         z = self.heights_of(surface)
         return press(self.compliance, z, load, tolerance, symmetry, workers)
@@ -296,7 +302,7 @@ class HalfSpace(SurfaceBody):
         >>> path.shift[:, 0].round(3)
         array([ 0.   ,  0.229, -0.229,  0.229])
         """
-        share("the tolerance", tolerance)
+        check_settings(tolerance, symmetry, workers)
         return solve_path(self.compliance, self._heights_at(surface), steps, friction, tolerance, symmetry, workers)
 
     def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
@@ -330,6 +336,7 @@ class HalfSpace(SurfaceBody):
         >>> abs(half.stiffness(ball) / 2.0 - 1) < 0.01
         True
         """
+        instance("the contact", contact, HalfSpaceContact)
         if not contact.active.any():
             return 0.0
         if self.periodic and self.compliance.mean_is_stiff and contact.active.all():
@@ -343,7 +350,7 @@ class HalfSpace(SurfaceBody):
         if heights := heights_of(surface):
             z = heights(self.grid.x[:, None], self.grid.y[None, :])
             return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
-        return np.asarray(surface, dtype=float)
+        return number_array("the heights", surface)
 
     def met_by(self, partner: object) -> HalfSpace:
         """The half-space with cells opposite those of a local body; itself for other partners."""

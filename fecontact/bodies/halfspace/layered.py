@@ -19,8 +19,9 @@ import scipy.interpolate
 import scipy.special
 
 from fecontact.bodies.halfspace import kernels
+from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
-from fecontact.common.checks import positive
+from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
@@ -59,9 +60,9 @@ class Layer:
     interface: str = "bonded"
 
     def __post_init__(self) -> None:
+        instance("a layer's material", self.material, Material)
         positive("a layer's thickness", self.thickness)
-        if self.interface not in ("bonded", "frictionless"):
-            raise InputError(f"A layer's interface must be 'bonded' or 'frictionless'; found {self.interface!r}.")
+        among("interface of a layer", self.interface, ("bonded", "frictionless"))
 
 
 def compliance(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:

@@ -16,10 +16,14 @@ from fecontact.bodies.halfspace.fft import Tally, padded
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import GridLevel, compliance, solve_nested
 from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
+from fecontact.common.arguments import flag
 from fecontact.common.arrays import Array, Mask
-from fecontact.common.checks import finite, vector
+from fecontact.common.checks import finite, number_array, share, vector, whole
 from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers import ComplementarityProblem, Residuals
+
+#: Least tolerance of a certificate: rounding of the transforms alone leaves some 1e-15.
+LEAST_TOLERANCE = 1e-14
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class Load:
             raise InputError(
                 f"Give exactly one of force and approach; found force={self.force!r}, approach={self.approach!r}."
             )
-        finite("the load", given[0])
+        finite("the force" if self.force is not None else "the approach", given[0])
         if self.force is not None and self.force <= 0:
             raise InputError(
                 f"The force must be positive (compression); found {self.force!r}. A frictionless, non-adhesive contact "
@@ -58,6 +62,20 @@ class Load:
             vector("the load point (x, y)", self.point, 2)
 
 
+def check_settings(tolerance: float, symmetry: bool, workers: int | None) -> None:
+    """Refuse settings of a solve that are of another kind, or a tolerance that rounding does not reach.
+
+    Raises
+    ------
+    InputError
+    """
+    if share("the tolerance", tolerance) < LEAST_TOLERANCE:
+        raise InputError(f"The tolerance must be at least {LEAST_TOLERANCE:g}, above rounding; found {tolerance!r}.")
+    flag("symmetry", symmetry)
+    if workers is not None:
+        whole("workers", workers, most=10**4)
+
+
 def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
     """Heights above the lowest (zero where there is no surface), and the mask of the surface.
 
@@ -66,7 +84,7 @@ def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
     InputError
         For a wrong shape, NaN, minus infinity, or no surface at all.
     """
-    z = np.asarray(heights, dtype=float)
+    z = number_array("the heights", heights)
     if z.shape != grid.shape:
         raise InputError(f"The heights must have the grid's shape {grid.shape}; found {z.shape}.")
     if np.isnan(z).any():

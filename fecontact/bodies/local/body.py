@@ -31,6 +31,7 @@ from fecontact.bodies.local.window import Window
 from fecontact.bodies.local.wish import Wish
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
+from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -105,7 +106,12 @@ class LocalBody(OnMesh):
             raise InputError(f"A local body is made of an ElasticBody in space; found {body!r}.")
         wish = Wish.of(at, window, shape)
         placed = None if wish.at is None or wish.sides is None else place_window(body, wish.at, wish.sides, wish.shape)
-        fields = {"body": body, "wish": wish, "given": placed, "name": body.name if name is None else name}
+        fields = {
+            "body": body,
+            "wish": wish,
+            "given": placed,
+            "name": body.name if name is None else text("the name of a body", name),
+        }
         for key, value in {**fields, "pose": body.pose, "shared": {}}.items():
             object.__setattr__(self, key, value)
 

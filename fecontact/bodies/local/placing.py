@@ -60,6 +60,10 @@ def place_window(body: ElasticBody, at: Array, size: tuple[float, float], shape:
     InputError
         If the point is not on the surface.
     """
+    if max(size) > body.size:
+        raise InputError(
+            f"A window of {size[0]:g} x {size[1]:g} is larger than {body.name!r}, {body.size:.4g}. {REMEDY}"
+        )
     planes = planes_through(body, at)
     skin = _skin(body, at, planes)
     found = skin.project(at[None])

@@ -27,6 +27,7 @@ from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_
 from fecontact.bodies.local.surface import WindowSurface, window_surface
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
+from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
@@ -79,7 +80,12 @@ class WindowedBody(OnMesh):
     def __init__(self, *parts: LocalBody, name: str | None = None) -> None:
         _check(parts)
         first = parts[0]
-        values = {"parts": parts, "name": first.body.name if name is None else name, "pose": first.pose, "shared": {}}
+        values = {
+            "parts": parts,
+            "name": first.body.name if name is None else text("the name of a body", name),
+            "pose": first.pose,
+            "shared": {},
+        }
         for key, value in values.items():
             object.__setattr__(self, key, value)
 

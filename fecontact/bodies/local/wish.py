@@ -41,7 +41,7 @@ class Wish:
         InputError
             If they are no point, no lengths or no numbers of cells.
         """
-        sides = None if window is None else tuple(window) if isinstance(window, tuple | list) else (window, window)
-        grid = Grid((1.0, 1.0) if sides is None else sides, shape)  # type: ignore[arg-type]
+        sides = None if window is None else window if isinstance(window, tuple | list) else (window, window)
+        grid = Grid((1.0, 1.0) if sides is None else sides, shape)
         where = None if at is None else np.asarray(vector("the middle of the window", at, 3), dtype=float)
         return cls(where, None if sides is None else grid.size, grid.shape)

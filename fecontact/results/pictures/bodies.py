@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MissingPackageError
-from fecontact.common.files import check_writable, replacing
+from fecontact.common.files import check_writable
+from fecontact.results.pictures.figure import save_figure
 from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
 from fecontact.results.pictures.rigid_patches import rigid_patches
 from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result
@@ -119,10 +120,7 @@ def view(
     bar.set_label(f"{_label(field)} [{units}]" if units else _label(field))
     _draw_ruler(axes, image, length)
     _draw_triad(figure, camera)
-    if path is not None:
-        with replacing(path) as file:
-            figure.savefig(file, dpi=150)
-    return figure
+    return save_figure(figure, path)
 
 
 def view_result(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:

@@ -12,15 +12,16 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
+from fecontact.common.arguments import flag, items, known_options, text
 from fecontact.common.arrays import Array
-from fecontact.common.checks import among, positive
+from fecontact.common.checks import among, positive, whole
 from fecontact.common.errors import InputError
-from fecontact.common.files import replacing
 from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.pictures.convergence import draw_convergence
+from fecontact.results.pictures.figure import save_figure
 from fecontact.results.pictures.friction_map import draw_arrows, draw_friction_curve
 from fecontact.results.pictures.section_curve import draw_curve
 from fecontact.results.solved_scene import SolvedScene
@@ -34,14 +35,6 @@ FINENESS = 6
 FELT = 0.02
 #: Sensels across a contact by default, and colour steps, as for pressure-sensitive films.
 SENSELS, STEPS = 24, 13
-
-
-def save_figure(figure: Figure, path: str | Path | None) -> Figure:
-    """Write a figure if a path is given."""
-    if path is not None:
-        with replacing(path) as file:
-            figure.savefig(file, dpi=150)
-    return figure
 
 
 def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Figure:
@@ -63,13 +56,17 @@ def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | 
     InputError
         If there is no such field.
     """
+    text("the field", what)
     if what == "convergence":
+        known_options(plot_contacts, options)
         return save_figure(draw_convergence(result.convergence), path)
     if what in FIELDS:
+        known_options(plot_contacts, options)
         return plot_contacts(result, what, path, **options)
     from fecontact.results.pictures import bodies as view
 
     among("field", what, (*FIELDS, "convergence", *view.FIELDS))
+    known_options(view.view, options)
     return view.view_result(result, what, path, **options)
 
 
@@ -111,7 +108,7 @@ def plot_contacts(
     InputError
         For an unknown field, style or contact, gaps with sensels, or a pitch that is not positive.
     """
-    _check_map(result, what, style, pitch, contacts)
+    _check_map(result, what, style, pitch, contacts, same_colours)
     if style == "sensels" and any(c.is_curve for c in result.contacts):
         raise InputError("A contact of sections is a curve, on which no film of sensels fits; leave style='smooth'.")
     shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
@@ -148,7 +145,14 @@ def draw_friction(axes: Any, contact: ContactFields, friction: FrictionFields, u
     draw_arrows(axes, contact, friction, view_axes(contact.normals, contact.forces))
 
 
-def _check_map(result: SolvedScene, what: str, style: str, pitch: float | None, contacts: Sequence[int] | None) -> None:
+def _check_map(
+    result: SolvedScene,
+    what: str,
+    style: str,
+    pitch: float | None,
+    contacts: Sequence[int] | None,
+    same_colours: bool,
+) -> None:
     among("field of a contact", what, FIELDS)
     among("style", style, STYLES)
     if style == "sensels" and what != "pressure":
@@ -157,8 +161,12 @@ def _check_map(result: SolvedScene, what: str, style: str, pitch: float | None, 
         positive("the pitch of the sensels", pitch)
     if what == "friction" and any(c.friction is None for c in result.contacts):
         raise InputError("A contact without friction has no tractions to draw; give Contact(..., friction=...).")
-    if wrong := [k for k in contacts or () if not 0 <= k < len(result.contacts)]:
+    given = (0,) if contacts is None else items("contacts", contacts, "numbers")
+    if wrong := [k for k in given if not whole("the number of a contact", k, 0) < len(result.contacts)]:
         raise InputError(f"There is no contact {wrong[0]}; the result has {len(result.contacts)} (0, 1, ...).")
+    if not given:
+        raise InputError("No contact is to be drawn: give contacts=[0], or leave it out for all.")
+    flag("same_colours", same_colours)
 
 
 def _title(contact: ContactFields, units: Units) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +10,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import positive
+from fecontact.common.checks import heights_on, number_array, positive, positives, reckonable
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.closest_point import differences, nearest
@@ -47,15 +46,15 @@ class HeightMap:
     size_xy: tuple[float, float]
 
     def __post_init__(self) -> None:
-        z = np.array(self.z, dtype=float)
+        z = number_array("the heights", self.z)
         if z.ndim != 2 or min(z.shape, default=0) < 2:
             raise InputError(f"Heights must be an array (nx, ny) of at least 2 x 2 numbers; found shape {z.shape}.")
         if not np.isfinite(z).all():
             raise InputError(
                 f"Heights must be finite; found {int((~np.isfinite(z)).sum())} that are not. Fill the holes first."
             )
-        if len(self.size_xy) != 2 or not all(math.isfinite(s) and s > 0 for s in self.size_xy):
-            raise InputError(f"A height map's size must be two positive lengths; found {self.size_xy!r}.")
+        reckonable("the heights", z)
+        object.__setattr__(self, "size_xy", positives("a height map's size", self.size_xy, 2))
         object.__setattr__(self, "z", z - z.min())
 
     @property
@@ -98,6 +97,9 @@ class HeightMap:
             s = self._spline
             return s.ev(x, y, 1, 0), s.ev(x, y, 0, 1), s.ev(x, y, 2, 0), s.ev(x, y, 1, 1), s.ev(x, y, 0, 2)
 
+        if min(self.z.shape) <= 3:  # splines of lower order, whose second derivatives are not offered
+            step = 1e-4 * min(s / n for s, n in zip(self.size_xy, self.z.shape, strict=True))
+            return nearest(points, self.heights, differences(self.heights, step), self.size)
         return nearest(points, self.heights, derivatives, self.size)
 
 
@@ -129,7 +131,8 @@ class FunctionSurface:
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together."""
-        return np.asarray(self.function(np.asarray(x, dtype=float), np.asarray(y, dtype=float)), dtype=float)
+        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        return heights_on("the function of a surface", self.function(x, y), np.broadcast_shapes(x.shape, y.shape))
 
     def project(self, points: Array) -> Projection:
         """Projection of points (n, 3)."""

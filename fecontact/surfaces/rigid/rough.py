@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fecontact.common.arguments import items
 from fecontact.common.arrays import Array
-from fecontact.common.checks import among, one_of, share
-from fecontact.common.errors import InputError
+from fecontact.common.checks import among, number_array, one_of, positive, positives, share, whole
+from fecontact.common.errors import InputError, shown
 
+#: Points along one side.
+MOST_POINTS = 10**5
 TRENDS = ("mean", "plane", "quadratic")
 
 
@@ -88,6 +92,13 @@ def self_affine(
     (0.1, True)
     """
     share("the Hurst exponent", hurst)
+    whole("the seed", seed, 0, 2**63)
+    positives("the size", size, 2)
+    nx, ny = (whole("a number of points", n, 2, MOST_POINTS) for n in _pair(shape))
+    shape = (nx, ny)
+    for name, wavelength in (("roll_off", roll_off), ("longest", longest), ("shortest", shortest)):
+        if wavelength is not None:
+            positive(name, wavelength)
     given, target = one_of(rms_height=rms_height, rms_slope=rms_slope)
     kx, ky = (2 * math.pi * np.fft.fftfreq(n, s / n) for n, s in zip(shape, size, strict=True))
     k = np.hypot(kx[:, None], ky[None, :])
@@ -109,6 +120,13 @@ def self_affine(
     z = np.fft.ifft2(spectrum).real * scale
     height, slope, curvature = (m * scale for m in moments)
     return RoughSurface(z, (float(size[0]), float(size[1])), height, slope, curvature)
+
+
+def _pair(shape: object) -> tuple[Any, ...]:
+    found = items("the shape", shape, "two numbers of points")
+    if len(found) != 2:
+        raise InputError(f"The shape must be two numbers of points; found {shown(shape)}.")
+    return found
 
 
 def _root_mean_square(spectrum: NDArray) -> float:
@@ -140,8 +158,8 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     >>> float(np.abs(detrend(3 + 2 * x - y)).max()) < 1e-12
     True
     """
-    heights = np.asarray(z, dtype=float)
-    if heights.ndim != 2 or not np.isfinite(heights).all():
+    heights = number_array("the heights", z)
+    if heights.ndim != 2 or heights.size == 0 or not np.isfinite(heights).all():
         raise InputError("Heights must be a finite array (nx, ny) to be detrended.")
     among("trend", trend, TRENDS)
     x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)

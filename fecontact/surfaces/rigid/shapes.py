@@ -13,8 +13,8 @@ from typing import ClassVar
 import numpy as np
 
 from fecontact.common.arrays import Array, Mask
-from fecontact.common.checks import positive
-from fecontact.common.errors import InputError
+from fecontact.common.checks import number, positive, positives
+from fecontact.common.errors import InputError, shown
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.closest_point import differences, nearest
 from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
@@ -121,8 +121,8 @@ class Cylinder(Indenter):
 
     def __post_init__(self) -> None:
         positive("a cylinder's radius", self.radius)
-        if not self.length > 0:
-            raise InputError(f"A cylinder's length must be positive; found {self.length!r}.")
+        if number(self.length) != math.inf:
+            positive("a cylinder's length", self.length)
 
     @property
     def is_endless(self) -> bool:
@@ -168,10 +168,11 @@ class Cone(Indenter):
     angle: float
 
     def __post_init__(self) -> None:
-        if not 0 < self.angle < math.pi / 2:
+        if not 0 < number(self.angle) < math.pi / 2:
             raise InputError(
-                f"A cone's angle to the plane must lie between 0 and pi/2 (radians); found {self.angle!r}."
+                f"A cone's angle to the plane must lie between 0 and pi/2 (radians); found {shown(self.angle)}."
             )
+        positive("a cone's angle", self.angle)
 
     def closed_form(self, forms: ClosedForms[T]) -> T | None:
         """Its own among closed forms."""
@@ -226,9 +227,10 @@ class FlatPunch(Indenter):
     def __post_init__(self) -> None:
         if (self.radius is None) == (self.sides is None):
             raise InputError("A flat punch needs either a radius or two sides.")
-        for value in (self.radius,) if self.sides is None else self.sides:
-            assert value is not None
-            positive("a flat punch's radius or side", value)
+        if self.radius is not None:
+            positive("a flat punch's radius", self.radius)
+        else:
+            object.__setattr__(self, "sides", positives("a flat punch's sides", self.sides, 2))
 
     def closed_form(self, forms: ClosedForms[T]) -> T | None:
         """Its own among closed forms."""
@@ -273,10 +275,7 @@ class Ellipsoid(Indenter):
     semi_axes: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        if len(self.semi_axes) != 3:
-            raise InputError(f"An ellipsoid needs three semi-axes; found {self.semi_axes!r}.")
-        for value in self.semi_axes:
-            positive("an ellipsoid's semi-axis", value)
+        object.__setattr__(self, "semi_axes", positives("an ellipsoid's semi-axes", self.semi_axes, 3))
 
     def closed_form(self, forms: ClosedForms[T]) -> T | None:
         """Its own among closed forms."""

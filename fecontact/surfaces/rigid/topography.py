@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import number_array
 from fecontact.common.errors import InputError
 
 READABLE = (".npy", ".txt", ".csv", ".xyz", ".asc")
@@ -61,7 +63,7 @@ def read_topography(path: str | Path) -> Topography:
     ...     read_topography(file).z.tolist()
     [[0.0, 3.0], [1.0, 4.0], [2.0, 5.0]]
     """
-    file = Path(path)
+    file = file_path("the path of a topography", path)
     suffix = file.suffix.lower()
     if suffix not in READABLE:
         raise InputError(f"Cannot read a topography from {file.name!r}; known are {', '.join(READABLE)}.")
@@ -69,13 +71,13 @@ def read_topography(path: str | Path) -> Topography:
         raise InputError(f"There is no file {str(file)!r}.")
     try:
         if suffix == ".npy":
-            out = Topography(np.asarray(np.load(file, allow_pickle=False), dtype=float), None)
+            out = Topography(number_array("the heights", np.load(file, allow_pickle=False, mmap_mode="r")), None)
         elif suffix == ".asc":
             out = _asc(file.read_text())
         else:
             table = np.loadtxt(file, delimiter="," if suffix == ".csv" else None, ndmin=2)
             out = _columns(table) if suffix == ".xyz" else Topography(np.ascontiguousarray(table.T), None)
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, OSError, OverflowError, MemoryError, EOFError) as error:
         raise InputError(f"{file.name!r} is not a readable {suffix} topography: {error}") from error
     if out.z.ndim != 2 or min(out.z.shape) < 2:
         raise InputError(f"{file.name!r} holds no grid of at least 2 x 2 heights; found shape {out.z.shape}.")

@@ -90,7 +90,7 @@ def test_layered_table_of_the_same_material_is_love():
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [({"thickness": 0.0}, "thickness"), ({"thickness": 1.0, "interface": "glued"}, "'bonded' or 'frictionless'")],
+    [({"thickness": 0.0}, "thickness"), ({"thickness": 1.0, "interface": "glued"}, "'bonded', 'frictionless'")],
 )
 def test_bad_layers(arguments, message):
     with pytest.raises(InputError, match=message):

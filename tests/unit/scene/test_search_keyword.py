@@ -78,9 +78,9 @@ def test_a_row_of_the_former_keyword_is_that_of_the_new_one(tmp_path: Path) -> N
 @pytest.mark.parametrize("search", ["near", True, None])
 def test_another_search_is_refused(search: object) -> None:
     scene, loads = ball_on_pad()
-    with pytest.raises(fc.InputError, match=rf"'global' or 'local'; found {search!r}"):
+    with pytest.raises(fc.InputError, match=rf"Unknown search {search!r}; expected one of 'global', 'local'"):
         scene.solve(**loads, search=search)
-    with pytest.raises(fc.InputError, match=r"Case 'a'.*'global' or 'local'"):
+    with pytest.raises(fc.InputError, match=r"Case 'a'.*'global', 'local'"):
         scene.sweep([{**loads, "search": search, "name": "a"}])
 
 
