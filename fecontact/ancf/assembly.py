@@ -12,6 +12,7 @@ import scipy.sparse.linalg as spla
 
 from fecontact.ancf.faces import Faces
 from fecontact.ancf.laws import InvertedError
+from fecontact.ancf.member import Member
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.supports import hold
 from fecontact.ancf.touch import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
@@ -44,13 +45,14 @@ class Assembly:
 
     Parameters
     ----------
-    solids : sequence of AncfSolid
+    solids : sequence of Member
+        Solids of bricks, or structures of slender elements.
     free : (n_dofs, n_free) csr_matrix
         Orthonormal directions of the coordinates that the supports leave free.
     touches : sequence of ContactConstraints
     """
 
-    solids: Sequence[AncfSolid]
+    solids: Sequence[Member]
     free: sp.csr_matrix
     touches: Sequence[ContactConstraints] = field(default_factory=tuple)
 
@@ -128,7 +130,7 @@ class Assembly:
     @cached_property
     def starts(self) -> tuple[int, ...]:
         """First coordinate of each solid, and the number of all."""
-        return (0, *np.cumsum([s.space.n_dofs for s in self.solids]).tolist())
+        return (0, *np.cumsum([s.n_dofs for s in self.solids]).tolist())
 
     @property
     def n_dofs(self) -> int:
@@ -138,26 +140,17 @@ class Assembly:
     @cached_property
     def q0(self) -> Array:
         """Initial coordinates (n_dofs,)."""
-        return np.concatenate([s.space.q0 for s in self.solids])
+        return np.concatenate([s.q0 for s in self.solids])
 
     @cached_property
     def size(self) -> float:
         """Largest extent of the solids."""
-        return max(float(np.ptp(s.space.mesh.points, axis=0).max()) for s in self.solids)
+        return max(s.extent for s in self.solids)
 
     @cached_property
     def lengths(self) -> Array:
-        """Factors (n_dofs,) that turn changes of coordinates into lengths; generalised forces over them are forces.
-
-        One for positions; for gradients the side of a cube of the mean volume of the solid's cells, so that tolerances
-        do not depend on units.
-        """
-        factors = []
-        for space in (s.space for s in self.solids):
-            each = np.full(space.n_functions, np.cbrt(space.volumes.mean()))
-            each[space.start] = 1.0
-            factors.append(np.repeat(each, 3))
-        return np.concatenate(factors)
+        """Factors (n_dofs,) that turn changes of coordinates into lengths; generalised forces over them are forces."""
+        return np.concatenate([s.scales for s in self.solids])
 
     def part(self, q: Array, k: int) -> Array:
         """Coordinates of solid k."""
@@ -204,7 +197,7 @@ class Assembly:
 
     def translation(self, direction: Array) -> Array:
         """Change (n_dofs,) of the coordinates by a translation (3,) of all solids."""
-        return np.concatenate([s.space.affine(np.zeros((3, 3)), direction) for s in self.solids])
+        return np.concatenate([s.translation(direction) for s in self.solids])
 
     def gravity(self, acceleration: Array) -> Array:
         """Weight (n_dofs,) by an acceleration (3,)."""

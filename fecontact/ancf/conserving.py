@@ -10,10 +10,13 @@ for general models in nonlinear elasticity, Comput. Methods Appl. Mech. Engrg. 1
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Protocol
+
 import numpy as np
 
-from fecontact.ancf.laws import InvertedError
-from fecontact.ancf.solid import AncfSolid, deformation_gradients
+from fecontact.ancf.laws import InvertedError, Law
+from fecontact.ancf.space import AncfSpace, GradientBatch, deformation_gradients
 from fecontact.common.arrays import Array
 
 #: Change of strain, relative to the largest strain, below which the second term of S* is rounding.
@@ -23,7 +26,30 @@ SMALLEST_CHANGE = 1e-6
 ROUNDED_CHANGE = 5e-6
 
 
-def forces_between(solid: AncfSolid, q0: Array, q1: Array) -> Array:
+class Elastic(Protocol):
+    """What a solid of bricks has to tell; see `solid.AncfSolid`."""
+
+    @property
+    def space(self) -> AncfSpace:
+        """Coordinates and functions."""
+
+    @property
+    def law(self) -> Law:
+        """Stress and energy of a deformation."""
+
+    @property
+    def lame(self) -> Array:
+        """First Lame constant of each cell."""
+
+    @property
+    def shear(self) -> Array:
+        """Shear modulus of each cell."""
+
+    def rules(self) -> list[tuple[Iterable[GradientBatch], float, float]]:
+        """Gauss rules, with the factors of lambda and mu in each."""
+
+
+def forces_between(solid: Elastic, q0: Array, q1: Array) -> Array:
     """Conserving elastic forces (n_dofs,) between coordinates q0 and q1.
 
     Raises

@@ -19,6 +19,9 @@ from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
 from fecontact.solvers import ComplementarityProblem, solve
 
+#: Coordinates up to which a dense solution is faster than a sparse one.
+SMALL = 300
+
 
 class UnstableError(FecontactError):
     """The tangent is not positive definite: the state is not a stable one, or the step was too long."""
@@ -60,6 +63,8 @@ def contact_step(
     >>> change.round(12).tolist(), forces.round(12).tolist()
     ([0.5, -0.5], [6.0])
     """
+    if not G.shape[0] and len(r) <= SMALL:
+        return _dense(K, r), np.zeros(0)
     try:
         return _solved(K, r, G, gap)
     except UnstableError:
@@ -76,6 +81,14 @@ def contact_step(
             return change, np.maximum(forces, 0.0)
         held &= ~opening  # an opening condition must not be added to K
     raise UnstableError("The tangent stiffness is not positive definite, even with the active contacts.")
+
+
+def _dense(K: sp.csr_matrix, r: Array) -> Array:
+    """K^-1 r of a few coordinates without contact."""
+    try:
+        return np.asarray(scipy.linalg.solve(K.toarray(), r, assume_a="pos", check_finite=False))
+    except np.linalg.LinAlgError as error:
+        raise UnstableError("The tangent stiffness is not positive definite.") from error
 
 
 def _solved(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tuple[Array, Array]:

@@ -13,10 +13,6 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, write_collection
 from fecontact.fem.stress import von_mises
-from fecontact.mesh.element.hexahedron import CORNERS, EDGES
-
-#: Corners and mid-sides of a cell, in VTK's order.
-NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])
 
 
 def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, times: Sequence[float]) -> Path:
@@ -54,19 +50,15 @@ def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, t
 
 def _mesh(a: Assembly, q: Array) -> meshio.Mesh:
     """Deformed cells of all solids with displacement and equivalent Cauchy stress."""
-    points, moved, stress, solid = [], [], [], []
-    for k, s in enumerate(a.solids):
-        n = len(s.space.corners)
-        cells, X = np.repeat(np.arange(n), 20), np.tile(NODES, (n, 1))
-        e = a.part(q, k)
-        x = s.space.points_at(e, cells, X)
-        points.append(x)
-        moved.append(x - s.space.points_at(s.space.q0, cells, X))
-        stress.append(s.cauchy_at(e, cells, X))
-        solid.append(np.full(n, k))
-    all_points = np.concatenate(points)
-    connectivity = np.arange(len(all_points)).reshape(-1, 20)
-    data = {"displacement": np.concatenate(moved), "von_mises": von_mises(np.concatenate(stress))}
+    drawn = [s.drawn(a.part(q, k)) for k, s in enumerate(a.solids)]
+    first = np.cumsum([0] + [len(d.points) for d in drawn])
+    data = {
+        "displacement": np.concatenate([d.points - d.start for d in drawn]),
+        "von_mises": von_mises(np.concatenate([d.stress for d in drawn])),
+    }
     return meshio.Mesh(
-        all_points, [("hexahedron20", connectivity)], point_data=data, cell_data={"body": [np.concatenate(solid)]}
+        np.concatenate([d.points for d in drawn]),
+        [(d.kind, d.cells + start) for d, start in zip(drawn, first, strict=False)],
+        point_data=data,
+        cell_data={"body": [np.full(len(d.cells), k) for k, d in enumerate(drawn)]},
     )

@@ -25,7 +25,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.conserving import forces_between
 from fecontact.ancf.newton import UnstableError, contact_step
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -141,7 +140,7 @@ class EnergyMomentum:
         for nit in range(1, MOST_ITERATIONS + 1):
             middle = (now.q + q) / 2
             internal = np.concatenate(
-                [forces_between(s, a.part(now.q, k), a.part(q, k)) for k, s in enumerate(a.solids)]
+                [s.forces_between(a.part(now.q, k), a.part(q, k)) for k, s in enumerate(a.solids)]
             )
             rest = load - internal - a.mass @ (2 / h**2 * (q - now.q - h * now.v))
             K = a.tangent(middle) / 2 + 2 / h**2 * a.mass

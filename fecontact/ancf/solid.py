@@ -19,15 +19,20 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from fecontact.ancf.conserving import forces_between
 from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.laws import InvertedError, Law, Response, StVenantKirchhoff
-from fecontact.ancf.space import BATCH, AncfSpace, GradientBatch
+from fecontact.ancf.member import Drawing
+from fecontact.ancf.space import BATCH, AncfSpace, GradientBatch, deformation_gradients
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness
 from fecontact.fem.model import materials_of_cells
+from fecontact.mesh.element.hexahedron import CORNERS, EDGES
 
+#: Corners and mid-sides of a cell, in VTK's order.
+NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])
 #: Bytes of shape functions cached between calls; larger models recompute them.
 KEPT_BYTES = 600_000_000
 
@@ -191,6 +196,55 @@ class AncfSolid:
                 "law that resists it (NeoHookean), or a finer mesh there."
             )
 
+    @property
+    def n_dofs(self) -> int:
+        """Number of coordinates."""
+        return self.space.n_dofs
+
+    @property
+    def q0(self) -> Array:
+        """Initial coordinates (n_dofs,)."""
+        return self.space.q0
+
+    @property
+    def extent(self) -> float:
+        """Largest extent of the mesh along an axis."""
+        return float(np.ptp(self.space.mesh.points, axis=0).max())
+
+    @cached_property
+    def scales(self) -> Array:
+        """Factors (n_dofs,) that turn changes of coordinates into lengths.
+
+        One for positions; for gradients the side of a cube of the mean volume of the cells, so that tolerances do not
+        depend on units.
+        """
+        each = np.full(self.space.n_functions, np.cbrt(self.space.volumes.mean()))
+        each[self.space.start] = 1.0
+        return np.repeat(each, 3)
+
+    @property
+    def rigid_modes(self) -> Array:
+        """Changes (n_dofs, 6) of the coordinates by the rigid motions about the middle of the mesh's points."""
+        return self.space.rigid_modes(self.space.mesh.points.mean(axis=0))
+
+    def translation(self, direction: Array) -> Array:
+        """Change (n_dofs,) of the coordinates by a translation (3,)."""
+        return self.space.affine(np.zeros((3, 3)), direction)
+
+    def forces_between(self, q0: Array, q1: Array) -> Array:
+        """Conserving elastic forces (n_dofs,), see `conserving.forces_between`."""
+        return forces_between(self, q0, q1)
+
+    def drawn(self, q: Array) -> Drawing:
+        """Every cell separately with twenty nodes, to show its curved edges."""
+        n = len(self.space.corners)
+        cells, X = np.repeat(np.arange(n), 20), np.tile(NODES, (n, 1))
+        connectivity = np.arange(20 * n).reshape(-1, 20)
+        start = self.space.points_at(self.space.q0, cells, X)
+        return Drawing(
+            "hexahedron20", start, self.space.points_at(q, cells, X), connectivity, self.cauchy_at(q, cells, X)
+        )
+
     def cauchy_at(self, q: Array, cells: IntArray, X: Array) -> Array:
         """Cauchy stress F S F^T / det F (n, 6) at material points, cell (n,) and reference coordinates X (n, 3).
 
@@ -310,14 +364,6 @@ class AncfSolid:
             return K
         T = sp.kron(self.space.joining, sp.eye_array(3), format="csr")
         return (T.T @ K @ T).tocsr()
-
-
-def deformation_gradients(e: Array, batch: GradientBatch) -> Array:
-    """F = dr/dX (n_cells, n_q, 3, 3) of coordinates e (n_cell_functions, 3)."""
-    n, n_q, n_functions, _ = batch.gradients.shape
-    G = batch.gradients.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q)
-    F = np.swapaxes(e[batch.functions], 1, 2) @ G
-    return np.ascontiguousarray(F.reshape(n, 3, n_q, 3).swapaxes(1, 2))
 
 
 def element_tangents(F: Array, response: Response, batch: GradientBatch) -> Array:

@@ -297,3 +297,11 @@ class AncfSpace:
             J = np.einsum("cai,cqaj->cqij", self._cell_q0[cells], self.reference_gradients(cells, dN), optimize=True)
             out[cells] = determinant_3x3(J) @ W
         return out
+
+
+def deformation_gradients(e: Array, batch: GradientBatch) -> Array:
+    """F = dr/dX (n_cells, n_q, 3, 3) of coordinates e (n_cell_functions, 3)."""
+    n, n_q, n_functions, _ = batch.gradients.shape
+    G = batch.gradients.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q)
+    F = np.swapaxes(e[batch.functions], 1, 2) @ G
+    return np.ascontiguousarray(F.reshape(n, 3, n_q, 3).swapaxes(1, 2))

@@ -29,6 +29,8 @@ from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
 
 MOST_ITERATIONS = 30
+#: Whole steps without a search, where there is no contact.
+MOST_WHOLE_STEPS = 15
 MOST_HALVINGS = 10
 #: Smallest load step, as a share of the whole load.
 SMALLEST_STEP = 1e-4
@@ -284,7 +286,10 @@ def check_supports(assembly: Assembly) -> None:
     """
     start = 0
     for k, solid in enumerate(assembly.solids):
-        modes = solid.space.rigid_modes(solid.space.mesh.points.mean(axis=0))
+        modes = solid.rigid_modes
+        size = np.linalg.norm(modes / assembly.lengths[start : start + len(modes), None], axis=0)
+        # a straight line does not turn about itself
+        modes = modes[:, size > 1e-12 * size.max()]
         modes = modes / np.linalg.norm(modes, axis=0)
         block = assembly.free[start : start + len(modes)]
         held = modes - block @ (block.T @ modes)
@@ -299,7 +304,23 @@ def check_supports(assembly: Assembly) -> None:
 
 
 def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, tolerance: float) -> State:
-    """Newton iterations at one level, from coordinates and contact forces of the previous level."""
+    """Newton iterations at one level, from coordinates and contact forces of the previous level.
+
+    Without contact whole steps are tried first: a slender member turns with little strain, and its energy rises on the
+    way, so that a search along the step would only shorten it. The tangent must be positive definite throughout.
+    """
+    if not stage.assembly.touches:
+        try:
+            return _iterated(stage, level, q, guess, tolerance, MOST_WHOLE_STEPS)
+        except (UnstableError, InvertedError):
+            pass
+    return _iterated(stage, level, q, guess, tolerance)
+
+
+def _iterated(
+    stage: Stage, level: float, q: Array, guess: Array | None, tolerance: float, whole_steps: int = 0
+) -> State:
+    """The iterations, with a search along each step unless a number of whole steps is given."""
     a = stage.assembly
     Z = a.free
     load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
@@ -309,7 +330,7 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
     conditions, internal = a.conditions(q), a.forces(q)
     forces = np.zeros(len(conditions.gap)) if guess is None else guess
     widths = np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
-    for nit in range(1, MOST_ITERATIONS + 1):
+    for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
         near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
         K = a.tangent(q)
         bend = a.curvature(conditions, forces)
@@ -322,7 +343,10 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
         forces = np.zeros(len(conditions.gap))
         forces[near] = pressing
         direction = jump + Z @ change
-        q = _searched(a, q, direction, load, internal, conditions, forces, bool(jump.any()))
+        if whole_steps:
+            q = q + direction
+        else:
+            q = _searched(a, q, direction, load, internal, conditions, forces, bool(jump.any()))
         jump = motion - (q - a.q0)
         jump = jump - Z @ (Z.T @ jump)
         jump[np.abs(a.lengths * jump) < 1e-14 * a.size] = 0.0
@@ -339,7 +363,7 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
             reactions = -(rest - Z @ (Z.T @ rest))
             each, residual = tuple(a.split(forces)), unbalanced / scale
             return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration)
-    raise UnstableError(f"Newton's iterations did not settle in {MOST_ITERATIONS} steps.")
+    raise UnstableError(f"Newton's iterations did not settle in {whole_steps or MOST_ITERATIONS} steps.")
 
 
 def _largest(a: Assembly, forces: Array) -> float:

@@ -1,0 +1,419 @@
+"""Slender structures by their sections: lines (cables and Bernoulli beams), strips, beams, plates.
+
+===============  ======================  =============================================================================
+`line`           12 coordinates, 8 flat  axis stretches and bends (Berzeri & Shabana, J. Sound Vib. 235, 2000)
+`strip`          18, 12 flat             planar beam that shears, continuum (Omar & Shabana 2001)
+`beam`           24                      continuum, or elastic line (A. L. Schwab & J. P. Meijaard, DETC 2005-85104)
+`plate`          36                      thin, Kirchhoff
+`thick_plate`    48                      continuum, or middle surface
+===============  ======================  =============================================================================
+
+Continuum elements take Green-Lagrange strains over their volume; bending couples with the strain across the section, so
+they are too stiff where Poisson's ratio is not zero (Poisson locking), and in bending by shear. The elastic line and
+the middle surface separate stretch, shear, bending and strains of the section, with shear integrated at fewer points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fecontact.ancf.slender import shapes
+from fecontact.ancf.slender.shapes import Shape
+from fecontact.ancf.slender.strains import LineCurvature, Measure, Products, Stretch, SurfaceCurvature, green_lagrange
+from fecontact.ancf.slender.structure import Part, Structure
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import among, lengths
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+#: Share of the rigidity of bending against a change of stretch along an element of a line; between 0.01 and 0.2 the
+#: elastica of the tests has the same error within a tenth, and the line does not lock.
+FREE_FORM = 0.1
+XX, YY, XY, XZ, YZ = (2, 0, 0), (0, 2, 0), (1, 1, 0), (1, 0, 1), (0, 1, 1)
+
+
+def _rule(nx: int, ny: int = 1, nz: int = 1, across: tuple[bool, bool] = (False, False)) -> tuple[Array, Array]:
+    """Gauss points (n, 3) and weights (n,) of the unit box; axes `across` run from -1/2 to 1/2."""
+    each = [np.polynomial.legendre.leggauss(n) for n in (nx, ny, nz)]
+    shift = (0.5, 0.0 if across[0] else 0.5, 0.0 if across[1] else 0.5)
+    axes = [x / 2 + s for (x, _), s in zip(each, shift, strict=True)]
+    if ny == 1 and across[0]:
+        axes[1] = np.zeros(1)
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    weights = np.einsum("i,j,k->ijk", *(w / 2 for _, w in each)).ravel()
+    return points, weights
+
+
+def straight(start: ArrayLike, end: ArrayLike, n: int) -> Array:
+    """Points (n + 1, 3) of n equal elements from start to end."""
+    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    return a + np.linspace(0, 1, n + 1)[:, None] * (b - a)
+
+
+def _axis(points: Array, tangents: ArrayLike | None) -> tuple[Array, IntArray, Array]:
+    """Unit tangents at the nodes, elements and their lengths along an axis of nodes in order."""
+    points = np.asarray(points, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
+        raise InputError(f"An axis needs two nodes or more, (n, 3); found an array {points.shape}.")
+    chords = np.diff(points, axis=0)
+    lengths_ = np.linalg.norm(chords, axis=1)
+    if not (lengths_ > 0).all():
+        raise InputError(f"Elements must have lengths; {(~(lengths_ > 0)).sum()} have none.")
+    if tangents is None:
+        if not np.allclose(np.cross(chords, chords[0]), 0.0, atol=1e-12 * lengths_.max() ** 2):
+            raise InputError("The axis is not straight: give the unit tangents at its nodes, tangents=.")
+        t = np.repeat(chords[:1] / lengths_[0], len(points), axis=0)
+    else:
+        t = np.asarray(tangents, dtype=float)
+        if t.shape != points.shape or not np.allclose(np.linalg.norm(t, axis=1), 1.0):
+            raise InputError(f"tangents must be unit vectors {points.shape}; found an array {t.shape}.")
+        # length of the cubic through both ends, by arcs: chord times angle over twice its sine
+        half = np.arccos(np.clip((t[1:] * t[:-1]).sum(axis=1), -1.0, 1.0)) / 2
+        lengths_ = lengths_ / np.sinc(half / np.pi)
+    return t, np.stack([np.arange(len(points) - 1), np.arange(1, len(points))], axis=1), lengths_
+
+
+def line(
+    points: ArrayLike,
+    *,
+    EA: float,
+    EI: float,
+    mass: float = 0.0,
+    tangents: ArrayLike | None = None,
+    measure: str = "turn",
+) -> Structure:
+    """A cable or Bernoulli beam along nodes in order, bending alike in all directions, without twist.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    EA, EI : float
+        Rigidities of stretch and bending.
+    mass : float
+        Per length.
+    tangents : (n, 3) array, optional
+        Unit tangents at the nodes of a curved axis, which is free of stress. It lies in the plane x, y and bends in it
+        only, for without twist it has no section to bend out of it.
+    measure : {'turn', 'geometric'}
+        'turn': strain |r'| - 1 and turn of the tangent per initial length. 'geometric': Green-Lagrange strain and the
+        curvature of the present axis (Shabana's book). They differ where the axis stretches.
+
+    Examples
+    --------
+    >>> cable = line(straight((0, 0, 0), (1, 0, 0), 4), EA=100.0, EI=1.0)
+    >>> cable.n_dofs
+    30
+    """
+    lengths(EA=EA, EI=EI)
+    among("measure", measure, ("turn", "geometric"))
+    nodes = np.asarray(points, dtype=float)
+    t, cells, size = _axis(nodes, tangents)
+    box = np.column_stack([size, np.ones((len(size), 2))])
+    two, four = _rule(2), _rule(4)
+    if tangents is not None and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
+        raise InputError("A curved line must lie in the plane x, y; take `beam` for a curve in space.")
+    bent = EI * (np.eye(3) if tangents is None else np.diag([0.0, 0.0, 1.0]))
+    stretch: Measure = Stretch() if measure == "turn" else green_lagrange((0,))
+    change = Products((((1.0, 0, 1),),), (0.0,))
+    parts = [
+        # a cubic axis can bend without stretch at two points only; the change of stretch, with the rigidity of bending,
+        # is what resists the form that they leave free, see `_elastic_line`
+        Part((X,), stretch, np.array([[EA]]), *two, size),
+        Part((X, XX), change, np.array([[FREE_FORM * EI]]), *four, size * _short(EI, EA, size)),
+        Part((X, XX), LineCurvature(2 if measure == "turn" else 3), bent, *four, size),
+    ]
+    points_of_mass, weights_of_mass = _rule(4)
+    inertia = (points_of_mass, mass * weights_of_mass, size)
+    return Structure(shapes.LINE, np.stack([nodes, t], axis=1), cells, box, parts, inertia)
+
+
+def _rigidities(material: Material, plane_stress: bool) -> tuple[Array, Array]:
+    """Hooke's law in space (6, 6), order xx yy zz xy xz yz, and in plane stress (3, 3), order xx yy xy."""
+    E, nu, G, lame = material.E, material.nu, material.shear_modulus, material.lame
+    D = np.zeros((6, 6))
+    D[:3, :3] = lame
+    D[range(6), range(6)] += [2 * G] * 3 + [G] * 3
+    flat = E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+    return D, flat
+
+
+def strip(points: ArrayLike, material: Material, *, width: float, height: float, approach: str = "line") -> Structure:
+    """A planar beam in the plane x, y that shears.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        Nodes of a straight axis, with z constant.
+    material : Material
+    width, height : float
+        The height lies in the plane.
+    approach : {'line', 'continuum'}
+        'line': elastic line. 'continuum': plane stress over the height, which locks.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> strip(straight((0, 0, 0), (1, 0, 0), 4), fc.Material(E=1.0, nu=0.3), width=0.1, height=0.1).n_dofs
+    45
+    """
+    lengths(width=width, height=height)
+    among("approach", approach, ("line", "continuum"))
+    nodes = np.asarray(points, dtype=float)
+    t, cells, size = _axis(nodes, None)
+    across = np.cross((0.0, 0.0, 1.0), t)
+    box = np.column_stack([size, np.full(len(size), height), np.ones(len(size))])
+    inside, weights = _rule(4, 2, across=(True, False))
+    volume = size * height * width
+    if approach == "continuum":
+        parts = [Part((X, Y), green_lagrange((0, 1)), _rigidities(material, True)[1], inside, weights, volume)]
+    else:
+        parts = _flat_line(material, width, height, size)
+    inertia = (inside, _density(material) * weights, volume)
+    return Structure(shapes.STRIP, np.stack([nodes, t, across], axis=1), cells, box, parts, inertia)
+
+
+def beam(
+    points: ArrayLike,
+    material: Material,
+    *,
+    width: float,
+    height: float,
+    up: ArrayLike = (0.0, 0.0, 1.0),
+    tangents: ArrayLike | None = None,
+    approach: str = "line",
+    torsion: float | None = None,
+) -> Structure:
+    """A beam of a rectangular section with three gradients at each node.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    material : Material
+    width, height : float
+        Along the section's y and z; z is `up` made normal to the axis.
+    up : (3,) array
+    tangents : (n, 3) array, optional
+        Of a curved axis; its section keeps `up`.
+    approach : {'line', 'continuum'}
+        'line': elastic line. 'continuum': Green-Lagrange strains over the volume, which locks.
+    torsion : float, optional
+        Torsion constant J; of the rectangle unless given.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> steel = fc.Material(E=210e3, nu=0.3)
+    >>> beam(straight((0, 0, 0), (100, 0, 0), 4), steel, width=5.0, height=10.0).n_dofs
+    60
+    """
+    lengths(width=width, height=height)
+    among("approach", approach, ("line", "continuum"))
+    nodes = np.asarray(points, dtype=float)
+    t, cells, size = _axis(nodes, tangents)
+    across = np.cross(np.asarray(up, dtype=float), t)
+    if (np.linalg.norm(across, axis=1) < 1e-6).any():
+        raise InputError(f"up = {tuple(np.ravel(up))} lies along the axis; give a direction across it.")
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    vectors = np.stack([nodes, t, across, np.cross(t, across)], axis=1)
+    box = np.column_stack([size, np.full(len(size), width), np.full(len(size), height)])
+    volume = size * width * height
+    inside, weights = _rule(4, 2, 2, across=(True, True))
+    inertia = (inside, _density(material) * weights, volume)
+    if approach == "continuum":
+        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), _rigidities(material, False)[0], inside, weights, volume)]
+    else:
+        J = rectangle_torsion(width, height) if torsion is None else torsion
+        parts = _elastic_line(material, width, height, J, size)
+    return Structure(shapes.BEAM, vectors, cells, box, parts, inertia)
+
+
+def rectangle_torsion(width: float, height: float) -> float:
+    """Torsion constant of a rectangle, by its series.
+
+    Source: S. P. Timoshenko & J. N. Goodier, Theory of Elasticity, section 109.
+
+    Examples
+    --------
+    >>> round(rectangle_torsion(1.0, 1.0), 4)
+    0.1406
+    """
+    short, long = sorted((width, height))
+    k = np.arange(1, 40, 2)
+    series = (np.tanh(k * np.pi * long / (2 * short)) / k**5).sum()
+    return float(long * short**3 / 3 * (1 - 192 * short / (np.pi**5 * long) * series))
+
+
+def _elastic_line(material: Material, width: float, height: float, J: float, size: Array) -> list[Part]:
+    """Stretch with strains of the section; shear at two points; bending and torsion by the section's gradients.
+
+    With a linear turn of the section and a cubic axis, shear at two points leaves the axis one free form in each
+    element. The change of shear along the axis resists it, with the rigidity of bending, so that the linear part of the
+    curvature counts, or that of shear where elements are short, so that it vanishes with them.
+    """
+    E, G, A = material.E, material.shear_modulus, width * height
+    shear_rigidity = 5 / 6 * G * A
+    one, two = _rule(3, across=(True, True)), _rule(2, across=(True, True))
+    # the section's strains have moduli of their own: nothing couples them to bending
+    section = Products((((0.5, 0, 0),), ((0.5, 1, 1),), ((0.5, 2, 2),), ((1.0, 1, 2),)), (0.5, 0.5, 0.5, 0.0))
+    shear = Products((((1.0, 0, 1),), ((1.0, 0, 2),)), (0.0, 0.0))
+    # of r_x, r_y, r_z, r_xy, r_xz
+    turns = Products((((1.0, 0, 3),), ((1.0, 0, 4),), ((0.5, 2, 3), (-0.5, 1, 4))), (0.0, 0.0, 0.0))
+    # of r_x, r_y, r_z, r_xx, r_xy, r_xz
+    change = Products((((1.0, 3, 1), (1.0, 0, 4)), ((1.0, 3, 2), (1.0, 0, 5))), (0.0, 0.0))
+    bending = E * A * np.array([width**2, height**2]) / 12
+    return [
+        Part((X, Y, Z), section, A * np.diag([E, E, E, G]), *one, size),
+        Part((X, Y, Z), shear, shear_rigidity * np.eye(2), *two, size),
+        Part((X, Y, Z, XY, XZ), turns, np.diag([*bending, G * J]), *two, size),
+        *(
+            Part(
+                (X, Y, Z, XX, XY, XZ),
+                change,
+                np.diag(b * (np.arange(2) == k)),
+                *one,
+                size * _short(b, shear_rigidity, size),
+            )
+            for k, b in enumerate(bending)
+        ),
+    ]
+
+
+def _flat_line(material: Material, width: float, height: float, size: Array) -> list[Part]:
+    """The elastic line in a plane, see `_elastic_line`."""
+    E, A, G = material.E, width * height, material.shear_modulus
+    one, two = _rule(3, across=(True, False)), _rule(2, across=(True, False))
+    section = Products((((0.5, 0, 0),), ((0.5, 1, 1),)), (0.5, 0.5))
+    shear, turn = Products((((1.0, 0, 1),),), (0.0,)), Products((((1.0, 0, 1),),), (0.0,))
+    change = Products((((1.0, 2, 1), (1.0, 0, 3)),), (0.0,))
+    bending = E * A * height**2 / 12
+    return [
+        Part((X, Y), section, A * E * np.eye(2), *one, size),
+        Part((X, Y), shear, 5 / 6 * G * A * np.eye(1), *two, size),
+        Part((X, XY), turn, bending * np.eye(1), *two, size),
+        Part((X, Y, XX, XY), change, bending * np.eye(1), *one, size * _short(bending, 5 / 6 * G * A, size)),
+    ]
+
+
+def _short(bending: float, shear: float, size: Array) -> Array:
+    """Share (n_elements,) of the bending rigidity against a change of shear within an element."""
+    return np.asarray(1 / (1 + 60 * bending / (shear * size**2)))
+
+
+def _density(material: Material) -> float:
+    return 0.0 if material.density is None else material.density
+
+
+def _plate(shape: Shape, corners: Array, divisions: tuple[int, int]) -> tuple[Array, IntArray, Array]:
+    """Vectors of the nodes, elements and their lengths of a rectangular plate from three corners (o, along x, y)."""
+    o, a, b = (np.asarray(c, dtype=float) for c in corners)
+    nx, ny = divisions
+    x, y = a - o, b - o
+    if abs(x @ y) > 1e-12 * np.linalg.norm(x) * np.linalg.norm(y):
+        raise InputError("The sides of a plate must be at right angles.")
+    i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
+    nodes = o + i.reshape(-1, 1) / nx * x + j.reshape(-1, 1) / ny * y
+    ex, ey = x / np.linalg.norm(x), y / np.linalg.norm(y)
+    axes = [ex, ey, np.cross(ex, ey)][: shape.per_node - 1]
+    vectors = np.stack([nodes, *(np.broadcast_to(e, nodes.shape) for e in axes)], axis=1)
+    first = (np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)).ravel()
+    cells = first[:, None] + np.array([0, ny + 1, ny + 2, 1])
+    box = np.tile([np.linalg.norm(x) / nx, np.linalg.norm(y) / ny, 1.0], (len(cells), 1))
+    return vectors, cells, box
+
+
+def plate(corners: Sequence[ArrayLike], divisions: tuple[int, int], material: Material, thickness: float) -> Structure:
+    """A thin rectangular plate (Kirchhoff), with two gradients at each node.
+
+    Parameters
+    ----------
+    corners : three points
+        A corner and its neighbours along x and y.
+    divisions : (int, int)
+    material : Material
+    thickness : float
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> plate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], (2, 2), fc.Material(E=1.0, nu=0.3), 0.01).n_dofs
+    81
+    """
+    lengths(thickness=thickness)
+    vectors, cells, box = _plate(shapes.PLATE, np.asarray(corners, dtype=float), divisions)
+    area = box[:, 0] * box[:, 1]
+    inside, weights = _rule(4, 4)
+    inertia = (inside, _density(material) * thickness * weights, area)
+    parts = _thin(material, thickness, (inside, weights), area)
+    return Structure(shapes.PLATE, vectors, cells, box, parts, inertia)
+
+
+def thick_plate(
+    corners: Sequence[ArrayLike],
+    divisions: tuple[int, int],
+    material: Material,
+    thickness: float,
+    approach: str = "surface",
+) -> Structure:
+    """A rectangular plate with three gradients at each node.
+
+    Parameters
+    ----------
+    corners, divisions, material, thickness
+        As for `plate`.
+    approach : {'surface', 'continuum'}
+        'surface': thin, with a gradient across of its own. 'continuum': Green-Lagrange strains over the volume,
+        which locks.
+    """
+    lengths(thickness=thickness)
+    among("approach", approach, ("surface", "continuum"))
+    vectors, cells, box = _plate(shapes.THICK_PLATE, np.asarray(corners, dtype=float), divisions)
+    box[:, 2] = thickness
+    area = box[:, 0] * box[:, 1]
+    solid, weights = _rule(4, 4, 2, across=(False, True))
+    inertia = (solid, _density(material) * weights, area * thickness)
+    if approach == "continuum":
+        D = _rigidities(material, False)[0]
+        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), D, solid, weights, area * thickness)]
+    else:
+        parts = _middle_surface(material, thickness, area)
+    return Structure(shapes.THICK_PLATE, vectors, cells, box, parts, inertia)
+
+
+def _middle_surface(material: Material, thickness: float, area: Array) -> list[Part]:
+    """A thin plate's parts, the strain of the gradient across, and its shear against the middle surface.
+
+    The gradient across is bilinear and the surface's normal is not, so that their shear is taken in the middle of an
+    element; its change within the element is resisted with the rigidity of bending, so that nothing locks.
+    """
+    flat = _rigidities(material, True)[1]
+    four, middle = _rule(4, 4, across=(False, True)), _rule(1, 1, across=(False, True))
+    for rule in (four, middle):
+        rule[0][:, 2] = 0.0
+    thin = _thin(material, thickness, four, area)
+    stretch = Products((((0.5, 0, 0),),), (0.5,))
+    shear = Products((((1.0, 0, 2),), ((1.0, 1, 2),)), (0.0, 0.0))
+    # of r_x, r_y, r_z, r_xx, r_yy, r_xy, r_xz, r_yz
+    change = Products(
+        (((1.0, 3, 2), (1.0, 0, 6)), ((1.0, 4, 2), (1.0, 1, 7)), ((2.0, 5, 2), (1.0, 0, 7), (1.0, 1, 6))),
+        (0.0, 0.0, 0.0),
+    )
+    sheared = 5 / 6 * thickness * material.shear_modulus
+    return [
+        *thin,
+        Part((Z,), stretch, thickness * material.E * np.eye(1), *four, area),
+        Part((X, Y, Z), shear, sheared * np.eye(2), *middle, area),
+        Part((X, Y, Z, XX, YY, XY, XZ, YZ), change, thickness**3 / 12 * flat, *four, area),
+    ]
+
+
+def _thin(material: Material, thickness: float, rule: tuple[Array, Array], area: Array) -> list[Part]:
+    """Membrane and Kirchhoff's bending of a middle surface."""
+    flat = _rigidities(material, True)[1]
+    return [
+        Part((X, Y), green_lagrange((0, 1)), thickness * flat, *rule, area),
+        Part((X, Y, XX, YY, XY), SurfaceCurvature(), thickness**3 / 12 * flat, *rule, area),
+    ]

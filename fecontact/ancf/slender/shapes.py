@@ -1,0 +1,110 @@
+"""Shape functions of slender elements: polynomials fixed by positions and gradients at the nodes.
+
+An element is a box of the lengths (lx, ly, lz) in its own axes. Its functions span a list of monomials; the coordinates
+at each node are the position and some of the gradients dr/dx, dr/dy, dr/dz. The inverse of the values of the monomials
+at the nodes gives the functions, once for the unit box; lengths scale them.
+
+Sources: A. A. Shabana, Computational Continuum Mechanics, sections 5.7 to 5.12; for the planar beam of 12 coordinates
+M. A. Omar & A. A. Shabana, J. Sound Vib. 243 (2001); for the plate A. Adini & R. W. Clough (1961).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fecontact.common.arrays import Array
+
+Order = tuple[int, int, int]
+
+_CUBIC = ((0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0))
+_ADINI = tuple((i, j, 0) for i in range(4) for j in range(4) if i + j < 4 or (i, j) in ((3, 1), (1, 3)))
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Polynomials of an element.
+
+    Attributes
+    ----------
+    name : str
+    powers : tuple of (int, int, int)
+        Monomials x^i y^j z^k.
+    nodes : tuple of (float, float, float)
+        In the unit box; across a beam or plate its axis or middle surface is at zero.
+    gradients : tuple of int
+        Directions of the gradients that are coordinates of a node.
+
+    Examples
+    --------
+    >>> [(s.name, 3 * s.n_functions) for s in (LINE, PLATE)]
+    [('line', 12), ('plate', 36)]
+    """
+
+    name: str
+    powers: tuple[Order, ...]
+    nodes: tuple[tuple[float, float, float], ...]
+    gradients: tuple[int, ...]
+
+    @property
+    def per_node(self) -> int:
+        """Vectors of coordinates at a node."""
+        return 1 + len(self.gradients)
+
+    @property
+    def n_functions(self) -> int:
+        """Functions of an element; three coordinates each."""
+        return len(self.nodes) * self.per_node
+
+    def _monomials(self, points: Array, order: Order) -> Array:
+        """Derivatives (n, n_powers) of the monomials at points (n, 3) of the unit box."""
+        columns = []
+        for powers in self.powers:
+            column = np.ones(len(points))
+            for x, p, d in zip(points.T, powers, order, strict=True):
+                column = column * (math.perm(p, d) * x ** max(p - d, 0))
+            columns.append(column)
+        return np.stack(columns, axis=1)
+
+    @cached_property
+    def _coefficients(self) -> Array:
+        """Monomials' coefficients (n_powers, n_functions)."""
+        places = np.array(self.nodes, dtype=float)
+        orders = [(0, 0, 0), *(tuple(int(k == d) for k in range(3)) for d in self.gradients)]
+        rows = np.stack([self._monomials(places, o) for o in orders], axis=1)  # type: ignore[arg-type]
+        return np.asarray(np.linalg.inv(rows.reshape(self.n_functions, -1)), dtype=float)
+
+    def functions(self, lengths: Array, points: Array, order: Order = (0, 0, 0)) -> Array:
+        """Derivatives (n_elements, n_points, n_functions) of the functions along the element's axes.
+
+        Parameters
+        ----------
+        lengths : (n_elements, 3) array
+        points : (n_points, 3) array
+            In the unit box.
+        order : (int, int, int)
+            Number of derivatives along each axis.
+        """
+        unit = self._monomials(points, order) @ self._coefficients
+        scale = np.ones((len(lengths), self.n_functions))
+        for k, d in enumerate(self.gradients):
+            scale[:, k + 1 :: self.per_node] = lengths[:, [d]]
+        return np.asarray(unit[None] * (scale / np.prod(lengths ** np.array(order), axis=1)[:, None])[:, None])
+
+
+_ENDS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+_CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0))
+
+#: Cable and Bernoulli beam, 12 coordinates (8 in a plane): r and dr/dx at two nodes.
+LINE = Shape("line", _CUBIC, _ENDS, (0,))
+#: Planar beam that shears, 18 coordinates (12 in its plane).
+STRIP = Shape("strip", (*_CUBIC, (0, 1, 0), (1, 1, 0)), _ENDS, (0, 1))
+#: Beam with three gradients, 24 coordinates.
+BEAM = Shape("beam", (*_CUBIC, (0, 1, 0), (1, 1, 0), (0, 0, 1), (1, 0, 1)), _ENDS, (0, 1, 2))
+#: Thin plate, 36 coordinates.
+PLATE = Shape("plate", _ADINI, _CORNERS, (0, 1))
+#: Plate with three gradients, 48 coordinates.
+THICK_PLATE = Shape("thick plate", (*_ADINI, (0, 0, 1), (1, 0, 1), (0, 1, 1), (1, 1, 1)), _CORNERS, (0, 1, 2))

@@ -1,0 +1,309 @@
+"""Structures of slender elements: coordinates, energy, forces, tangent and constant mass.
+
+Coordinates are numbered by node: its position, then its gradients, three components each. All elements of a structure
+are of one shape. An element's energy is a sum of parts, each with its strain measure, rigidities and quadrature, so
+that a part can be integrated at fewer points against locking.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.ancf.member import Drawing
+from fecontact.ancf.slender.shapes import Order, Shape
+from fecontact.ancf.slender.strains import Measure
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+
+#: Gauss points of the step between two states, see `Structure.forces_between`.
+BETWEEN = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of the energy of every element.
+
+    Attributes
+    ----------
+    orders : tuple of (int, int, int)
+        Derivatives of the position that the measure takes.
+    measure : Measure
+    rigidity : (m, m) array
+        Stress resultants of strains, per unit of `size`.
+    points, weights : (n_q, 3) and (n_q,) arrays
+        Quadrature on the unit box.
+    size : (n_elements,) array
+        Length, area or volume of each element.
+    """
+
+    orders: tuple[Order, ...]
+    measure: Measure
+    rigidity: Array
+    points: Array
+    weights: Array
+    size: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """Elements of one shape, joined at their nodes.
+
+    Parameters
+    ----------
+    shape : Shape
+    vectors : (n_nodes, per_node, 3) array
+        Initial position and gradients of each node.
+    cells : (n_elements, n) int array
+        Nodes of each element.
+    lengths : (n_elements, 3) array
+        Of each element along its own axes.
+    parts : sequence of Part
+    inertia : (points, weights, size)
+        Quadrature of the mass: weights include the density.
+    moments : tuple of (int, float)
+        Moments about z on nodes of a flat structure, which turn their first gradients: energy -M times the angle, which
+        is followed from node to node, so that it may exceed a full turn.
+
+    Raises
+    ------
+    InputError
+        For shapes that do not fit.
+    """
+
+    shape: Shape
+    vectors: Array
+    cells: IntArray
+    lengths: Array
+    parts: Sequence[Part]
+    inertia: tuple[Array, Array, Array]
+    moments: tuple[tuple[int, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.vectors.shape[1:] != (self.shape.per_node, 3) or not np.isfinite(self.vectors).all():
+            raise InputError(
+                f"A node of a {self.shape.name} has {self.shape.per_node} vectors of three finite numbers; found an "
+                f"array {self.vectors.shape}."
+            )
+
+    @property
+    def n_dofs(self) -> int:
+        """Coordinates."""
+        return self.vectors.size
+
+    @property
+    def q0(self) -> Array:
+        """Initial coordinates (n_dofs,)."""
+        return self.vectors.ravel()
+
+    def positions(self, q: Array) -> Array:
+        """Nodes (n_nodes, 3)."""
+        return q.reshape(self.vectors.shape)[:, 0]
+
+    def gradients(self, q: Array) -> Array:
+        """Gradients (n_nodes, n, 3)."""
+        return q.reshape(self.vectors.shape)[:, 1:]
+
+    @property
+    def extent(self) -> float:
+        """Largest extent of its nodes."""
+        return float(np.ptp(self.vectors[:, 0], axis=0).max())
+
+    @cached_property
+    def scales(self) -> Array:
+        """Factors (n_dofs,) that turn changes of coordinates into lengths: one, and an element's length."""
+        each = np.full(self.vectors.shape, self.lengths[:, 0].mean())
+        each[:, 0] = 1.0
+        return each.ravel()
+
+    def translation(self, direction: Array) -> Array:
+        """Change (n_dofs,) of the coordinates by a translation (3,)."""
+        out = np.zeros(self.vectors.shape)
+        out[:, 0] = direction
+        return out.ravel()
+
+    def turn(self, axis: Array, point: Array) -> Array:
+        """Change (n_dofs,) of the initial coordinates by a small turn about an axis (3,) through a point (3,)."""
+        arms = self.vectors.copy()
+        arms[:, 0] -= point
+        return np.cross(axis, arms).ravel()
+
+    @property
+    def rigid_modes(self) -> Array:
+        """Changes (n_dofs, 6) by the rigid motions about the middle of the nodes."""
+        middle, axes = self.vectors[:, 0].mean(axis=0), np.eye(3)
+        return np.stack([*map(self.translation, axes), *(self.turn(e, middle) for e in axes)], axis=1)
+
+    @cached_property
+    def functions(self) -> IntArray:
+        """Numbers (n_elements, n_functions) of each element's vectors of coordinates."""
+        k = self.shape.per_node
+        return (k * self.cells[:, :, None] + np.arange(k)).reshape(len(self.cells), -1)
+
+    @cached_property
+    def _derivatives(self) -> list[Array]:
+        """Of each part (n_elements, n_q * n_g, n_functions)."""
+        out = []
+        for part in self.parts:
+            each = [self.shape.functions(self.lengths, part.points, order) for order in part.orders]
+            out.append(np.stack(each, axis=2).reshape(len(self.cells), -1, self.shape.n_functions))
+        return out
+
+    @cached_property
+    def _initial(self) -> list[Array]:
+        """Strains of each part in the initial shape, which is free of stress."""
+        return [p.measure.strain(self._fields(self.q0, k)) for k, p in enumerate(self.parts)]
+
+    def _fields(self, q: Array, k: int) -> Array:
+        """Derivatives (n_elements, n_q, n_g, 3) of part k."""
+        part = self.parts[k]
+        fields = self._derivatives[k] @ q.reshape(-1, 3)[self.functions]
+        return np.asarray(fields.reshape(len(self.cells), len(part.points), len(part.orders), 3))
+
+    def strains(self, q: Array, k: int) -> Array:
+        """Strains (n_elements, n_q, m) of part k."""
+        return self.parts[k].measure.strain(self._fields(q, k)) - self._initial[k]
+
+    def energy(self, q: Array) -> float:
+        """Strain energy."""
+        total = 0.0
+        for k, part in enumerate(self.parts):
+            e = self.strains(q, k)
+            total += float((self._weights(part) * (e @ part.rigidity * e).sum(axis=2)).sum()) / 2
+        if self.moments:
+            angles = self.angles(q)
+            total -= sum(moment * float(angles[node]) for node, moment in self.moments)
+        return total
+
+    def angles(self, q: Array) -> Array:
+        """Angles (n_nodes,) of the first gradients in the plane x, y, followed from node to node."""
+        t = self.gradients(q)[:, 0]
+        return np.asarray(np.unwrap(np.arctan2(t[:, 1], t[:, 0])))
+
+    def turned(self, moments: tuple[tuple[int, float], ...]) -> Self:
+        """The same structure under other moments."""
+        return replace(self, moments=moments)
+
+    def _of_moments(self, q: Array) -> tuple[IntArray, Array, Array]:
+        """Places (n, 2) of the coordinates that moments turn, and the first and second derivatives of their energy."""
+        nodes = np.array([node % len(self.vectors) for node, _ in self.moments], dtype=np.int64)
+        size = np.array([moment for _, moment in self.moments])
+        x, y = self.gradients(q)[nodes, 0, :2].T
+        s = x * x + y * y
+        first = -size / s * np.stack([-y, x])
+        mixed = (y * y - x * x) / s**2
+        second = -size * np.array([[2 * x * y / s**2, mixed], [mixed, -2 * x * y / s**2]])
+        return 3 * (self.shape.per_node * nodes[:, None] + 1) + np.arange(2), first.T, np.moveaxis(second, 2, 0)
+
+    @staticmethod
+    def _weights(part: Part) -> Array:
+        return part.size[:, None] * part.weights
+
+    def forces(self, q: Array) -> Array:
+        """Elastic forces (n_dofs,), the gradient of the energy."""
+        total = np.zeros((len(self.cells), self.shape.n_functions, 3))
+        for k, part in enumerate(self.parts):
+            g = self._fields(q, k)
+            stress = (part.measure.strain(g) - self._initial[k]) @ part.rigidity * self._weights(part)[..., None]
+            J = part.measure.first(g)
+            along = stress[:, :, None, :] @ J.reshape(*J.shape[:3], -1)
+            total += np.swapaxes(self._derivatives[k], 1, 2) @ along.reshape(len(self.cells), -1, 3)
+        out = self._gathered(total)
+        if self.moments:
+            places, first, _ = self._of_moments(q)
+            np.add.at(out, places, first)
+        return out
+
+    def tangent(self, q: Array) -> sp.csr_matrix:
+        """Derivative (n_dofs, n_dofs) of the elastic forces."""
+        n, width = len(self.cells), 3 * self.shape.n_functions
+        total = np.zeros((n, width, width))
+        for k, part in enumerate(self.parts):
+            g = self._fields(q, k)
+            w = self._weights(part)[..., None]
+            stress = (part.measure.strain(g) - self._initial[k]) @ part.rigidity * w
+            J = part.measure.first(g).reshape(n, len(part.points), len(part.rigidity), -1)
+            inner = np.swapaxes(J, 2, 3) @ (part.rigidity @ J * w[..., None])
+            inner += part.measure.second(g, stress).reshape(inner.shape)
+            B = self._by_component[k]
+            total += (np.swapaxes(B, 2, 3) @ inner @ B).sum(axis=1)
+        K = self._summed(total)
+        if self.moments:
+            places, _, second = self._of_moments(q)
+            rows, columns = places[:, :, None].repeat(2, axis=2), places[:, None, :].repeat(2, axis=1)
+            K = K + sp.csr_matrix((second.ravel(), (rows.ravel(), columns.ravel())), shape=K.shape)
+        return sp.csr_matrix(K)
+
+    @cached_property
+    def _by_component(self) -> list[Array]:
+        """Derivatives of each part for all components (n_elements, n_q, 3 n_g, 3 n_functions)."""
+        out, n = [], self.shape.n_functions
+        for part, derivatives in zip(self.parts, self._derivatives, strict=True):
+            B = derivatives.reshape(len(self.cells), len(part.points), len(part.orders), 1, n, 1)
+            wide = B * np.eye(3)[:, None, :]
+            out.append(wide.reshape(len(self.cells), len(part.points), 3 * len(part.orders), 3 * n))
+        return out
+
+    @cached_property
+    def _pattern(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Sparsity of the tangent: row pointers, columns, and the place of every entry of the elements' matrices."""
+        dofs = (3 * self.functions[:, :, None] + np.arange(3)).reshape(len(self.cells), -1)
+        keys, place = np.unique(dofs[:, :, None] * self.n_dofs + dofs[:, None, :], return_inverse=True)
+        rows, columns = np.divmod(keys, self.n_dofs)
+        return np.searchsorted(rows, np.arange(self.n_dofs + 1)), columns, place.ravel()
+
+    def _summed(self, blocks: Array) -> sp.csr_matrix:
+        pointer, columns, place = self._pattern
+        data = np.bincount(place, blocks.ravel(), minlength=len(columns))
+        return sp.csr_matrix((data, columns, pointer), shape=(self.n_dofs, self.n_dofs))
+
+    def _gathered(self, nodal: Array) -> Array:
+        """Sum (n_dofs,) of the elements' vectors (n_elements, n_functions, 3)."""
+        numbers = self.functions.ravel()
+        flat = nodal.reshape(-1, 3)
+        each = [np.bincount(numbers, c, self.n_dofs // 3) for c in flat.T]
+        return np.stack(each, axis=1).astype(float).ravel()
+
+    @cached_property
+    def mass(self) -> sp.csr_matrix:
+        """Consistent mass (n_dofs, n_dofs), constant in any motion."""
+        points, weights, size = self.inertia
+        S = self.shape.functions(self.lengths, points)
+        blocks = np.einsum("q,e,eqa,eqb->eab", weights, size, S, S, optimize=True)
+        whole = np.einsum("eab,xy->eaxby", blocks, np.eye(3))
+        return self._summed(whole)
+
+    def forces_between(self, q0: Array, q1: Array) -> Array:
+        """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy.
+
+        Their mean over the straight step, by Gauss points: the energy is conserved to the sixth power of the strains of
+        a step. Source: the average vector field of R. I. McLachlan, G. R. W. Quispel & N. Robidoux, Phil. Trans. R.
+        Soc. A 357 (1999).
+        """
+        x, w = np.polynomial.legendre.leggauss(BETWEEN)
+        each = [wk / 2 * self.forces(q0 + (1 + xk) / 2 * (q1 - q0)) for xk, wk in zip(x, w, strict=True)]
+        return np.sum(each, axis=0, dtype=float)
+
+    def check_inverted(self, q: Array) -> None:
+        """Slender elements have no volume to turn inside out."""
+
+    def drawn(self, q: Array) -> Drawing:
+        """Nine points along the axis of every element; the corners of plates."""
+        if len(self.shape.nodes) > 2:
+            at, now = self.vectors[:, 0], self.positions(q)
+            return Drawing("quad", at, now, self.cells, np.zeros((len(at), 6)))
+        start, now = self.points(self.q0), self.points(q)
+        number = np.arange(start.shape[0] * start.shape[1]).reshape(start.shape[:2])
+        lines = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1)
+        return Drawing("line", start.reshape(-1, 3), now.reshape(-1, 3), lines, np.zeros((number.size, 6)))
+
+    def points(self, q: Array, n: int = 9) -> Array:
+        """Points (n_elements, n, 3) along the axis of every element, or the edge y = 0 of a plate."""
+        x = np.zeros((n, 3))
+        x[:, 0] = np.linspace(0, 1, n)
+        return np.asarray(self.shape.functions(self.lengths, x) @ q.reshape(-1, 3)[self.functions])
