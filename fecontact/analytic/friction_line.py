@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.analytic._contact import Tabulated
+from fecontact.analytic._frictional import Frictional
 from fecontact.analytic._functions import trough_gap
 from fecontact.analytic.hertz_line import LineContact
 from fecontact.common import checks
@@ -17,7 +17,7 @@ from fecontact.common.errors import InputError
 
 
 @dataclass(frozen=True)
-class _PartialSlip(Tabulated):
+class _PartialSlip(Frictional[LineContact]):
     """A line contact with a stick zone of half-width `c`; traction on the second body along the force on the first.
 
     Parameters
@@ -32,20 +32,8 @@ class _PartialSlip(Tabulated):
         Half-width of the zone of stick, a (1 - Q'/(mu P'))^(1/2).
     """
 
-    contact: LineContact
-    friction: float
     tangential: float
     c: float
-
-    @property
-    def force(self) -> float:
-        """Normal force P' per length."""
-        return self.contact.force
-
-    @property
-    def a(self) -> float:
-        """Half-width of the contact."""
-        return self.contact.a
 
     @property
     def centre(self) -> float:

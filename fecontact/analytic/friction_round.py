@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.analytic import disc
-from fecontact.analytic._contact import Tabulated
+from fecontact.analytic._frictional import Frictional
 from fecontact.analytic._functions import arctan_defect
 from fecontact.analytic.hertz_circle import CircularContact
 from fecontact.common import checks
@@ -18,7 +18,7 @@ from fecontact.common.errors import InputError
 
 
 @dataclass(frozen=True)
-class RoundSlip(Tabulated):
+class RoundSlip(Frictional[CircularContact]):
     """Circular contact under a constant normal force and a tangential force that grew from zero; made by `mindlin`.
 
     The traction acts on the second body along the force that pushes the first one. The slip is that of the second
@@ -62,8 +62,6 @@ class RoundSlip(Tabulated):
       energy per cycle      W   0.0020837
     """
 
-    contact: CircularContact
-    friction: float
     tangential: float
     c: float
     shift: float
@@ -80,16 +78,6 @@ class RoundSlip(Tabulated):
         ("tangential stiffness", "kt", "stiffness"),
         ("energy per cycle", "W", "cycle_energy"),
     )
-
-    @property
-    def force(self) -> float:
-        """Normal force P."""
-        return self.contact.force
-
-    @property
-    def a(self) -> float:
-        """Radius of the contact."""
-        return self.contact.a
 
     @property
     def stiffness(self) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
 
-from fecontact.analytic._contact import Tabulated
+from fecontact.analytic._frictional import Frictional
 from fecontact.analytic._quadrature import double_exponential
 from fecontact.analytic.hertz_circle import CircularContact
 from fecontact.common import checks
@@ -22,7 +22,7 @@ LEAST = 1e-60
 
 
 @dataclass(frozen=True)
-class TorsionSlip(Tabulated):
+class TorsionSlip(Frictional[CircularContact]):
     """Circular contact under a constant normal force and a torque about the normal that grew from zero.
 
     Made by `lubkin`.
@@ -63,8 +63,6 @@ class TorsionSlip(Tabulated):
       rotation         theta  0.00208967
     """
 
-    contact: CircularContact
-    friction: float
     torque: float
     c: float
     rotation: float
@@ -80,16 +78,6 @@ class TorsionSlip(Tabulated):
         ("stick radius", "c", "c"),
         ("rotation", "theta", "rotation"),
     )
-
-    @property
-    def force(self) -> float:
-        """Normal force P."""
-        return self.contact.force
-
-    @property
-    def a(self) -> float:
-        """Radius of the contact."""
-        return self.contact.a
 
     @property
     def greatest_torque(self) -> float:
