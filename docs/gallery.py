@@ -21,6 +21,7 @@ SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     ("scene_file", (), ()),
     ("shrink_fit", (), ("shrink_fit",)),
     ("partial_slip", (), ("partial_slip", "partial_slip_loop")),
+    ("press_fit_torque", (), ("press_fit_torque",)),
     ("bracket", (), ("bracket_hex20",)),
     ("knee", (), ("knee_0", "knee_60")),
     ("knee", ("menisci",), ("knee_0_menisci",)),

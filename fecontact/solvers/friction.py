@@ -37,6 +37,9 @@ ATTEMPTS = 3
 NEARLY_ROUGH = 10.0
 """Coefficient of friction whose solution is the start for an infinite one."""
 
+NEARLY = 1e-3
+"""Relative distance from the rims of all cones at which an iterate that does not converge is said to slide."""
+
 FIRST_SWEEPS = 1e-3
 """Relative change of forces to which the first sweeps converge."""
 
@@ -87,10 +90,22 @@ def solve_friction(
             return replace(found, status=status, message="solved")
         best = found if best is None or found.residuals.worst < best.residuals.worst else best
     assert best is not None
+    advice = "Take smaller load steps; with much friction there may be no solution or several."
+    if given.F.any() and _slides(best):
+        advice = (
+            "All that touches slides, and no pressures are found under which friction holds the load: reduce the load, "
+            "or prescribe the motion along it."
+        )
     raise SolverError(
         f"No certified answer of the problem with friction: {best.message} ({best.residuals}; tolerance "
-        f"{tolerance:.0e}). Take smaller load steps; with much friction there may be no solution or several."
+        f"{tolerance:.0e}). {advice}"
     )
+
+
+def _slides(found: FrictionSolution) -> bool:
+    """Whether all touching points are on the rim of their cones, or nearly."""
+    size, limit = np.linalg.norm(found.tangential, axis=1), found.problem.limit(found.forces)
+    return bool(found.touching.any() and (size >= (1 - NEARLY) * limit)[found.touching].all())
 
 
 def _starts(

@@ -62,6 +62,15 @@ def test_partial_slip(tmp_path):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
+def test_press_fit_torque(tmp_path):
+    figures = load("press_fit_torque").main(n=2, out=tmp_path)
+    # two cells through the wall err by 1e-3 in the pressure
+    assert abs(figures["torque at slip"] / figures["by Lame's pressure"] - 1) < 2e-3
+    assert figures["slip under 0.98 of it, a share of the last turn's"] < 1e-9
+    assert figures["largest residual"] < 1e-10
+    assert (tmp_path / "press_fit_torque.png").stat().st_size > 10_000
+
+
 def test_plain_faces(tmp_path):
     errors = load("plain_faces").main(level=1, out=tmp_path)
     assert abs(errors["midface"]) < 0.035

@@ -153,6 +153,15 @@ def test_a_drag_beyond_friction_is_refused_with_the_friction_that_holds() -> Non
     assert solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3101]))).success
 
 
+def test_a_drag_that_no_pressures_found_can_hold_is_told() -> None:
+    """A point pressed in by 1 with unit compliance holds 0.3; the load of 0.31 is within a cone, but not this one's."""
+    rows = ComplementarityProblem(np.eye(2), np.array([-1.0, 0.0]), np.array([[0.0, 1.0]]), np.array([0.31]))
+    with pytest.raises(SolverError, match="All that touches slides"):
+        solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3])))
+    held = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.32]))
+    assert solve_friction(held).tangential[0, 0] == pytest.approx(0.31, rel=1e-12)
+
+
 def test_no_friction_holds_a_pull() -> None:
     rows = ComplementarityProblem(np.eye(2), np.zeros(2), np.eye(2), np.array([-1.0, 0.1]))
     with pytest.raises(InfeasibleLoadError, match="No friction would hold it"):
