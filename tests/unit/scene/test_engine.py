@@ -15,6 +15,7 @@ from fecontact.app.cli import main
 from fecontact.common.errors import FecontactError, InputError, MissingPackageError
 from fecontact.fem.petsc.job import interpreter
 from fecontact.mesh.refine import refined, touching
+from fecontact.scene.cost import explain
 
 
 def has_petsc():
@@ -141,6 +142,24 @@ def test_what_the_engine_does_not_offer_is_refused(steel):
         fc.Scene(rigid, [], springs=[fc.Spring(1.0, (rigid[0], (0, 0, 0)), (rigid[1], (0, 0, 0)))]).solve(
             engine="petsc"
         )
+
+
+def test_explain_tells_of_the_engine_where_a_model_is_large(monkeypatch):
+    _, _, ball, scene = ball_between_blocks()
+    loads = {"forces": {ball: (0.0, 0.0, -0.02)}}
+    assert explain(scene, loads).engine == ""
+    assert "Engine:" not in str(explain(scene, loads))
+    monkeypatch.setattr("fecontact.scene.engine.WORTHWHILE", 900)
+    assert "Engine:    backend='amg' of the bodies needs less memory" in str(explain(scene, loads))
+    rough = fc.Scene(scene.bodies, [replace(scene.contacts[0], friction=0.3), scene.contacts[1]])
+    assert explain(rough, loads).engine == "own: a contact has friction"
+
+
+def test_cases_of_a_scene_file_have_the_own_engine(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE.replace("finite_motion = false", 'engine = "petsc"') + '[[cases]]\nname = "one"\n')
+    with pytest.raises(InputError, match="is a sweep, which has the engine 'own' only"):
+        fc.read_scene(path)
 
 
 def test_what_is_missing_is_named(monkeypatch, tmp_path):
