@@ -35,7 +35,8 @@ from fecontact.fem.petsc.parts import layout, write_parts
 
 #: What a process runs: the package is found where this one is, without other packages of its environment.
 START = (
-    "import sys, types; p = types.ModuleType('fecontact'); p.__path__ = [sys.argv.pop(1)]; "
+    "import sys, types; sys.path[:] = filter(None, sys.path); "
+    "p = types.ModuleType('fecontact'); p.__path__ = [sys.argv.pop(1)]; "
     "sys.modules['fecontact'] = p; from fecontact.fem.petsc.__main__ import main; main()"
 )
 #: Seconds between looks at whether the processes still run.
@@ -73,7 +74,7 @@ class Job:
     """
 
     def __init__(self, models: Sequence[Model], n_ranks: int) -> None:
-        command = [*_launcher(), "-n", str(n_ranks), *interpreter(), "-P", "-c", START, _package()]
+        command = [*_launcher(), "-n", str(n_ranks), *interpreter(), "-c", START, _package()]
         self.n_ranks = n_ranks
         self._folder = tempfile.TemporaryDirectory(prefix="fecontact-")
         folder = Path(self._folder.name)
