@@ -115,9 +115,9 @@ class LocalBody(OnMesh):
         for key, value in {**fields, "pose": body.pose, "shared": {}}.items():
             object.__setattr__(self, key, value)
 
-    def with_window(self, at: Array, sides: tuple[float, float]) -> LocalBody:
+    def with_window(self, at: ArrayLike, sides: tuple[float, float]) -> LocalBody:
         """The body with its window about a point (3,) of its axes; it keeps the factor of its stiffness."""
-        return self._with(place_window(self.body, at, sides, self.wish.shape))
+        return self._with(place_window(self.body, np.asarray(at, dtype=float), sides, self.wish.shape))
 
     def _with(self, window: Window) -> LocalBody:
         other = copy.copy(self)

@@ -60,7 +60,7 @@ def test_a_coated_block(
     assert np.abs(stress - exact.stress(below_face)).max() < 0.05 * pressure.max()
     # the layers only tell the kernel what would else be left to the remainder
     monkeypatch.setattr(remainder, "stack_below", lambda *_: None)
-    again = local.with_window(local.window.origin, (SIDE, SIDE))
+    again = fc.LocalBody(local.body, local.window.origin, SIDE, (CELLS, CELLS))
     assert again.remainder.stack is None
     u, plain = (part.cell_model.product.apply(pressure.reshape(CELLS // 2, -1)) for part in (local, again))
     assert np.abs(plain - u).max() < 2 * most * u.max()
