@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from fecontact.mesh.cad import mesh_solid
     from fecontact.mesh.mesh import Mesh
     from fecontact.mesh.read import read_mesh
+    from fecontact.mesh.read_section import read_section
     from fecontact.mesh.read_surface import read_surface
     from fecontact.mesh.section_mesh import SectionMesh
     from fecontact.mesh.surface_mesh import SurfaceMesh
@@ -105,6 +106,7 @@ __all__ = [
     "pick",
     "read_mesh",
     "read_scene",
+    "read_section",
     "read_surface",
     "rotation_about",
     "sections",
@@ -156,6 +158,7 @@ _PLACES = {
     "pick": "fecontact.mesh.pick",
     "read_mesh": "fecontact.mesh.read:read_mesh",
     "read_scene": "fecontact.app.scene_file.scene_file:read_scene",
+    "read_section": "fecontact.mesh.read_section:read_section",
     "read_surface": "fecontact.mesh.read_surface:read_surface",
     "rotation_about": "fecontact.bodies:rotation_about",
     "sections": "fecontact.mesh.section_shapes",

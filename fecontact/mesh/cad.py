@@ -177,8 +177,16 @@ def _load(gmsh: Any, path: Path) -> None:
         gmsh.merge(str(path))
         gmsh.model.geo.synchronize()
     else:
+        options = ("Geometry.OCCSewFaces", "Geometry.OCCMakeSolids")
+        before = [gmsh.option.getNumber(name) for name in options]
+        if path.suffix.lower() in (".iges", ".igs"):
+            # most IGES files hold surfaces side by side, which close a solid
+            for name in options:
+                gmsh.option.setNumber(name, 1)
         gmsh.model.occ.importShapes(str(path))
         gmsh.model.occ.synchronize()
+        for name, value in zip(options, before, strict=True):
+            gmsh.option.setNumber(name, value)
     if not gmsh.model.getEntities(3):
         raise MeshError(
             f"{path.name} holds no solid, only {len(gmsh.model.getEntities(2))} surfaces; close them first."

@@ -182,6 +182,8 @@ def _assembled(sections: InstanceParts, source: str, part: str | None) -> RawMes
         (),
         shells,
         left,
+        [(called(i, name), kind, cells + i.first_point) for i in kept for name, kind, cells in i.deck.raw.sheets],
+        {},
         node_ids,
         element_ids,
     )

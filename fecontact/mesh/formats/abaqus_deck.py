@@ -32,6 +32,8 @@ _SOLID = re.compile(r"D?C3D(\d+)[A-Z]*$")
 #: Shells, membranes, rigid and plane elements: number of nodes by type; the letters R, T, H after it are dropped.
 SHELLS = {"3": 3, "4": 4, "6": 6, "8": 8, "9": 9, "65": 6}
 _SHELL = re.compile(r"(?:STRI|SFM3D|M3D|R3D|DS|SC|CPS|CPE|CAX|DC2D|S)(\d+)[A-Z]*$")
+#: Kinds of plane elements (CPS, CPE, CAX) by their number of nodes.
+SHEETS = {3: "tri3", 4: "quad4", 6: "tri6", 8: "quad8"}
 #: Local face of the hexahedron for S1, S2, ... of each shape (its faces: -x, +x, -y, +y, -z, +z).
 FACES = {
     "hex": (4, 5, 2, 1, 3, 0),
@@ -89,6 +91,7 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
     left: dict[str, int] = {}
     other_names: set[str] = set()
     shell_rows = [np.zeros((0, 5), np.int64)]
+    sheets: list[tuple[str, str, IntArray]] = []
     for section in (s for s in sections if s.keyword == "ELEMENT" and s.lines):
         kind, n_nodes = _kind(section.parameters.get("TYPE", ""))
         name = section.parameters.get("ELSET")
@@ -106,6 +109,8 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
             other_names.add((name or "").upper())
             facets = cells[:, [0, 1, 2, 2 if n_nodes in (3, 6) else 3]]
             shells.setdefault(name or section.parameters["TYPE"], []).append(facets)
+            if n_nodes in SHEETS and section.parameters["TYPE"].upper().startswith("C"):
+                sheets.append((name or section.parameters["TYPE"], SHEETS[n_nodes], cells))
             shell_rows.append(np.concatenate([rows[:, :1], facets], axis=1))
             continue
         start = len(kinds)
@@ -118,7 +123,9 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
     all_elements, all_others = joined_numbers(element_ids), joined_numbers(others)
     _refuse_other_elements(all_elements, blocks, source)
     sets = {k: np.concatenate(v) for k, v in groups.items()}
-    raw = RawMesh(points, blocks, sets, shells=shells, left=left, node_ids=node_ids, element_ids=all_elements)
+    raw = RawMesh(
+        points, blocks, sets, shells=shells, left=left, sheets=sheets, node_ids=node_ids, element_ids=all_elements
+    )
     deck = Deck(
         node_ids, all_elements, np.array(kinds, dtype=np.str_), raw, source, all_others, left, frozenset(other_names)
     )

@@ -116,6 +116,8 @@ def _joined(meshes: Sequence[RawMesh]) -> RawMesh:
         (),
         {name: [f + p for f in fs] for m, p, _ in pairs for name, fs in m.shells.items()},
         left,
+        (),
+        {},
         np.concatenate([m.node_ids for m in meshes if m.node_ids is not None]),
         np.concatenate([m.element_ids for m in meshes if m.element_ids is not None]),
     )
@@ -154,7 +156,7 @@ def _mesh(sections: Sequence[Element], prefix: str, source: str) -> RawMesh:
                 rows = numbers_of(ids, _rows(entries, s.get("name"), source)[:, :n], "node", source)
                 facets.setdefault(prefix + s.get("name", "surface"), []).append(rows)
     node_sets = _node_sets(sections, ids, prefix, left)
-    return RawMesh(points, blocks, sets, facets, {}, node_sets, (), shells, left, ids, solid)
+    return RawMesh(points, blocks, sets, facets, {}, node_sets, (), shells, left, (), {}, ids, solid)
 
 
 def _elements(sections: Sequence[Element]) -> list[tuple[str, str, list[Element]]]:

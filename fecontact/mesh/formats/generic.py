@@ -20,6 +20,8 @@ from fecontact.mesh.kinds import BY_MESHIO
 
 #: Corners of the surface cells of meshio.
 FACET_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+#: Cells of sections by meshio's names.
+SHEETS = {"triangle": "tri3", "triangle6": "tri6", "quad": "quad4", "quad8": "quad8", "quad9": "quad9"}
 #: Cells of lower dimension, which are ignored.
 _LINES_AND_POINTS = ("vertex", "line", "line3", "line4")
 #: Integer cell data with more distinct values than this are cell numbers, not regions.
@@ -59,9 +61,10 @@ def load(path: Path, reader: Callable[[str], Any]) -> tuple[Any, tuple[str, ...]
 
 
 def points_in_space(points: Array, source: str) -> Array:
-    """Points (n, 3); refuse those of a plane mesh."""
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError(f"{source} has points of shape {points.shape}; a solid needs three coordinates.")
+    """Points (n, 3); of a plane mesh the third coordinate is zero."""
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise MeshError(f"{source} has points of shape {points.shape}; expected two or three coordinates.")
+    points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
     return np.asarray(points, dtype=float)
 
 
@@ -105,6 +108,7 @@ def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[st
     blocks, start = [], 0
     groups: dict[str, list[IntArray]] = {}
     facets: dict[str, list[IntArray]] = {}
+    sheets: list[tuple[str, str, IntArray]] = []
     for k, block in enumerate(mesh.cells):
         cells = np.asarray(block.data, dtype=np.int64)
         if block.type in BY_MESHIO:
@@ -115,6 +119,9 @@ def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[st
         elif block.type in FACET_CORNERS:
             for name, members in regions(k, 2):
                 facets.setdefault(name, []).append(cells[members, : FACET_CORNERS[block.type]])
+            if block.type in SHEETS:
+                found = [(name, SHEETS[block.type], cells[members]) for name, members in regions(k, 2)]
+                sheets += found or [("section", SHEETS[block.type], cells)]
         elif block.type == "wedge18":
             # the three mid-nodes of the quadrilaterals are left out
             blocks.append(("wedge15", cells[:, :15]))
@@ -127,7 +134,7 @@ def _collect(mesh: Any, source: str, regions: Callable[[int, int], list[tuple[st
                 f"linear or quadratic ({', '.join(BY_MESHIO)})."
             )
     points = points_in_space(np.asarray(mesh.points), source)
-    return RawMesh(points, blocks, {k: np.concatenate(v) for k, v in groups.items()}, facets)
+    return RawMesh(points, blocks, {k: np.concatenate(v) for k, v in groups.items()}, facets, sheets=sheets)
 
 
 def _right_handed(points: Array, kind: str, cells: IntArray) -> tuple[str, IntArray]:

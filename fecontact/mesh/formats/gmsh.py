@@ -38,8 +38,10 @@ FACETS = {2: 3, 3: 4, 9: 3, 10: 4, 16: 4, 20: 3, 21: 3, 36: 4, 39: 4}
 N_NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 12: 27, 13: 18, 14: 14, 15: 1, 16: 8}
 N_NODES |= {17: 20, 18: 15, 19: 13, 20: 9, 21: 10, 22: 12, 23: 15, 24: 15, 25: 21, 26: 4, 27: 5, 28: 6, 29: 20, 30: 35}
 N_NODES |= {31: 56, 36: 16, 37: 25, 38: 36, 39: 12, 90: 40, 91: 75, 92: 64, 93: 125, 118: 30, 119: 55}
-#: Cells that are neither solids nor surfaces: points and lines.
-LINES = {1, 8, 15, 26, 27, 28}
+LINES = {1, 8, 26, 27, 28}
+POINT = 15
+#: Cells of sections.
+SHEETS = {2: "tri3", 3: "quad4", 9: "tri6", 10: "quad9", 16: "quad8"}
 
 
 @dataclass
@@ -303,11 +305,14 @@ def _mesh(out: Contents, source: str) -> RawMesh:
     groups: dict[str, list[IntArray]] = {}
     facets: dict[str, list[IntArray]] = {}
     left: Counter[str] = Counter()
-    for c in (c for c in out.cells if c.kind not in LINES):
-        if c.kind not in SOLIDS and c.kind not in FACETS:
+    sheets: list[tuple[str, str, IntArray]] = []
+    lines: dict[str, list[IntArray]] = {}
+    for c in (c for c in out.cells if c.kind != POINT):
+        if c.kind not in SOLIDS and c.kind not in FACETS and c.kind not in LINES:
             left[f"cells of gmsh's type {c.kind}"] += len(c.ids)
             continue
-        dimension, what = (3, "volume") if c.kind in SOLIDS else (2, "surface")
+        dimension = 3 if c.kind in SOLIDS else 2 if c.kind in FACETS else 1
+        what = ("curve", "surface", "volume")[dimension - 1]
         nodes = numbers_of(ids, c.nodes, "node", source)
         tags = c.physical if grouped else c.geometrical
         named = {t: out.names.get((dimension, t), f"{what}_{t}") for t in np.unique(tags[:, 1]).tolist()}
@@ -319,9 +324,13 @@ def _mesh(out: Contents, source: str) -> RawMesh:
             for name, cells in members.items():
                 groups.setdefault(name, []).append(start + cells)
             start += len(c.ids)
-        else:
+        elif dimension == 2:
             for name, cells in members.items():
                 facets.setdefault(name, []).append(nodes[cells, : FACETS[c.kind]])
+                sheets += [(name, SHEETS[c.kind], nodes[cells])] if c.kind in SHEETS else []
+        else:
+            for name, cells in members.items():
+                lines.setdefault(name, []).append(nodes[cells, :2])
     sets = {name: np.concatenate(parts) for name, parts in groups.items()}
     element_ids = np.concatenate([np.zeros(0, np.int64), *numbers])
-    return RawMesh(points, blocks, sets, facets, {}, {}, (), {}, left, ids, element_ids)
+    return RawMesh(points, blocks, sets, facets, {}, {}, (), {}, left, sheets, lines, ids, element_ids)

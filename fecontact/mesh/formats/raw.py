@@ -34,6 +34,10 @@ class RawMesh:
         Parts of shells, membranes and rigid facets, by the corner nodes of their facets; `read_surface` reads them.
     left : mapping of str to int
         What the file holds besides, by kind, with its number: a note lists it.
+    sheets : sequence of (str, str, (n, k) int array)
+        Plane cells of sections: name of their set, kind ('tri3', 'tri6', 'quad4', 'quad8', 'quad9') and nodes.
+    lines : mapping of str to list of (n, 2) int arrays
+        Named curves by the ends of their pieces.
     node_ids, element_ids : (n_points,) and (n_cells,) int arrays, optional
         The file's numbers of points and solid cells.
     """
@@ -47,6 +51,8 @@ class RawMesh:
     notes: tuple[str, ...] = ()
     shells: Mapping[str, list[IntArray]] = field(default_factory=dict)
     left: Mapping[str, int] = field(default_factory=dict)
+    sheets: Sequence[tuple[str, str, IntArray]] = ()
+    lines: Mapping[str, list[IntArray]] = field(default_factory=dict)
     node_ids: IntArray | None = None
     element_ids: IntArray | None = None
 

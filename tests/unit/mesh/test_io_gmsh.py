@@ -75,6 +75,16 @@ def test_own_exports(kind, order, named, gmsh, tmp_path):
             assert len(np.unique(mesh.file_elements)) == n_cells
 
 
+def test_surfaces_of_an_iges_file_are_closed_to_a_solid(gmsh, tmp_path):
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.write(str(tmp_path / "box.iges"))
+    gmsh.finalize()
+    assert abs(moments_of_volume(fc.mesh_solid(tmp_path / "box.iges", size=0.7))[0] - 1) < 1e-12
+
+
 TEXT = """$MeshFormat
 4.1 0 8
 $EndMeshFormat
