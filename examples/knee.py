@@ -10,9 +10,10 @@ the pressures on their thin inner edges depend on the mesh.
 
 Run: python examples/knee.py            (both condyles on the plateaus)
      python examples/knee.py menisci    (each angle without and with menisci)
+     python examples/knee.py --accuracy 0.05    (divided until the pressure on the plateaus is within 5 %)
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -100,11 +101,13 @@ def ligaments(bone: fc.ElasticBody) -> list[fc.Spring]:
     return springs
 
 
-def flexed(below: fc.ElasticBody, above: fc.ElasticBody, degrees: float) -> fc.ContactResult:
+def flexed(
+    below: fc.ElasticBody, above: fc.ElasticBody, degrees: float, accuracy: float | None = None
+) -> fc.ContactResult:
     """Knee at an angle of flexion; the condensed cartilage is reused from one angle to the next."""
     bone = above.placed((0.0, 0.0, HEIGHT), rotation=fc.rotation_about((1, 0, 0), np.radians(degrees)))
     scene = fc.Scene([below, bone], [fc.Contact(bone, below)], springs=ligaments(bone))
-    return scene.solve(forces={bone: (0, 0, -LOAD)}, free={bone: "x y ry"}, finite_motion=True)
+    return scene.solve(forces={bone: (0, 0, -LOAD)}, free={bone: "x y ry"}, finite_motion=True, accuracy=accuracy)
 
 
 def meniscus(side: str, result: fc.ContactResult, n: int) -> fc.ElasticBody:
@@ -173,7 +176,7 @@ def figures(result: fc.ContactResult, angle: float) -> dict:
         "medial": abs(float(inner.force[2])),
         "lateral": abs(float(outer.force[2])),
         "menisci": sum(abs(float(c.force[2])) for c in result.contacts[1:] if "upper" in c.surfaces),
-        "area": contact.area,
+        "area": contact.edge_area,
         "peak": contact.max_pressure,
         "tensions": {s.spring.name: s.tension for s in result.springs},
         "equilibrium": result.residuals().equilibrium,
@@ -185,6 +188,7 @@ def main(
     angles: tuple[float, ...] = (0.0, 30.0, 60.0, 90.0),
     menisci: bool = False,
     out: str | Path = "out",
+    accuracy: float | None = None,
 ) -> list[dict]:
     below, above = tibia(n), femur(n)
     folder = Path(out)
@@ -194,7 +198,7 @@ def main(
     print(f"{head}  ligament tensions N")
     rows = []
     for angle in angles:
-        results = [flexed(below, above, angle)]
+        results = [flexed(below, above, angle, accuracy)]
         if menisci:
             results.append(with_menisci(results[0], n))
         for kind, result in zip(("", "_menisci"), results, strict=False):
@@ -208,4 +212,8 @@ def main(
 
 
 if __name__ == "__main__":
-    main(menisci="menisci" in sys.argv[1:])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
+    parser.add_argument("menisci", nargs="?", choices=["menisci"], help="with menisci too, on the meshes as they are")
+    parser.add_argument("--accuracy", type=float, help="of the pressure, such as 0.05: divides the meshes")
+    given = parser.parse_args()
+    main(menisci=bool(given.menisci), accuracy=given.accuracy)

@@ -73,11 +73,11 @@ class SectionElement:
         cells = self.mesh.cells
         return (3 * cells[:, :, None] + np.array([0, 2])).reshape(len(cells), -1)
 
-    def points(self, reduced: bool = False) -> Points:
-        """Gauss points: 3 x 3, or 2 x 2 for the volumetric part of nearly incompressible elements."""
+    def points(self, reduced: bool = False, cells: IntArray | None = None) -> Points:
+        """Gauss points of all cells, or some: 3 x 3, or 2 x 2 for the volume of nearly incompressible elements."""
         X, W = gauss(reduced)
         N, dN = quad_shapes(self.mesh.cells.shape[1], X)
-        nodes = self.mesh.points[self.mesh.cells]
+        nodes = self.mesh.points[self.mesh.cells if cells is None else self.mesh.cells[cells]]
         inverse, det = jacobian_2d(nodes, dN)
         gradient = np.einsum("qaj,cqji->cqai", dN, inverse, optimize=True)
         x = N @ nodes
@@ -114,8 +114,10 @@ class SectionElement:
         matrix.sort_indices()
         return matrix
 
-    def strain(self, u: Array, selective: bool, across: Array | None) -> tuple[Array, Array]:
-        """Strains at the Gauss points.
+    def strain(
+        self, u: Array, selective: bool, across: Array | None, cells: IntArray | None = None
+    ) -> tuple[Array, Array]:
+        """Strains at the Gauss points of all cells, or some.
 
         Parameters
         ----------
@@ -124,6 +126,7 @@ class SectionElement:
             Whether the volume change is extrapolated from the reduced points by bilinear functions.
         across : (n_cells,) array or None
             In plane stress: -lambda / (lambda + 2 mu), the ratio of the strain yy to xx + zz.
+        cells : (n,) int array, optional
 
         Returns
         -------
@@ -131,14 +134,14 @@ class SectionElement:
             In the order of `fem.stress.VOIGT`, shears not doubled.
         points : (n_cells, n_q, 3) array
         """
-        full, local = self.points(), u[self.dofs]
+        full, local = self.points(cells=cells), u[self.dofs if cells is None else self.dofs[cells]]
         rows = np.einsum("cqsj,cj->cqs", full.B, local, optimize=True)
         if selective:
-            change = np.einsum("cqj,cj->cq", self.points(reduced=True).volume_change, local)
+            change = np.einsum("cqj,cj->cq", self.points(True, cells).volume_change, local)
             carry = quad_shapes(4, gauss()[0])[0] @ np.linalg.inv(quad_shapes(4, gauss(reduced=True)[0])[0])
             rows[..., :3] += ((change @ carry.T - rows[..., :3].sum(axis=2)) / 3)[..., None]
         if across is not None:
-            rows[..., 2] = across[:, None] * (rows[..., 0] + rows[..., 1])
+            rows[..., 2] = (across if cells is None else across[cells])[:, None] * (rows[..., 0] + rows[..., 1])
         strain = np.zeros((*rows.shape[:2], 6))
         strain[..., _VOIGT] = rows * np.array([1.0, 1.0, 1.0, 0.5])
         return strain, full.x

@@ -123,18 +123,26 @@ class SectionModel(Model):
 
     def gauss_strain(self, u: Array) -> Array:
         """Strains (n_cells, n_q, 6) at the Gauss points."""
-        across = -self.lame / (self.lame + 2 * self.shear) if self.plane_stress else None
-        return self.section.strain(u, self.selective, across)[0]
+        return self.section.strain(u, self.selective, self._across)[0]
+
+    @property
+    def _across(self) -> Array | None:
+        """Ratio (n_cells,) of the strain yy to xx + zz in plane stress."""
+        return -self.lame / (self.lame + 2 * self.shear) if self.plane_stress else None
 
     def energy_error(self, u: Array, cells: IntArray) -> EnergyError:
         """Error of displacements (n_dofs,) in cells (n,)."""
-        strain, points = self.gauss_strain(u), self.section.points()
+        points = self.section.points(cells=cells)
+        strain = np.zeros((len(self.mesh.cells), points.dV.shape[1], 6))
+        strain[cells] = self.section.strain(u, self.selective, self._across, cells)[0]
+        volume = np.zeros(strain.shape[:2])
+        volume[cells] = points.dV
         error, energy = np.zeros(len(self.mesh.cells)), np.zeros(len(self.mesh.cells))
         for part in by_material(self.lame, self.shear, cells):
             smooth = self.section.to_nodes(strain, part)[self.mesh.cells[part]]
             moduli = self.lame[part, None], self.shear[part, None]
-            error[part] = (points.dV[part] * energy_density(points.N @ smooth - strain[part], *moduli)).sum(axis=1)
-            energy[part] = (points.dV[part] * energy_density(strain[part], *moduli)).sum(axis=1)
+            error[part] = (volume[part] * energy_density(points.N @ smooth - strain[part], *moduli)).sum(axis=1)
+            energy[part] = (volume[part] * energy_density(strain[part], *moduli)).sum(axis=1)
         return EnergyError(cells, error[cells], energy[cells])
 
     def nodal_strain(self, u: Array) -> Array:

@@ -16,7 +16,7 @@ its square is added. The estimate covers the mesh only, not errors of the model,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
@@ -112,6 +112,8 @@ class PressureReadings:
         Largest pressure at a node.
     peak_offset : float
         Its difference from the recovered pressure there; infinite where the pressure has no bound.
+    across : float
+        Faces across the narrowest region, see `faces_across`.
     """
 
     facets: IntArray
@@ -123,6 +125,7 @@ class PressureReadings:
     bounded: Mask
     peak: float
     peak_offset: float
+    across: float
 
     @cached_property
     def misfit(self) -> Array:
@@ -154,10 +157,16 @@ def readings_of(contact: PressureOnFacets) -> PressureReadings | None:
         return None
     chosen = np.flatnonzero(field.loaded)
     n = int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
-    blocks = [_read(contact, field, chosen[k : k + BLOCK], n) for k in range(0, len(chosen), BLOCK)]
-    points, areas, interpolated, root, smooth = (np.concatenate(part) for part in zip(*blocks, strict=True))
-    peak, offset = _peak(contact, field, contact.singular_edge is None)
-    return PressureReadings(chosen, points, areas, interpolated, root, smooth, field.bounded[chosen], peak, offset)
+    highest = int(np.argmax(np.nan_to_num(field.known)))
+    blocks = [_read(contact, field, chosen[k : k + BLOCK], n, highest) for k in range(0, len(chosen), BLOCK)]
+    points, areas, interpolated, root, smooth, at_peak = (np.concatenate(part) for part in zip(*blocks, strict=True))
+    peak, offset = float(field.pressure.max()), np.inf
+    if contact.singular_edge is None:
+        peak = float(field.pressure[highest])
+        offset = float(abs(peak - at_peak.mean()))
+    bounded = field.bounded[chosen]
+    found = PressureReadings(chosen, points, areas, interpolated, root, smooth, bounded, peak, offset, np.nan)
+    return replace(found, across=faces_across(contact, found))
 
 
 class NodalPressure(NamedTuple):
@@ -184,26 +193,19 @@ def nodal_pressure(contact: PressureOnFacets) -> NodalPressure | None:
     return NodalPressure(nodal, known, loaded, loaded & ~at_edge[contact.facets].any(axis=1))
 
 
-def _peak(contact: PressureOnFacets, field: NodalPressure, bounded: bool) -> tuple[float, float]:
-    """Largest pressure and its difference from the recovered one there, infinite without bound."""
-    if not bounded:
-        return float(field.pressure.max()), np.inf
-    highest = int(np.nanargmax(field.known))
-    there = np.flatnonzero((contact.facets == highest).any(axis=1))
-    at_peak = recovered_on(contact, field, there).at(np.broadcast_to(contact.nodes[highest], (len(there), 1, 3)))
-    return float(field.pressure[highest]), float(abs(field.pressure[highest] - at_peak.mean()))
-
-
-def _read(contact: PressureOnFacets, field: NodalPressure, chosen: IntArray, n: int) -> tuple[Array, ...]:
-    """Points, areas and the three pressures on some of the facets, at n samples along each side."""
+def _read(contact: PressureOnFacets, field: NodalPressure, chosen: IntArray, n: int, highest: int) -> tuple[Array, ...]:
+    """Points, areas and the three pressures on some facets, n samples along each side, and the smooth at a node."""
     facets, mortar = contact.facets[chosen], contact.coupling == "mortar"
     samples = facet_samples(contact.nodes, facets, mortar, contact.extent, n)
     squares = np.einsum("fqa,fa->fq", hats(facets, samples.local, mortar), field.pressure[facets] ** 2)
     interpolated = np.einsum("fqa,fa->fq", samples.shapes, field.pressure[facets])
-    smooth, some = interpolated.copy(), field.bounded[chosen]
+    smooth, some, at_node = interpolated.copy(), field.bounded[chosen], np.zeros((0, 1))
     if some.any():
-        smooth[some] = recovered_on(contact, field, chosen[some]).at(samples.points[some])
-    return samples.points, samples.areas, interpolated, np.sqrt(np.maximum(squares, 0.0)), smooth
+        recovery = recovered_on(contact, field, chosen[some])
+        smooth[some] = recovery.at(samples.points[some])
+        there = (facets[some] == highest).any(axis=1)
+        at_node = recovery.at(np.broadcast_to(contact.nodes[highest], (len(there), 1, 3)))[there]
+    return samples.points, samples.areas, interpolated, np.sqrt(np.maximum(squares, 0.0)), smooth, at_node
 
 
 def recovered_on(contact: PressureOnFacets, field: NodalPressure, chosen: IntArray) -> RecoveredPressure:
@@ -226,7 +228,6 @@ def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None)
     norm = readings.norm
     geometry = min(1.0, float(geometry_error(contact) * np.sqrt(max(area, counted) / norm))) if norm > 0 else 0.0
     edge = contact.singular_edge
-    across = faces_across(contact, readings)
     interior = interior_error(contact.energy_errors)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     return ErrorEstimate(
@@ -235,7 +236,7 @@ def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None)
         interior=interior,
         peak=max(readings.peak_offset / readings.peak, LEAST_SHARE * pressure, AT_KINKS * geometry),
         area=max(abs(counted / area - 1), LEAST_SHARE * pressure) if area > 0 else 1.0,
-        faces_across=across,
+        faces_across=readings.across,
         unbounded=None if edge is None else edge.peak,
     )
 
@@ -255,7 +256,7 @@ def energy_errors(contact: PressureOnFacets, readings: PressureReadings | None) 
     if readings is None:
         return NO_CELLS, NO_CELLS
     ends = contact.nodes[contact.facets[readings.facets, :2]]
-    faces = max(faces_across(contact, readings), NARROWEST)
+    faces = max(readings.across, NARROWEST)
     width = faces * float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
     points, (ours, theirs) = contact.points[contact.active], contact.displacements
     return (

@@ -36,6 +36,7 @@ import fecontact as fc
 from fecontact.analytic import hertz, layer
 from fecontact.mesh import pick
 from fecontact.mesh.extrude import extrude
+from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.refine import refined, touching
 from fecontact.mesh.surface_mesh import SurfaceMesh
@@ -109,6 +110,37 @@ def two(upper: Mesh, lower: Mesh, ratio: float, coupling: str = "auto") -> Case:
     return scene.solve(forces={one: (0, 0, -force / 4)}), round_pressure(modulus, force=force)
 
 
+def pyramids(first: float) -> Mesh:
+    """A quarter block of pyramids of 13 nodes, six of them from the faces of every cell of a grid to its middle."""
+    blocks = grid(first, "hex8")
+    n, cells = len(blocks.points), blocks.cells
+    faces = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
+    middle = n + np.arange(len(cells))
+    corners = np.concatenate([np.column_stack([cells[:, list(face)], middle]) for face in faces])
+    points = np.concatenate([blocks.points, blocks.points[cells].mean(axis=1)])
+    ends = np.sort(corners[:, [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)]], axis=2)
+    edges, which = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
+    nodes = np.concatenate([corners, len(points) + which.reshape(len(corners), 8)], axis=1)
+    mesh = Mesh(np.concatenate([points, points[edges].mean(axis=1)]), nodes[:, list(KINDS["pyramid13"].embedding)])
+    planes = {"cap": (0, 0, 1), "sx": (1, 0, 0), "sy": (0, 1, 0)}
+    for name, normal in planes.items():
+        mesh = mesh.with_boundary(name, pick.plane((0, 0, 0), normal))
+    return mesh.with_boundary("base", pick.plane((0, 0, SIZE), (0, 0, 1)))
+
+
+def crowned_roller(first: float, crown: float = 300.0) -> Case:
+    """A rigid roller with a round profile along its axis: a contact nine times as long as wide."""
+    a = 0.3
+    unit = hertz.ellipse(((crown, RADIUS), (math.inf, math.inf)), (None, SOFT), force=1.0)
+    exact = hertz.ellipse(((crown, RADIUS), (math.inf, math.inf)), (None, SOFT), force=(a / unit.b) ** 3)
+    x, y = positions(2.5 * first, 1.3 * exact.a, 6 * exact.a), positions(first * a / CONTACT, 1.3 * a, 6 * exact.a)
+    mesh = fc.shapes.block((6 * exact.a,) * 3, (x, y, positions(first * a / CONTACT, a, 6 * exact.a)))
+    body = fc.ElasticBody(named(mesh, cap="bottom", base="top", sx="x_min", sy="y_min"), SOFT, "cap", HELD)
+    rigid = fc.RigidBody(Paraboloid(crown, RADIUS)).placed(rotation=HALF_TURN)
+    scene = fc.Scene([body, rigid], [fc.Contact(body, rigid)])
+    return scene.solve(forces={body: (0, 0, -exact.force / 4)}), lambda p: exact.pressure(p[:, 0], p[:, 1])
+
+
 def roller(first: float, width: float = 0.4) -> Case:
     """A rigid cylinder under a slice of a block in plane strain, in space."""
     far = 60 * CONTACT
@@ -170,6 +202,8 @@ FAMILIES: dict[str, tuple[tuple, Callable[..., Case]]] = {
     "skewed whole block": ((0.29, 0.19), lambda h: off_centre(h, 0.5, (0.03, -0.08))),
     "faces stretched 3:1": ((0.36, 0.24), lambda h: ball(stretched(h))),
     "wedges": ((0.29, 0.17), lambda h: ball(wedges(h))),
+    "pyramids": ((0.29, 0.17), lambda h: ball(pyramids(h))),
+    "crowned roller": ((0.29, 0.17, 0.1), crowned_roller),
     "divided inside, hex20": ((0.36, 0.21), lambda h: ball(once_divided(grid(h)))),
     "divided inside, tet10": ((0.3, 0.2), lambda h: ball(once_divided(cut_by_gmsh("tet10", "block", h)))),
     "divided inside, hex8": ((0.21,), lambda h: ball(once_divided(grid(h, "hex8")))),
