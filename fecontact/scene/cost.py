@@ -31,6 +31,7 @@ from fecontact.scene.adaptive import GROWTH, SAFETY, Target
 from fecontact.scene.carried import KEYED
 from fecontact.scene.engine import advice
 from fecontact.scene.linear import prepared
+from fecontact.scene.local_choice import local_choices
 
 #: Bytes of PARDISO's factor per n^(4/3) of a solid, and per n log2(n) of a section; factor for its analysis.
 SOLID_FACTOR, SECTION_FACTOR, ANALYSIS = 220.0, 66.0, 1.35
@@ -92,6 +93,10 @@ class Explanation:
     seconds : float
     divisions : str
         With an accuracy: what dividing the meshes may take; empty without one.
+    engine : str
+        Whether several processes pay off; empty if not.
+    local : tuple of str
+        Of each contact of elastic bodies in space: whether a local body would serve, and why.
     """
 
     bodies: tuple[str, ...]
@@ -106,6 +111,7 @@ class Explanation:
     seconds: float
     divisions: str = ""
     engine: str = ""
+    local: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """All figures, ready for JSON."""
@@ -125,6 +131,7 @@ class Explanation:
             *(f"Saved:     {text}" for text in self.saved),
             f"Estimate:  about {self.memory_mb:.0f} MB (peak of the process) and {self.seconds:.1f} s",
         ]
+        lines += [f"Local:     {text}" for text in self.local]
         if self.engine:
             lines.append(f"Engine:    {self.engine}")
         if self.divisions:
@@ -162,7 +169,8 @@ def explain(
     (242, 17)
     """
     given = {name: (loads or {}).get(name) for name in LOADS}
-    conditions, _, chosen = prepared(scene, make_loading(scene.bodies, **given))
+    loading = make_loading(scene.bodies, **given)
+    conditions, _, chosen = prepared(scene, loading)
     elastic = elastic_among(scene.bodies)
     models = _model_costs(elastic, conditions, chosen)
     n = sum(len(c) for c in chosen)
@@ -184,6 +192,7 @@ def explain(
         seconds=seconds,
         divisions="" if accuracy is None else _divisions(conditions, chosen, accuracy, n_dofs, seconds),
         engine=advice(scene, n_dofs, sum(m.memory_mb for m in models)),
+        local=local_choices(scene, loading),
     )
 
 

@@ -23,6 +23,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import with_bodies
 from fecontact.scene.local_search import sorted_case
+from fecontact.surfaces.facet_surface import FacetSurface
 
 WIDE = 1.15
 """Half a window relative to the reach of the contact."""
@@ -114,11 +115,37 @@ def _first_window(body: LocalBody, model: SceneModel, loading: Loading) -> Local
     other, name = (
         (contact.master, contact.surfaces[1]) if body is contact.slave else (contact.slave, contact.surfaces[0])
     )
-    surface = Plane() if isinstance(other, HalfSpace) else other.surface(name)
-    moved = [_after_motion(b, loading) for b in (body, other)]
+    return window_at_touch(body, body.surface("window"), (body, other), name, loading)
+
+
+def window_at_touch(
+    body: LocalBody, own: FacetSurface, pair: tuple[Body, Body], surface: str, loading: Loading
+) -> LocalBody:
+    """A local body with its window where its surface touches that of another first, as large as Hertz's contact.
+
+    Parameters
+    ----------
+    body : LocalBody
+        Without a window.
+    own : FacetSurface
+        Its surface.
+    pair : (Body, Body)
+        The body as it is in the scene, and the other one.
+    surface : str
+        Name of the other's surface.
+    loading : Loading
+
+    Raises
+    ------
+    InputError
+        If they do not touch, conform, or the window is not within one smooth face.
+    """
+    other = pair[1]
+    met = Plane() if isinstance(other, HalfSpace) else other.surface(surface)
+    moved = [_after_motion(b, loading) for b in pair]
     modulus = 1 / (1 / body.contact_modulus + 1 / other.contact_modulus)
     find = partial(
-        first_touch, body.surface("window"), surface, moved[0].relative_to(moved[1]), modulus,
+        first_touch, own, met, moved[0].relative_to(moved[1]), modulus,
         names=(body.name, other.name), start=body.wish.at,
     )  # fmt: skip
     touch = find(force=loading.magnitude)
