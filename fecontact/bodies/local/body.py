@@ -22,7 +22,7 @@ from fecontact.bodies.local.interior import NodalFields
 from fecontact.bodies.local.known import Known
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.opposite import half_space_opposite
-from fecontact.bodies.local.placing import facing_window, place_window
+from fecontact.bodies.local.placing import facing_window, free_facets, place_window
 from fecontact.bodies.local.remainder import Remainder, checked, surface_weights
 from fecontact.bodies.local.sources import inclined, principal
 from fecontact.bodies.local.stack import material_at
@@ -37,6 +37,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
+from fecontact.fem.support import symmetry_planes
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 
@@ -228,7 +229,8 @@ class LocalBody(OnMesh):
     def _surface(self) -> FacetSurface:
         mesh = self.body.model.mesh
         if self.given is None:
-            return FacetSurface(mesh.points, mesh.skin, self.contact[0])
+            facets = free_facets(mesh, symmetry_planes(mesh, self.body.supports))
+            return FacetSurface(mesh.points, facets, self.contact[0])
         return window_surface(self.given, np.concatenate([self.given.cells, mesh.points]), self.contact[0])
 
     def surface(self, name: str) -> FacetSurface:

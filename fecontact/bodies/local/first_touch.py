@@ -156,10 +156,10 @@ def _gaps(
     along = np.linspace(-half, half, SAMPLES)
     x = np.stack([c.ravel() for c in np.meshgrid(along, along, indexing="ij")], axis=1)
     start = point + x @ tangents
-    depth, _, lost = along_line(own, start, -normal)
+    depth, below, lost = along_line(own, start, -normal)
     start = start - depth[:, None] * normal
     gap, found, astray = along_line(other, pose.to_world(start), pose.rotation @ normal)
-    there = ~(lost | astray | found.outside)
+    there = ~(lost | below.outside | astray | found.outside)
     return x[there], gap[there], tangents
 
 

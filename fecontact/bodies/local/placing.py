@@ -17,6 +17,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.fem.support import symmetry_planes
+from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.placement import Placement
 from fecontact.surfaces.facet_surface import FacetSurface, Surface
 from fecontact.surfaces.straight_line import along_line
@@ -228,6 +229,15 @@ def _skin(body: ElasticBody, point: Array, planes: list[Array]) -> FacetSurface:
     for normal in planes:
         facets, corners = (a[np.abs(corners @ normal).max(axis=1) > THROUGH * body.size] for a in (facets, corners))
     return FacetSurface(mesh.points, facets)
+
+
+def free_facets(mesh: Mesh, planes: tuple[IntArray, Array]) -> IntArray:
+    """The facets of a mesh's skin but those on planes of symmetry, given by nodes (n,) and their normals (n, 3)."""
+    nodes, normals = planes
+    facets = mesh.skin
+    for d in _distinct(normals):
+        facets = facets[~np.isin(facets[:, :4], nodes[np.abs(normals @ d) > 1 - ALONG]).all(axis=1)]
+    return facets
 
 
 def _cleaned(normal: Array) -> Array:

@@ -18,13 +18,14 @@ from compare.bodies import foundation, indented, section_of_cylinder, start
 from compare.problems import Problem
 from fecontact.app.spheres.case import CASES, Spheres
 from fecontact.app.spheres.spheres import SpheresResult, solve_spheres
-from fecontact.bodies import ElasticBody, HalfSpace, Plane, RigidBody
+from fecontact.bodies import ElasticBody, HalfSpace, LocalBody, Plane, Pose, RigidBody, Sphere
 from fecontact.bodies.halfspace import Layer
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.contact.contact import Contact
 from fecontact.mesh import pick
 from fecontact.mesh.cad import mesh_solid
+from fecontact.mesh.shapes import Level, block, quarter_sphere
 from fecontact.results.result import ContactResult
 from fecontact.scene.scene import Scene
 from fecontact.surfaces import FlatPunch, Paraboloid
@@ -307,6 +308,43 @@ def _half_space(problem: Problem, setting: Any, options: Options) -> Measured:
     if problem.approach is not None:
         errors["approach"] = contact.approach / problem.approach - 1
     return Measured(half.grid.n_cells, int(contact.active.sum()), contact.residuals.worst, errors)
+
+
+@method(
+    "local",
+    "local body, one coarse mesh and cells",
+    problems=("hertz", "layer"),
+    settings=(32, 64, 128, 256),
+    takes={"backend": _SOLVING["backend"]},
+)
+def _local(problem: Problem, setting: Any, options: Options) -> Measured:
+    """A quarter of the body, meshed alike for all settings and not for the contact; window and cells by the load."""
+    backend = options.get("backend", "auto")
+    if problem.name == "hertz":
+        case: Spheres = CASES[problem.data["case"]]
+        R, images = case.radii[0], 2.0
+        mesh = quarter_sphere(R, contact_radius=R / 6, level=Level(2, 2, 0.4, 0.4, 2.0))
+        supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+        ball = ElasticBody(mesh, case.material, "cap", supports, geometry=Sphere(R), name="ball", backend=backend)
+        body, at, other = ball, (0.0, 0.0, 0.0), RigidBody(Plane(), name="plane")
+    else:
+        h, images = problem.data["thickness"], 1.0
+        along = h * np.array([0, 0.4, 0.8, 1.2, 1.6, 2, 2.4, 2.8, 3.2, 3.7, 4.5, 6, 8.0])
+        mesh = block((8 * h, 8 * h, h), (along, along, h * np.linspace(0, 1, 6)))
+        supports = {"bottom": "xyz", "x_min": "x", "y_min": "y"}
+        body = ElasticBody(mesh, problem.data["material"], supports=supports, name="layer", backend=backend)
+        at = (0.0, 0.0, h)
+        other = RigidBody(Paraboloid(problem.data["radii"][0]), pose=Pose(translation=at), name="indenter")
+    local = LocalBody(body, at=at, shape=(setting, setting))
+    pushed = local if problem.name == "hertz" else other
+    result = Scene([local, other], [Contact(local, other)]).solve(forces={pushed: (0.0, 0.0, -problem.force / 4)})
+    contact = result.contacts[0]
+    points = contact.points[:, :2]
+    errors = problem.errors(points, contact.pressure, contact.weights)
+    errors["centre_pressure"] = problem.centre_error(points, contact.pressure)
+    if problem.approach is not None:
+        errors["approach"] = -images * float(result.rigid_motion(pushed).translation[2]) / problem.approach - 1
+    return Measured(body.n_dofs, result.n_candidates, result.residuals().worst, errors)
 
 
 @method(

@@ -83,6 +83,8 @@ def test_exact_pressure_has_no_error(name):
         ("line", "ancf", 0.05),
         ("layer", "hex20", 0.035),
         ("layer", "half-space", 0.035),
+        ("layer", "local", 0.015),
+        ("hertz", "local", 0.02),
         ("layer", "winkler", 0.1),
         ("punch", "hex20", 0.1),
         ("punch", "half-space", 0.035),

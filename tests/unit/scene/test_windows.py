@@ -153,3 +153,16 @@ def test_other_planes_of_symmetry_are_refused() -> None:
     upper = fc.LocalBody(whole, (0, 0, 0), 3.4, (16, 16)).placed(rotation=OVER, name="upper")
     with pytest.raises(fc.InputError, match="planes of symmetry are not the same"):
         fc.Scene([lower, upper], [fc.Contact(lower, upper)]).solve(forces={lower: (0, 0, -0.25)})
+
+
+def test_a_window_is_placed_at_the_corner_of_two_planes_of_symmetry() -> None:
+    """Their faces are no part of the surface: its normal there is that of the top, and the contact a circle."""
+    mesh = fc.shapes.block((4.0, 4.0, 4.0), (4, 4, 4))
+    body = fc.ElasticBody(mesh, SOLID, supports={"bottom": "xyz", "x_min": "x", "y_min": "y"}, name="quarter")
+    local, other = fc.LocalBody(body, (0, 0, 4.0), shape=(32, 32)), ball(at=(0, 0, 4.0))
+    result = fc.Scene([local, other], [fc.Contact(local, other)]).solve(
+        forces={other: (0, 0, -1e-3)}, finite_motion=False
+    )
+    sides = result.solved(local).window.grid.size
+    hertz = fc.hertz.spheres((3.0, np.inf), (None, SOLID), force=4e-3)
+    assert np.allclose(sides, 2 * 1.15 * hertz.a, rtol=0.05)
