@@ -19,7 +19,13 @@ from fecontact.bodies.halfspace.contact import HalfSpaceContact
 from fecontact.bodies.halfspace.friction_contact import FrictionContact, TangentialReport
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.pressing import Load, normal_residuals, press
-from fecontact.bodies.halfspace.tangential import Box, Elasticity, TangentialCompliance, tangential_compliance
+from fecontact.bodies.halfspace.tangential import (
+    Box,
+    Elasticity,
+    TangentialCompliance,
+    is_coupled,
+    tangential_compliance,
+)
 from fecontact.bodies.halfspace.tresca import TrescaProblem, onto_discs, solve_nested_tresca
 from fecontact.common import checks
 from fecontact.common.arrays import Array
@@ -134,6 +140,11 @@ class Friction:
         """Elastic constants of the surface."""
         return Elasticity.of(self.body)
 
+    @cached_property
+    def coupled(self) -> bool:
+        """Whether pressures and tractions are coupled."""
+        return is_coupled(self.body)
+
     def compliance(self, level: int, shape: tuple[int, int]) -> TangentialCompliance:
         """Compliance among as many cells of the grid coarsened `level` times by two."""
         if (level, shape) not in self._made:
@@ -147,7 +158,7 @@ class Friction:
     def box(self, *pressures: Array) -> Box:
         """Part of the grid with all cells that touch; the whole if coupled, for gaps are of the whole grid."""
         shape = self.body.grid.shape
-        if self.body.periodic or self.constants.coupling != 0:
+        if self.body.periodic or self.coupled:
             return slice(0, shape[0]), slice(0, shape[1])
         touching = np.logical_or.reduce([p > 0 for p in pressures])
         out = []
@@ -188,7 +199,7 @@ def press_step(
         if contact.friction_residuals.within(friction.tolerance):
             report = TangentialReport(turns, newton, nit, time.perf_counter() - began)
             return replace(contact, tangential_solver=report)
-        coupled = friction.constants.coupling != 0
+        coupled = friction.coupled
         if not coupled or turns == MOST_TURNS or contact.friction_residuals.slip > friction.tolerance:
             raise SolverError(
                 f"No certified answer with friction after {turns} turns of pressures and tractions and {newton} Newton "
@@ -286,7 +297,7 @@ class _Turn:
             q, m = start[0][:, *self.box], m if start[1] is None else start[1]
         elif not self.step.torque and not self.step.twist and math.isfinite(friction.mu):
             q, m = self.superposed(heights, load)
-            if friction.constants.poisson == 0 == friction.constants.coupling:
+            if friction.constants.poisson == 0 and not friction.coupled:
                 exact = self.contact(heights, load, q, m)
                 if exact.friction_residuals.within(friction.tolerance):
                     return _Solved(q, m, 0, 0)
@@ -337,7 +348,7 @@ class _Turn:
         )
         motion[self.free] += m
         normal, bent = self.normal, self.compliance.normal_displacement(q)
-        if self.friction.constants.coupling != 0:
+        if self.friction.coupled:
             residuals = normal_residuals(self.friction.body, heights + bent, load, normal)
             normal = replace(normal, displacement=normal.displacement + bent, residuals=residuals)
         known = {name: getattr(normal, name) for name in normal.__dataclass_fields__}

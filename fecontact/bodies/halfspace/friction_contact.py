@@ -121,7 +121,7 @@ class FrictionContact(HalfSpaceContact):
         Raises
         ------
         InputError
-            If a point lies outside, or the half-space is periodic.
+            If a point lies outside, or the half-space is periodic or layered.
 
         Examples
         --------
@@ -131,10 +131,10 @@ class FrictionContact(HalfSpaceContact):
         >>> bool(dragged.stress([[0.0, 0.0, -0.1]])[0, 5] > 0)
         True
         """
-        if self.periodic:
+        if self.periodic or self.layers:
             raise InputError(
-                "Stress inside a periodic half-space is offered for contacts without friction only. Press a free one, "
-                "or without friction."
+                "Stress inside a periodic or layered half-space is offered for contacts without friction only. Press a "
+                "free, homogeneous one, or without friction."
             )
         by_pressure = super().stress(points, chunk)
         downwards = np.asarray(points, dtype=float) * np.array([1.0, 1.0, -1.0])

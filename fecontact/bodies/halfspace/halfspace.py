@@ -287,8 +287,8 @@ class HalfSpace(SurfaceBody):
         Raises
         ------
         InputError
-            If steps, friction or heights are invalid, with layers, or where the loads exceed what friction holds; the
-            message names the step and the friction needed.
+            If steps, friction or heights are invalid, layers are not bonded, or the loads exceed what friction holds;
+            the message names the step and the friction needed.
         SolverError
             If no certified solution was found.
 

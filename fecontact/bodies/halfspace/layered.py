@@ -93,22 +93,26 @@ def compliance(k: Array, layers: Sequence[Layer], base: Material | None) -> Arra
     >>> compliance(np.array([0.5, 3.0]), [Layer(soft, 1.0)], soft).round(12).tolist()
     [2.0, 2.0]
     """
+    return surface_waves(k, layers, base)[:, 1]
+
+
+def surface_waves(k: Array, layers: Sequence[Layer], base: Material | None, shear: bool = False) -> Array:
+    """Displacements (n_k, 2) of the surface along x and into the body by a unit wave, times k.
+
+    The wave is a pressure cos(k x), or with `shear` a traction sin(k x) along x; displacements are the factors of sin(k
+    x) and cos(k x).
+    """
     total = sum(layer.thickness for layer in layers)
     waves = np.maximum(k, SMALLEST_WAVE / total)
-    values = _top_displacement(waves, layers, base)
-    if base is None:  # C itself has a limit there
-        values = values * np.where(k < waves, k / waves, 1.0)
-    return values
+    top = _fields(waves, layers[0])[0]
+    values = np.einsum("kij,kj->ki", top[:, :2], _factors(waves, layers, base, shear)[:, 0:4])
+    if base is None:  # the compliance itself has a limit there
+        values = values * np.where(k < waves, k / waves, 1.0)[:, None]
+    return np.asarray(values)
 
 
-def _top_displacement(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
-    """Displacement of the surface into the body by a unit wave of pressure, times k."""
-    top = _fields(k, layers[0])[0]
-    return np.asarray(np.einsum("kj,kj->k", top[:, 1], _factors(k, layers, base)[:, 0:4]))
-
-
-def _factors(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
-    """Factors (n_k, 4 n_layers (+ 2)) of the fields, times k, under a unit wave of pressure.
+def _factors(k: Array, layers: Sequence[Layer], base: Material | None, shear: bool = False) -> Array:
+    """Factors (n_k, 4 n_layers (+ 2)) of the fields, times k, under a unit wave of pressure, or of shear.
 
     Conditions on the rows (u, w, sigma/(2 k), tau/(2 k)) at the top and bottom of every layer.
     """
@@ -117,7 +121,7 @@ def _factors(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
     b = np.zeros((len(k), n))
     tops, bottoms = zip(*(_fields(k, layer) for layer in layers), strict=True)
     A[:, 0:2, 0:4] = tops[0][:, 2:4]
-    b[:, 0] = -0.5  # sigma = -1 is -1/(2 k), scaled by k
+    b[:, int(shear)] = -0.5  # sigma or tau = -1 is -1/(2 k), scaled by k
     row = 2
     for j, layer in enumerate(layers):
         here, last = slice(4 * j, 4 * j + 4), j == len(layers) - 1

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fecontact.bodies.halfspace.cerruti import cerruti
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.fft import padded
+from fecontact.bodies.halfspace.layered_shear import check_interfaces, point_difference, waves_difference
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
@@ -25,6 +26,8 @@ Box = tuple[slice, slice]
 @dataclass(frozen=True)
 class Elasticity:
     """Elastic constants of the surface: u_x = (direct/r + poisson x^2/r^3) Q_x and so on, by unit forces.
+
+    With layers, those of the top layer's half-space, to which what the layers change is added.
 
     Attributes
     ----------
@@ -52,16 +55,14 @@ class Elasticity:
         Raises
         ------
         InputError
-            With layers, or forces at points of cells.
+            With layers that are not bonded, or forces at points of cells.
         """
-        if body.layers or body.material is None:
-            raise InputError(
-                "Friction is offered on a homogeneous half-space, not with layers: their compliance to tangential "
-                "tractions is not in it. Leave out the layers, or model the body by finite elements."
-            )
+        check_interfaces(body.layers)
+        top = body.layers[0].material if body.layers else body.material
+        assert top is not None
         if body.pressure != "uniform":
             raise InputError(f"Friction needs pressure='uniform'; found {body.pressure!r}.")
-        pair = [(body.material, 1)] + ([(body.against, -1)] if body.against is not None else [])
+        pair = [(top, 1)] + ([(body.against, -1)] if body.against is not None else [])
         return cls(
             sum((1 - m.nu) / (2 * math.pi * m.shear_modulus) for m, _ in pair),
             sum(m.nu / (2 * math.pi * m.shear_modulus) for m, _ in pair),
@@ -82,7 +83,8 @@ class TangentialCompliance:
     xx, yy : arrays
         Spectra of u_x by q_x and u_y by q_y.
     xy : array or None
-        Spectrum of u_x by q_y and of u_y by q_x; None if Poisson's ratio is zero, where it and xx - yy vanish.
+        Spectrum of u_x by q_y and of u_y by q_x; None if Poisson's ratio is zero, where it and xx - yy vanish, and
+        there are no layers.
     normal : pair of arrays, or None
         Spectra of the normal displacement by q_x and by q_y; None without coupling.
     inverse : three arrays
@@ -175,23 +177,51 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
     tables = cerruti(shape, body.grid.cell)
     lengths = (2 * padded(shape[0]), 2 * padded(shape[1]))
     both = constants.direct * (tables.xx + tables.yy)
+    xx_table, yy_table = both + constants.poisson * tables.xx, both + constants.poisson * tables.yy
+    xy_table, x_table, y_table = (
+        constants.poisson * tables.xy,
+        constants.coupling * tables.x,
+        constants.coupling * tables.y,
+    )
+    if body.layers:
+        more = _of_layers(body, shape)
+        xx_table, yy_table, xy_table = xx_table + more[0], yy_table + more[1], xy_table + more[2]
+        x_table, y_table = x_table + more[3], y_table + more[4]
 
     def spectrum(table: Array, signs: tuple[int, int]) -> Array:
         return np.asarray(scipy.fft.rfft2(_extended(table, lengths, signs), workers=workers))
 
     normal = None
-    if constants.coupling != 0:
-        normal = (
-            spectrum(constants.coupling * tables.x, (-1, 1)),
-            spectrum(constants.coupling * tables.y, (1, -1)),
-        )
-    xx = yy = spectrum(both + constants.poisson * tables.xx, (1, 1)).real
+    if is_coupled(body):
+        normal = spectrum(x_table, (-1, 1)), spectrum(y_table, (1, -1))
+    xx = yy = spectrum(xx_table, (1, 1)).real
     xy = None
-    if constants.poisson != 0:
-        yy = spectrum(both + constants.poisson * tables.yy, (1, 1)).real
-        xy = spectrum(constants.poisson * tables.xy, (-1, -1)).real
+    if constants.poisson != 0 or body.layers:
+        yy, xy = spectrum(yy_table, (1, 1)).real, spectrum(xy_table, (-1, -1)).real
     inverse = _inverse(constants, shape, body.grid.cell)
     return TangentialCompliance(shape, lengths, xx, yy, xy, normal, *inverse, float(both[0, 0]), False, workers)
+
+
+def is_coupled(body: SurfaceCompliance) -> bool:
+    """Whether tractions lift the surface and pressures drag it along."""
+    return bool(body.layers) or Elasticity.of(body).coupling != 0
+
+
+def _of_layers(body: SurfaceCompliance, shape: tuple[int, int]) -> Array:
+    """What layers add to the tables (5, nx, ny) of a free half-space, means over a cell by a Gauss rule of two points.
+
+    Along and across the axes: u_x by q_x, u_y by q_y, u_x by q_y, and normal displacements by q_x and by q_y.
+    """
+    cell = body.grid.cell
+    x, y = (np.arange(n) * side for n, side in zip(shape, cell, strict=True))
+    at = point_difference(math.hypot(x[-1] + cell[0], y[-1] + cell[1]), body.layers, body.material)
+    shift = 0.5 / math.sqrt(3)
+    total = np.zeros((5, *shape))
+    for sx in (-shift, shift):
+        for sy in (-shift, shift):
+            xs, ys = np.meshgrid(x + sx * cell[0], y + sy * cell[1], indexing="ij")
+            total += body.grid.area / 4 * np.stack(at(xs, ys))
+    return total
 
 
 def _extended(table: Array, lengths: tuple[int, int], signs: tuple[int, int]) -> Array:
@@ -207,8 +237,8 @@ def _extended(table: Array, lengths: tuple[int, int], signs: tuple[int, int]) ->
 def _periodic(body: SurfaceCompliance, constants: Elasticity, workers: int | None) -> TangentialCompliance:
     """The same in wave numbers k: u = 2 pi (direct + poisson (1 - k k/k^2)) q/k, and -i 2 pi coupling k/k^2 normally.
 
-    The Fourier transforms of x^2/r^3 and x/r^2 are 2 pi k_y^2/k^3 and -2 pi i k_x/k^2. The mean moves nothing; odd
-    kernels leave out the waves of two cells, which have no sign.
+    The Fourier transforms of x^2/r^3 and x/r^2 are 2 pi k_y^2/k^3 and -2 pi i k_x/k^2. The mean moves nothing,
+    but layers on a rigid base; odd kernels leave out the waves of two cells, which have no sign.
     """
     shape = body.grid.shape
     kx, ky, k = _waves(shape, body.grid.cell)
@@ -218,13 +248,21 @@ def _periodic(body: SurfaceCompliance, constants: Elasticity, workers: int | Non
     direct, poisson = 2 * math.pi * constants.direct / k, 2 * math.pi * constants.poisson / k
     cx, cy = kx / k, ky / k
     coupling = -2j * math.pi * constants.coupling / k**2
+    along, across = direct, direct + poisson
+    if body.layers:
+        finite = np.where(np.isinf(k), 0.0, k)
+        L, T, W = waves_difference(finite, body.layers, body.material)
+        along, across, coupling = along + L, across + T, coupling + 1j * W / k
+    xx, yy = along * cx**2 + across * cy**2, along * cy**2 + across * cx**2
+    if body.layers and body.material is None:
+        xx[0, 0] = yy[0, 0] = sum(layer.thickness / layer.material.shear_modulus for layer in body.layers)
     return TangentialCompliance(
         shape,
         shape,
-        direct + poisson * cy**2,
-        direct + poisson * cx**2,
-        -poisson * (odd_x / k) * (odd_y / k) if constants.poisson != 0 else None,
-        (coupling * odd_x, coupling * odd_y) if constants.coupling != 0 else None,
+        xx,
+        yy,
+        (along - across) * (odd_x / k) * (odd_y / k) if constants.poisson != 0 or body.layers else None,
+        (coupling * odd_x, coupling * odd_y) if is_coupled(body) else None,
         *_inverse(constants, shape, body.grid.cell),
         constants.direct * math.sqrt(body.grid.area) * 4 * math.log(1 + math.sqrt(2)),
         True,
