@@ -1,4 +1,4 @@
-"""Command line: ``fecontact hertz``, ``halfspace``, ``friction``, ``solve``, ``explain``, ``view`` and ``compare``.
+"""Command line: ``hertz``, ``halfspace``, ``friction``, ``ancf``, ``solve``, ``explain``, ``view`` and ``compare``.
 
 Only the options are defined here, so that help needs no numerical package; `commands` runs them.
 """
@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 from fecontact.app.friction.options import STUDIES
 from fecontact.app.indentation.options import SHAPES
+from fecontact.app.slender.options import PROBLEMS
 from fecontact.app.spheres.options import CASES, ELEMENTS, MODELS, PRESSURES, ROUTES
 from fecontact.common.errors import FecontactError
 from fecontact.common.version import VERSION
@@ -132,6 +133,16 @@ def _friction(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--units", nargs=3, default=("", "", ""), metavar=("LENGTH", "FORCE", "STRESS"))
 
 
+def _ancf(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("problem", choices=PROBLEMS, help="; ".join(f"{n}: {what}" for n, what in PROBLEMS.items()))
+    parser.add_argument("--elements", type=int, metavar="N", help="10; pendulum: 12")
+    parser.add_argument("--measure", default="turn", choices=("turn", "geometric"), help="strains of the axis")
+    parser.add_argument("--gravity", type=float, default=9.81, help="pendulum: 9.81 or 50")
+    parser.add_argument("--step", type=float, default=2e-3, help="pendulum: of time")
+    _json(parser)
+    parser.add_argument("--plot", metavar="FILE", help="shapes on the way")
+
+
 def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="SCENE.toml, or a deck: .inp (Abaqus, CalculiX) or .feb (FEBio)")
     parser.add_argument(
@@ -200,6 +211,12 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         "Drag a ball or a roller on a half-space of its own material, with Coulomb friction, and compare with "
         "the closed form. Any consistent units.",
         _friction,
+    ),
+    "ancf": (
+        "slender beams at large rotations: elastica, full circle, falling pendulum",
+        "Solve a problem of Campanelli, Berzeri & Shabana (1999) by lines of absolute nodal coordinates and compare "
+        "with the closed form or a fine solution.",
+        _ancf,
     ),
     "solve": (
         "a scene described in a TOML file or in a deck (.inp, .feb)",

@@ -115,6 +115,17 @@ def friction(options: argparse.Namespace) -> int:
     return 0
 
 
+def ancf(options: argparse.Namespace) -> int:
+    """Solve a problem of slender beams."""
+    from fecontact.app.slender.problems import run
+
+    _check_files(options.plot, options.json)
+    found = run(options.problem, vars(options))
+    remarks = _show(found, found.as_dict(), options.json)
+    _write(options.plot, found.plot, remarks)
+    return 0
+
+
 def solve(options: argparse.Namespace) -> int:
     """Solve a scene file."""
     _check_files(options.json)
@@ -229,5 +240,5 @@ def compare(options: argparse.Namespace) -> int:
 
 #: The commands by name.
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
-    run.__name__: run for run in (hertz, halfspace, friction, solve, explain, view, compare)
+    run.__name__: run for run in (hertz, halfspace, friction, ancf, solve, explain, view, compare)
 }

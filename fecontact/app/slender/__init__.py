@@ -1,0 +1,1 @@
+"""Ready problems of slender beams: ``fecontact ancf``."""

@@ -1,0 +1,43 @@
+"""Ready problems of slender beams: known figures, files, refusals."""
+
+import json
+
+import pytest
+
+from fecontact.app.cli import main
+from fecontact.app.slender.problems import run
+from fecontact.common.errors import InputError
+
+
+def test_the_elastica_with_its_files(tmp_path, capsys):
+    figures, picture = tmp_path / "e.json", tmp_path / "e.png"
+    assert main(["ancf", "elastica", "--elements", "6", "--json", str(figures), "--plot", str(picture)]) == 0
+    told = json.loads(figures.read_text())
+    # order 4 from 0.0128 degrees with ten elements: 0.1
+    assert told["error"] < 0.2
+    assert len(told["cases"]) == 9
+    assert picture.stat().st_size > 10_000
+    out = capsys.readouterr().out
+    assert "9.116 Pcr" in out
+    assert "paper's ten elements: 1.8" in out
+
+
+def test_a_pendulum_falls_with_its_energy():
+    found = run("pendulum", {"elements": 6, "step": 0.01})
+    assert found.error < 0.02
+    assert found.remarks["drift of the energy"] < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("spring", {}, "problem"),
+        ("circle", {"elements": -1}, "one element or more"),
+        ("pendulum", {"elements": 5}, "even number"),
+        ("pendulum", {"gravity": 3.0}, "gravity"),
+        ("pendulum", {"elements": 2, "step": 0.03}, "number of steps"),
+    ],
+)
+def test_refusals(name, options, message):
+    with pytest.raises(InputError, match=message):
+        run(name, options)
