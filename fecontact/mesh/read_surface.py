@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
-from fecontact.common.errors import InputError, MeshError
+from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.mesh.build import build
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.formats.triangulated import read_obj, read_off, read_ply, read_stl
@@ -64,13 +65,13 @@ def read_surface(path: str | Path, name: str | None = None, scale: float = 1.0) 
     ...     read_surface(file, "Skin")
     SurfaceMesh(1 facets, 1 of them triangles, 3 points, area 0.5)
     """
-    path = Path(path)
+    path = file_path("the path of a surface", path)
     suffix = path.suffix.lower()
     if suffix not in READERS and suffix not in MESH_READERS:
         known = ", ".join((*READERS, *MESH_READERS))
         raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {known}.")
     if name is not None and not isinstance(name, str):
-        raise InputError(f"The name of a surface must be a text; found {name!r}. A scale is given as scale=.")
+        raise InputError(f"The name of a surface must be a text; found {shown(name)}. A scale is given as scale=.")
     if name is not None and suffix in READERS:
         raise InputError(f"{path.name} holds one surface, so there is none called {name!r}.")
     positive("the scale", scale)

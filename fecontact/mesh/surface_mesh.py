@@ -208,6 +208,8 @@ def joined(points: Array, facets: IntArray) -> SurfaceMesh:
     target = representatives(points, SAME_POINT * size)
     facets = target[facets]
     distinct = 1 + (np.diff(np.sort(facets, axis=1), axis=1) > 0).sum(axis=1)
+    if not (distinct >= 3).any():
+        raise MeshError("The surface has no facet with three different points.")
     used, number = np.unique(facets[distinct >= 3], return_inverse=True)
     # a quadrilateral of which two corners have met is a triangle
     facets = _as_triangles(number.reshape(-1, 4))

@@ -14,6 +14,7 @@ from fecontact.app.indentation.indentation import Curve, Indentation, curve, ind
 from fecontact.app.indentation.options import OWN
 from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies import Layer, Sphere
+from fecontact.bodies.halfspace.grid import Grid
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.mesh.read_surface import READERS, read_surface
@@ -201,6 +202,7 @@ def _shape(
         if abs(size[0] / wavelength - round(size[0] / wavelength)) > 1e-9:
             raise InputError(f"The size {size[0]:g} is no whole number of waves of {wavelength:g}.")
         return Wave(amplitude, wavelength), cells, size
+    size, cells = Grid(size, cells).size, Grid(size, cells).shape
     longest = given.get("longest", max(size) / LONGEST)
     shortest = given.get("shortest", SHORTEST * max(s / n for s, n in zip(size, cells, strict=True)))
     rough = self_affine(

@@ -82,8 +82,9 @@ def read_scene(
     >>> round(result.contacts[0].total_force, 12)
     0.1
     """
-    if Path(path).suffix.lower() in DECKS:
-        return _deck(Path(path), out, change)
+    path = file_path("the path of a scene file", path)
+    if path.suffix.lower() in DECKS:
+        return _deck(path, out, change)
     root = read_toml(path)
     if change is not None:
         values = dict(root.values)

@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fecontact.common.arguments import file_path
 from fecontact.common.errors import FecontactError, InputError
 
 Place = tuple[str | int, ...]
@@ -95,7 +94,7 @@ def read_toml(path: str | Path) -> Table:
     InputError
         If it does not exist, cannot be read, or is not TOML; the message gives the line.
     """
-    path = file_path("the path of a scene file", path)
+    path = Path(path)
     if path.exists() and not path.is_file():
         raise InputError(f"Cannot read {path}: it is a folder or a device.")
     try:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import index_array
 from fecontact.common.errors import MeshError
 from fecontact.mesh.formats.abaqus_keywords import KeywordSection, connectivity, coordinates
 from fecontact.mesh.formats.raw import RawMesh, known_members, numbers_of
@@ -145,7 +146,7 @@ def _nodes(sections: list[KeywordSection], source: str) -> tuple[IntArray, Array
     places = [s.place for s in sections if s.keyword == "NODE"]
     owner = np.repeat(np.arange(len(nodes)), [len(n) for n in nodes])
     rows = _defined_once(rows, "node", [places[k] for k in owner])
-    return rows[:, 0].astype(np.int64), rows[:, 1:]
+    return index_array("the numbers of nodes", rows[:, 0]), rows[:, 1:]
 
 
 def _first_numbers(section: KeywordSection) -> IntArray:

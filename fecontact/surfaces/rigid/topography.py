@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from tokenize import TokenError
 
 import numpy as np
 
@@ -77,7 +78,7 @@ def read_topography(path: str | Path) -> Topography:
         else:
             table = np.loadtxt(file, delimiter="," if suffix == ".csv" else None, ndmin=2)
             out = _columns(table) if suffix == ".xyz" else Topography(np.ascontiguousarray(table.T), None)
-    except (ValueError, KeyError, OSError, OverflowError, MemoryError, EOFError) as error:
+    except (ValueError, KeyError, OSError, OverflowError, MemoryError, EOFError, SyntaxError, TokenError) as error:
         raise InputError(f"{file.name!r} is not a readable {suffix} topography: {error}") from error
     if out.z.ndim != 2 or min(out.z.shape) < 2:
         raise InputError(f"{file.name!r} holds no grid of at least 2 x 2 heights; found shape {out.z.shape}.")
