@@ -16,8 +16,7 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray
 from fecontact.fem.element_stiffness import determinant_3x3, jacobians
 from fecontact.fem.stress import gauss_strain, to_nodes
-from fecontact.mesh.element.degenerate import element_basis
-from fecontact.mesh.element.quadrature import element_quadrature
+from fecontact.mesh.element.quadrature import element_quadrature, quadrature_basis
 from fecontact.mesh.mesh import Mesh
 
 #: Materials that are averaged apart from each other, since strains jump between them; more are taken for one.
@@ -89,10 +88,10 @@ def energy_error(
         strain, _ = gauss_strain(some, u, selective)
         smooth = to_nodes(some, strain)
         for group in some.cell_groups:
-            X, W = element_quadrature(some.cells.shape[1], group.pattern, group.midfaces)
-            N, dN = element_basis(some.cells.shape[1], group.pattern, group.midfaces, X)
+            _, W = element_quadrature(some.cells.shape[1], group.pattern, group.midfaces)
+            N, dN = quadrature_basis(some.cells.shape[1], group.pattern, group.midfaces)
             dV = determinant_3x3(jacobians(some.points[group.nodes], dN)) * W
-            own = strain[group.cells, : len(X)]
+            own = strain[group.cells, : len(W)]
             at = part[group.cells]
             moduli = lame[at, None], shear[at, None]
             error[at] = (dV * energy_density(N @ smooth[group.nodes] - own, *moduli)).sum(axis=1)

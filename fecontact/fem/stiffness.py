@@ -18,7 +18,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.fem.element_stiffness import determinant_3x3, jacobians, pair_stiffness, physical_gradients, upper_pairs
 from fecontact.fem.node_blocks import sum_of_blocks
 from fecontact.mesh.element.degenerate import element_basis
-from fecontact.mesh.element.quadrature import element_quadrature, reduced_quadrature
+from fecontact.mesh.element.quadrature import element_quadrature, quadrature_basis, reduced_quadrature
 from fecontact.mesh.mesh import Mesh
 
 #: Cells per batch; keeps its working set within a few tens of megabytes.
@@ -57,9 +57,10 @@ def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Ba
     for group in mesh.cell_groups:
         if reduced:
             X, W = reduced_quadrature(mesh.cells.shape[1])
+            N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
         else:
-            X, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
-        N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
+            _, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
+            N, dN = quadrature_basis(mesh.cells.shape[1], group.pattern, group.midfaces)
         for start in range(0, len(group.cells), size):
             part = slice(start, start + size)
             nodes = group.nodes[part]
@@ -69,8 +70,8 @@ def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Ba
 def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:
     """Cells (n_cells,), quadrature points (n_cells, n_q, 3) and volumes (n_cells, n_q), without the gradients."""
     for group in mesh.cell_groups:
-        X, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
-        N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
+        _, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
+        N, dN = quadrature_basis(mesh.cells.shape[1], group.pattern, group.midfaces)
         x = mesh.points[group.nodes]
         yield group.cells, N @ x, determinant_3x3(jacobians(x, dN)) * W
 

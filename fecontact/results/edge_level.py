@@ -39,8 +39,8 @@ PASSES, EXPONENT = 5, 0.75
 #: Slopes within which a fit counts, and the largest change of A in an iteration.
 SLOPES, CHANGE = (0.5, 2.0), 5.0
 #: Ratio of the factors A by pressures and by gaps above which bodies give like springs. It is 0.4 to 2.2 in contacts of
-#: thick bodies and 5 to 18 in cartilages two thirds of a facet thick.
-SPRINGS = 4.0
+#: thick bodies, 2.9 to 18 in cartilages no thicker than the facets.
+SPRINGS = 2.5
 #: Distance in facets up to which nodes may lie on the other side of the edge than their force says.
 LIMIT = 0.5
 #: Least distance in facets of nodes all of whose facets are on one side.

@@ -17,7 +17,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefLine, RefTet, RefTri
 
 from fecontact.common.arrays import Array
-from fecontact.mesh.element.degenerate import Pattern
+from fecontact.mesh.element.degenerate import Pattern, element_basis
 from fecontact.mesh.element.hexahedron import hex_quadrature
 
 #: Node pattern of each: wedge a b c c, d e f f; tetrahedron a b c c, d d d d; pyramid.
@@ -82,3 +82,18 @@ def reduced_quadrature(n_nodes: int) -> tuple[Array, Array]:
         return np.full((1, 3), 0.5), np.ones(1)
     X, W = get_quadrature(RefHex, 3)
     return np.ascontiguousarray(X.T), W
+
+
+@cache
+def quadrature_basis(n_nodes: int, pattern: Pattern, midfaces: tuple[int, ...]) -> tuple[Array, Array]:
+    """Shape functions and their derivatives of one kind of element at its quadrature points, read-only.
+
+    Parameters
+    ----------
+    n_nodes, pattern, midfaces
+        As in `degenerate.element_basis`.
+    """
+    basis = element_basis(n_nodes, pattern, midfaces, element_quadrature(n_nodes, pattern, midfaces)[0])
+    for values in basis:
+        values.setflags(write=False)
+    return basis
