@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.contact.first_candidates import KnownContact
@@ -26,7 +26,7 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence, Step
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, with_bodies
-from fecontact.scene.marking import facets_opposite, marked_cells, marked_facets, parts_of
+from fecontact.scene.marking import edge_points, facets_at, facets_opposite, marked_cells, marked_facets, parts_of
 
 #: Safety factor of an estimate: the smallest ratio of estimate and error in docs/error_estimates.md is 0.92.
 SAFETY = 1.1
@@ -38,8 +38,10 @@ PROGRESS = 0.9
 #: touched was at 0.54 of hexahedra's faces and 0.85 of triangles'; a miss costs another factorisation.
 EDGE = 0.9
 #: Estimate over the target from which meshes are divided twice before the next solution. Nearly all faces of a contact
-#: with an error of some tens of percent are marked, so that the second marks need no solution of their own.
-FAR = 4.0
+#: with an error of some tens of percent are marked, so that the second marks need no solution of their own; with less,
+#: they are the faces at the edge of the contact, which is known better than the faces are wide. Below the smaller one a
+#: single division halves the error enough.
+FAR, NEAR = 4.0, 1.65
 #: Largest growth of a body's unknowns by two divisions at once.
 TWICE = 4.0
 #: Growth of the unknowns that the next division is expected to bring.
@@ -99,11 +101,7 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
         factors = sum({id(c): c.memory for b in result.elastic_bodies if (c := b.model.condensation)}.values())
         reason, finer = _reason_to_end(steps, target, factors), None
         if not reason:
-            far = steps[-1].pressure > FAR * target.accuracy and all(
-                c.error_estimate.unbounded is None for c in result.contacts if c.active.any()
-            )
-            twice = far and not _reason_to_end(steps, target, factors, TWICE)
-            finer = _divided(now.scene, result, target.accuracy, twice)
+            finer = _divided(now.scene, result, target.accuracy, not _reason_to_end(steps, target, factors, TWICE))
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
         if finer is None:
             met = SAFETY * steps[-1].pressure <= target.accuracy
@@ -163,11 +161,16 @@ def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
     return KnownContact(contact.points, contact.active, EDGE * largest.toarray().ravel())
 
 
-def _divided(scene: SceneModel, result: ContactResult, accuracy: float, twice: bool) -> SceneModel | None:
-    """The scene on finer meshes, faces divided twice if asked; None if no body has a cell to divide."""
+def _divided(scene: SceneModel, result: ContactResult, accuracy: float, again: bool) -> SceneModel | None:
+    """The scene on finer meshes, faces divided `again` where that is due; None if no body has a cell to divide."""
     marks: dict[int, dict[str, IntArray]] = {}
     below: dict[int, IntArray] = {}
+    edges: dict[int, dict[str, Array]] = {}
     number = {id(b): k for k, b in enumerate(result.scene.bodies)}
+    touching = [c for c in result.contacts if c.active.any()]
+    worst = max((c.error_estimate.pressure for c in touching), default=0.0)
+    # beside an edge where the pressure has no bound, more divisions do not help
+    again = again and worst > NEAR * accuracy and all(c.error_estimate.unbounded is None for c in touching)
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
         if not contact.active.any():
             continue
@@ -176,6 +179,9 @@ def _divided(scene: SceneModel, result: ContactResult, accuracy: float, twice: b
         for body, name, facets in zip(both, interface.surfaces, (own, facets_opposite(interface, own)), strict=True):
             of_body = marks.setdefault(number[id(body)], {})
             of_body[name] = np.union1d(of_body.get(name, facets), facets)
+            if again and worst <= FAR * accuracy:
+                at_edge = edges.setdefault(number[id(body)], {})
+                at_edge[name] = np.concatenate([at_edge.get(name, np.zeros((0, 3))), edge_points(contact)])
         for body, cells in zip(both, marked_cells(contact, accuracy), strict=True):
             below[number[id(body)]] = np.union1d(below.get(number[id(body)], cells), cells)
     bodies = list(scene.bodies)
@@ -184,9 +190,14 @@ def _divided(scene: SceneModel, result: ContactResult, accuracy: float, twice: b
         if not given and not len(below[k]):
             continue
         bodies[k] = bodies[k].divided(given, below[k])
-        if twice and given and bodies[k] is not scene.bodies[k]:
-            more = bodies[k].divided({n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()})
-            bodies[k] = more if more.n_dofs <= TWICE * scene.bodies[k].n_dofs else bodies[k]
+        if again and given and bodies[k] is not scene.bodies[k]:
+            parts = {n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()}
+            for name in parts.keys() & edges.get(k, {}).keys():
+                points = result.scene.bodies[k].pose.to_body(edges[k][name])
+                parts[name] = np.intersect1d(parts[name], facets_at(points, bodies[k], name))
+            if any(len(p) for p in parts.values()):
+                more = bodies[k].divided(parts)
+                bodies[k] = more if more.n_dofs <= TWICE * scene.bodies[k].n_dofs else bodies[k]
     if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
         return None
     return with_bodies(scene, bodies).scene

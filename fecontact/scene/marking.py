@@ -16,10 +16,8 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.error_estimate import readings_of
 from fecontact.surfaces.facet_surface import facets_of
 
-#: Share of the squared error in the faces marked by their indicators while the tolerance is more than a division away.
+#: Largest share of the squared error in the faces marked by their indicators.
 BULK = 0.8
-#: Least pressure, over the largest, of faces that are divided for the peak.
-HIGH = 0.5
 #: Error of a divided face over its error before, and the share of the tolerance that the last division aims at.
 HALVED, AIM = 0.5, 0.9
 #: Error by the elements below a contact, over the tolerance, above which some of them are divided.
@@ -31,39 +29,25 @@ COARSE = 0.75
 def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     """Mask (n_facets,) of the slave's faces in `contact.facets` to divide.
 
-    Where one division can meet the tolerance, as few faces are marked as hold, with those that touch them and are
-    divided too, the share of the squared error that has to go.
-
     Parameters
     ----------
     contact : ContactFields
     tolerance : float
-        Target error of the pressure and of its peak.
+        Target error of the pressure and of its peak. Where it is nearly met, fewer faces are marked: those at the edge
+        without much of the error are left out.
     """
     read = readings_of(contact)
     assert read is not None
     active = (contact.at_nodes @ contact.pressure > 0)[contact.facets]
     order = np.argsort(-read.misfit, kind="stable")
+    held = np.cumsum(read.misfit[order])
     over = contact.error_estimate.pressure / (AIM * tolerance)
     share = (1 - over**-2) / (1 - HALVED**2) if over > 1 else 0.0
-    near = share < 1
-    held = np.cumsum(
-        _divided_with(contact.facets[read.facets[order]], read.misfit[order]) if near else read.misfit[order]
-    )
-    out = active.any(axis=1) & ~active.all(axis=1) & (not near)
-    out[read.facets[order[: np.searchsorted(held, (share if near else BULK) * held[-1]) + 1]]] = True
+    out = active.any(axis=1) & ~active.all(axis=1) & (share >= BULK)
+    out[read.facets[order[: np.searchsorted(held, min(share, BULK) * held[-1]) + 1]]] = True
     off = np.abs(read.smooth - read.interpolated).max(axis=1) > tolerance * contact.max_pressure
-    off &= read.interpolated.max(axis=1) > HIGH * contact.max_pressure
     out[read.facets[off & active[read.facets].all(axis=1)]] = True
     return out
-
-
-def _divided_with(facets: IntArray, misfit: Array) -> Array:
-    """Misfit (n,) of the faces (n, k) that are divided with each, but not with the ones before it."""
-    first = np.full(facets.max(initial=-1) + 1, len(facets))
-    np.minimum.at(first, facets, np.arange(len(facets))[:, None])
-    nearest = first[facets].min(axis=1, initial=len(facets))
-    return np.asarray(np.bincount(nearest, misfit, minlength=len(facets)), float)
 
 
 def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, IntArray]:
@@ -92,6 +76,22 @@ def parts_of(facets: IntArray, body: Body, finer: Body, name: str) -> IntArray:
     found = old.project(centres).facet
     assert found is not None
     return np.flatnonzero(np.isin(found, facets))
+
+
+def edge_points(contact: ContactFields) -> Array:
+    """Points (n, 3) along the edge of a contact, in world axes; none where it ends with its surfaces."""
+    return np.concatenate([curve.points[curve.is_edge] for curve in contact.outline.curves] or [np.zeros((0, 3))])
+
+
+def facets_at(points: Array, body: Body, name: str) -> IntArray:
+    """Facets of a body that points (n, 3), in its axes, lie on."""
+    surface = facets_of(body.surface(name))
+    assert surface is not None
+    if not len(points):
+        return np.zeros(0, np.int64)
+    found = surface.project(points).facet
+    assert found is not None
+    return np.unique(found)
 
 
 def facets_opposite(interface: Interface, facets: IntArray) -> IntArray:

@@ -12,7 +12,7 @@ from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.scene import adaptive, finite_rotation
 from fecontact.scene.adaptive import SAFETY
 from fecontact.scene.cost import explain
-from fecontact.scene.marking import marked_cells
+from fecontact.scene.marking import edge_points, facets_at, marked_cells
 from fecontact.surfaces import FlatPunch, Paraboloid
 
 STEEL = fc.Material(E=1.0, nu=0.3)
@@ -242,3 +242,18 @@ def test_finite_motion_goes_on_from_the_coarser_mesh(monkeypatch, finite_motion,
     finest = result.solved(block)
     alone = fc.Scene([finest, ball], [fc.Contact(finest, ball)]).solve(**given)
     assert abs(result.contacts[0].max_pressure / alone.contacts[0].max_pressure - 1) < tolerance
+
+
+def test_the_edge_is_found_on_other_meshes_of_the_body(solved):
+    """The edge runs along the circle, and only through facets that lie on both sides of it."""
+    block, _, result = solved
+    points = edge_points(result.contacts[0])
+    radius = np.hypot(points[:, 0], points[:, 1])
+    assert len(points) > 10
+    # a quarter of the block's faces under the contact's radius of two
+    assert np.abs(radius - CONTACT).max() < 0.125 * CONTACT
+    surface = block.surface("bottom")
+    corners = surface.points[surface.facets[facets_at(points, block, "bottom"), :4]]
+    outside = np.hypot(corners[..., 0], corners[..., 1]) > CONTACT
+    assert (outside.any(axis=1) & ~outside.all(axis=1)).all()
+    assert len(facets_at(points[:0], block, "bottom")) == 0
