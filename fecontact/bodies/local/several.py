@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, cast
 
 import numpy as np
@@ -22,16 +22,19 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace.operator import DENSE_LIMIT
 from fecontact.bodies.local.body import LocalBody, pressures
 from fecontact.bodies.local.factored import Factored
+from fecontact.bodies.local.joint import solve_together
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_weights
 from fecontact.bodies.local.surface import WindowSurface, window_surface
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.common.arguments import text
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
+from fecontact.solvers import ComplementarityProblem
+from fecontact.solvers.outcome import Outcome
 from fecontact.surfaces.nodal_weights import components_along
 
 APART = 0.25
@@ -168,7 +171,9 @@ class WindowedBody(OnMesh):
             if nodal.nnz == 0 and len(pressed) == 1:
                 return Reduced(self.windows[pressed[0]].cell_model.along(normals[pressed[0]]), response)
             if nodal.nnz == 0 and rows.shape[0] > DENSE_LIMIT:
-                return Reduced(WindowsCompliance(self, normals), response)
+                cells = _cells_of(normals)
+                kind = WindowsCompliance if cells is None else partial(SolvingWindows, cells=cells)
+                return Reduced(kind(self, normals), response)
             return Reduced(self._dense(normals, nodal), response)
 
     def _split(self, rows: sp.csr_matrix) -> tuple[list[sp.csr_matrix], sp.csr_matrix]:
@@ -271,6 +276,44 @@ class WindowsCompliance(LinearOperator):
 
     def _adjoint(self) -> WindowsCompliance:
         return self
+
+
+class SolvingWindows(WindowsCompliance):
+    """The same along rows of one cell each, no cell twice, with a solver of its own.
+
+    Parameters
+    ----------
+    body, normals
+        As of `WindowsCompliance`.
+    cells : (n,) int array
+        Cell of each row, numbered through all windows.
+    """
+
+    solver = "joint-grids"
+
+    def __init__(self, body: WindowedBody, normals: Sequence[sp.csr_matrix], cells: IntArray) -> None:
+        super().__init__(body, normals)
+        self.cells = cells
+
+    def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+        """Solve a problem with this compliance, in its own units."""
+        models = [part.cell_model for part in self.body.windows]
+        return solve_together(problem, self.cells, models, self._displacements, tolerance)
+
+    def _displacements(self, forces: Array) -> Array:
+        """Displacements (n_cells,) into the body of all cells by forces on them."""
+        parts = self.body.windows
+        each = np.split(forces, self.body.starts[1:-1])
+        p = [f.reshape(part.window.shape) / part.window.grid.area for f, part in zip(each, parts, strict=True)]
+        return np.concatenate([u.ravel() for u in self.body.pressed(p)])
+
+
+def _cells_of(normals: Sequence[sp.csr_matrix]) -> IntArray | None:
+    """Cell of each row, numbered through all windows; None unless rows are single, distinct cells, pressed inwards."""
+    rows = sp.csr_matrix(sp.hstack(normals))
+    single = (np.diff(rows.indptr) == 1).all() and (np.abs(rows.data + 1) < 1e-12).all()
+    cells = rows.indices.astype(np.int64)
+    return cells if single and len(np.unique(cells)) == rows.shape[0] else None
 
 
 def _check(parts: Sequence[LocalBody]) -> None:
