@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import first_alike
-from fecontact.mesh.check import check_cells
+from fecontact.mesh.check import check_cells, check_size
 from fecontact.mesh.element.hexahedron import FACES
 from fecontact.mesh.entities import corner_keys
 from fecontact.mesh.formats.raw import RawMesh
@@ -79,6 +79,8 @@ def _check_numbers(raw: RawMesh, blocks: list[tuple[Kind, IntArray]], source: st
     if not np.isfinite(raw.points).all():
         bad = int(np.argmin(np.isfinite(raw.points).all(axis=1)))
         raise MeshError(f"{source}: point {bad} has coordinates that are not finite: {raw.points[bad]}.")
+    with np.errstate(over="ignore"):
+        check_size(raw.points[np.unique(np.concatenate([c.ravel() for _, c in blocks]))])
 
 
 def _as_hexahedra(

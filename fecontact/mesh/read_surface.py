@@ -13,6 +13,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.mesh.build import build
+from fecontact.mesh.check import check_size
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.formats.triangulated import read_obj, read_off, read_ply, read_stl
 from fecontact.mesh.formats.vtp import read_vtp
@@ -120,6 +121,8 @@ def _surface(points: Array, polygons: list[IntArray], source: str, scale: float)
     used, number = np.unique(numbers, return_inverse=True)
     if not np.isfinite(points[used]).all():
         raise MeshError(f"{source}: point {used[np.argmin(np.isfinite(points[used]).all(axis=1))]} is not finite.")
+    with np.errstate(over="ignore"):
+        check_size(scale * points[used])
     ends = np.cumsum([p.size for p in polygons])[:-1]
     own = [n.reshape(p.shape) for n, p in zip(np.split(number, ends), polygons, strict=True)]
     x = scale * np.asarray(points[used], dtype=float)

@@ -256,7 +256,7 @@ def _shell_sets(sections: list[KeywordSection], rows: IntArray, shells: dict[str
 def _node_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray]:
     out: dict[str, IntArray] = {}
     for s in (s for s in sections if s.keyword == "NODE" and "NSET" in s.parameters):
-        name, ids = s.parameters["NSET"], coordinates(s)[:, 0].astype(np.int64)
+        name, ids = s.parameters["NSET"], index_array("the numbers of nodes", coordinates(s)[:, 0])
         out[name] = np.union1d(out.get(name, ids[:0]), numbers_of(deck.node_ids, ids, "node", deck.source))
     for s in (s for s in sections if s.keyword == "NSET"):
         name = s.parameters.get("NSET", "")

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import index_array
 from fecontact.common.errors import MeshError
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 
@@ -142,7 +143,10 @@ class Stream:
         table = self.take(count * len(fields), "d" if "d" in fields else "i").reshape(count, len(fields))
         ends = np.cumsum([n for _, n in runs])[:-1]
         columns = np.split(table, ends, axis=1)
-        return [c.astype(float if kind == "d" else np.int64) for c, (kind, _) in zip(columns, runs, strict=True)]
+        return [
+            c if kind == "d" else index_array("the numbers of nodes and cells", c)
+            for c, (kind, _) in zip(columns, runs, strict=True)
+        ]
 
     def rows(self, count: int) -> list[list[bytes]]:
         """Words of the next lines of text; the first line of a section, its count, has been taken."""

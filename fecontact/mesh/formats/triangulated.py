@@ -166,10 +166,13 @@ def _ply_binary(
                 parts[prop].append(run[prop][:n])
             at, count = at + n * dtype.itemsize, count - n
         out[name] = {}
-        for prop, _, length in properties:
+        for prop, kind, length in properties:
             found = parts[prop]
+            whole = not kind.startswith("f")
             out[name][prop] = (
-                [a.astype(np.int64) for a in found] if length is not None else np.concatenate(found or [[]])
+                [a.astype(np.int64) if whole else a for a in found]
+                if length is not None
+                else np.concatenate(found or [[]])
             )
     return out
 

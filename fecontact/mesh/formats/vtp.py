@@ -127,5 +127,7 @@ def _add(polygons: dict[int, list[IntArray]], nodes: IntArray, ends: IntArray) -
     """Sort polygons, given by their nodes and where each ends, by their numbers of corners."""
     starts = np.concatenate([[0], ends[:-1]])
     counts = ends - starts
+    if (counts < 0).any() or ends[-1] > len(nodes):
+        raise MeshError("The offsets of a .vtp file do not rise up to the number of its corners. The file is damaged.")
     for n in np.unique(counts).tolist():
         polygons.setdefault(n, []).append(nodes[starts[counts == n][:, None] + np.arange(n)])

@@ -115,6 +115,12 @@ def test_included_files(file):
         fc.read_mesh(file("*INCLUDE, INPUT=bricks.inp"))
 
 
+def test_numbers_that_are_none(file):
+    for number in ("1e300", "nan"):
+        with pytest.raises((fc.InputError, fc.MeshError), match=r"the numbers of nodes|cannot be read"):
+            fc.read_mesh(file(DECK.replace("1, 0., 0., 0.", f"{number}, 0., 0., 0.", 1)))
+
+
 @pytest.mark.parametrize(("old", "new"), [("103,\n", "103,\n2, 1, 2,\n"), ("1, 4\n*NSET", "1, 4, 0\n*NSET")])
 def test_broken_rows_and_ranges(old, new, file):
     assert old in DECK

@@ -125,6 +125,7 @@ $EndElements
         ("3 1 4 1\n", "3 1 777 1\n", "could not be read"),
         ("3 1 4 1\n", "3 1 29 1\n", "numbers are missing"),
         ("4.1 0 8", "4.1 1 8", "damaged"),
+        ("0 0 1\n", "0 nan 1\n", "not finite"),
         (TEXT, "nothing at all", "no nodes"),
     ],
 )
@@ -132,6 +133,9 @@ def test_damaged_files(old, new, words, tmp_path):
     path = tmp_path / "bad.msh"
     path.write_text(TEXT)
     assert fc.read_mesh(path).kinds == {"tet4": 1}
+    path.write_text(TEXT.replace("0 0 1\n", "0 1e308 1\n"))
+    with pytest.raises(fc.InputError, match="size of the mesh"):
+        fc.read_mesh(path)
     path.write_text(TEXT.replace(old, new))
     with pytest.raises(fc.MeshError, match=words):
         fc.read_mesh(path)

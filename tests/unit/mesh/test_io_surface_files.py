@@ -156,6 +156,30 @@ def test_files_that_are_cut_short(name, tmp_path):
     assert refused >= (1 if name == "cube.obj" else 4)
 
 
+@pytest.mark.parametrize(
+    ("name", "old", "new", "words"),
+    [
+        ("ascii.vtp", "4 8 12 16 19 22 25 28", "4 8 12 16 19 22 25 999", "offsets"),
+        ("ascii.vtp", "4 8 12 16 19 22 25 28", "4 2 12 16 19 22 25 28", "offsets"),
+        ("ascii.vtp", 'type="PolyData"', 'type="ImageData"', "expected the PolyData"),
+        ("cube.off", "1.0 1.0 1.0", "1.0 1e308 1.0", "size of the mesh"),
+        ("cube.off", "1.0 1.0 1.0", "1.0 nan 1.0", "not finite"),
+        ("cube.off", "COFF", "MESH", "does not begin with OFF"),
+        ("text.ply", "ascii 1.0", "morse 1.0", "expected ascii or binary"),
+        ("text.ply", "element vertex 8", "element vertex 80", "incomplete"),
+        ("text.ply", "ply\n", "plop\n", "no header"),
+    ],
+)
+def test_damaged_files(name, old, new, words, tmp_path):
+    path = tmp_path / name
+    WRITERS[name](path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises((fc.MeshError, fc.InputError), match=words):
+        fc.read_surface(path)
+
+
 DECK = """*NODE
 1,0,0,0
 2,1,0,0
