@@ -1,15 +1,12 @@
 """Meshes of CAD files by gmsh: all hexahedra or tetrahedra, refined where contact is expected.
 
-gmsh is started for each call, prints nothing and is stopped afterwards. Calls from several threads wait for each other,
-because gmsh holds one model at a time. An open gmsh session is used and left open.
+gmsh runs in a process of its own for each call (`mesh.apart`): an abort ends that process alone, and an open gmsh
+session of the caller stays as it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from threading import RLock
 from typing import Any
 
 import numpy as np
@@ -19,6 +16,7 @@ from fecontact.common.arguments import file_path, flag
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths, point_array
 from fecontact.common.errors import InputError, MeshError, MissingPackageError
+from fecontact.mesh.apart import run_apart
 from fecontact.mesh.build import build
 from fecontact.mesh.cad_faces import on_model
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
@@ -33,7 +31,6 @@ _DIVIDED = 2.0
 #: By gmsh's number of a solid or surface element: kind of cell or number of corners, and number of nodes.
 _SOLIDS = {4: ("tet4", 4), 11: ("tet10", 10), 5: ("hex8", 8), 17: ("hex20", 20), 6: ("wedge6", 6), 18: ("wedge15", 15)}
 _FACETS = {2: (3, 3), 9: (3, 6), 3: (4, 4), 16: (4, 8)}
-_LOCK = RLock()
 
 
 def load_gmsh() -> Any:
@@ -59,33 +56,6 @@ def load_gmsh() -> Any:
             f"libxcursor1 libxfixes3 libxft2 libxinerama1 libfontconfig1). {elsewhere}"
         ) from error
     return gmsh
-
-
-@contextmanager
-def session() -> Iterator[Any]:
-    """Context: gmsh with a new empty model and no output; closed at the end, also after an error.
-
-    Raises
-    ------
-    MissingPackageError
-        If gmsh is not installed or one of its system libraries is missing.
-    """
-    gmsh = load_gmsh()
-    with _LOCK:
-        ours = not gmsh.isInitialized()
-        if ours:
-            gmsh.initialize(["fecontact"], readConfigFiles=False, interruptible=False)
-        terminal = gmsh.option.getNumber("General.Terminal")
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.model.add("fecontact")
-        try:
-            yield gmsh
-        finally:
-            gmsh.model.remove()
-            if ours:
-                gmsh.finalize()
-            else:
-                gmsh.option.setNumber("General.Terminal", terminal)
 
 
 def mesh_solid(
@@ -133,7 +103,7 @@ def mesh_solid(
     ------
     MissingPackageError, InputError
     MeshError
-        If gmsh cannot read or mesh the file; its message is passed on.
+        If gmsh cannot read or mesh the file, or its process crashes; its message is passed on.
     """
     path = file_path("the path of a CAD file", path)
     _check(path, size, element, near_size, growth, scale, run_script)
@@ -145,18 +115,28 @@ def mesh_solid(
     centres = None if near is None else np.atleast_2d(point_array("near", near, 3))
     if centres is not None and (centres.ndim != 2 or not len(centres)):
         raise InputError(f"near must be points of shape (3,) or (n, 3); found shape {centres.shape}.")
-    with session() as gmsh:
-        try:
-            _load(gmsh, path)
-            _set_sizes(gmsh, size, element, centres, near_size, growth)
-            _generate(gmsh, element)
-        except MeshError:
-            raise
-        except Exception as error:  # gmsh raises plain Exception with its message
-            raise MeshError(f"gmsh could not mesh {path.name}: {error}") from error
-        mesh = build(_raw(gmsh, path.name), path.name)
-        mesh = on_model(gmsh, divided(mesh) if element.startswith("hex") else mesh)
+    given = (path.absolute(), size, element, centres, near_size, growth)
+    mesh = run_apart(f"gmsh, which was to mesh {path.name},", _meshed, *given)
     return mesh if scale == 1 else mesh.scaled(scale)
+
+
+def _meshed(
+    path: Path, size: float | None, element: str, near: Array | None, near_size: float | None, growth: float
+) -> Mesh:
+    """The mesh in the file's unit, in a process that ends with it."""
+    gmsh = load_gmsh()
+    gmsh.initialize(["fecontact"], readConfigFiles=False)
+    gmsh.model.add("fecontact")
+    try:
+        _load(gmsh, path)
+        _set_sizes(gmsh, size, element, near, near_size, growth)
+        _generate(gmsh, element)
+    except MeshError:
+        raise
+    except Exception as error:  # gmsh raises plain Exception with its message
+        raise MeshError(f"gmsh could not mesh {path.name}: {error}") from error
+    mesh = build(_raw(gmsh, path.name), path.name)
+    return on_model(gmsh, divided(mesh) if element.startswith("hex") else mesh)
 
 
 def _check(

@@ -7,6 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
+from fecontact.mesh.cad import load_gmsh
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.extrude import crossing_triangles
 from fecontact.mesh.mesh import merge
@@ -279,7 +280,7 @@ def test_cad_requests_that_cannot_be_met(tmp_path, plate):
         (ImportError("No module named 'gmsh'"), "pip install gmsh"),
     ],
 )
-def test_gmsh_missing_is_said(error, words, monkeypatch, tmp_path):
+def test_gmsh_missing_is_said(error, words, monkeypatch):
     import builtins
 
     real = builtins.__import__
@@ -289,7 +290,6 @@ def test_gmsh_missing_is_said(error, words, monkeypatch, tmp_path):
             raise error
         return real(name, *args, **kwargs)
 
-    (tmp_path / "plate.step").write_text("not read")
     monkeypatch.setattr(builtins, "__import__", refuse)
     with pytest.raises(fc.MissingPackageError, match=words):
-        fc.mesh_solid(tmp_path / "plate.step")
+        load_gmsh()
