@@ -168,3 +168,13 @@ def test_bad_topographies(tmp_path, name, text, message):
 def test_bad_shapes(make):
     with pytest.raises(InputError):
         make()
+
+
+def test_a_map_of_three_by_three_heights_is_a_parabola_and_projects_as_one():
+    """A spline of the second order is the parabola itself; its second derivatives are differences."""
+    x = np.array([-1.0, 0.0, 1.0])
+    heights = fc.surfaces.HeightMap(x[:, None] ** 2 / 8 + x[None, :] ** 2 / 12, (3.0, 3.0))
+    points = np.array([[0.3, -0.4, 0.5], [0.0, 0.0, -0.2], [0.8, 0.7, 0.0]])
+    found, exact = heights.project(points), fc.surfaces.Paraboloid(4.0, 6.0).project(points)
+    assert np.allclose(found.points, exact.points, atol=1e-9)
+    assert np.allclose(found.gap, exact.gap, atol=1e-9)
