@@ -394,6 +394,9 @@ def between(start: Mapping[str, Any], end: Mapping[str, Any]) -> dict[str, Any]:
 def _mean(one: Any, other: Any) -> Any:
     if one is None and other is None:
         return None
+    if callable(one) or callable(other):  # a load that varies over its boundary
+        parts = [load for load in (one, other) if load is not None]
+        return lambda *at: sum(np.asarray(p(*at) if callable(p) else p, float) for p in parts) / 2
     return (np.zeros(np.shape(other)) if one is None else np.asarray(one, float)) / 2 + (
         np.zeros(np.shape(one)) if other is None else np.asarray(other, float)
     ) / 2

@@ -246,6 +246,20 @@ def test_a_step_is_of_another_path_if_one_before_it_changed(tmp_path) -> None:
         scene.solve_path([press], file)
 
 
+def test_loads_half_way_between_two_steps() -> None:
+    from fecontact.scene.load_path import between
+
+    body, at = object(), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    one = {"tractions": {body: lambda x: 2 * x}, "forces": {body: (1.0, 0.0, 0.0)}, "motions": {body: {"x": 1.0}}}
+    other = {"tractions": {body: (0.0, 0.0, 4.0)}, "gravity": (0.0, 0.0, -2.0), "motions": {body: {"z": 2.0}}}
+    half = between(one, other)
+    np.testing.assert_array_equal(half["tractions"][body](at), np.add(at, [0.0, 0.0, 2.0]))
+    np.testing.assert_array_equal(between(one, {})["tractions"][body](at), at)
+    np.testing.assert_array_equal(half["forces"][body], [0.5, 0.0, 0.0])
+    np.testing.assert_array_equal(half["gravity"], [0.0, 0.0, -1.0])
+    assert half["motions"][body] == {"x": 0.5, "z": 1.0}
+
+
 def pressed_pad(n: int) -> tuple[fc.Scene, fc.RigidBody]:
     """A ball over a pad of n by n cells, held at its base."""
     mesh = fc.shapes.block((2.0, 2.0, 0.6), (n, n, 2)).translated((-1.0, -1.0, -0.6))
