@@ -114,6 +114,8 @@ def followed(monkeypatch, first, errors, away=(), rest=()):
     asked = []
 
     class Path:
+        originals = ("the body",)
+
         def __init__(self, scene, arguments, timer):
             pass
 
