@@ -292,3 +292,9 @@ def test_every_way_to_look_at_a_class_is_counted(code: str) -> None:
 @pytest.mark.parametrize("code", ["isinstance(x, str)", "type(x).__name__", "{'Body': 1}", "Body(x)", "x is Body"])
 def test_other_code_is_not_counted(code: str) -> None:
     assert list(type_tests(ast.parse(code), {"Body"})) == []
+
+
+def test_files_of_tests_have_names_of_their_own() -> None:
+    """Two of one name cannot be run together, as by ``pytest tests``."""
+    names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
+    assert sorted(name for name in set(names) if names.count(name) > 1) == []
