@@ -41,20 +41,27 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     active = (contact.at_nodes @ contact.pressure > 0)[contact.facets]
     order = np.argsort(-read.misfit, kind="stable")
     held = np.cumsum(read.misfit[order])
-    over = contact.error_estimate.pressure / (AIM * tolerance)
-    share = (1 - over**-2) / (1 - HALVED**2) if over > 1 else 0.0
+    share = _share(contact, tolerance)
     out = active.any(axis=1) & ~active.all(axis=1) & (share >= BULK)
     out[read.facets[order[: np.searchsorted(held, min(share, BULK) * held[-1]) + 1]]] = True
+    if contact.error_estimate.peak <= AIM * tolerance:
+        return out
     off = np.abs(read.smooth - read.interpolated).max(axis=1) > tolerance * contact.max_pressure
     out[read.facets[off & active[read.facets].all(axis=1)]] = True
     return out
+
+
+def _share(contact: ContactFields, tolerance: float) -> float:
+    """Share of the squared error in what is divided that brings the estimate to the tolerance in one division."""
+    over = contact.error_estimate.pressure / (AIM * tolerance)
+    return float((1 - over**-2) / (1 - HALVED**2)) if over > 1 else 0.0
 
 
 def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, IntArray]:
     """Cells of slave and master below the contact to divide besides those at its faces.
 
     Those with most of the squared error in the energy norm, if the elements below keep the estimate above the
-    tolerance whatever the faces are.
+    tolerance whatever the faces are; fewer where it is nearly met.
     """
     if contact.error_estimate.interior < WORTH * tolerance:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -62,7 +69,7 @@ def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, In
     order = np.argsort(-error, kind="stable")
     held = np.cumsum(error[order])
     chosen = np.zeros(len(error), bool)
-    chosen[order[: np.searchsorted(held, BULK * held[-1]) + 1]] = True
+    chosen[order[: np.searchsorted(held, min(_share(contact, tolerance), BULK) * held[-1]) + 1]] = True
     ours, theirs = contact.energy_errors
     return ours.cells[chosen[: len(ours.cells)]], theirs.cells[chosen[len(ours.cells) :]]
 
