@@ -41,8 +41,6 @@ def _rule(nx: int, ny: int = 1, nz: int = 1, across: tuple[bool, bool] = (False,
     each = [np.polynomial.legendre.leggauss(n) for n in (nx, ny, nz)]
     shift = (0.5, 0.0 if across[0] else 0.5, 0.0 if across[1] else 0.5)
     axes = [x / 2 + s for (x, _), s in zip(each, shift, strict=True)]
-    if ny == 1 and across[0]:
-        axes[1] = np.zeros(1)
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     weights = np.einsum("i,j,k->ijk", *(w / 2 for _, w in each)).ravel()
     return points, weights
@@ -131,14 +129,18 @@ def line(
     return Structure(shapes.LINE, np.stack([nodes, t], axis=1), cells, box, parts, inertia)
 
 
-def _rigidities(material: Material, plane_stress: bool) -> tuple[Array, Array]:
-    """Hooke's law in space (6, 6), order xx yy zz xy xz yz, and in plane stress (3, 3), order xx yy xy."""
-    E, nu, G, lame = material.E, material.nu, material.shear_modulus, material.lame
+def _in_space(material: Material) -> Array:
+    """Hooke's law (6, 6), order xx yy zz xy xz yz."""
     D = np.zeros((6, 6))
-    D[:3, :3] = lame
-    D[range(6), range(6)] += [2 * G] * 3 + [G] * 3
-    flat = E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
-    return D, flat
+    D[:3, :3] = material.lame
+    D[range(6), range(6)] += material.shear_modulus * np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])
+    return D
+
+
+def _in_plane(material: Material) -> Array:
+    """Hooke's law of plane stress (3, 3), order xx yy xy."""
+    nu = material.nu
+    return np.asarray(material.plane_strain_modulus * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]))
 
 
 def strip(points: ArrayLike, material: Material, *, width: float, height: float, approach: str = "line") -> Structure:
@@ -169,7 +171,7 @@ def strip(points: ArrayLike, material: Material, *, width: float, height: float,
     inside, weights = _rule(4, 2, across=(True, False))
     volume = size * height * width
     if approach == "continuum":
-        parts = [Part((X, Y), green_lagrange((0, 1)), _rigidities(material, True)[1], inside, weights, volume)]
+        parts = [Part((X, Y), green_lagrange((0, 1)), _in_plane(material), inside, weights, volume)]
     else:
         parts = _flat_line(material, width, height, size)
     inertia = (inside, _density(material) * weights, volume)
@@ -224,7 +226,7 @@ def beam(
     inside, weights = _rule(4, 2, 2, across=(True, True))
     inertia = (inside, _density(material) * weights, volume)
     if approach == "continuum":
-        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), _rigidities(material, False)[0], inside, weights, volume)]
+        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), _in_space(material), inside, weights, volume)]
     else:
         J = rectangle_torsion(width, height) if torsion is None else torsion
         parts = _elastic_line(material, width, height, J, size)
@@ -287,13 +289,14 @@ def _flat_line(material: Material, width: float, height: float, size: Array) -> 
     E, A, G = material.E, width * height, material.shear_modulus
     one, two = _rule(3, across=(True, False)), _rule(2, across=(True, False))
     section = Products((((0.5, 0, 0),), ((0.5, 1, 1),)), (0.5, 0.5))
-    shear, turn = Products((((1.0, 0, 1),),), (0.0,)), Products((((1.0, 0, 1),),), (0.0,))
+    # r_x . r_y is the shear, r_x . r_xy the turn of the section
+    product = Products((((1.0, 0, 1),),), (0.0,))
     change = Products((((1.0, 2, 1), (1.0, 0, 3)),), (0.0,))
     bending = E * A * height**2 / 12
     return [
         Part((X, Y), section, A * E * np.eye(2), *one, size),
-        Part((X, Y), shear, 5 / 6 * G * A * np.eye(1), *two, size),
-        Part((X, XY), turn, bending * np.eye(1), *two, size),
+        Part((X, Y), product, 5 / 6 * G * A * np.eye(1), *two, size),
+        Part((X, XY), product, bending * np.eye(1), *two, size),
         Part((X, Y, XX, XY), change, bending * np.eye(1), *one, size * _short(bending, 5 / 6 * G * A, size)),
     ]
 
@@ -376,7 +379,7 @@ def thick_plate(
     solid, weights = _rule(4, 4, 2, across=(False, True))
     inertia = (solid, _density(material) * weights, area * thickness)
     if approach == "continuum":
-        D = _rigidities(material, False)[0]
+        D = _in_space(material)
         parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), D, solid, weights, area * thickness)]
     else:
         parts = _middle_surface(material, thickness, area)
@@ -389,10 +392,8 @@ def _middle_surface(material: Material, thickness: float, area: Array) -> list[P
     The gradient across is bilinear and the surface's normal is not, so that their shear is taken in the middle of an
     element; its change within the element is resisted with the rigidity of bending, so that nothing locks.
     """
-    flat = _rigidities(material, True)[1]
+    flat = _in_plane(material)
     four, middle = _rule(4, 4, across=(False, True)), _rule(1, 1, across=(False, True))
-    for rule in (four, middle):
-        rule[0][:, 2] = 0.0
     thin = _thin(material, thickness, four, area)
     stretch = Products((((0.5, 0, 0),),), (0.5,))
     shear = Products((((1.0, 0, 2),), ((1.0, 1, 2),)), (0.0, 0.0))
@@ -412,7 +413,7 @@ def _middle_surface(material: Material, thickness: float, area: Array) -> list[P
 
 def _thin(material: Material, thickness: float, rule: tuple[Array, Array], area: Array) -> list[Part]:
     """Membrane and Kirchhoff's bending of a middle surface."""
-    flat = _rigidities(material, True)[1]
+    flat = _in_plane(material)
     return [
         Part((X, Y), green_lagrange((0, 1)), thickness * flat, *rule, area),
         Part((X, Y, XX, YY, XY), SurfaceCurvature(), thickness**3 / 12 * flat, *rule, area),
