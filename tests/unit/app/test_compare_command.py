@@ -6,37 +6,17 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from common_scenes import BALL_ON_BLOCK
 
 import fecontact as fc
 from fecontact.app.cli import main
 from fecontact.app.compare import machine, refinements
 from fecontact.app.compare.refinements import WAYS, compare_scene
 
-SCENE = """
-title = "Block on a ball"
-[materials.soft]
-E = 1.0
-nu = 0.3
-[bodies.block]
-shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}
-material = "soft"
-contact = "top"
-supports = {bottom = "xyz"}
-pose = {translation = [-0.5, -0.5, -1.0]}
-[bodies.ball]
-type = "rigid"
-shape = {kind = "sphere", radius = 2.0}
-[[contacts]]
-slave = "block"
-master = "ball"
-[loads]
-motions.ball = {z = -0.03}
-"""
-
 
 def test_a_scene_is_compared_with_its_finest_run(tmp_path, capsys):
     path, out = tmp_path / "scene.toml", tmp_path / "out"
-    path.write_text(SCENE)
+    path.write_text(BALL_ON_BLOCK)
     command = ["compare", str(path), "--refinements", "3", "--out", str(out)]
     assert main(command) == 0
     rows = json.loads((out / "compare_scene.json").read_text())["rows"]
@@ -62,7 +42,7 @@ def test_a_scene_that_reads_another_mesh_is_run_again(tmp_path, monkeypatch):
     # below a sharp edge a finer accuracy takes minutes
     monkeypatch.setattr(refinements, "COARSEST", 0.8)
     path, rows_path = tmp_path / "scene.toml", tmp_path / "rows.jsonl"
-    path.write_text(SCENE.replace('shape = {kind = "sphere", radius = 2.0}', 'surface = {file = "tip.stl"}'))
+    path.write_text(BALL_ON_BLOCK.replace('shape = {kind = "sphere", radius = 2.0}', 'surface = {file = "tip.stl"}'))
 
     def found(half_side):
         """Contact area below a flat square punch."""
@@ -81,11 +61,11 @@ def test_a_scene_that_reads_another_mesh_is_run_again(tmp_path, monkeypatch):
 
 def test_a_scene_that_cannot_be_refined_is_named(tmp_path, capsys):
     path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
+    path.write_text(BALL_ON_BLOCK)
     assert main(["compare", str(path), "--refinements", "1"]) == 2
     assert "at least 2 refinements" in capsys.readouterr().err
     ball = 'shape = {kind = "half_sphere", radius = 1.0, level = 4}'
-    text = SCENE.replace('shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}', ball)
+    text = BALL_ON_BLOCK.replace('shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}', ball)
     path.write_text(text.replace('"top"', '"cap"').replace("bottom", "base"))
     assert main(["compare", str(path), "--refinements", "3"]) == 2
     assert "5 is the finest" in capsys.readouterr().err
@@ -107,7 +87,11 @@ def test_without_a_scene_it_says_what_it_compares_and_where_the_rest_is(given, f
 def test_scenes_of_several_cases_or_without_contact_are_refused(more, said, tmp_path):
     path = tmp_path / "scene.toml"
     spring = "[[springs]]\nstiffness = 1.0\nstart = {body = 'ball', point = [0, 0, 0]}\nend = {point = [0, 0, 1]}\n"
-    text = SCENE.replace('[[contacts]]\nslave = "block"\nmaster = "ball"\n', spring) if more is None else SCENE + more
+    text = (
+        BALL_ON_BLOCK.replace('[[contacts]]\nslave = "block"\nmaster = "ball"\n', spring)
+        if more is None
+        else BALL_ON_BLOCK + more
+    )
     path.write_text(text)
     with pytest.raises(fc.InputError, match=said):
         compare_scene(path, 2)

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from common_scenes import ball_between_blocks
 
 import fecontact as fc
 from fecontact.app.cli import main
@@ -24,21 +25,6 @@ def has_petsc():
         env={k: v for k, v in os.environ.items() if not k.startswith("PYTHON")},
     )  # fmt: skip
     return bool(found) and found.returncode == 0
-
-
-def ball_between_blocks():
-    """Two elastic bodies of different stiffness; the upper one floats on the other and is pressed by the ball."""
-    mesh = fc.shapes.block((2.0, 1.7, 1.0), (3, 3, 2))
-    base = fc.ElasticBody(mesh, fc.Material(2.0, 0.3), "top", {"bottom": "xyz"}, name="base")
-    sides = {"x_min": "x", "y_min": "y"}
-    plate = fc.ElasticBody(mesh, fc.Material(1.0, 0.2), ("bottom", "top"), sides, name="plate")
-    plate = plate.placed(translation=(0.0, 0.0, 1.0))
-    ball = fc.RigidBody(fc.Sphere(3.0), name="ball").placed(translation=(0.1, 0.05, 5.0))
-    contacts = [
-        fc.Contact(plate, base, surfaces=("bottom", "top")),
-        fc.Contact(plate, ball, surfaces=("top", ball.contact[0])),
-    ]
-    return base, plate, ball, fc.Scene([base, plate, ball], contacts)
 
 
 needs_petsc = pytest.mark.skipif(not has_petsc(), reason="needs mpiexec and petsc4py: apt install python3-petsc4py")

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from common_scenes import ball_between_blocks
 
 import fecontact as fc
 from fecontact.common.errors import InputError
@@ -15,21 +16,6 @@ from fecontact.scene.export import export_problem
 
 SCRIPT = Path(__file__).parents[3] / "examples" / "petsc" / "solve.py"
 PYTHON = "/usr/bin/python3"
-
-
-def ball_between_blocks():
-    """Two elastic bodies of different stiffness; the upper one floats on the other and is pressed by the ball."""
-    mesh = fc.shapes.block((2.0, 1.7, 1.0), (3, 3, 2))
-    base = fc.ElasticBody(mesh, fc.Material(2.0, 0.3), "top", {"bottom": "xyz"}, name="base")
-    sides = {"x_min": "x", "y_min": "y"}
-    plate = fc.ElasticBody(mesh, fc.Material(1.0, 0.2), ("bottom", "top"), sides, name="plate")
-    plate = plate.placed(translation=(0.0, 0.0, 1.0))
-    ball = fc.RigidBody(fc.Sphere(3.0), name="ball").placed(translation=(0.1, 0.05, 5.0))
-    contacts = [
-        fc.Contact(plate, base, surfaces=("bottom", "top")),
-        fc.Contact(plate, ball, surfaces=("top", ball.contact[0])),
-    ]
-    return base, plate, ball, fc.Scene([base, plate, ball], contacts)
 
 
 def compliance(file, key):

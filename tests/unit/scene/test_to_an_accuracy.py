@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from common_scenes import BALL_ON_BLOCK
 
 import fecontact as fc
 from fecontact.app.cli import main
@@ -120,29 +121,7 @@ def test_wrong_targets_are_refused(options, found):
 
 def test_a_scene_file_and_the_command_line_ask_for_an_accuracy(tmp_path, capsys):
     path = tmp_path / "scene.toml"
-    path.write_text(
-        """
-        [materials.soft]
-        E = 1.0
-        nu = 0.3
-        [bodies.block]
-        shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}
-        material = "soft"
-        contact = "top"
-        supports = {bottom = "xyz"}
-        pose = {translation = [-0.5, -0.5, -1.0]}
-        [bodies.ball]
-        type = "rigid"
-        shape = {kind = "sphere", radius = 2.0}
-        [[contacts]]
-        slave = "block"
-        master = "ball"
-        [loads]
-        motions.ball = {z = -0.03}
-        [solve]
-        accuracy = 0.3
-        """
-    )
+    path.write_text(BALL_ON_BLOCK + "[solve]\naccuracy = 0.3\n")
     assert read_scene(path).solve().convergence.accuracy == 0.3
     assert main(["solve", str(path), "--accuracy", "20%", "--json", str(tmp_path / "out.json")]) == 0
     told = json.loads((tmp_path / "out.json").read_text())["convergence"]
