@@ -21,7 +21,6 @@ import scipy.optimize
 
 import fecontact as fc
 from fecontact.bodies.layer import foundation_modulus
-from fecontact.mesh.extrude import extrude
 from fecontact.mesh.shapes import Level
 from fecontact.mesh.surface_mesh import SurfaceMesh
 
@@ -63,14 +62,14 @@ def socket_axis() -> np.ndarray:
 
 def socket(n: int) -> fc.ElasticBody:
     """Cartilage of the socket on the pelvis, which is held."""
-    layer = extrude(dome(SOCKET + THICKNESS, SOCKET_EDGE, n).flipped(), THICKNESS, layers=2)
+    layer = fc.extrude(dome(SOCKET + THICKNESS, SOCKET_EDGE, n).flipped(), THICKNESS, layers=2)
     body = fc.ElasticBody(layer, CARTILAGE, contact="top", supports={"base": "xyz"}, name="socket")
     return body.placed(rotation=towards(socket_axis()))
 
 
 def cartilage_head(n: int) -> fc.ElasticBody:
     """Cartilage of the head on the femur, its pole where the load presses."""
-    layer = extrude(dome(HEAD - THICKNESS, HEAD_EDGE, n), THICKNESS, layers=2)
+    layer = fc.extrude(dome(HEAD - THICKNESS, HEAD_EDGE, n), THICKNESS, layers=2)
     body = fc.ElasticBody(layer, CARTILAGE, contact="top", supports={"base": "xyz"}, name="head")
     return body.placed(rotation=towards(LOAD))
 

@@ -19,7 +19,7 @@ import numpy as np
 
 import fecontact as fc
 from fecontact.fem.stress import von_mises
-from fecontact.mesh.mesh import Mesh, merge
+from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.shapes import Level, lattice
 
 MATERIALS = {
@@ -134,7 +134,7 @@ def ball(sectors: int, n: int = 5) -> Mesh:
 
 def prosthesis(sectors: int) -> fc.ElasticBody:
     """Stem, cement and bone, held at the bone's lower end."""
-    mesh = merge([shaft(sectors), neck(sectors), ball(sectors)], 1e-6)
+    mesh = fc.merge([shaft(sectors), neck(sectors), ball(sectors)], 1e-6)
     return fc.ElasticBody(mesh, MATERIALS, contact="ball", supports={"end": "xyz"}, name="hip")
 
 

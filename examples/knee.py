@@ -19,8 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import fecontact as fc
-from fecontact.mesh.extrude import extrude
-from fecontact.mesh.mesh import Mesh, merge
+from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.shapes import lattice
 from fecontact.mesh.surface_mesh import SurfaceMesh
 
@@ -57,7 +56,7 @@ def condyle(side: str, n: int) -> Mesh:
     x = (-SPACING if side == "medial" else SPACING) + tube * np.sin(s)
     bone = patch(np.stack([x, -radius * np.sin(t), -radius * np.cos(t)], axis=-1))
     down = bone.normals[bone.nodes][:, 2].sum() < 0
-    return extrude(bone if down else bone.flipped(), THICKNESS, layers=2)
+    return fc.extrude(bone if down else bone.flipped(), THICKNESS, layers=2)
 
 
 def plateau(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -72,13 +71,13 @@ def tibia(n: int) -> fc.ElasticBody:
     """Cartilage of the tibia on its bone, which is held."""
     x, y = np.meshgrid(np.linspace(-38.0, 38.0, 3 * n + 1), np.linspace(-24.0, 24.0, 2 * n + 1), indexing="ij")
     bone = patch(np.stack([x, y, plateau(x, y)], axis=-1))
-    mesh = extrude(bone if bone.normals[bone.nodes][:, 2].sum() > 0 else bone.flipped(), THICKNESS, layers=2)
+    mesh = fc.extrude(bone if bone.normals[bone.nodes][:, 2].sum() > 0 else bone.flipped(), THICKNESS, layers=2)
     return fc.ElasticBody(mesh, CARTILAGE, contact="top", supports={"base": "xyz"}, name="tibia")
 
 
 def femur(n: int) -> fc.ElasticBody:
     """Both condyles on one bone, with the axis of flexion along x through the origin."""
-    mesh = merge([condyle("medial", n), condyle("lateral", n)], tolerance=1e-6)
+    mesh = fc.merge([condyle("medial", n), condyle("lateral", n)], tolerance=1e-6)
     return fc.ElasticBody(mesh, CARTILAGE, contact="top", supports={"base": "xyz"}, name="femur")
 
 

@@ -55,7 +55,8 @@ if TYPE_CHECKING:
     from fecontact.mesh import pick, shapes
     from fecontact.mesh import section_shapes as sections
     from fecontact.mesh.cad import mesh_solid
-    from fecontact.mesh.mesh import Mesh
+    from fecontact.mesh.extrude import extrude
+    from fecontact.mesh.mesh import Mesh, merge
     from fecontact.mesh.read import read_mesh
     from fecontact.mesh.read_section import read_section
     from fecontact.mesh.read_surface import read_surface
@@ -101,7 +102,9 @@ __all__ = [
     "SurfaceMesh",
     "WindowedBody",
     "available_solvers",
+    "extrude",
     "hertz",
+    "merge",
     "mesh_solid",
     "pick",
     "read_mesh",
@@ -153,7 +156,9 @@ _PLACES = {
     "SupportError": "fecontact.common.errors:SupportError",
     "SurfaceMesh": "fecontact.mesh.surface_mesh:SurfaceMesh",
     "available_solvers": "fecontact.solvers:available_solvers",
+    "extrude": "fecontact.mesh.extrude:extrude",
     "hertz": "fecontact.analytic.hertz",
+    "merge": "fecontact.mesh.mesh:merge",
     "mesh_solid": "fecontact.mesh.cad:mesh_solid",
     "pick": "fecontact.mesh.pick",
     "read_mesh": "fecontact.mesh.read:read_mesh",

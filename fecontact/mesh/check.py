@@ -78,7 +78,7 @@ def _check_duplicates(mesh: Mesh) -> None:
         a, b = pairs[0]
         raise MeshError(
             f"{len(pairs)} pairs of points lie in the same place; the first are points {a} and {b}. A crack between "
-            "them would open; join them with fecontact.mesh.merge([mesh], tolerance)."
+            "them would open; join them with fc.merge([mesh], tolerance)."
         )
 
 

@@ -125,12 +125,20 @@ class SurfaceMesh:
     def of(cls, mesh: Mesh, name: str) -> SurfaceMesh:
         """Surface mesh of a boundary of a solid, with the solid's points.
 
-        A layer extruded from it fits the solid node by node; `mesh.merge` joins them.
+        A layer extruded from it fits the solid node by node; `fc.merge` joins them.
 
         Raises
         ------
         InputError
             If there is no such boundary, or the mesh has hanging nodes, along which a layer would be open.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> bone = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1))
+        >>> cartilage = fc.extrude(SurfaceMesh.of(bone, "top"), thickness=0.1)
+        >>> fc.merge([bone, cartilage], tolerance=1e-9)
+        Mesh(hex20, 8 cells, 81 points, boundaries: x_min, x_max, y_min, y_max, bottom, top, side)
         """
         instance("the mesh", mesh, Mesh)
         refuse_hanging(mesh.hanging, "turned into a surface mesh")
