@@ -16,7 +16,7 @@ from references import layer_on_rigid_plane, pin_in_hole
 
 import fecontact as fc
 from fecontact.results.facet_samples import facet_samples, hats
-from fecontact.results.pictures.draw import draw_field, draw_regions
+from fecontact.results.pictures.contact_map import draw_field, draw_regions
 from fecontact.results.recovered_field import recovered_field
 from fecontact.surfaces import Paraboloid
 

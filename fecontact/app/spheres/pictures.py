@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from fecontact.app.spheres.figures import SpheresFigures
 from fecontact.common.units import Units
-from fecontact.results.pictures.draw import FINENESS, draw_field
+from fecontact.results.pictures.contact_map import FINENESS, draw_field
 from fecontact.results.pictures.figure import save_figure
 from fecontact.results.pictures.section_curve import draw_curve
 

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.common.arrays import Array, Mask
+from fecontact.common.arrays import Mask
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.friction_fields import FrictionFields
+from fecontact.results.pictures.map_projection import MapProjection
 from fecontact.results.pictures.section_curve import along_axis, axis_name, curve_window
 
 #: Colours of points that stick and slide.
@@ -37,9 +38,10 @@ def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFie
     axes.legend(loc="best", fontsize="small")
 
 
-def draw_arrows(axes: Any, contact: ContactFields, friction: FrictionFields, plane: Array) -> None:
-    """Draw directions of tractions on the slave, in a view (2, 3), coloured by what sticks and slides."""
-    flat, traction = contact.points @ plane.T, friction.traction @ plane.T
+def draw_arrows(axes: Any, contact: ContactFields, friction: FrictionFields, projection: MapProjection) -> None:
+    """Draw directions of tractions on the slave, on a map, coloured by what sticks and slides."""
+    flat = projection.flat(contact.points)
+    traction = projection.directions(contact.points, friction.traction)
     largest = float(np.linalg.norm(traction, axis=1).max(initial=0.0))
     every = max(1, -(-int(friction.touching.sum()) // MOST_ARROWS))
     for chosen, colour, name in _states(friction):

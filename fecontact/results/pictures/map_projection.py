@@ -1,0 +1,266 @@
+"""Maps of a contact on paper: flat along its mean normal, or a cylinder or a sphere unrolled.
+
+A contact is shown flat where the cosines of its faces' turn from their mean normal are above `FLAT`. Otherwise a
+cylinder is unrolled from the centre of pressure (lengths and areas are true), and a sphere is laid out by distance and
+direction from there (azimuthal equidistant projection, Snyder 1987, Map Projections, chapter 25: lengths from the
+middle are true).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from fecontact.common.arrays import Array, Mask
+from fecontact.results.contact_fields import ContactFields
+
+#: Cosine of the turn of a face from the mean normal up to which a contact is shown flat: lengths are 30 % short there.
+FLAT = 0.7
+#: Largest misfit of a fitted cylinder or sphere, relative to its radius, and of normals to a cylinder's axis.
+ROUND = 0.1
+#: Angle from the middle, relative to a half turn, beyond which the facets of a sphere are left out: they enclose the
+#: point opposite, which has no place on the map.
+FAR_SIDE = 0.9
+#: Step of a direction on the map, relative to the radius.
+STEP = 1e-6
+
+
+class MapProjection(Protocol):
+    """Where points of a contact lie on its map."""
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """What the two axes of the map are."""
+
+    def flat(self, points: Array) -> Array:
+        """Places (..., 2) of points (..., 3)."""
+
+    def of_facets(self, points: Array) -> Array:
+        """Places (n_facets, k, 2) of points (n_facets, k, 3) on facets, which stay in one piece."""
+
+    def directions(self, points: Array, vectors: Array) -> Array:
+        """Vectors (n, 2) on the map of vectors (n, 3) along the surface."""
+
+    def shows(self, middles: Array, normals: Array) -> Mask:
+        """Facets (n,) by middles and normals (n, 3) that have a place on the map."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlatMap:
+    """Surface seen along `normal` (3,), with two axes (2, 3) across it; faces turned away are left out.
+
+    Examples
+    --------
+    >>> FlatMap(np.eye(3)[:2], np.eye(3)[2]).flat(np.array([1.0, 2.0, 3.0])).tolist()
+    [1.0, 2.0]
+    """
+
+    axes: Array
+    normal: Array
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Directions of the two axes."""
+        return _axis_name(self.axes[0]), _axis_name(self.axes[1])
+
+    def flat(self, points: Array) -> Array:
+        """See `MapProjection`."""
+        return np.asarray(points @ self.axes.T)
+
+    def of_facets(self, points: Array) -> Array:
+        """See `MapProjection`."""
+        return self.flat(points)
+
+    def directions(self, points: Array, vectors: Array) -> Array:
+        """See `MapProjection`."""
+        return self.flat(vectors)
+
+    def shows(self, middles: Array, normals: Array) -> Mask:
+        """Faces that are not turned away."""
+        return np.asarray(normals @ self.normal > 0)
+
+
+@dataclass(frozen=True, eq=False)
+class CylinderMap:
+    """Cylinder unrolled: arc length from `middle`, and position along the axis.
+
+    Attributes
+    ----------
+    frame : (3, 3) array
+        Rows: direction to the middle, direction of the arc there, axis.
+    centre : (3,) array
+        On the axis.
+    radius : float
+
+    Examples
+    --------
+    >>> turned = CylinderMap(np.eye(3), np.zeros(3), 2.0).flat(np.array([0.0, 2.0, 5.0]))
+    >>> np.allclose(turned, [np.pi, 5.0])
+    True
+    """
+
+    frame: Array
+    centre: Array
+    radius: float
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Arc and axis."""
+        return f"arc about {_axis_name(self.frame[2])}", _axis_name(self.frame[2])
+
+    def flat(self, points: Array) -> Array:
+        """See `MapProjection`."""
+        x, y, _ = np.moveaxis((points - self.centre) @ self.frame.T, -1, 0)
+        return np.stack([self.radius * np.arctan2(y, x), points @ self.frame[2]], axis=-1)
+
+    def of_facets(self, points: Array) -> Array:
+        """See `MapProjection`; the facets opposite the middle hang over the border of the map."""
+        out = self.flat(points)
+        turn = 2 * np.pi * self.radius
+        out[..., 0] -= turn * np.round((out[..., 0] - out[:, :1, 0]) / turn)
+        return out
+
+    def directions(self, points: Array, vectors: Array) -> Array:
+        """See `MapProjection`."""
+        return _directions(self, points, vectors, self.radius)
+
+    def shows(self, middles: Array, normals: Array) -> Mask:
+        """All facets."""
+        return np.ones(len(middles), bool)
+
+
+@dataclass(frozen=True, eq=False)
+class SphereMap:
+    """Sphere laid out by the arc length from its `middle` and the direction there.
+
+    Attributes
+    ----------
+    frame : (3, 3) array
+        Rows: the two axes of the map, and the direction from the centre to the middle.
+    centre : (3,) array
+    radius : float
+
+    Examples
+    --------
+    >>> turned = SphereMap(np.eye(3), np.zeros(3), 2.0).flat(np.array([0.0, 2.0, 0.0]))
+    >>> np.allclose(turned, [0.0, np.pi])
+    True
+    """
+
+    frame: Array
+    centre: Array
+    radius: float
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Arcs towards the two axes."""
+        return f"arc towards {_axis_name(self.frame[0])}", f"arc towards {_axis_name(self.frame[1])}"
+
+    def flat(self, points: Array) -> Array:
+        """See `MapProjection`."""
+        local = (points - self.centre) @ self.frame.T
+        across = np.linalg.norm(local[..., :2], axis=-1)
+        arc = self.radius * np.arctan2(across, local[..., 2])
+        # at the middle, where the direction is none, arc over distance is radius over height
+        return np.asarray(local[..., :2] * (arc / np.where(across > 0, across, 1.0))[..., None])
+
+    def of_facets(self, points: Array) -> Array:
+        """See `MapProjection`."""
+        return self.flat(points)
+
+    def directions(self, points: Array, vectors: Array) -> Array:
+        """See `MapProjection`."""
+        return _directions(self, points, vectors, self.radius)
+
+    def shows(self, middles: Array, normals: Array) -> Mask:
+        """Facets that do not enclose the point opposite the middle."""
+        towards = (middles - self.centre) @ self.frame[2]
+        return np.asarray(towards > np.cos(FAR_SIDE * np.pi) * np.linalg.norm(middles - self.centre, axis=1))
+
+
+def map_of(contact: ContactFields) -> MapProjection:
+    """Map of a contact: flat if its loaded faces are nearly flat, else of the cylinder or sphere that fits them."""
+    middles, normals, areas = facet_planes(contact)
+    loaded = (contact.at_nodes @ contact.forces > 0)[contact.facets].any(axis=1)
+    near = loaded if loaded.any() else np.ones(len(loaded), bool)
+    mean = _unit(areas[near] @ normals[near])
+    if (normals[near] @ mean).min() >= FLAT:
+        return FlatMap(_axes_across(mean), mean)
+    middle = contact.centre_of_pressure if contact.active.any() else areas @ middles / areas.sum()
+    points = contact.nodes[np.unique(contact.facets[near])]
+    for fitted in (_cylinder, _sphere):
+        if (found := fitted(points, normals[near], areas[near], middle)) is not None:
+            return found
+    return FlatMap(_axes_across(mean), mean)
+
+
+def facet_planes(contact: ContactFields) -> tuple[Array, Array, Array]:
+    """Middles (n, 3), unit normals (n, 3) out of the slave and areas (n,) of the facets, by their diagonals."""
+    corners = contact.nodes[contact.facets[:, :4]]
+    area = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) / 2
+    size = np.linalg.norm(area, axis=1)
+    return corners.mean(axis=1), area / size[:, None], size
+
+
+def _cylinder(points: Array, normals: Array, areas: Array, middle: Array) -> CylinderMap | None:
+    """Cylinder through points; None if normals are not normal to one axis, or points not on a circle about it."""
+    values, vectors = np.linalg.eigh((normals * areas[:, None]).T @ normals / areas.sum())
+    if values[0] > ROUND**2:
+        return None
+    axis = vectors[:, 0] * np.sign(vectors[np.abs(vectors[:, 0]).argmax(), 0])
+    across = _axes_across(axis)
+    flat = points @ across.T
+    (fitted, radius) = _round_fit(flat)
+    if np.abs(np.linalg.norm(flat - fitted, axis=1) - radius).max() > ROUND * radius:
+        return None
+    centre = fitted @ across
+    outward = middle - centre - (middle - centre) @ axis * axis
+    first = _unit(outward)
+    return CylinderMap(np.stack([first, np.cross(axis, first), axis]), centre, radius)
+
+
+def _sphere(points: Array, normals: Array, areas: Array, middle: Array) -> SphereMap | None:
+    """Sphere through points; None if they are not on one."""
+    centre, radius = _round_fit(points)
+    if np.abs(np.linalg.norm(points - centre, axis=1) - radius).max() > ROUND * radius:
+        return None
+    outward = _unit(middle - centre)
+    return SphereMap(np.vstack([_axes_across(outward), outward]), centre, radius)
+
+
+def _round_fit(points: Array) -> tuple[Array, float]:
+    """Centre and radius of the circle or sphere by points (n, d): least squares of |x|^2 - 2 c x = r^2 - c^2."""
+    start = points.mean(axis=0)
+    size = float(np.abs(points - start).max())
+    offset = (points - start) / size
+    system = np.column_stack([2 * offset, np.ones(len(points))])
+    found = np.linalg.lstsq(system, (offset**2).sum(axis=1), rcond=None)[0]
+    return start + size * found[:-1], size * float(np.sqrt(found[-1] + found[:-1] @ found[:-1]))
+
+
+def _directions(projection: CylinderMap | SphereMap, points: Array, vectors: Array, radius: float) -> Array:
+    """Derivatives (n, 2) of places along vectors (n, 3), by differences; vectors across the border turn with it."""
+    longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0)) or 1.0
+    step = STEP * radius / longest
+    ends = np.stack([points, points + step * vectors], axis=1)
+    return np.asarray(np.diff(projection.of_facets(ends), axis=1)[:, 0] / step)
+
+
+def _axes_across(normal: Array) -> Array:
+    """Two directions (2, 3) spanning the plane normal to a unit normal; world axes where possible."""
+    # the two world axes closest to the plane, in order, so that a contact along z is shown as x against y
+    first, second = sorted(np.argsort(np.abs(normal), kind="stable")[:2])
+    u = _unit(np.eye(3)[first] - normal[first] * normal)
+    v = np.eye(3)[second] - normal[second] * normal
+    return np.stack([u, _unit(v - (v @ u) * u)])
+
+
+def _unit(vector: Array) -> Array:
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _axis_name(direction: Array) -> str:
+    k = int(np.argmax(np.abs(direction)))
+    return "xyz"[k] if abs(direction[k]) > 0.999 else "({:.2f}, {:.2f}, {:.2f})".format(*direction)
