@@ -8,18 +8,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.slender.structure import Structure
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
 #: A structure's number and a node of it.
 Place = tuple[int, int]
+
+
+class Jointed(Protocol):
+    """What joints ask of a structure."""
+
+    @property
+    def name(self) -> str:
+        """Of its elements, for messages."""
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of coordinates."""
+
+    @property
+    def vectors(self) -> Array:
+        """Initial vectors (n_nodes, per_node, 3) of each node."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +44,7 @@ class Joints:
 
     Parameters
     ----------
-    structures : sequence of Structure
+    structures : sequence of Structure or CorotationalBeam
 
     Examples
     --------
@@ -39,7 +55,7 @@ class Joints:
     (18, 8)
     """
 
-    structures: Sequence[Structure]
+    structures: Sequence[Jointed]
 
     def _rows(self, place: Place, given: Sequence[int] | None, directions: ArrayLike | None = None) -> sp.csr_matrix:
         """Components along directions (k, 3) of some vectors of a node, or of all."""
@@ -50,15 +66,15 @@ class Joints:
         n_nodes = len(s.vectors)
         if not -n_nodes <= node < n_nodes:
             raise InputError(f"Structure {k} has {n_nodes} nodes, counted from 0; found {node}.")
-        vectors = range(s.shape.per_node) if given is None else given
-        if max(vectors) >= s.shape.per_node:
+        per_node = s.vectors.shape[1]
+        vectors = range(per_node) if given is None else given
+        if max(vectors) >= per_node:
             raise InputError(
-                f"A node of a {s.shape.name} has a position and {s.shape.per_node - 1} gradients; this joint needs "
-                f"{max(vectors)}."
+                f"A node of a {s.name} has a position and {per_node - 1} gradients; this joint needs {max(vectors)}."
             )
         start = sum(other.n_dofs for other in self.structures[:k])
         along = np.eye(3) if directions is None else np.atleast_2d(np.asarray(directions, dtype=float))
-        first = start + 3 * (s.shape.per_node * (node % n_nodes) + np.asarray(vectors))
+        first = start + 3 * (per_node * (node % n_nodes) + np.asarray(vectors))
         columns = (first[:, None, None] + np.arange(3)).repeat(len(along), axis=1).ravel()
         data = np.broadcast_to(along, (len(vectors), *along.shape)).ravel()
         rows = np.arange(len(vectors) * len(along)).repeat(3)
@@ -98,7 +114,7 @@ class Joints:
 
     def rigid(self, one: Place, other: Place) -> sp.csr_matrix:
         """Positions and all gradients tied; nodes may differ in place and direction only by a constant."""
-        vectors = range(min(self.structures[p[0]].shape.per_node for p in (one, other)))
+        vectors = range(min(self.structures[p[0]].vectors.shape[1] for p in (one, other)))
         return sp.csr_matrix(self._rows(one, vectors) - self._rows(other, vectors))
 
     def free(self, conditions: Sequence[sp.csr_matrix]) -> sp.csr_matrix:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
+from fecontact.ancf.slender.axis import axis_of
 from fecontact.ancf.slender.shapes import Shape
 from fecontact.ancf.slender.strains import LineCurvature, Measure, Products, Stretch, SurfaceCurvature, green_lagrange
 from fecontact.ancf.slender.structure import Part, Structure
@@ -44,35 +45,6 @@ def _rule(nx: int, ny: int = 1, nz: int = 1, across: tuple[bool, bool] = (False,
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     weights = np.einsum("i,j,k->ijk", *(w / 2 for _, w in each)).ravel()
     return points, weights
-
-
-def straight(start: ArrayLike, end: ArrayLike, n: int) -> Array:
-    """Points (n + 1, 3) of n equal elements from start to end."""
-    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    return a + np.linspace(0, 1, n + 1)[:, None] * (b - a)
-
-
-def _axis(points: Array, tangents: ArrayLike | None) -> tuple[Array, IntArray, Array]:
-    """Unit tangents at the nodes, elements and their lengths along an axis of nodes in order."""
-    points = np.asarray(points, dtype=float)
-    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
-        raise InputError(f"An axis needs two nodes or more, (n, 3); found an array {points.shape}.")
-    chords = np.diff(points, axis=0)
-    lengths_ = np.linalg.norm(chords, axis=1)
-    if not (lengths_ > 0).all():
-        raise InputError(f"Elements must have lengths; {(~(lengths_ > 0)).sum()} have none.")
-    if tangents is None:
-        if not np.allclose(np.cross(chords, chords[0]), 0.0, atol=1e-12 * lengths_.max() ** 2):
-            raise InputError("The axis is not straight: give the unit tangents at its nodes, tangents=.")
-        t = np.repeat(chords[:1] / lengths_[0], len(points), axis=0)
-    else:
-        t = np.asarray(tangents, dtype=float)
-        if t.shape != points.shape or not np.allclose(np.linalg.norm(t, axis=1), 1.0):
-            raise InputError(f"tangents must be unit vectors {points.shape}; found an array {t.shape}.")
-        # length of the cubic through both ends, by arcs: chord times angle over twice its sine
-        half = np.arccos(np.clip((t[1:] * t[:-1]).sum(axis=1), -1.0, 1.0)) / 2
-        lengths_ = lengths_ / np.sinc(half / np.pi)
-    return t, np.stack([np.arange(len(points) - 1), np.arange(1, len(points))], axis=1), lengths_
 
 
 def line(
@@ -102,6 +74,7 @@ def line(
 
     Examples
     --------
+    >>> from fecontact.ancf.slender import straight
     >>> cable = line(straight((0, 0, 0), (1, 0, 0), 4), EA=100.0, EI=1.0)
     >>> cable.n_dofs
     30
@@ -109,7 +82,7 @@ def line(
     lengths(EA=EA, EI=EI)
     among("measure", measure, ("turn", "geometric"))
     nodes = np.asarray(points, dtype=float)
-    t, cells, size = _axis(nodes, tangents)
+    t, cells, size = axis_of(nodes, tangents)
     box = np.column_stack([size, np.ones((len(size), 2))])
     two, four = _rule(2), _rule(4)
     if tangents is not None and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
@@ -159,13 +132,14 @@ def strip(points: ArrayLike, material: Material, *, width: float, height: float,
     Examples
     --------
     >>> import fecontact as fc
+    >>> from fecontact.ancf.slender import straight
     >>> strip(straight((0, 0, 0), (1, 0, 0), 4), fc.Material(E=1.0, nu=0.3), width=0.1, height=0.1).n_dofs
     45
     """
     lengths(width=width, height=height)
     among("approach", approach, ("line", "continuum"))
     nodes = np.asarray(points, dtype=float)
-    t, cells, size = _axis(nodes, None)
+    t, cells, size = axis_of(nodes, None)
     across = np.cross((0.0, 0.0, 1.0), t)
     box = np.column_stack([size, np.full(len(size), height), np.ones(len(size))])
     inside, weights = _rule(4, 2, across=(True, False))
@@ -208,6 +182,7 @@ def beam(
     Examples
     --------
     >>> import fecontact as fc
+    >>> from fecontact.ancf.slender import straight
     >>> steel = fc.Material(E=210e3, nu=0.3)
     >>> beam(straight((0, 0, 0), (100, 0, 0), 4), steel, width=5.0, height=10.0).n_dofs
     60
@@ -215,7 +190,7 @@ def beam(
     lengths(width=width, height=height)
     among("approach", approach, ("line", "continuum"))
     nodes = np.asarray(points, dtype=float)
-    t, cells, size = _axis(nodes, tangents)
+    t, cells, size = axis_of(nodes, tangents)
     across = np.cross(np.asarray(up, dtype=float), t)
     if (np.linalg.norm(across, axis=1) < 1e-6).any():
         raise InputError(f"up = {tuple(np.ravel(up))} lies along the axis; give a direction across it.")

@@ -7,7 +7,7 @@ that a part can be integrated at fewer points against locking.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -21,7 +21,7 @@ from fecontact.ancf.slender.strains import Measure
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
-#: Gauss points of the step between two states, see `Structure.forces_between`.
+#: Gauss points of the step between two states, see `mean_forces`.
 BETWEEN = 3
 
 
@@ -48,6 +48,18 @@ class Part:
     points: Array
     weights: Array
     size: Array
+
+
+def mean_forces(forces: Callable[[Array], Array], q0: Array, q1: Array) -> Array:
+    """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy.
+
+    Their mean over the straight step, by Gauss points: the energy is conserved to the sixth power of the strains of a
+    step. Source: the average vector field of R. I. McLachlan, G. R. W. Quispel & N. Robidoux, Phil. Trans. R. Soc. A
+    357 (1999).
+    """
+    x, w = np.polynomial.legendre.leggauss(BETWEEN)
+    each = [wk / 2 * forces(q0 + (1 + xk) / 2 * (q1 - q0)) for xk, wk in zip(x, w, strict=True)]
+    return np.sum(each, axis=0, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +102,11 @@ class Structure:
                 f"A node of a {self.shape.name} has {self.shape.per_node} vectors of three finite numbers; found an "
                 f"array {self.vectors.shape}."
             )
+
+    @property
+    def name(self) -> str:
+        """Of its elements."""
+        return self.shape.name
 
     @property
     def n_dofs(self) -> int:
@@ -279,15 +296,8 @@ class Structure:
         return self._summed(whole)
 
     def forces_between(self, q0: Array, q1: Array) -> Array:
-        """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy.
-
-        Their mean over the straight step, by Gauss points: the energy is conserved to the sixth power of the strains of
-        a step. Source: the average vector field of R. I. McLachlan, G. R. W. Quispel & N. Robidoux, Phil. Trans. R.
-        Soc. A 357 (1999).
-        """
-        x, w = np.polynomial.legendre.leggauss(BETWEEN)
-        each = [wk / 2 * self.forces(q0 + (1 + xk) / 2 * (q1 - q0)) for xk, wk in zip(x, w, strict=True)]
-        return np.sum(each, axis=0, dtype=float)
+        """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy, see `mean_forces`."""
+        return mean_forces(self.forces, q0, q1)
 
     def check_inverted(self, q: Array) -> None:
         """Slender elements have no volume to turn inside out."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from fecontact.common.arrays import Array
@@ -23,6 +25,9 @@ class SlenderFigures:
     shapes : tuple of (str, (m, 3) array)
         Points of the axis, to draw.
     seconds : float
+        Of the solution, without what stands beside it.
+    beside : dict of str to tuple of float
+        The same figures by other procedures; NaN where they have none.
     """
 
     name: str
@@ -32,6 +37,7 @@ class SlenderFigures:
     remarks: dict[str, float]
     shapes: tuple[tuple[str, Array], ...]
     seconds: float
+    beside: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def error(self) -> float:
@@ -40,12 +46,28 @@ class SlenderFigures:
 
     def as_dict(self) -> dict[str, Any]:
         """All figures for scripts."""
-        cases = [{"case": case, "found": found, "known": known} for case, found, known in self.rows]
+        cases = [
+            {"case": case, "found": found, "known": known} | {name: _number(v[k]) for name, v in self.beside.items()}
+            for k, (case, found, known) in enumerate(self.rows)
+        ]
         head = {"problem": self.name, "elements": self.n, "unit": self.unit, "seconds": self.seconds}
         return {**head, "cases": cases, "error": self.error, **self.remarks}
 
     def __str__(self) -> str:
-        lines = [f"{self.name}, {self.n} elements [{self.unit}]", f"  {'':14}{'found':>12}{'known':>12}{'error':>11}"]
-        lines += [f"  {case:14}{found:>12.6g}{known:>12.6g}{found - known:>+11.1e}" for case, found, known in self.rows]
+        # names of the procedures beside stand above their columns, in two lines at a comma
+        names = [name.partition(", ")[::2] for name in self.beside]
+        upper = "".join(f"{first:>15}" for first, _ in names)
+        lower = "".join(f"{second:>15}" for _, second in names)
+        lines = [f"{self.name}, {self.n} elements [{self.unit}]"]
+        lines += [f"  {'':49}{upper}"] if names else []
+        lines += [f"  {'':14}{'found':>12}{'known':>12}{'error':>11}{lower}"]
+        for k, (case, found, known) in enumerate(self.rows):
+            others = "".join(f"{'-' if math.isnan(v[k]) else f'{v[k]:.6g}':>15}" for v in self.beside.values())
+            lines.append(f"  {case:14}{found:>12.6g}{known:>12.6g}{found - known:>+11.1e}{others}")
         lines += [f"  {name}: {value:.3g}" for name, value in self.remarks.items()]
         return "\n".join([*lines, f"  {self.seconds:.2f} s"])
+
+
+def _number(value: float) -> float | None:
+    """NaN is no number in JSON."""
+    return None if math.isnan(value) else value

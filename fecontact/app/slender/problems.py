@@ -10,41 +10,24 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
-from fecontact.analytic.elastica import elastica
 from fecontact.ancf import Assembly, EnergyMomentum, Stage, equilibrium, move
 from fecontact.ancf.slender import Joints, Structure, line, straight
-from fecontact.app.slender.figures import SlenderFigures
+from fecontact.app.slender import elastica
 from fecontact.app.slender.options import ELEMENTS
+from fecontact.app.slender.result import SlenderProblem
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError, SolverError
 
-EA, EI = 2.0e9 * 1.257e-3, 2.0e9 * 1.257e-7
-CRITICAL = math.pi**2 * EI / 4
-#: Loads of the paper's table over the critical one, and its angles with ten elements, in degrees.
-LOADS = {
-    1.015: 21.41, 1.063: 38.56, 1.152: 58.80, 1.293: 78.55, 1.518: 98.53, 1.884: 118.48, 2.541: 138.56, 4.029: 158.88,
-    9.116: 175.57,
-}  # fmt: skip
 LENGTH = 1.2
 #: Deflection of the pendulum's middle from its chord at 0.1, 0.2, 0.3 and 0.4 s, by gravity: a hundred elements and a
 #: Runge-Kutta integrator of the eighth order. Later motions under the larger one are chaotic.
 FALLING = {9.81: (-0.024567, -0.100074, -0.234799, -0.217471), 50.0: (-0.126258, -0.315841, 0.188716, 0.021995)}
-
-
-class SlenderProblem(SlenderFigures):
-    """Figures, with a method to draw them."""
-
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Draw the shapes, written to `path` if given."""
-        from fecontact.app.slender.picture import plot_shapes
-
-        return plot_shapes(self, path)
 
 
 def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
@@ -73,10 +56,12 @@ def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
     return _RUN[name](n, options)
 
 
-def _line(n: int, options: Mapping[str, Any], length: float = 1.0, **rigidity: float) -> tuple[Structure, Joints]:
-    measure = options.get("measure") or "turn"
-    beam = line(straight((0, 0, 0), (length, 0, 0), n), **{"EA": EA, "EI": EI, **rigidity}, measure=measure)
-    return beam, Joints([beam])
+def pendulum(n: int, measure: str = "turn") -> tuple[Structure, sp.csr_matrix]:
+    """The paper's falling bar, pinned at one end, and its free directions."""
+    rigidity = {"EA": 0.7e6 * 1.8e-3, "EI": 0.7e6 * 1.215e-8}
+    beam = line(straight((0, 0, 0), (LENGTH, 0, 0), n), **rigidity, mass=5540 * 1.8e-3, measure=measure)
+    joints = Joints([beam])
+    return beam, joints.free([joints.flat(), joints.pinned((0, 0))])
 
 
 def _axis(beam: Structure, q: Array) -> Array:
@@ -84,38 +69,15 @@ def _axis(beam: Structure, q: Array) -> Array:
 
 
 def _elastica(n: int, options: Mapping[str, Any]) -> SlenderProblem:
-    began = time.perf_counter()
-    beam, joints = _line(n, options)
-    assembly = Assembly([beam], joints.free([joints.flat(), joints.clamped((0, 0))]))
-    start, rows, shapes = None, [], []
-    for k, load in enumerate(LOADS):
-
-        def stage(level: float, load: float = load, first: bool = k == 0) -> Stage:
-            # a small force across starts the bending; it is gone at full load
-            f = np.zeros(beam.vectors.shape)
-            f[-1, 0, 0] = -load * CRITICAL * (level if first else 1.0)
-            f[-1, 0, 1] = 0.02 * load * CRITICAL * (1 - level) if first else 0.0
-            return Stage(assembly, f.ravel())
-
-        path = equilibrium(stage, steps=4 if k == 0 else 1, start=start, tolerance=1e-10)
-        if not path.success:
-            raise SolverError(f"The elastica under {load} of the critical load was not found. {path.message}")
-        start = path.last
-        known = math.degrees(elastica(load * CRITICAL, 1.0, EI, EA).angle)
-        rows.append((f"{load:.3f} Pcr", math.degrees(beam.angles(start.q)[-1]), known))
-        shapes.append((f"{load:.3f}", _axis(beam, start.q)))
-    paper = max(abs(angle - row[2]) for angle, row in zip(LOADS.values(), rows, strict=True))
-    remarks = {"largest error of the paper's ten elements": paper}
-    return SlenderProblem("elastica", "degrees", n, tuple(rows), remarks, tuple(shapes), time.perf_counter() - began)
+    return elastica.solve(n, options.get("measure") or "turn")
 
 
 def _circle(n: int, options: Mapping[str, Any]) -> SlenderProblem:
     began = time.perf_counter()
-    beam, joints = _line(n, options)
-    free = joints.free([joints.flat(), joints.clamped((0, 0))])
+    beam, free = elastica.cantilever(n, options.get("measure") or "turn")
 
     def stage(level: float) -> Stage:
-        return Stage(Assembly([beam.turned(((-1, level * 2 * math.pi * EI),))], free))
+        return Stage(Assembly([beam.turned(((-1, level * 2 * math.pi * elastica.EI),))], free))
 
     path = equilibrium(stage, steps=8)
     if not path.success:
@@ -132,8 +94,8 @@ def _pendulum(n: int, options: Mapping[str, Any]) -> SlenderProblem:
     gravity, step = options.get("gravity", 9.81), options.get("step", 2e-3)
     if gravity not in FALLING:
         raise InputError(f"Fine solutions are known for gravity {' and '.join(map(str, FALLING))}; found {gravity!r}.")
-    beam, joints = _line(n, options, LENGTH, EA=0.7e6 * 1.8e-3, EI=0.7e6 * 1.215e-8, mass=5540 * 1.8e-3)
-    assembly = Assembly([beam], joints.free([joints.flat(), joints.pinned((0, 0))]))
+    beam, free = pendulum(n, options.get("measure") or "turn")
+    assembly = Assembly([beam], free)
     rows, shapes = [], []
     motion = move(assembly, until=0.4, step=step, gravity=(0, -gravity, 0), scheme=EnergyMomentum(), every=1)
     if not motion.success:
