@@ -10,11 +10,12 @@ The eight-node brick (`hexahedron`) on any mesh of hexahedra. Coordinates are a 
                                symmetric), `stiffness` (at q0), `mass` (sparse, constant)
 `hold(space, supports)`        `Supports.free`: q = q0 + Z y with free y; then Z^T forces, Z^T tangent Z, Z^T mass Z
 `weight, body_force`           constant forces Q (n_dofs,) of gravity
-`point_force, nodal_force`     constant forces Q (n_dofs,) of single forces
+`force_at(space, point, f)`    constant forces Q (n_dofs,) of a single force; also `point_force, nodal_force`
 `traction, dead_pressure`      constant forces Q (n_dofs,) on boundaries
 `pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
-`StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0 `sides_by_label,
-released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
+`FollowerPressure, Moment`     loads that change with the deformation, for `Stage(assembly, follow=[..])`
+`StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0
+`sides_by_label, released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
 
 Equilibrium is forces(q) = Q; motion is mass q'' + forces(q) = Q. With contact and large deformation:
@@ -43,11 +44,13 @@ True
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.dynamics import Motion, move
+from fecontact.ancf.followers import Follower, FollowerPressure, Moment
 from fecontact.ancf.hexahedron import ElementHexAncf, gauss, shapes
 from fecontact.ancf.laws import InvertedError, Law, NeoHookean, Response, StVenantKirchhoff
 from fecontact.ancf.loads import (
     body_force,
     dead_pressure,
+    force_at,
     nodal_force,
     point_force,
     pressure_forces,
@@ -60,7 +63,8 @@ from fecontact.ancf.release import reentrant_points, released_at, sides_by_label
 from fecontact.ancf.schemes import EnergyMomentum, GeneralisedAlpha
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
-from fecontact.ancf.statics import Path, Stage, State, equilibrium
+from fecontact.ancf.stage import Stage
+from fecontact.ancf.statics import Path, State, equilibrium
 from fecontact.ancf.supports import Supports, hold
 
 __all__ = [
@@ -69,9 +73,12 @@ __all__ = [
     "Assembly",
     "ElementHexAncf",
     "EnergyMomentum",
+    "Follower",
+    "FollowerPressure",
     "GeneralisedAlpha",
     "InvertedError",
     "Law",
+    "Moment",
     "Motion",
     "NeoHookean",
     "Path",
@@ -83,6 +90,7 @@ __all__ = [
     "body_force",
     "dead_pressure",
     "equilibrium",
+    "force_at",
     "gauss",
     "hold",
     "move",

@@ -16,7 +16,6 @@ from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import vector
-from fecontact.common.errors import InputError
 from fecontact.mesh.element.hexahedron import quad_quadrature
 
 #: Quadrature degree on faces: four points per direction.
@@ -59,6 +58,27 @@ def point_force(space: AncfSpace, cell: int, X: ArrayLike, force: ArrayLike) -> 
     return np.asarray(rows.T @ vector("The force", force)[None, :]).ravel()
 
 
+def force_at(space: AncfSpace, point: ArrayLike, force: ArrayLike) -> Array:
+    """Forces (n_dofs,) of a force (3,) at any point (3,) of the initial shape; it goes with the material point.
+
+    Raises
+    ------
+    InputError
+        If the point lies outside.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> from fecontact.ancf import AncfSpace
+    >>> space = AncfSpace(fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
+    >>> Q = force_at(space, (1.5, 0.5, 1.0), (0.0, 0.0, -2.0))
+    >>> (Q @ space.rigid_modes()).round(12).tolist()  # the force and its moment about the origin
+    [0.0, 0.0, -2.0, -1.0, 3.0, 0.0]
+    """
+    cells, X = space.located(vector("The point", point)[None, :])
+    return point_force(space, int(cells[0]), X[0], force)
+
+
 def nodal_force(space: AncfSpace, point: int, force: ArrayLike) -> Array:
     """Forces (n_dofs,) of a force (3,) at a mesh point that is a node.
 
@@ -67,11 +87,8 @@ def nodal_force(space: AncfSpace, point: int, force: ArrayLike) -> Array:
     InputError
         If the point is not a corner of a cell.
     """
-    node = np.searchsorted(space.nodes, point)
-    if node == len(space.nodes) or space.nodes[node] != point:
-        raise InputError(f"Point {point} is no corner of a cell; the nodes of this element are corners only.")
     f = np.zeros((space.n_functions, 3))
-    f[space.start[node]] = vector("The force", force)
+    f[space.start[space.node_of(point)]] = vector("The force", force)
     return f.ravel()
 
 
@@ -85,9 +102,9 @@ def traction(space: AncfSpace, boundary: str, field: ArrayLike | Callable[[Array
     field : (3,) array or callable
         ``field(points (n, 3), unit outward normals (n, 3)) -> (n, 3)``, both of the initial shape.
     """
-    faces, S, dS, W = _on_faces(space, boundary)
+    faces, S, dS, W = face_rule(space, boundary)
     e = space.spread(space.q0)[space.functions[faces[:, 0]]]
-    dA = _area(e, dS) * W[:, None]
+    dA = vector_areas(e, dS) * W[:, None]
     area = np.linalg.norm(dA, axis=2)
     x = S @ e
     if callable(field):
@@ -107,14 +124,14 @@ def pressure_forces(space: AncfSpace, q: Array, boundary: str, pressure: float) 
 
     -p int S_a (dr/ds x dr/dt) ds dt (Bonet & Wood 2008, section 9.3.5).
     """
-    faces, S, dS, W = _on_faces(space, boundary)
-    dA = _area(space.spread(q)[space.functions[faces[:, 0]]], dS) * W[:, None]
+    faces, S, dS, W = face_rule(space, boundary)
+    dA = vector_areas(space.spread(q)[space.functions[faces[:, 0]]], dS) * W[:, None]
     return _summed(space, faces, -pressure * np.swapaxes(S, 1, 2) @ dA)
 
 
 def pressure_tangent(space: AncfSpace, q: Array, boundary: str, pressure: float) -> sp.csr_matrix:
     """Derivative (n_dofs, n_dofs) of `pressure_forces` by q; symmetric only for a closed or edge-held surface."""
-    faces, S, dS, W = _on_faces(space, boundary)
+    faces, S, dS, W = face_rule(space, boundary)
     functions = space.functions[faces[:, 0]]
     along = np.einsum("fqaj,fai->fqji", dS, space.spread(q)[functions])
     eps = np.zeros((3, 3, 3))
@@ -133,16 +150,18 @@ def pressure_tangent(space: AncfSpace, q: Array, boundary: str, pressure: float)
     return (T.T @ K @ T).tocsr()
 
 
-def _on_faces(space: AncfSpace, boundary: str) -> tuple[IntArray, Array, Array, Array]:
-    """Faces, their functions (n_faces, n_q, 32), derivatives (..., 2) at Gauss points, and weights."""
-    faces = space.mesh.faces(boundary)
-    X, W = quad_quadrature(ORDER)
-    n = len(X)
-    S, dS = space.face_functions(np.repeat(faces, n, axis=0), np.tile(X, (len(faces), 1)))
-    return faces, S.reshape(len(faces), n, -1), dS.reshape(len(faces), n, -1, 2), W
+def face_rule(space: AncfSpace, boundary: str) -> tuple[IntArray, Array, Array, Array]:
+    """Faces, their functions (n_faces, n_q, 32), derivatives (..., 2) at Gauss points, and weights; kept."""
+    if boundary not in space.kept:
+        faces = space.mesh.faces(boundary)
+        X, W = quad_quadrature(ORDER)
+        n = len(X)
+        S, dS = space.face_functions(np.repeat(faces, n, axis=0), np.tile(X, (len(faces), 1)))
+        space.kept[boundary] = faces, S.reshape(len(faces), n, -1), dS.reshape(len(faces), n, -1, 2), W
+    return space.kept[boundary]
 
 
-def _area(e: Array, dS: Array) -> Array:
+def vector_areas(e: Array, dS: Array) -> Array:
     """Outward vector areas (n_faces, n_q, 3) per area of the face's coordinates."""
     along = np.einsum("fqaj,fai->fqij", dS, e, optimize=True)
     return np.cross(along[..., 0], along[..., 1])

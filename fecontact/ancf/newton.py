@@ -13,14 +13,18 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from scipy.sparse.csgraph import connected_components
 
-from fecontact.common.arrays import Array, Mask
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
 from fecontact.solvers import ComplementarityProblem, solve
 
 #: Coordinates up to which a dense solution is faster than a sparse one.
 SMALL = 300
+#: Largest difference from the transpose, relative to the largest entry, that is rounding.
+SYMMETRIC = 1e-12
 
 
 class UnstableError(FecontactError):
@@ -110,3 +114,42 @@ def _solved(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tuple[A
         forces = solve(ComplementarityProblem((S + S.T) / 2, gap + C @ u[:, 0])).forces
         u = u + X @ forces[:, None]
     return condensed.expand(u, load)[:, 0], forces
+
+
+def is_symmetric(K: sp.csr_matrix) -> bool:
+    """Whether K is symmetric but for rounding."""
+    return bool(abs(K - K.T).max() <= SYMMETRIC * abs(K).max())
+
+
+def unsymmetric_step(K: sp.csr_matrix, r: Array) -> Array:
+    """K^-1 r without contact, for loads without a potential.
+
+    Their stability has no energy to be judged by. A real eigenvalue that becomes negative, a buckling, changes the sign
+    of the determinant; flutter is not noticed.
+
+    Raises
+    ------
+    UnstableError
+        If det K <= 0.
+
+    Examples
+    --------
+    >>> import scipy.sparse as sp
+    >>> unsymmetric_step(sp.csr_matrix([[2.0, 1.0], [0.0, 1.0]]), np.array([4.0, 2.0])).tolist()
+    [1.0, 2.0]
+    """
+    try:
+        factor = spla.splu(sp.csc_matrix(K))
+    except RuntimeError as error:
+        raise UnstableError("The tangent stiffness is singular.") from error
+    negative = np.count_nonzero(factor.U.diagonal() < 0) + _swaps(factor.perm_r) + _swaps(factor.perm_c)
+    if negative % 2:
+        raise UnstableError("The tangent stiffness has a negative determinant.")
+    return np.asarray(factor.solve(r))
+
+
+def _swaps(order: IntArray) -> int:
+    """Number of exchanges that make up a permutation: its length less the number of its cycles."""
+    n = len(order)
+    cycles = sp.csr_matrix((np.ones(n), (np.arange(n), order)), shape=(n, n))
+    return int(n - connected_components(cycles, directed=False)[0])

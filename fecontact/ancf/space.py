@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from fecontact.ancf.hexahedron import N_FUNCTIONS, face_points, gauss, shapes
 from fecontact.ancf.release import Numbering, number
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import MeshError
+from fecontact.common.errors import InputError, MeshError
 from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.mesh.check import check_cells
 from fecontact.mesh.element.hexahedron import CORNERS, hex_shapes
@@ -34,6 +34,8 @@ from fecontact.mesh.mesh import Mesh
 
 #: Cells per batch; with 64 points its shape functions take some 12 MB.
 BATCH = 64
+#: Newton iterations that locate a point in a cell, and the distance, relative to the cell, up to which it is inside.
+LOCATING, INSIDE = 12, 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +123,24 @@ class AncfSpace:
     def corners(self) -> IntArray:
         """Nodes (n_cells, 8) of the cells, counted in `nodes`."""
         return np.searchsorted(self.nodes, self.mesh.cells[:, :8])
+
+    def node_of(self, point: int) -> int:
+        """Number in `nodes` of a point of the mesh.
+
+        Raises
+        ------
+        InputError
+            If the point is not a corner of a cell.
+        """
+        node = int(np.searchsorted(self.nodes, point))
+        if node == len(self.nodes) or self.nodes[node] != point:
+            raise InputError(f"Point {point} is no corner of a cell; the nodes of this element are corners only.")
+        return node
+
+    @cached_property
+    def kept(self) -> dict[str, tuple[IntArray, Array, Array, Array]]:
+        """Functions on boundaries by name, filled by `loads.face_rule`: pressure needs them in every iteration."""
+        return {}
 
     @cached_property
     def nodal_jacobians(self) -> Array:
@@ -234,6 +254,47 @@ class AncfSpace:
         """Positions (n, 3) of material points, given by cell (n,) and reference coordinates (n, 3)."""
         S = self.rows_at(cells, X)
         return np.asarray(S @ np.asarray(q, dtype=float).reshape(-1, 3))
+
+    def located(self, points: ArrayLike) -> tuple[IntArray, Array]:
+        """Cells (n,) and reference coordinates (n, 3) of points (n, 3) of the initial shape, by Newton's method.
+
+        Raises
+        ------
+        InputError
+            If a point lies outside the mesh.
+
+        Examples
+        --------
+        >>> from fecontact import shapes
+        >>> space = AncfSpace(shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
+        >>> cells, X = space.located([(1.5, 0.25, 1.0)])
+        >>> cells.tolist(), X.round(12).tolist()
+        ([1], [[0.5, 0.25, 1.0]])
+        """
+        x = np.atleast_2d(np.asarray(points, dtype=float))
+        corners = self.mesh.points[self.mesh.cells]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        wider = (high - low).max(axis=1, keepdims=True) / 4  # a curved side bulges beyond its nodes
+        low, high = low - wider, high + wider
+        point, cells = np.nonzero(((x[:, None] >= low) & (x[:, None] <= high)).all(axis=2))
+        X = np.full((len(point), 3), 0.5)
+        for _ in range(LOCATING):
+            _, dN = shapes(X)
+            J = np.einsum("cai,caj->cij", self._cell_q0[cells], self.reference_gradients(cells, dN[:, None])[:, 0])
+            off = x[point] - self.points_at(self.q0, cells, X)
+            X = np.clip(X + (inverse_3x3(J)[0] @ off[:, :, None])[:, :, 0], 0.0, 1.0)
+        distance = np.linalg.norm(x[point] - self.points_at(self.q0, cells, X), axis=1) / (high - low)[cells].max(
+            axis=1
+        )
+        inside = distance < INSIDE
+        found, first = np.unique(point[inside], return_index=True)
+        if len(found) < len(x):
+            lost = np.setdiff1d(np.arange(len(x)), found)
+            raise InputError(
+                f"{len(lost)} of {len(x)} points lie outside the initial shape, the first at {x[lost[0]].tolist()}; "
+                "choose points inside it or on its surface."
+            )
+        return cells[inside][first], X[inside][first]
 
     def rows_at(self, cells: IntArray, X: Array) -> sp.csr_matrix:
         """Values (n, n_functions) of all functions at material points, cell (n,) and reference coordinates (n, 3)."""

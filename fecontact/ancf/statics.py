@@ -23,7 +23,8 @@ from tqdm import tqdm
 
 from fecontact.ancf.assembly import Assembly, Conditions
 from fecontact.ancf.laws import InvertedError
-from fecontact.ancf.newton import UnstableError, contact_step
+from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, unsymmetric_step
+from fecontact.ancf.stage import Stage
 from fecontact.common.arrays import Array
 from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
@@ -40,25 +41,6 @@ EASY = 8
 REACH = 2.0
 #: Relative rounding of a coordinate.
 ROUNDING = float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True, eq=False)
-class Stage:
-    """Assembly, loads and prescribed motions at one load level.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The same solids at every level; rigid bodies may move.
-    forces : (n_dofs,) array or None
-        Dead loads.
-    motion : (n_dofs,) array or None
-        Prescribed change of the supported coordinates from the initial ones.
-    """
-
-    assembly: Assembly
-    forces: Array | None = None
-    motion: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,11 +223,10 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
         )
     a.check_inverted(state.q)
     Z, conditions, internal = a.free, a.conditions(state.q), a.forces(state.q)
-    load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
-    motion = state.q - a.q0 - (0.0 if stage.motion is None else stage.motion)
+    load, motion = stage.load(state.q), -stage.jump(state.q)
     rest = internal - load - conditions.G.T @ _joined(state.forces)
     largest = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
-    return Z @ (Z.T @ rest), motion - Z @ (Z.T @ motion), largest
+    return Z @ (Z.T @ rest), motion, largest
 
 
 def _distance(stage: Stage, state: State) -> float:
@@ -323,32 +304,35 @@ def _iterated(
     """The iterations, with a search along each step unless a number of whole steps is given."""
     a = stage.assembly
     Z = a.free
-    load = np.zeros(a.n_dofs) if stage.forces is None else stage.forces
-    motion = np.zeros(a.n_dofs) if stage.motion is None else stage.motion
-    jump = motion - (q - a.q0)
-    jump = jump - Z @ (Z.T @ jump)
+    load, jump = stage.load(q), stage.jump(q)
     conditions, internal = a.conditions(q), a.forces(q)
     forces = np.zeros(len(conditions.gap)) if guess is None else guess
     widths = np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
     for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
         near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
         K = a.tangent(q)
-        bend = a.curvature(conditions, forces)
-        K = K if bend is None else sp.csr_matrix(K - bend)
+        for less in (stage.load_tangent(q), a.curvature(conditions, forces)):
+            K = K if less is None else sp.csr_matrix(K - less)
         r = load - internal - K @ jump
         G = conditions.G[near]
-        change, pressing = contact_step(
-            Z.T @ K @ Z, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0
-        )
+        free = sp.csr_matrix(Z.T @ K @ Z)
+        if a.touches or not stage.follow or is_symmetric(free):
+            free = sp.csr_matrix((free + free.T) / 2) if stage.follow else free
+            change, pressing = contact_step(
+                free, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0
+            )
+        else:
+            change, pressing = unsymmetric_step(free, Z.T @ r), np.zeros(0)
         forces = np.zeros(len(conditions.gap))
         forces[near] = pressing
         direction = jump + Z @ change
         if whole_steps:
             q = q + direction
         else:
-            q = _searched(a, q, direction, load, internal, conditions, forces, bool(jump.any()))
-        jump = motion - (q - a.q0)
-        jump = jump - Z @ (Z.T @ jump)
+            # no energy to lower under prescribed motions and loads without a potential
+            driven = bool(jump.any() or stage.follow)
+            q = _searched(a, q, direction, load, internal, conditions, forces, driven)
+        load, jump = stage.load(q), stage.jump(q)
         jump[np.abs(a.lengths * jump) < 1e-14 * a.size] = 0.0
         conditions, internal = a.conditions(q), a.forces(q)
         rest = load - internal + conditions.G.T @ forces
@@ -379,18 +363,18 @@ def _searched(
     internal: Array,
     conditions: Conditions,
     forces: Array,
-    prescribed: bool,
+    driven: bool,
 ) -> Array:
     """New coordinates, after a share of the step that lowers the penalty function.
 
-    Under prescribed motions the energy may rise; then only inversion shortens the step.
+    Under prescribed motions the energy may rise; then only inversion shortens the step, as under loads that follow.
     """
     weight = 2 * float(forces.max(initial=0.0))
 
     def merit(x: Array, gap: Array) -> float:
         return a.energy(x) - float(load @ x) + weight * float(np.maximum(-gap, 0.0).sum())
 
-    before = None if prescribed else merit(q, conditions.gap)
+    before = None if driven else merit(q, conditions.gap)
     slope = float((internal - load) @ direction) - weight * float(np.maximum(-conditions.gap, 0.0).sum())
     tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
     share = 1.0

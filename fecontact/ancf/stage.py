@@ -1,0 +1,105 @@
+"""What acts on an assembly at one load level or at one time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.ancf.assembly import Assembly
+from fecontact.ancf.followers import Follower
+from fecontact.ancf.solid import AncfSolid
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Assembly, loads and prescribed motions at one load level (statics) or time (dynamics).
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The same solids at every level; supports may differ, and rigid bodies may move.
+    forces : (n_dofs,) array or None
+        Dead loads.
+    motion : (n_dofs,) array or None
+        Prescribed change of the supported coordinates from the initial ones.
+    follow : sequence of FollowerPressure, Moment or other Follower
+        Loads that change with the deformation.
+
+    Raises
+    ------
+    InputError
+        For arrays that do not fit or are not finite, and loads on what is no solid of bricks.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> from fecontact.ancf import AncfSolid, AncfSpace, FollowerPressure
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3))
+    >>> a = Assembly.of([cube], [{"bottom": "xyz"}])
+    >>> stage = Stage(a, follow=[FollowerPressure(0, "top", 0.1)])
+    >>> float((a.translation(np.array([0.0, 0.0, 1.0])) @ stage.load(a.q0)).round(12))
+    -0.1
+    """
+
+    assembly: Assembly
+    forces: Array | None = None
+    motion: Array | None = None
+    follow: Sequence[Follower] = ()
+
+    def __post_init__(self) -> None:
+        n = self.assembly.n_dofs
+        for name in ("forces", "motion"):
+            given = getattr(self, name)
+            if given is not None and (np.shape(given) != (n,) or not np.isfinite(given).all()):
+                raise InputError(
+                    f"The {name} of a stage must be {n} finite numbers, one per coordinate of its assembly; found the "
+                    f"shape {np.shape(given)}{'' if np.shape(given) != (n,) else ' with numbers that are not finite'}."
+                )
+        for load in self.follow:
+            solids = self.assembly.solids
+            if not 0 <= load.solid < len(solids) or not isinstance(solids[load.solid], AncfSolid):
+                raise InputError(
+                    f"A load that follows the deformation acts on a solid of bricks; number {load.solid} is none of "
+                    f"the {len(solids)} members, counted from 0."
+                )
+
+    def _followed(self) -> list[tuple[Follower, AncfSolid, slice]]:
+        a, out = self.assembly, []
+        for load in self.follow:
+            solid = a.solids[load.solid]
+            assert isinstance(solid, AncfSolid)
+            out.append((load, solid, slice(a.starts[load.solid], a.starts[load.solid + 1])))
+        return out
+
+    def load(self, q: Array) -> Array:
+        """Generalised forces (n_dofs,) of all loads at coordinates q."""
+        total = np.zeros(self.assembly.n_dofs) if self.forces is None else np.array(self.forces, dtype=float)
+        for load, solid, own in self._followed():
+            total[own] += load.forces(solid.space, q[own])
+        return total
+
+    def load_tangent(self, q: Array) -> sp.csr_matrix | None:
+        """Their derivative (n_dofs, n_dofs); None for dead loads.
+
+        Symmetric for loads with a potential: pressure on closed surfaces or up to held edges, moments in a plane.
+        """
+        if not self.follow:
+            return None
+        n = self.assembly.n_dofs
+        total = sp.csr_matrix((n, n))
+        for load, solid, own in self._followed():
+            before, after = sp.csr_matrix((own.start,) * 2), sp.csr_matrix((n - own.stop,) * 2)
+            total = total + sp.block_diag([before, load.tangent(solid.space, q[own]), after], format="csr")
+        return sp.csr_matrix(total)
+
+    def jump(self, q: Array) -> Array:
+        """What the supported coordinates of q are still short of their prescribed values (n_dofs,)."""
+        a = self.assembly
+        short = a.q0 - q if self.motion is None else self.motion + a.q0 - q
+        return np.asarray(short - a.free @ (a.free.T @ short))
