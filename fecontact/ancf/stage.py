@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.followers import Follower
-from fecontact.ancf.solid import AncfSolid
+from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
@@ -61,27 +62,27 @@ class Stage:
                     f"The {name} of a stage must be {n} finite numbers, one per coordinate of its assembly; found the "
                     f"shape {np.shape(given)}{'' if np.shape(given) != (n,) else ' with numbers that are not finite'}."
                 )
-        for load in self.follow:
-            solids = self.assembly.solids
-            if not 0 <= load.solid < len(solids) or not isinstance(solids[load.solid], AncfSolid):
-                raise InputError(
-                    f"A load that follows the deformation acts on a solid of bricks; number {load.solid} is none of "
-                    f"the {len(solids)} members, counted from 0."
-                )
+        _ = self._followed
 
-    def _followed(self) -> list[tuple[Follower, AncfSolid, slice]]:
+    @cached_property
+    def _followed(self) -> list[tuple[Follower, AncfSpace, slice]]:
+        """Loads that follow, with the coordinates of their solids."""
         a, out = self.assembly, []
         for load in self.follow:
-            solid = a.solids[load.solid]
-            assert isinstance(solid, AncfSolid)
-            out.append((load, solid, slice(a.starts[load.solid], a.starts[load.solid + 1])))
+            space = getattr(a.solids[load.solid], "space", None) if 0 <= load.solid < len(a.solids) else None
+            if space is None:
+                raise InputError(
+                    f"A load that follows the deformation acts on a solid of bricks; number {load.solid} is none of "
+                    f"the {len(a.solids)} members, counted from 0."
+                )
+            out.append((load, space, slice(a.starts[load.solid], a.starts[load.solid + 1])))
         return out
 
     def load(self, q: Array) -> Array:
         """Generalised forces (n_dofs,) of all loads at coordinates q."""
         total = np.zeros(self.assembly.n_dofs) if self.forces is None else np.array(self.forces, dtype=float)
-        for load, solid, own in self._followed():
-            total[own] += load.forces(solid.space, q[own])
+        for load, space, own in self._followed:
+            total[own] += load.forces(space, q[own])
         return total
 
     def load_tangent(self, q: Array) -> sp.csr_matrix | None:
@@ -93,9 +94,9 @@ class Stage:
             return None
         n = self.assembly.n_dofs
         total = sp.csr_matrix((n, n))
-        for load, solid, own in self._followed():
+        for load, space, own in self._followed:
             before, after = sp.csr_matrix((own.start,) * 2), sp.csr_matrix((n - own.stop,) * 2)
-            total = total + sp.block_diag([before, load.tangent(solid.space, q[own]), after], format="csr")
+            total = total + sp.block_diag([before, load.tangent(space, q[own]), after], format="csr")
         return sp.csr_matrix(total)
 
     def jump(self, q: Array) -> Array:
