@@ -16,7 +16,7 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import SolverError, SupportError
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.condensed_problem import assemble
+from fecontact.contact.condensed_problem import CondensedProblem, assemble
 from fecontact.contact.coupling.choose import build_interface, matrix_free
 from fecontact.contact.equilibrium import check_balance, motion_texts
 from fecontact.contact.first_candidates import KnownContact, first_candidates
@@ -31,7 +31,7 @@ from fecontact.contact.step_end import Moved, StepEnd
 from fecontact.results.friction_fields import friction_fields
 from fecontact.results.result import ContactResult, make_result
 from fecontact.scene.settings import Settings
-from fecontact.solvers import InfeasibleLoadError, solve, solve_friction
+from fecontact.solvers import InfeasibleLoadError, SlidingLoadError, solve, solve_friction
 
 #: Largest number of enlargements of the candidates.
 MOST_ROUNDS = 12
@@ -89,7 +89,8 @@ def solved(
         except InfeasibleLoadError as error:
             # all pairs together can balance the load, the candidates cannot: there are too few
             wider = [widen(c, o) for c, o in zip(chosen, opening, strict=True)]
-            if rounds == MOST_ROUNDS or all(len(w) == len(c) for w, c in zip(wider, chosen, strict=True)):
+            complete = all(len(w) == len(c) for w, c in zip(wider, chosen, strict=True))
+            if rounds == MOST_ROUNDS or complete or _slides_within(error, condensed, chosen):
                 if friction:
                     raise slides(error, loading) from error
                 raise
@@ -169,6 +170,14 @@ def tangential_rows(
 def with_tangents(chosen: Sequence[IntArray], friction: Sequence[TangentialRows]) -> list[IntArray]:
     """Chosen rows of all interfaces, then those of the tangents of chosen points."""
     return [*chosen, *(each.numbers(chosen[each.place]).ravel() for each in friction)]
+
+
+def _slides_within(error: InfeasibleLoadError, condensed: CondensedProblem, chosen: Sequence[IntArray]) -> bool:
+    """Whether a load makes everything slide and no pair beyond the candidates would touch."""
+    if not isinstance(error, SlidingLoadError):
+        return False
+    state = condensed.state(error.forces, error.motion)
+    return not any(_outside(c, w, state.scale).any() for c, w in zip(chosen, state.gaps, strict=False))
 
 
 def slides(error: InfeasibleLoadError, loading: Loading) -> SupportError:

@@ -12,6 +12,7 @@ Examples
 from fecontact.solvers.custom import CustomSolver
 from fecontact.solvers.friction import solve_friction
 from fecontact.solvers.friction_problem import FrictionProblem, FrictionResiduals, FrictionSolution
+from fecontact.solvers.friction_slide import SlidingLoadError
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Residuals, Solution, Status
 from fecontact.solvers.registry import TOLERANCE, attempt, available_solvers, solve, validate_options
@@ -28,6 +29,7 @@ __all__ = [
     "Outcome",
     "Residuals",
     "ScaledProblem",
+    "SlidingLoadError",
     "Solution",
     "Status",
     "attempt",

@@ -18,6 +18,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from fecontact.common.errors import SolverError
 from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
 from fecontact.solvers.friction_newton import FrictionRows, friction_newton, tied
 from fecontact.solvers.friction_problem import FrictionProblem, FrictionSolution
+from fecontact.solvers.friction_slide import SlidingLoadError, driving_load, holding_factor, slide
 from fecontact.solvers.friction_sweeps import friction_sweeps
 from fecontact.solvers.problem import InfeasibleLoadError, Status
 from fecontact.solvers.registry import TOLERANCE, attempt
@@ -36,9 +38,6 @@ ATTEMPTS = 3
 
 NEARLY_ROUGH = 10.0
 """Coefficient of friction whose solution is the start for an infinite one."""
-
-NEARLY = 1e-3
-"""Relative distance from the rims of all cones at which an iterate that does not converge is said to slide."""
 
 FIRST_SWEEPS = 1e-3
 """Relative change of forces to which the first sweeps converge."""
@@ -64,8 +63,8 @@ def solve_friction(
     Raises
     ------
     InfeasibleLoadError
-        If no forces within the cones balance the load; its ``direction`` is the motion, the message has the friction
-        that would hold.
+        If no forces within the cones balance the load, or all that touches slides under it (`SlidingLoadError`); its
+        ``direction`` is the motion, the message has the friction that would hold.
     SolverError
         If no certified solution was found.
     """
@@ -78,7 +77,9 @@ def solve_friction(
     if direction is not None:
         raise InfeasibleLoadError(_cannot_hold(scaled, rows), direction)
     best: FrictionSolution | None = None
-    for x, p, name in _starts(problem, scaled, rows, start):
+    starts = _starts(problem, scaled, rows, start)
+    while (begin := next(starts, None)) is not None:
+        x, p, name = begin
         outcome, orientation = friction_newton(scaled, rows, x, p)
         forces = scaled.forces(outcome.x)
         found = FrictionSolution(
@@ -88,24 +89,49 @@ def solve_friction(
         if found.residuals.within(tolerance):
             status = Status.SOLVED if forces.any() else Status.NO_CONTACT
             return replace(found, status=status, message="solved")
+        if best is None:
+            starts = chain(_held(scaled, rows, outcome.x, outcome.p), starts)
         best = found if best is None or found.residuals.worst < best.residuals.worst else best
     assert best is not None
-    advice = "Take smaller load steps; with much friction there may be no solution or several."
-    if given.F.any() and _slides(best):
-        advice = (
-            "All that touches slides, and no pressures are found under which friction holds the load: reduce the load, "
-            "or prescribe the motion along it."
-        )
     raise SolverError(
         f"No certified answer of the problem with friction: {best.message} ({best.residuals}; tolerance "
-        f"{tolerance:.0e}). {advice}"
+        f"{tolerance:.0e}). Take smaller load steps; with much friction there may be no solution or several."
     )
 
 
-def _slides(found: FrictionSolution) -> bool:
-    """Whether all touching points are on the rim of their cones, or nearly."""
-    size, limit = np.linalg.norm(found.tangential, axis=1), found.problem.limit(found.forces)
-    return bool(found.touching.any() and (size >= (1 - NEARLY) * limit)[found.touching].all())
+def _held(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Iterator[tuple[Array, Array, str]]:
+    """Start at which a guided motion finds the load held, if any, from forces and motion of a failing attempt.
+
+    Raises
+    ------
+    SlidingLoadError
+        If everything slides under the load.
+    """
+    load = driving_load(scaled, rows, x[rows.normals] > 0)
+    if load is None or np.isinf(rows.mu).any():
+        return
+    before = p
+    for found in slide(scaled, rows, load, x, p):
+        if found.share >= 1:
+            yield found.x, found.p, "guided, newton"
+        elif found.bound < 1:
+            direction = scaled.motion(found.p - before)
+            text = (
+                "All that touches slides along the motion that the load drives; friction holds "
+                f"{found.share:.4g} of that load. {_would_hold(rows, holding_factor(scaled, rows, found))}"
+            )
+            forces, motion = scaled.forces(found.x), scaled.motion(found.p)
+            raise SlidingLoadError(text, direction / float(np.linalg.norm(direction)), forces, motion)
+        before = found.p
+
+
+def _would_hold(rows: FrictionRows, factor: float | None) -> str:
+    """Friction that would hold a load, in words."""
+    if factor is None:
+        return "Reduce the load, or prescribe the motion."
+    used = np.unique(rows.mu[rows.mu > 0])
+    needed = f"mu = {factor * used[0]:.4g}" if len(used) == 1 else f"{factor:.4g} times the friction given"
+    return f"It needs about {needed}, or a prescribed motion."
 
 
 def _starts(

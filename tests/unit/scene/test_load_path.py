@@ -156,6 +156,25 @@ def test_a_step_that_cannot_be_held_has_its_number() -> None:
         scene.solve_path([press, {"forces": {block: (0.0031, 0, -0.01)}, "free": {block: "x z"}}])
 
 
+def test_a_torque_is_held_up_to_the_limit_of_its_pressures() -> None:
+    """A square block under a uniform pressure: mu times the mean distance from its centre; nothing is cut beyond it.
+
+    The cones of friction alone would allow pressures at the corners, which hold twice as much.
+    """
+    mesh = fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 1)).translated((-0.5, -0.5, 0.0))
+    block = fc.ElasticBody(mesh, fc.Material(E=1e3, nu=0.0), "bottom", name="block")
+    floor, press = fc.RigidBody(fc.Plane()), {block: (0.0, 0.0, -1.0)}
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor, friction=0.3)])
+    mean = (np.sqrt(2) + np.arcsinh(1.0)) / 6
+    steps = [{"forces": press}, {"forces": press, "moments": {block: (0.0, 0.0, 0.99 * 0.3 * mean)}}]
+    path = scene.solve_path(steps)
+    assert path.cuts == (1, 1)
+    steps[1]["moments"] = {block: (0.0, 0.0, 1.1 * 0.3 * mean)}
+    # 0.33 to 2 %: pressures follow the torque, and the mean distance is a sum over points
+    with pytest.raises(fc.SupportError, match=r"block: rotation about z.*holds 0\.9\d+ .*about mu = 0\.3[23]"):
+        scene.solve_path(steps)
+
+
 def test_a_result_tells_its_friction(tmp_path) -> None:
     scene, block = dragged(0.3)
     path = scene.solve_path([{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}])

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers import (
     ComplementarityProblem,
     FrictionProblem,
     InfeasibleLoadError,
+    SlidingLoadError,
     solve,
     solve_friction,
 )
@@ -156,10 +159,43 @@ def test_a_drag_beyond_friction_is_refused_with_the_friction_that_holds() -> Non
 def test_a_drag_that_no_pressures_found_can_hold_is_told() -> None:
     """A point pressed in by 1 with unit compliance holds 0.3; the load of 0.31 is within a cone, but not this one's."""
     rows = ComplementarityProblem(np.eye(2), np.array([-1.0, 0.0]), np.array([[0.0, 1.0]]), np.array([0.31]))
-    with pytest.raises(SolverError, match="All that touches slides"):
+    with pytest.raises(InfeasibleLoadError, match=r"friction holds 0\.9677 of that load. It needs about mu = 0\.31,"):
         solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3])))
     held = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.32]))
     assert solve_friction(held).tangential[0, 0] == pytest.approx(0.31, rel=1e-12)
+
+
+def clamped(mu: float, load: np.ndarray) -> FrictionProblem:
+    """Four points on a unit circle, pressed in by 1, 2, 3 and 4; the body is free along x and y and about z."""
+    angle = np.arange(4) * np.pi / 2
+    tangents = 4 + np.arange(8).reshape(2, 4).T
+    B = np.zeros((3, 12))
+    B[0, tangents[:, 0]] = B[1, tangents[:, 1]] = 1.0
+    B[2, tangents] = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    g = np.concatenate([-np.arange(1.0, 5.0), np.zeros(8)])
+    return FrictionProblem(ComplementarityProblem(np.eye(12), g, B, load), np.arange(4), tangents, np.full(4, mu))
+
+
+@pytest.mark.parametrize("load", [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.6, -0.3, 0.4)])
+def test_a_clamped_body_is_held_up_to_its_limit(load: tuple[float, ...]) -> None:
+    """The limit is the least work of friction on motions on which the load works 1 (upper bound theorem)."""
+    F, mu = np.array(load), 0.25
+    given = clamped(mu, F)
+    along, across = F / (F @ F), np.linalg.svd(F[None])[2][1:]
+
+    def work(free: np.ndarray) -> float:
+        slips = (along + free @ across) @ given.rows.B[:, given.tangents].transpose(1, 0, 2)
+        return float(mu * np.arange(1.0, 5.0) @ np.linalg.norm(slips, axis=1))
+
+    limit = min(minimize(work, at, method="Nelder-Mead", tol=1e-10).fun for at in ([0.0, 0.0], [1.0, -1.0]))
+    assert solve_friction(clamped(mu, 0.999 * limit * F)).success
+    with pytest.raises(SlidingLoadError, match="All that touches slides") as caught:
+        solve_friction(clamped(mu, 1.02 * limit * F))
+    assert caught.value.direction @ F < 0
+    share, needed = (float(n) for n in re.findall(r"holds (\S+) of .* mu = (\S+),", str(caught.value))[0])
+    assert abs(share - 1 / 1.02) < 1e-3
+    assert abs(needed - 1.02 * mu) < 1e-3 * mu
+    assert solve_friction(clamped(1.002 * needed, 1.02 * limit * F)).success
 
 
 def test_no_friction_holds_a_pull() -> None:

@@ -1,0 +1,169 @@
+"""Limit of friction along the motion that a load drives, by pressures that are found and not assumed.
+
+The cones of friction under arbitrary pressures (`friction_balance`) are a necessary bound. Where deflections set the
+pressures, as in a press fit, or where a torque would need them at the rim, less holds. The limit is found by moving
+the body instead of loading it. Rigid motions that neither open nor close what touches are its mechanism; the part c of
+the load that works on them is left to a guide, which moves the body by d:
+
+    B x = F - (1 - share) c,    c . p = -d |c|
+
+d grows until the share that friction takes does not: then everything slides. For given pressures it is the limit load
+of Drucker (Q. Appl. Math. 11 (1954) 411).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fecontact.solvers.friction_newton import FrictionRows, friction_newton, tied
+from fecontact.solvers.problem import InfeasibleLoadError, Status
+from fecontact.solvers.scaling import DEPENDENT_ROW, ROUNDING, UNBALANCED, ScaledProblem
+
+OPENS = 0.01
+"""Share of the squared motion of touching points along their normals, up to which a rigid motion counts as sliding."""
+
+FIRST = 1e-3
+"""First motion of the guide, relative to the data of the problem."""
+
+GROWTH = 8.0
+"""Growth of the guide's motion from one step to the next."""
+
+STEPS = 12
+"""Largest number of steps: motions of the guide from 1e-3 to 1e7."""
+
+LEVEL = 1e-3
+"""Relative growth of the share in a step up to which it is about to be constant: what is left falls as 1 / d."""
+
+CORRECTIONS = 5
+"""Corrections of the friction that holds; one suffices where pressures do not depend on it."""
+
+NEWTON_STEPS = 30
+"""Newton steps after which a guided body is tried from another start."""
+
+
+class SlidingLoadError(InfeasibleLoadError):
+    """A load under which all that touches slides.
+
+    Parameters
+    ----------
+    message : str
+    direction : ndarray, shape (m,)
+        The motion, of unit norm.
+    forces, motion : ndarrays, shapes (N,) and (m,)
+        Of the body that a guide keeps from sliding further.
+    """
+
+    def __init__(self, message: str, direction: np.ndarray, forces: np.ndarray, motion: np.ndarray) -> None:
+        super().__init__(message, direction)
+        self.forces, self.motion = forces, motion
+
+
+@dataclass(frozen=True, eq=False)
+class Guided:
+    """A guided body.
+
+    Attributes
+    ----------
+    load : (r,) array
+        Part c of the load that is left to the guide.
+    x, p : (N,) and (r,) arrays
+        Forces and motion.
+    moved : float
+        Motion d of the guide.
+    share : float
+        Share of c that friction takes.
+    bound : float
+        The same if the guide goes on, estimated; infinite while it grows.
+    """
+
+    load: np.ndarray
+    x: np.ndarray
+    p: np.ndarray
+    moved: float
+    share: float
+    bound: float = np.inf
+
+
+def driving_load(problem: ScaledProblem, rows: FrictionRows, touching: np.ndarray) -> np.ndarray | None:
+    """Part c (r,) of the load that works on motions along the tangents of touching points (n,); None without any."""
+    normal = problem.B[:, rows.normals[touching]]
+    across = problem.B[:, rows.tangents[np.isin(rows.points, rows.normals[touching])].ravel()]
+    total = normal @ normal.T + across @ across.T
+    size, axes = np.linalg.eigh(total)
+    axes = axes[:, size > DEPENDENT_ROW * size.max(initial=0.0)]
+    opening, modes = eigh(axes.T @ normal @ normal.T @ axes, axes.T @ total @ axes)
+    basis, _ = np.linalg.qr(axes @ modes[:, opening <= OPENS])
+    c = basis @ (basis.T @ problem.F)
+    return np.asarray(c) if np.linalg.norm(c) > UNBALANCED * np.linalg.norm(problem.F) else None
+
+
+def slide(
+    problem: ScaledProblem, rows: FrictionRows, load: np.ndarray, x: np.ndarray, p: np.ndarray
+) -> Iterator[Guided]:
+    """The body under growing motions of the guide, until friction takes the load or will not.
+
+    Parameters
+    ----------
+    problem : ScaledProblem
+    rows : FrictionRows
+    load : ndarray, shape (r,)
+        From `driving_load`.
+    x, p : ndarrays, shapes (N,) and (r,)
+        Forces and motion to begin with.
+    """
+    moved = FIRST * float(np.linalg.norm(load)) / max(float(np.abs(load @ problem.B).max()), ROUNDING)
+    last = -np.inf
+    for _ in range(STEPS):
+        found = guided(problem, rows, load, moved, x, p)
+        moved *= GROWTH
+        if found is None:
+            continue
+        growth = found.share - last
+        if growth < LEVEL * abs(found.share):
+            found = replace(found, bound=found.share + max(growth, 0.0))
+        yield found
+        if found.share >= 1 or found.bound < 1:
+            return
+        x, p, last = found.x, found.p, found.share
+
+
+def guided(
+    problem: ScaledProblem, rows: FrictionRows, load: np.ndarray, moved: float, x: np.ndarray, p: np.ndarray
+) -> Guided | None:
+    """The body moved by its guide, from forces x (N,) and a motion p (r,); None where Newton's method fails."""
+    size = float(np.linalg.norm(load))
+    along = load / size
+    rest = np.linalg.svd(along[None])[2][1:]
+    held = replace(
+        problem, B=rest @ problem.B, F=rest @ problem.F, g=problem.g - moved * (along @ problem.B),
+        motion_map=problem.motion_map @ rest.T,
+    )  # fmt: skip
+    x, p = x, rest @ p
+    for _ in range(2):
+        outcome, _ = friction_newton(held, rows, x, p, max_iterations=NEWTON_STEPS)
+        if outcome.status is Status.SOLVED:
+            motion = rest.T @ outcome.p - moved * along
+            return Guided(load, outcome.x, motion, moved, float(along @ (problem.B @ outcome.x)) / size)
+        x, p = tied(held, rows, np.zeros(held.n), np.zeros(held.r), x[rows.normals] > 0)
+    return None
+
+
+def holding_factor(problem: ScaledProblem, rows: FrictionRows, limit: Guided) -> float | None:
+    """Factor on all coefficients of friction with which the load is just held; None where it is not found."""
+    factor, found = 1.0, limit
+    for _ in range(CORRECTIONS):
+        if found.share <= 0:
+            return None
+        factor /= found.share
+        more = replace(rows, mu=factor * rows.mu)
+        next_one = guided(problem, more, limit.load, limit.moved * factor, found.x, found.p)
+        if next_one is None:
+            return None
+        found = next_one
+        if abs(found.share - 1) < LEVEL:
+            return factor / found.share
+    return None
