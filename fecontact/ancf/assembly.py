@@ -21,6 +21,9 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.fem.support import Support
 
+#: A contact: slave solid and boundary, rigid body or master solid and boundary, and perhaps the friction.
+ContactOf = tuple[int, str, RigidBody | tuple[int, str]] | tuple[int, str, RigidBody | tuple[int, str], float]
+
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
@@ -61,7 +64,7 @@ class Assembly:
         cls,
         solids: Sequence[AncfSolid],
         supports: Sequence[Mapping[str, Support]] | None = None,
-        contacts: Sequence[tuple[int, str, RigidBody | tuple[int, str]]] = (),
+        contacts: Sequence[ContactOf] = (),
     ) -> Assembly:
         """Assembly of solids, their supports by boundary, and the contacts between them.
 
@@ -70,8 +73,9 @@ class Assembly:
         solids : sequence of AncfSolid
         supports : sequence of mappings, optional
             For each solid, its supports by boundary, see `hold`; none unless given.
-        contacts : sequence of (int, str, RigidBody or (int, str))
-            Number and boundary of the slave solid, then a rigid body or number and boundary of the master solid.
+        contacts : sequence of (int, str, RigidBody or (int, str)) or (int, str, RigidBody or (int, str), float)
+            Number and boundary of the slave solid, then a rigid body or number and boundary of the master solid; with
+            friction, Coulomb's coefficient, `inf` for a rough surface.
 
         Raises
         ------
@@ -100,7 +104,7 @@ class Assembly:
             return Faces(solids[k].space, solids[k].space.mesh.faces(boundary)), int(start[k])
 
         touches = []
-        for k, boundary, other in contacts:
+        for k, boundary, other, *friction in contacts:
             slave = side(k, boundary)
             if isinstance(other, RigidBody):
                 master: Master = RigidMaster(other)
@@ -108,7 +112,7 @@ class Assembly:
                 raise InputError(f"Solid {k} cannot be in contact with itself.")
             else:
                 master = FacesMaster(*side(*other))
-            touches.append(ContactConstraints(*slave, master, int(start[-1])))
+            touches.append(ContactConstraints(*slave, master, int(start[-1]), *friction))
         return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:

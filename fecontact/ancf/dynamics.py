@@ -142,6 +142,8 @@ def move(
         raise InputError(f"every must be at least 1; found {every!r}.")
     chosen = GeneralisedAlpha() if scheme is None else scheme
     load = np.zeros(assembly.n_dofs) if forces is None else np.asarray(forces, dtype=float)
+    if any(t.friction for t in assembly.touches):
+        raise InputError("Motion has no friction yet; give contacts without it, or follow the equilibrium in statics.")
     if load.shape != (assembly.n_dofs,):
         raise InputError(f"forces must hold {assembly.n_dofs} numbers; found the shape {load.shape}.")
     if gravity is not None:

@@ -4,11 +4,16 @@
 
 K is condensed onto the coordinates in the conditions, and l follows from a complementarity problem with S = G K^-1 G^T
 (sequential quadratic programming; Nocedal & Wright, Numerical Optimization, 2006, chapter 18). K has to be positive
-definite. Where a body is stable through contact only, it is not, and a multiple of G^T G of the active conditions is
-added to it. With G d = -g this only shifts l and the solution is the same (augmented Lagrangian, section 17.3 there).
+definite. Where a body is stable through contact only, it is not, and w G^T (g + G d) of the active conditions is added
+to the forces. It vanishes with them, so that the solution is the same (augmented Lagrangian, section 17.3 there).
+
+With friction, tangential rows T with their slip stand beside G (`slip.Slips`), and Coulomb's law is solved as in linear
+scenes.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
@@ -20,6 +25,8 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
 from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers.friction import solve_friction
+from fecontact.solvers.friction_problem import FrictionProblem
 
 #: Coordinates up to which a dense solution is faster than a sparse one.
 SMALL = 300
@@ -31,10 +38,35 @@ class UnstableError(FecontactError):
     """The tangent is not positive definite: the state is not a stable one, or the step was too long."""
 
 
+@dataclass(frozen=True, eq=False)
+class TangentialRows:
+    """Tangential rows of conditions with friction.
+
+    Attributes
+    ----------
+    points : (f,) int array
+        Their conditions.
+    mu : (f,) array
+    T : (2 f, n) csr_matrix
+        Gradient of the slip along the first tangents, then along the second.
+    slip : (2 f,) array
+    """
+
+    points: IntArray
+    mu: Array
+    T: sp.csr_matrix
+    slip: Array
+
+
 def contact_step(
-    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, pressing: Mask | None = None
-) -> tuple[Array, Array]:
-    """Change of the coordinates and contact forces.
+    K: sp.csr_matrix,
+    r: Array,
+    G: sp.csr_matrix,
+    gap: Array,
+    pressing: Mask | None = None,
+    friction: TangentialRows | None = None,
+) -> tuple[Array, Array, Array]:
+    """Change of the coordinates, contact forces and tangential forces.
 
     Parameters
     ----------
@@ -46,11 +78,13 @@ def contact_step(
     gap : (m,) array
     pressing : (m,) bool array, optional
         Conditions known to be active.
+    friction : TangentialRows, optional
 
     Returns
     -------
     change : (n,) array
     forces : (m,) array
+    tangential : (2 f,) array
 
     Raises
     ------
@@ -63,14 +97,14 @@ def contact_step(
     --------
     >>> import numpy as np, scipy.sparse as sp
     >>> K, G = sp.csr_matrix(np.diag([2.0, 4.0])), sp.csr_matrix(np.array([[0.0, 1.0]]))
-    >>> change, forces = contact_step(K, np.array([1.0, -8.0]), G, np.array([0.5]))
+    >>> change, forces, _ = contact_step(K, np.array([1.0, -8.0]), G, np.array([0.5]))
     >>> change.round(12).tolist(), forces.round(12).tolist()
     ([0.5, -0.5], [6.0])
     """
     if not G.shape[0] and len(r) <= SMALL:
-        return _dense(K, r), np.zeros(0)
+        return _dense(K, r), np.zeros(0), np.zeros(0)
     try:
-        return _solved(K, r, G, gap)
+        return _solved(K, r, G, gap, friction)
     except UnstableError:
         if pressing is None or not pressing.any():
             raise
@@ -78,11 +112,11 @@ def contact_step(
     while held.any():
         rows = sp.csr_matrix(G[held])
         weight = K.diagonal().max() / rows.power(2).sum(axis=1).max()
-        change, forces = _solved(sp.csr_matrix(K + weight * (rows.T @ rows)), r, G, gap)
+        added = sp.csr_matrix(K + weight * (rows.T @ rows))
+        change, forces, tangential = _solved(added, r - weight * (rows.T @ gap[held]), G, gap, friction)
         opening = held & (forces == 0)
         if not opening.any():
-            forces[held] -= weight * (rows @ change)
-            return change, np.maximum(forces, 0.0)
+            return change, forces, tangential
         held &= ~opening  # an opening condition must not be added to K
     raise UnstableError("The tangent stiffness is not positive definite, even with the active contacts.")
 
@@ -95,8 +129,13 @@ def _dense(K: sp.csr_matrix, r: Array) -> Array:
         raise UnstableError("The tangent stiffness is not positive definite.") from error
 
 
-def _solved(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tuple[Array, Array]:
-    touched = np.unique(G.indices) if G.nnz else np.zeros(1, dtype=np.int64)
+def _solved(
+    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, friction: TangentialRows | None
+) -> tuple[Array, Array, Array]:
+    rows, start = G, gap
+    if friction is not None:
+        rows, start = sp.csr_matrix(sp.vstack([G, friction.T])), np.concatenate([gap, friction.slip])
+    touched = np.unique(rows.indices) if rows.nnz else np.zeros(1, dtype=np.int64)
     if not (K.diagonal() > 0).all():
         raise UnstableError("The tangent stiffness has a diagonal entry that is not positive.")
     try:
@@ -106,14 +145,27 @@ def _solved(K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array) -> tuple[A
         raise UnstableError("The tangent stiffness is not positive definite.") from error
     load = r[:, None]
     u = scipy.linalg.cho_solve(factor, condensed.reduce(load))
-    forces = np.zeros(G.shape[0])
-    if G.shape[0]:
-        C = G[:, touched].toarray()
+    forces = np.zeros(rows.shape[0])
+    if rows.shape[0]:
+        C = rows[:, touched].toarray()
         X = scipy.linalg.cho_solve(factor, C.T)
         S = C @ X
-        forces = solve(ComplementarityProblem((S + S.T) / 2, gap + C @ u[:, 0])).forces
+        forces = _forces((S + S.T) / 2, start + C @ u[:, 0], friction)
         u = u + X @ forces[:, None]
-    return condensed.expand(u, load)[:, 0], forces
+    return condensed.expand(u, load)[:, 0], forces[: G.shape[0]], forces[G.shape[0] :]
+
+
+def _forces(S: Array, start: Array, friction: TangentialRows | None) -> Array:
+    """Forces (N,) of all rows, gaps and slips S f + start."""
+    if friction is None or not len(friction.points):
+        return solve(ComplementarityProblem(S, start)).forces
+    tangents = len(start) - len(friction.slip) + np.arange(len(friction.slip)).reshape(2, -1).T
+    # a direction that is held has no compliance, and no force as long as nothing drags along it
+    held = tangents[S[tangents, tangents] == 0]
+    S[held, held] = S.diagonal().mean()
+    return solve_friction(
+        FrictionProblem(ComplementarityProblem(S, start), friction.points, tangents, friction.mu)
+    ).forces
 
 
 def is_symmetric(K: sp.csr_matrix) -> bool:

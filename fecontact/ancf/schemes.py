@@ -170,7 +170,7 @@ def _solved(
 ) -> tuple[Array, Array]:
     """Change of all coordinates and the forces of all conditions."""
     Z = a.free
-    change, pressing = contact_step(sp.csr_matrix(Z.T @ K @ Z), Z.T @ rest, sp.csr_matrix(G[near] @ Z), gap[near])
+    change, pressing, _ = contact_step(sp.csr_matrix(Z.T @ K @ Z), Z.T @ rest, sp.csr_matrix(G[near] @ Z), gap[near])
     forces = np.zeros(len(gap))
     forces[near] = pressing
     return Z @ change, forces

@@ -24,6 +24,7 @@ from tqdm import tqdm
 from fecontact.ancf.assembly import Assembly, Conditions
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, unsymmetric_step
+from fecontact.ancf.slip import FrictionEnd, Slips, SlipStart, slip_start, slips
 from fecontact.ancf.stage import Stage
 from fecontact.common.arrays import Array
 from fecontact.common.checks import share
@@ -64,6 +65,8 @@ class State:
         Residual force, relative to the largest force; above the tolerance only where it is rounding.
     penetration : float
         Largest penetration of a mean gap, relative to the size of the bodies.
+    friction : FrictionEnd
+        Tangential forces, slip since the last state, its work and the defect of Coulomb's law.
     """
 
     level: float
@@ -75,6 +78,7 @@ class State:
     nit: int
     residual: float
     penetration: float
+    friction: FrictionEnd
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +172,7 @@ def equilibrium(
         begun = replace(start, level=float(min(levels, key=lambda s: _distance(stage(float(s)), start))))
     level, step = 0.0 if begun is None else begun.level, 1.0 / steps
     q = stage(level).assembly.q0 if begun is None else begun.q
+    since = slip_start(stage(level).assembly.touches, q) if begun is None else begun.friction.start
     forces = None if begun is None else _joined(begun.forces)
     states: list[State] = [] if begun is None else [begun]
     if begun is not None:
@@ -178,7 +183,7 @@ def equilibrium(
             goal = min(1.0, level + step)
             goal = 1.0 if goal > 1 - 1e-9 else goal
             try:
-                state = _balanced(stage(goal), goal, q, forces, tolerance)
+                state = _balanced(stage(goal), goal, q, forces, since, tolerance)
             except (UnstableError, InvertedError, SolverError) as error:
                 cuts, step, trouble = cuts + 1, step / 2, str(error)
                 if step < SMALLEST_STEP:
@@ -190,7 +195,7 @@ def equilibrium(
                 continue
             bar.update(goal - level)
             states.append(state)
-            level, q, forces = goal, state.q, _joined(state.forces)
+            level, q, forces, since = goal, state.q, _joined(state.forces), state.friction.start
             if state.nit <= EASY:
                 step = min(2 * step, 1.0 / steps)
     return Path(True, f"Full load reached in {len(states) - (begun is not None)} steps.", tuple(states), cuts)
@@ -224,18 +229,27 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
     a.check_inverted(state.q)
     Z, conditions, internal = a.free, a.conditions(state.q), a.forces(state.q)
     load, motion = stage.load(state.q), -stage.jump(state.q)
-    rest = internal - load - conditions.G.T @ _joined(state.forces)
+    slip, tangential = _slip_of(a, conditions, state)
+    rest = internal - load - conditions.G.T @ _joined(state.forces) - slip.T.T @ tangential
     largest = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
     return Z @ (Z.T @ rest), motion, largest
+
+
+def _slip_of(a: Assembly, conditions: Conditions, state: State) -> tuple[Slips, Array]:
+    """Slip of a state since its end, where rigid bodies have been moved, and its tangential forces."""
+    slip = slips(a.touches, conditions.parts, state.q, state.friction.start)
+    return slip, slip.components(np.concatenate([np.zeros((0, 3)), *state.friction.forces])[slip.points])
 
 
 def _distance(stage: Stage, state: State) -> float:
     """Largest relative residual of a state at a stage, as `equilibrium` compares it with its tolerance."""
     rest, motion, largest = _missing(stage, state)
     a = stage.assembly
-    gap, forces = a.conditions(state.q).gap, _joined(state.forces)
+    conditions, forces = a.conditions(state.q), _joined(state.forces)
+    gap = conditions.gap
+    slip, tangential = _slip_of(a, conditions, state)
     off = max(-gap.min(initial=0.0), gap[forces > 0].max(initial=0.0), np.abs(a.lengths * motion).max(initial=0.0))
-    return float(max(_largest(a, rest) / largest, off / a.size))
+    return float(max(_largest(a, rest) / largest, off / a.size, slip.defect(forces, tangential, a.size)))
 
 
 def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> Callable[[float], Stage]:
@@ -284,7 +298,7 @@ def check_supports(assembly: Assembly) -> None:
         start += len(modes)
 
 
-def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, tolerance: float) -> State:
+def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, since: SlipStart, tolerance: float) -> State:
     """Newton iterations at one level, from coordinates and contact forces of the previous level.
 
     Without contact whole steps are tried first: a slender member turns with little strain, and its energy rises on the
@@ -292,20 +306,27 @@ def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, toleran
     """
     if not stage.assembly.touches:
         try:
-            return _iterated(stage, level, q, guess, tolerance, MOST_WHOLE_STEPS)
+            return _iterated(stage, level, q, guess, since, tolerance, MOST_WHOLE_STEPS)
         except (UnstableError, InvertedError):
             pass
-    return _iterated(stage, level, q, guess, tolerance)
+    return _iterated(stage, level, q, guess, since, tolerance)
 
 
 def _iterated(
-    stage: Stage, level: float, q: Array, guess: Array | None, tolerance: float, whole_steps: int = 0
+    stage: Stage,
+    level: float,
+    q: Array,
+    guess: Array | None,
+    since: SlipStart,
+    tolerance: float,
+    whole_steps: int = 0,
 ) -> State:
     """The iterations, with a search along each step unless a number of whole steps is given."""
     a = stage.assembly
     Z = a.free
     load, jump = stage.load(q), stage.jump(q)
     conditions, internal = a.conditions(q), a.forces(q)
+    slip = slips(a.touches, conditions.parts, q, since)
     forces = np.zeros(len(conditions.gap)) if guess is None else guess
     widths = np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
     for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
@@ -318,12 +339,13 @@ def _iterated(
         free = sp.csr_matrix(Z.T @ K @ Z)
         if a.touches or not stage.follow or is_symmetric(free):
             free = sp.csr_matrix((free + free.T) / 2) if stage.follow else free
-            change, pressing = contact_step(
-                free, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0
-            )
+            change, pressing, dragging = contact_step(
+                free, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0,
+                slip.rows(near, Z, jump),
+            )  # fmt: skip
         else:
-            change, pressing = unsymmetric_step(free, Z.T @ r), np.zeros(0)
-        forces = np.zeros(len(conditions.gap))
+            change, pressing, dragging = unsymmetric_step(free, Z.T @ r), np.zeros(0), np.zeros(0)
+        forces, tangential = np.zeros(len(conditions.gap)), slip.spread(near, dragging)
         forces[near] = pressing
         direction = jump + Z @ change
         if whole_steps:
@@ -331,22 +353,25 @@ def _iterated(
         else:
             # no energy to lower under prescribed motions and loads without a potential
             driven = bool(jump.any() or stage.follow)
-            q = _searched(a, q, direction, load, internal, conditions, forces, driven)
+            q = _searched(a, q, direction, load, internal, conditions, slip, forces, since, driven)
         load, jump = stage.load(q), stage.jump(q)
         jump[np.abs(a.lengths * jump) < 1e-14 * a.size] = 0.0
         conditions, internal = a.conditions(q), a.forces(q)
-        rest = load - internal + conditions.G.T @ forces
+        slip = slips(a.touches, conditions.parts, q, since)
+        rest = load - internal + conditions.G.T @ forces + slip.T.T @ tangential
         scale = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
         unbalanced = _largest(a, Z @ (Z.T @ rest))
         balanced = unbalanced <= max(tolerance * scale, ROUNDING * _largest(a, abs(K) @ np.abs(q)))
         penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
         open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
-        if balanced and max(penetration, open_but_pressed) <= tolerance and not jump.any():
+        friction = slip.defect(forces, tangential, a.size)
+        if balanced and max(penetration, open_but_pressed, friction) <= tolerance and not jump.any():
             a.check_inverted(q)
             gaps = np.split(conditions.gap, np.cumsum([t.n_multipliers for t in a.touches])[:-1]) if a.touches else []
             reactions = -(rest - Z @ (Z.T @ rest))
             each, residual = tuple(a.split(forces)), unbalanced / scale
-            return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration)
+            end = slip.end(a.touches, q, forces, tangential, a.size)
+            return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration, end)
     raise UnstableError(f"Newton's iterations did not settle in {whole_steps or MOST_ITERATIONS} steps.")
 
 
@@ -362,20 +387,30 @@ def _searched(
     load: Array,
     internal: Array,
     conditions: Conditions,
+    slip: Slips,
     forces: Array,
+    since: SlipStart,
     driven: bool,
 ) -> Array:
     """New coordinates, after a share of the step that lowers the penalty function.
 
-    Under prescribed motions the energy may rise; then only inversion shortens the step, as under loads that follow.
+    With friction its work mu l |s| under the present normal forces is added, of which the step is a minimiser. Under
+    prescribed motions the energy may rise; then only inversion shortens the step, as under loads that follow.
     """
     weight = 2 * float(forces.max(initial=0.0))
+    limit = slip.limit(forces)
 
-    def merit(x: Array, gap: Array) -> float:
-        return a.energy(x) - float(load @ x) + weight * float(np.maximum(-gap, 0.0).sum())
+    def rubbed(s: Array) -> float:
+        size = np.linalg.norm(s.reshape(2, -1), axis=0)
+        return float(np.multiply(limit, size, out=np.zeros(len(size)), where=np.isfinite(limit)).sum())
 
-    before = None if driven else merit(q, conditions.gap)
+    def merit(x: Array, c: Conditions, s: Array) -> float:
+        penetrated = float(np.maximum(-c.gap, 0.0).sum())
+        return a.energy(x) - float(load @ x) + weight * penetrated + rubbed(s)
+
+    before = None if driven else merit(q, conditions, slip.slip)
     slope = float((internal - load) @ direction) - weight * float(np.maximum(-conditions.gap, 0.0).sum())
+    slope += rubbed(slip.slip + slip.T @ direction) - rubbed(slip.slip)
     tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
     share = 1.0
     for _ in range(MOST_HALVINGS):
@@ -384,7 +419,11 @@ def _searched(
             if before is None:
                 a.energy(trial)
                 return trial
-            if tiny or merit(trial, a.conditions(trial).gap) <= before + 1e-4 * share * min(slope, 0.0):
+            if tiny:
+                return trial
+            c = a.conditions(trial)
+            s = slips(a.touches, c.parts, trial, since).slip
+            if merit(trial, c, s) <= before + 1e-4 * share * min(slope, 0.0):
                 return trial
         except InvertedError:
             pass

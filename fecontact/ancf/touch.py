@@ -21,8 +21,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.faces import Faces
+from fecontact.bodies.pose import Pose
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import friction
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Projection
 
@@ -73,9 +75,23 @@ class Master(ABC):
         """Rows (n, n_dofs): displacements of closest points along their normals; None without any."""
         return None
 
+    def components(self, projection: Projection, n_dofs: int) -> sp.csr_matrix | None:
+        """Rows (3 n, n_dofs): displacements of closest points along the world's axes; None without any."""
+        return None
+
     def turns(self, projection: Projection) -> Array | None:
         """Derivative (n, 3, 3) of the normals by the positions of the points; None where it is left out."""
         return None
+
+    @property
+    def pose(self) -> Pose:
+        """Where it stands; its coordinates have the rest."""
+        return Pose()
+
+    def carried(self, points: Array, then: Pose) -> Array:
+        """Displacement (n, 3) of points (n, 3) that moved with it since it stood at another pose."""
+        now, own = self.pose, then.to_body(points)
+        return np.asarray(own @ (now.rotation - then.rotation).T + (now.translation - then.translation))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +109,11 @@ class RigidMaster(Master):
     def is_rigid(self) -> bool:
         """It is."""
         return True
+
+    @property
+    def pose(self) -> Pose:
+        """The body's."""
+        return self.body.pose
 
     def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3), in world axes."""
@@ -125,12 +146,19 @@ class FacesMaster(Master):
         """Feet of points (n, 3) on the faces as q has them."""
         return self.faces.project(q[self.start : self.start + self.faces.space.n_dofs], points)
 
-    def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix:
-        """Rows: displacements of the closest points along their normals."""
+    def _rows(self, projection: Projection) -> sp.csr_matrix:
+        """Values of the functions at the closest points."""
         assert projection.facet is not None
         assert projection.local is not None
-        rows = self.faces.rows(projection.facet, projection.local)
-        return _along_normals(rows, projection.normals, self.start, n_dofs)
+        return self.faces.rows(projection.facet, projection.local)
+
+    def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix:
+        """Rows: displacements of the closest points along their normals."""
+        return _along_normals(self._rows(projection), projection.normals, self.start, n_dofs)
+
+    def components(self, projection: Projection, n_dofs: int) -> sp.csr_matrix:
+        """Rows: displacements of the closest points along the world's axes."""
+        return _components(self._rows(projection), self.start, n_dofs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,12 +174,23 @@ class ContactConstraints:
     master : RigidMaster or FacesMaster
     n_dofs : int
         Coordinates of all bodies.
+    friction : float
+        Coulomb's coefficient; may be infinite.
+
+    Raises
+    ------
+    InputError
+        If it is negative or not a number.
     """
 
     slave: Faces
     slave_start: int
     master: Master
     n_dofs: int
+    friction: float = 0.0
+
+    def __post_init__(self) -> None:
+        friction(self.friction, infinite=True)
 
     @property
     def pair(self) -> tuple[object, ...]:
@@ -167,6 +206,11 @@ class ContactConstraints:
         """World positions (n_points, 3) of the slave's quadrature points at coordinates q of all bodies."""
         rows = self.slave.quadrature[0]
         return np.asarray(rows @ q[self.slave_start : self.slave_start + 3 * rows.shape[1]].reshape(-1, 3))
+
+    @cached_property
+    def components(self) -> sp.csr_matrix:
+        """Rows (3 n_points, n_dofs): displacements of the quadrature points along the world's axes."""
+        return _components(self.slave.quadrature[0], self.slave_start, self.n_dofs)
 
     def projection(self, q: Array) -> Projection:
         """Projection of the quadrature points on the master, in world axes."""
@@ -230,3 +274,9 @@ def _along_normals(rows: sp.csr_matrix, normals: Array, start: int, n_dofs: int)
     column = start + 3 * coo.col[:, None] + i
     row = np.broadcast_to(coo.row[:, None], data.shape)
     return sp.csr_matrix((data.ravel(), (row.ravel(), column.ravel())), shape=(rows.shape[0], n_dofs))
+
+
+def _components(rows: sp.csr_matrix, start: int, n_dofs: int) -> sp.csr_matrix:
+    """Values N of functions as rows (3 n_points, n_dofs) of the coordinates that begin at `start`."""
+    wide = sp.kron(rows, sp.eye_array(3), format="csr")
+    return sp.csr_matrix((wide.data, wide.indices + start, wide.indptr), shape=(wide.shape[0], n_dofs))

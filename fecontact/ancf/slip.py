@@ -1,0 +1,236 @@
+"""Slip of moving faces: tangential rows of contacts with friction, counted from the end of the last step.
+
+The slip of a multiplier is the mean, weighted as its gap, of the displacement of the points against what they touch,
+
+    s_k = sum_i A_ki t_i . (d_i - D_i),    T_k = sum_i A_ki t_i . (N_i - M_i)
+
+along two tangents t_i at right angles to the normal n_i of each point. d_i - D_i is the displacement of a point against
+the master since the last step: against the rigid body where it stands now, or against the material point of the other
+faces that is opposite now (T. A. Laursen, Computational Contact and Impact Mechanics, 2002, section 5.3). A common
+motion of both is no slip. The slip of a step is the chord of its path; the turn of the tangents within the step is left
+out of T, at the cost of iterations but not of accuracy.
+
+A multiplier that sticks is left with a slip of the size of rounding. It is owed to the next step, which takes it back:
+after any number of steps what sticks is where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.ancf.newton import TangentialRows
+from fecontact.ancf.touch import ContactConstraints, ContactGaps
+from fecontact.bodies.pose import Pose
+from fecontact.common.arrays import Array, IntArray
+from fecontact.solvers.friction_problem import friction_limit, projected
+
+
+@dataclass(frozen=True, eq=False)
+class SlipStart:
+    """End of the last step, from which slip is counted.
+
+    Attributes
+    ----------
+    q : (n_dofs,) array
+        Coordinates of all bodies.
+    poses : tuple of Pose
+        Of the master of each contact.
+    owed : (f, 3) array
+        Slip left over at the multipliers with friction.
+    """
+
+    q: Array
+    poses: tuple[Pose, ...]
+    owed: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionEnd:
+    """Friction at the end of a step.
+
+    Attributes
+    ----------
+    forces, slip : tuple of (n_multipliers, 3) arrays
+        Tangential forces on the slave, and slip during the step, of each contact, in world axes; zero without friction.
+    defect : float
+        Of Coulomb's law, see `Slips.defect`.
+    dissipated : float
+        Work of friction during the step.
+    start : SlipStart
+        Whence the next step counts.
+    """
+
+    forces: tuple[Array, ...]
+    slip: tuple[Array, ...]
+    defect: float
+    dissipated: float
+    start: SlipStart
+
+
+def slip_start(touches: Sequence[ContactConstraints], q: Array) -> SlipStart:
+    """Coordinates q (n_dofs,) as they are, with nothing owed."""
+    n = sum(t.n_multipliers for t in touches if t.friction > 0)
+    return SlipStart(q, tuple(t.master.pose for t in touches), np.zeros((n, 3)))
+
+
+@dataclass(frozen=True, eq=False)
+class Slips:
+    """Slip of all contacts with friction at some coordinates; 2 f rows, the first tangents of all, then the second.
+
+    Attributes
+    ----------
+    points : (f,) int array
+        Number of each multiplier with friction among all contact conditions.
+    mu : (f,) array
+    frames : (2, f, 3) array
+        Tangents of the mean normals.
+    slip : (2 f,) array
+    T : (2 f, n_dofs) csr_matrix
+        Its gradient.
+    """
+
+    points: IntArray
+    mu: Array
+    frames: Array
+    slip: Array
+    T: sp.csr_matrix
+
+    def vectors(self, components: Array) -> Array:
+        """Vectors (f, 3) of components (2 f,)."""
+        return np.einsum("af,afi->fi", components.reshape(2, -1), self.frames)
+
+    def components(self, vectors: Array) -> Array:
+        """Components (2 f,) of vectors (f, 3)."""
+        return np.einsum("fi,afi->af", vectors, self.frames).ravel()
+
+    def _kept(self, near: IntArray) -> IntArray:
+        return np.flatnonzero(np.isin(self.points, near))
+
+    def rows(self, near: IntArray, Z: sp.csr_matrix, jump: Array) -> TangentialRows:
+        """Rows of chosen conditions, sorted, in the free directions Z, after a given change of the coordinates."""
+        kept = self._kept(near)
+        rows = (np.arange(2)[:, None] * len(self.points) + kept).ravel()
+        T = self.T[rows]
+        return TangentialRows(
+            np.searchsorted(near, self.points[kept]), self.mu[kept], sp.csr_matrix(T @ Z), self.slip[rows] + T @ jump
+        )
+
+    def spread(self, near: IntArray, forces: Array) -> Array:
+        """Components (2 f,) of the forces (2 kept,) of chosen conditions, zero elsewhere."""
+        out = np.zeros((2, len(self.points)))
+        out[:, self._kept(near)] = forces.reshape(2, -1)
+        return out.ravel()
+
+    def limit(self, normal: Array) -> Array:
+        """Largest tangential forces (f,) under the normal forces of all conditions."""
+        return friction_limit(self.mu, normal[self.points])
+
+    def defect(self, normal: Array, tangential: Array, size: float) -> float:
+        """Largest defect of Coulomb's law by its natural map, relative to the largest normal force.
+
+        Slip counts relative to a size; see `solvers.FrictionResiduals`.
+        """
+        largest = float(normal.max(initial=0.0))
+        if not largest or not len(self.points):
+            return 0.0
+        t, s = (x.reshape(2, -1).T for x in (tangential, self.slip))
+        return float(np.abs(projected(t - largest / size * s, self.limit(normal)) - t).max() / largest)
+
+    def end(
+        self, touches: Sequence[ContactConstraints], q: Array, normal: Array, tangential: Array, size: float
+    ) -> FrictionEnd:
+        """End of a step at coordinates q (n_dofs,) under forces of all conditions and of these rows."""
+        split = np.cumsum([t.n_multipliers for t in touches])[:-1]
+        forces, slip = np.zeros((2, len(normal), 3))
+        forces[self.points], slip[self.points] = self.vectors(tangential), self.vectors(self.slip)
+        slip[normal <= 0] = 0.0
+        start = SlipStart(q, tuple(t.master.pose for t in touches), self._owed(normal, tangential))
+        return FrictionEnd(
+            tuple(np.split(forces, split)), tuple(np.split(slip, split)), self.defect(normal, tangential, size),
+            -float(tangential @ self.slip), start,
+        )  # fmt: skip
+
+    def _owed(self, normal: Array, tangential: Array) -> Array:
+        """Slip (f, 3) of what sticks under these forces."""
+        size = np.linalg.norm(tangential.reshape(2, -1), axis=0)
+        sticks = size < self.limit(normal) * (1 - ON_CONE)
+        return self.vectors(self.slip) * sticks[:, None]
+
+
+#: Relative distance from the rim of a cone at which a multiplier slides.
+ON_CONE = 1e-9
+
+
+def slips(touches: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q: Array, start: SlipStart) -> Slips:
+    """Slip at coordinates q (n_dofs,) since the end of the last step.
+
+    Parameters
+    ----------
+    touches : sequence of ContactConstraints
+    parts : sequence of ContactGaps
+        Their conditions, which have the tangents and the points opposite.
+    q : (n_dofs,) array
+    start : SlipStart
+    """
+    first = np.cumsum([0] + [t.n_multipliers for t in touches])
+    points, mu, frames, slip, T, done = [], [], [], [], [], 0
+    for touch, part, pose, begin in zip(touches, parts, start.poses, first, strict=False):
+        if touch.friction == 0:
+            continue
+        n = touch.n_multipliers
+        P, frame = _tangents(part)
+        against = touch.components
+        then, now = touch.positions(start.q), touch.positions(q)
+        moved = now - then - touch.master.carried(then, pose)
+        opposite = touch.master.components(part.projection, touch.n_dofs)
+        if opposite is not None:
+            against = against - opposite
+            moved = moved - (opposite @ (q - start.q)).reshape(-1, 3)
+        turned = start.owed[done : done + n] @ (touch.master.pose.rotation @ pose.rotation.T).T
+        points.append(begin + np.arange(n))
+        mu.append(np.full(n, touch.friction))
+        frames.append(frame)
+        slip.append((P @ moved.ravel()).reshape(2, n) + np.einsum("fi,afi->af", turned, frame))
+        T.append([P[:n] @ against, P[n:] @ against])
+        done += n
+    if not points:
+        empty = sp.csr_matrix((0, len(q)))
+        return Slips(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0, 3)), np.zeros(0), empty)
+    rows = sp.vstack([each[a] for a in range(2) for each in T], format="csr")
+    return Slips(
+        np.concatenate(points), np.concatenate(mu), np.concatenate(frames, axis=1),
+        np.concatenate(slip, axis=1).ravel(), rows,
+    )  # fmt: skip
+
+
+def _tangents(part: ContactGaps) -> tuple[sp.csr_matrix, Array]:
+    """Means along both tangents (2 m, 3 n_points) of displacements of the points, and the multipliers' own (2, m, 3).
+
+    The first tangent of a multiplier and of its points is the same world axis, less its share along their normals.
+    """
+    means = part.means.tocoo()
+    mean = part.means @ part.projection.normals
+    size = np.linalg.norm(mean, axis=1, keepdims=True)
+    # a multiplier that faces nothing has no normal and no force
+    mean = np.where(size > 0, mean, [0.0, 0.0, 1.0]) / np.where(size > 0, size, 1.0)
+    axes = np.eye(3)[np.abs(mean).argmin(axis=1)]
+    along = _across(axes[means.row], part.projection.normals[means.col])
+    row = np.concatenate([means.row, means.row + len(mean)])
+    data = np.tile(means.data, 2)[:, None] * along.reshape(-1, 3)
+    column = 3 * np.tile(means.col, 2)[:, None] + np.arange(3)
+    shape = (2 * len(mean), 3 * means.shape[1])
+    P = sp.csr_matrix((data.ravel(), (row.repeat(3), column.ravel())), shape=shape)
+    return P, _across(axes, mean)
+
+
+def _across(axes: Array, normals: Array) -> Array:
+    """Tangents (2, n, 3) at right angles to unit normals (n, 3), the first along an axis (n, 3) as far as it can."""
+    first = axes - (axes * normals).sum(axis=1, keepdims=True) * normals
+    size = np.linalg.norm(first, axis=1, keepdims=True)
+    # a point whose normal lies along the axis, more than a right angle's half off the mean, has no part in friction
+    first = np.divide(first, size, out=np.zeros_like(first), where=size > 0)
+    return np.stack([first, np.cross(normals, first)])
