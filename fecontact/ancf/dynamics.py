@@ -20,11 +20,13 @@ from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.files import check_writable, replacing
 from fecontact.common.fingerprint import fingerprint
+from fecontact.common.one_line import one_line
 
 #: Halvings of the step, less the steps made since, after which the motion stops.
 MOST_HALVINGS = 12
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Motion:
     """Results at the end of every step.

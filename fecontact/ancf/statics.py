@@ -29,6 +29,7 @@ from fecontact.ancf.stage import Stage
 from fecontact.common.arrays import Array
 from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
+from fecontact.common.one_line import one_line
 
 MOST_ITERATIONS = 30
 #: Whole steps without a search, where there is no contact.
@@ -44,6 +45,7 @@ REACH = 2.0
 ROUNDING = float(np.finfo(float).eps)
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class State:
     """An equilibrium.
@@ -81,6 +83,7 @@ class State:
     friction: FrictionEnd
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Path:
     """Equilibria up to the full load.

@@ -15,12 +15,14 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arguments import instance
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 from fecontact.fem.assembled_model import AssembledModel
 from fecontact.fem.support import Support
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.skfem_mesh import from_skfem_basis
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class AssembledBody(ElasticBody):
     """A linear elastic body with a given stiffness on a `Mesh`.

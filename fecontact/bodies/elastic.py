@@ -23,6 +23,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.energy_error import EnergyError
@@ -41,6 +42,7 @@ INTEGRATIONS = ("auto", "full", "selective")
 FLAT = 1e-9
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class ElasticBody(Placed):
     """A linear elastic body of hexahedra.

@@ -14,6 +14,7 @@ from fecontact.common.arguments import instance, text
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -56,6 +57,7 @@ def foundation_modulus(material: Material, law: str = "bonded") -> float:
     return material.lame + 2 * material.shear_modulus
 
 
+@one_line
 @dataclass(frozen=True, eq=False, init=False)
 class ElasticLayer(SurfaceBody):
     """A layer of springs on a rigid body whose surface is given by a mesh.

@@ -21,6 +21,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 from fecontact.fem.section_model import SectionModel, on_axis
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.section_mesh import Extent, SectionMesh
@@ -113,6 +114,7 @@ class SectionBody(ElasticBody):
         return self._described(f"{len(m.cells)} {m.cell_type} cells{self._ties}, {self.state}, {self.n_unknowns} dofs")
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class PlaneBody(SectionBody):
     """A linear elastic body in plane strain or plane stress.
@@ -181,6 +183,7 @@ class PlaneBody(SectionBody):
         return min(m.E if self.plane_stress else m.plane_strain_modulus for m in self.model.materials)
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class AxisymmetricBody(SectionBody):
     """A linear elastic body of revolution about the z axis under axial loads; its section has x as the radius.

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from fecontact.common.one_line import one_line
+
 #: Estimated error of the pressure above which a result warns.
 LARGEST_ERROR = 0.1
 #: Reason for no estimate.
@@ -34,6 +36,7 @@ class UnboundedPeak(NamedTuple):
         return f"unbounded at the edge of {self.body!r}, as distance^-{self.exponent:.2g}, first at ({place})"
 
 
+@one_line
 @dataclass(frozen=True)
 class ErrorEstimate:
     """Estimated errors of one contact, all relative.

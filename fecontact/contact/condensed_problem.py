@@ -14,6 +14,7 @@ from scipy.sparse.linalg import LinearOperator, aslinearoperator
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.equilibrium import opening_by_motions
 from fecontact.contact.interface import UnilateralConstraints
@@ -76,6 +77,7 @@ def _mean_hold(body: Body, frame: RigidMotionConstraints) -> MeanConstraint | No
     return MeanConstraint(modes, mean, body)
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class BodyBlock:
     """Rows and rigid motions of one body in the problem."""
@@ -89,6 +91,7 @@ class BodyBlock:
     hold: MeanConstraint | None
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class DisplacementState:
     """Displacements and gaps of a solution.
@@ -111,6 +114,7 @@ class DisplacementState:
     scale: float
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class CondensedProblem:
     """The condensed problem, and the data to recover displacements.

@@ -8,8 +8,10 @@ from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.arguments import texts
 from fecontact.common.checks import among, friction
 from fecontact.common.errors import InputError
+from fecontact.common.one_line import one_line
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Contact:
     """Two surfaces that may touch, the slave first.

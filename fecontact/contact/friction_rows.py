@@ -21,6 +21,7 @@ import scipy.sparse as sp
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.one_line import one_line
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.solvers import ComplementarityProblem
 from fecontact.solvers.friction_problem import FrictionProblem
@@ -29,6 +30,7 @@ from fecontact.solvers.friction_problem import FrictionProblem
 NEARLY_PARALLEL = 0.1
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class TangentialRows(UnilateralConstraints):
     """Tangential displacements of the slave against the master at n contact points, in k directions.

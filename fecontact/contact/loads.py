@@ -14,6 +14,7 @@ from fecontact.common.arguments import mapping
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, vector
 from fecontact.common.errors import InputError, shown
+from fecontact.common.one_line import one_line
 from fecontact.contact.dimension import Dimension, setting_of
 from fecontact.contact.rigid_motion import RigidMotionConstraints, constrain_rigid_motion
 from fecontact.contact.tractions import pressed, pulled
@@ -27,6 +28,7 @@ SMALLEST = 1e-12
 LAST_DIGITS = 100 * float(np.finfo(float).eps)
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Loading:
     """Loads and rigid motion constraints of a scene.

@@ -23,11 +23,13 @@ from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, number, positive, reckonable, vector
 from fecontact.common.errors import InputError, shown
+from fecontact.common.one_line import one_line
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 
 KINDS = ("tension", "linear")
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Spring:
     """A spring between points of two bodies, or of a body and the ground.

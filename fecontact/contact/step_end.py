@@ -10,9 +10,11 @@ import numpy as np
 
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.one_line import one_line
 from fecontact.contact.interface import UnilateralConstraints
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Moved:
     """Displacement of the slave's points against the master, at the end of a load step.
@@ -38,6 +40,7 @@ class Moved:
         return out
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class StepEnd:
     """End of a load step.

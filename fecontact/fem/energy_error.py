@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.one_line import one_line
 from fecontact.fem.element_stiffness import determinant_3x3, jacobians
 from fecontact.fem.stress import gauss_strain, to_nodes
 from fecontact.mesh.element.quadrature import element_quadrature, quadrature_basis
@@ -23,6 +24,7 @@ from fecontact.mesh.mesh import Mesh
 MOST_MATERIALS = 12
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class EnergyError:
     """Squared energy norms in some cells.

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.common.one_line import one_line
 from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
 from fecontact.mesh.section_mesh import line_shapes
@@ -25,6 +26,7 @@ from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class ContactFields:
     """Pressures, gaps and resultants of one contact. Points and vectors are in world axes.

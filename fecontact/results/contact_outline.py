@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.one_line import one_line
 from fecontact.mesh.facets import facet_integrals, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.results.edge_level import PressureAndGap, edge_level, facet_sizes
@@ -45,6 +46,7 @@ SAMPLES = 8
 HALVINGS = 20
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class OutlineCurve:
     """A closed curve round a contact area, or round a hole in it.
@@ -66,6 +68,7 @@ class OutlineCurve:
     area: float
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class ContactOutline:
     """Outline of a contact.

@@ -6,6 +6,8 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from fecontact.common.one_line import one_line
+
 
 @dataclass(frozen=True)
 class Step:
@@ -33,6 +35,7 @@ class Step:
     seconds: float
 
 
+@one_line
 @dataclass(frozen=True)
 class Convergence:
     """The steps of `Scene.solve(accuracy=...)`; the last is that of the result.

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.one_line import one_line
 from fecontact.contact.condensed_problem import DisplacementState
 from fecontact.contact.friction_rows import TangentialRows
 from fecontact.solvers import FrictionSolution
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class FrictionFields:
     """Friction at the n points of a contact. Vectors are in world axes and act on the slave.

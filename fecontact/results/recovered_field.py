@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.common.arrays import Array, Mask
+from fecontact.common.one_line import one_line
 from fecontact.results.edge_level import PressureAndGap, edge_level
 from fecontact.results.error_estimate import NodalPressure, nodal_pressure, recovered_on
 from fecontact.results.facet_samples import facet_samples, hats, pressure_shapes
@@ -30,6 +31,7 @@ NEAREST = 0.1
 LINEAR = 3
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class RecoveredField:
     """Recovered pressure of a contact.

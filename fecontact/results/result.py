@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 
 from fecontact.bodies.elastic import elastic_among
+from fecontact.common.arguments import file_path, known_options
 from fecontact.common.arrays import IntArray
+from fecontact.common.errors import InputError
+from fecontact.common.files import check_writable
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
 from fecontact.contact.interface import UnilateralConstraints
@@ -69,6 +72,49 @@ class ContactResult(SolvedScene):
 
         return plot_result(self, what, path, **options)
 
+    def show(self, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> None:
+        """Show the bodies in a window, or below a cell of a notebook; see `results.pictures.bodies.show`.
+
+        With `path` the window's picture is written instead.
+
+        Raises
+        ------
+        MissingPackageError
+            If pyvista is not installed.
+        InputError
+            For an unknown field, body, option or direction.
+        """
+        from fecontact.results.pictures.bodies import show_result
+
+        show_result(self, field, path, **options)
+
+    def report(self, path: str | Path, **options: Any) -> Path:
+        """Write a page of tables, pictures, warnings and the certificate, see `fecontact.results.page.write_page`.
+
+        Parameters
+        ----------
+        path : str or Path
+            A file ``.html``; it needs no other file.
+        **options
+            ``title``, and names of units: ``length``, ``force``, ``stress``.
+
+        Raises
+        ------
+        InputError
+            For an unknown option, a suffix other than .html, or a file that cannot be written.
+        """
+        from fecontact.results.page import write_page
+
+        known_options(write_page, options)
+        if (suffix := Path(file_path("the path of a page", path)).suffix.lower()) not in (".html", ".htm"):
+            raise InputError(f"A report is a page; found the suffix {suffix!r}, expected .html.")
+        return write_page(self, self.warnings, self.notes, check_writable(path), **options)
+
+    def _repr_html_(self) -> str:
+        from fecontact.results.page import notebook_cell
+
+        return notebook_cell(self, self.warnings, self.notes)
+
     def save(self, path: str | Path) -> Path:
         """Write the result; the suffix decides: .vtu (ParaView), .json (summary), .csv (contact points)."""
         from fecontact.results.files import save_result
@@ -125,6 +171,14 @@ class ContactResult(SolvedScene):
             "saved": model_size(self),
             **({} if self.convergence is None else {"convergence": self.convergence.as_dict()}),
         }
+
+    def __repr__(self) -> str:
+        pairs = ", ".join(
+            f"{c.slave.name} on {c.master.name}: force {c.total_force:.4g}, peak {c.max_pressure:.4g}"
+            for c in self.contacts[:2]
+        )
+        more = "" if len(self.contacts) <= 2 else f", and {len(self.contacts) - 2} more"
+        return f"ContactResult({self.status}, {self.n_active} of {self.n_candidates} in contact; {pairs}{more})"
 
     def __str__(self) -> str:
         return report(self, self.warnings, self.notes)

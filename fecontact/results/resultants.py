@@ -16,6 +16,7 @@ from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
+from fecontact.common.one_line import one_line
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
 
@@ -63,6 +64,7 @@ class LoadedPoints(Protocol):
         """Incidence of points and facets (n, n_facets)."""
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Region:
     """A part of a contact area: a connected one, or one side of a plane.

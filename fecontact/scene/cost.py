@@ -18,6 +18,7 @@ import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch, peak_memory
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import make_loading
@@ -48,6 +49,7 @@ FIRST_ERROR, CANDIDATES_IN_CONTACT = {"nodal": 0.5, "mortar": 1.0}, 0.7
 LOADS = (*KEYED, "gravity")
 
 
+@one_line
 @dataclass(frozen=True)
 class ModelCost:
     """Cost of condensing one model.
@@ -71,6 +73,7 @@ class ModelCost:
     seconds: float
 
 
+@one_line
 @dataclass(frozen=True)
 class Explanation:
     """Estimated cost of a solution.

@@ -24,6 +24,7 @@ from fecontact.common.checks import positive, whole
 from fecontact.common.errors import InputError, SolverError, SupportError
 from fecontact.common.files import sole_writer
 from fecontact.common.fingerprint import fingerprint
+from fecontact.common.one_line import one_line
 from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
@@ -43,6 +44,7 @@ from fecontact.solvers import TOLERANCE
 HALVINGS = 5
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class LoadPath:
     """Results of the steps of a load path.

@@ -13,6 +13,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import read_rows
+from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
@@ -32,6 +33,7 @@ Case = Mapping[str, Any]
 _OTHER = ("search", "finite_motion", "accuracy", "max_dofs", "max_seconds")
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Posed:
     """A case in its poses.

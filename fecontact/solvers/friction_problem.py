@@ -22,6 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from fecontact.common.errors import InputError
+from fecontact.common.one_line import one_line
 from fecontact.solvers.problem import ComplementarityProblem, Solution, Status, largest, ratio
 
 
@@ -64,6 +65,7 @@ class FrictionResiduals:
         return ", ".join(f"{each.name} {getattr(self, each.name):.1e}" for each in fields(self))
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class FrictionProblem:
     """Contact with friction on points with m rigid components in equilibrium.
@@ -193,6 +195,7 @@ class FrictionProblem:
 NO_WORK = 1e-4
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class FrictionSolution:
     """Solution of a contact problem with friction. Its residuals are recomputed from the problem.

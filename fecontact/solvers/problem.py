@@ -23,6 +23,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.errors import InputError, SolverError
+from fecontact.common.one_line import one_line
 from fecontact.solvers.scaling import ScaledProblem, scale
 
 SYMMETRY_TOLERANCE = 1e-8
@@ -145,6 +146,7 @@ class ResidualScales:
         return self.force * self.gap
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class ComplementarityProblem:
     """Frictionless contact on n candidate points with m rigid components in equilibrium.
@@ -290,6 +292,7 @@ class ComplementarityProblem:
         return scale(self.S, self.g, self.B, self.F)
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Solution:
     """Solution of a contact problem. Its residuals are recomputed from the problem.

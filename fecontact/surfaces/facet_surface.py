@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
+from fecontact.common.one_line import one_line
 from fecontact.mesh.facets import triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
@@ -33,6 +34,7 @@ SHORTEST_OFFSET = 1e-12
 RIM_LEAN = 0.2
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Projection:
     """Closest points of n points on a surface, in the surface's own axes.

@@ -23,6 +23,7 @@ from fecontact.app.spheres.options import ELEMENTS, MODELS, PRESSURES
 from fecontact.bodies import AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
+from fecontact.common.one_line import one_line
 from fecontact.contact.contact import Contact
 from fecontact.mesh import section_shapes as sections
 from fecontact.mesh import shapes
@@ -41,6 +42,7 @@ FIRST_PASSES = (
 )
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class SpheresResult(SpheresFigures):
     """Solution of two spheres, with methods to print and draw it."""

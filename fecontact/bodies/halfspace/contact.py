@@ -22,6 +22,7 @@ from fecontact.common.checks import number_array, whole
 from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, UnboundedPeak
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 from fecontact.solvers import Residuals
 
 PUNCH = 0.5
@@ -65,6 +66,7 @@ class SolverReport:
     history: tuple[float, ...]
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class HalfSpaceContact:
     """Contact of a half-space with a rigid surface; made by `HalfSpace.press`.

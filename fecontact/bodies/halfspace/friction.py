@@ -30,6 +30,7 @@ from fecontact.bodies.halfspace.tresca import TrescaProblem, onto_discs, solve_n
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SolverError
+from fecontact.common.one_line import one_line
 from fecontact.solvers import FrictionResiduals
 
 MOST_TURNS = 40
@@ -48,6 +49,7 @@ QUANTUM = 8
 """Cells to whose multiples the box round the contact is enlarged, so that tables serve several steps."""
 
 
+@one_line
 @dataclass(frozen=True)
 class PressStep:
     """Loads on the counter-surface at the end of a step: normal, tangential and about the normal.

@@ -12,6 +12,7 @@ from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import InputError
+from fecontact.common.one_line import one_line
 from fecontact.solvers import FrictionResiduals
 
 ON_CONE = 1e-9
@@ -40,6 +41,7 @@ class TangentialReport:
     seconds: float
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class FrictionContact(HalfSpaceContact):
     """Contact of a half-space with a rigid surface, with friction, at the end of a step of a load path.

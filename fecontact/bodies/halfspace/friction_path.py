@@ -20,6 +20,7 @@ from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.common.files import write_atomically
+from fecontact.common.one_line import one_line
 
 COLUMNS = (
     "force",
@@ -37,6 +38,7 @@ COLUMNS = (
 )
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class FrictionPath:
     """Contacts at the ends of the steps of a load path; made by `HalfSpace.press_path`.

@@ -31,6 +31,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.surfaces.rigid.indenter import heights_of
 
@@ -42,6 +43,7 @@ class HeightSurface(Protocol):
         """Heights at coordinates that broadcast together; infinite where there is no surface."""
 
 
+@one_line
 @dataclass(frozen=True, eq=False, init=False)
 class HalfSpace(SurfaceBody):
     """An elastic half-space z <= 0 with a grid of cells on its surface, centred on the origin.

@@ -24,6 +24,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 
 SMALLEST_WAVE = 1e-4
 """Wave number times total thickness below which a layer's fields are linearly dependent; the limit is used."""
@@ -38,6 +39,7 @@ MIRROR = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
 """Signs of u, w, sigma and tau of a field under reversal of z."""
 
 
+@one_line
 @dataclass(frozen=True)
 class Layer:
     """A layer of a layered half-space.

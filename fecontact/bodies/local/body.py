@@ -35,6 +35,7 @@ from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import symmetry_planes
@@ -42,6 +43,7 @@ from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 
 
+@one_line
 @dataclass(frozen=True, eq=False, init=False)
 class LocalBody(OnMesh):
     """An elastic body whose contact lies in a small window, on a fine grid of cells.

@@ -31,6 +31,7 @@ from fecontact.bodies.protocol import Reduced
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
+from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.solvers import ComplementarityProblem
@@ -41,6 +42,7 @@ APART = 0.25
 """Least distance of two windows, relative to the longer side: nearer ones are not smooth to each other."""
 
 
+@one_line
 @dataclass(frozen=True, eq=False, init=False)
 class WindowedBody(OnMesh):
     """An elastic body with several windows, each as that of a `LocalBody`.

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.one_line import one_line
 from fecontact.contact.coupling.covered_area import CoveredRim
 from fecontact.contact.coupling.facing import NONE_AVERTED, Averted, unopposed
 from fecontact.contact.coupling.surface_pair import SurfacePair
@@ -51,6 +52,7 @@ class MortarIntegrals:
     levers: Array
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Pairing:
     """Contact points of one contact and their coupling to both bodies.

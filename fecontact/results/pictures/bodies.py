@@ -15,7 +15,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from fecontact.common.arguments import known_options, text
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import among
 from fecontact.common.errors import MissingPackageError
 from fecontact.common.files import check_writable
 from fecontact.results.pictures.figure import save_figure
@@ -269,6 +271,13 @@ def show(
     plotter.enable_parallel_projection()
     plotter.view_vector(camera.axes[2], camera.axes[1])
     plotter.show(screenshot=None if path is None else str(path))
+
+
+def show_result(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> None:
+    """Show the elastic bodies of a result; options as in `show`."""
+    among("field", text("the field", field), FIELDS)
+    known_options(show, options)
+    show(solids_of_result(result), field, path, **options)
 
 
 def _pyvista() -> Any:

@@ -1,0 +1,112 @@
+"""Results in a notebook, as a page and in one line."""
+
+import re
+from base64 import b64decode
+from html.parser import HTMLParser
+
+import pytest
+
+import fecontact as fc
+
+CORK = fc.Material(E=50.0, nu=0.0)
+VOID = {"meta", "img"}
+
+
+class Outline(HTMLParser):
+    """Checks that tags nest; collects headings, texts of cells and pictures."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.cells, self.pictures, self.links = [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name == "src":
+                self.pictures.append(value)
+            if name == "href":
+                self.links.append(value)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] == "td":
+            self.cells.append(data)
+
+
+@pytest.fixture(scope="module")
+def result():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    block = fc.ElasticBody(mesh, CORK, "bottom", {"top": "xyz"}, name="<block>")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    return fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.02}})
+
+
+def read(html):
+    page = Outline()
+    page.feed(html)
+    page.close()
+    assert page.open == []
+    return page
+
+
+def test_a_page_needs_no_other_file(result, tmp_path):
+    path = result.report(tmp_path / "report.html", title="Block & floor", length="mm", force="N", stress="MPa")
+    text = path.read_text(encoding="utf-8")
+    page = read(text)
+    assert page.links == []
+    assert len(page.pictures) == 3  # pressure, gap, stress
+    for picture in page.pictures:
+        head, data = picture.split(",")
+        assert head == "data:image/png;base64"
+        assert b64decode(data).startswith(b"\x89PNG")
+    assert "Block &amp; floor" in text  # names cannot break the page
+    assert "<block>" not in text
+    assert "<block>.bottom on floor.surface" in page.cells
+    # uniaxial, nu = 0: E times the strain on a unit face; rounding is shown as zero
+    assert page.cells[1:5] == ["(0, 0, 1)", "1", "1", "1"]
+    for word in ("equilibrium", "factorise", "peak pressure [MPa]", "area [mm²]"):
+        assert word in text
+    assert all(re.search(re.escape(w.split()[0]), text) for w in result.warnings)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("r.html", {"units": "mm"}, "Unknown option units; expected one of"),
+        ("r.pdf", {}, "found the suffix '.pdf', expected .html"),
+        ("no/r.html", {}, "does not exist"),
+        ("r.html", {"title": 3}, "title"),
+        ("r.html", {"length": 1.0}, "unit of length"),
+    ],
+)
+def test_pages_that_cannot_be_written_are_refused(result, tmp_path, name, options, message):
+    with pytest.raises(fc.InputError, match=message):
+        result.report(tmp_path / name, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_notebook_shows_table_and_map(result):
+    page = read(result._repr_html_())
+    assert len(page.pictures) == 1
+    assert page.cells[0] == "<block>.bottom on floor.surface"
+
+
+def test_every_object_is_one_short_line(result):
+    half = fc.HalfSpace(CORK, size=(4.0, 4.0), shape=(16, 16))
+    pressed = half.press(fc.Sphere(10.0), force=0.01)
+    contact = result.contacts[0]
+    seen = [
+        result, result.scene, *result.scene.bodies, *result.scene.contacts, contact, contact.error_estimate,
+        contact.recovered, contact.outline, *contact.regions, *contact.energy_errors, result.solution, result.problem,
+        result.condensed, *result.condensed.parts, *result.interfaces, result.loading, result.state, half, pressed,
+        fc.Pose(), fc.Material(1.0, 0.3), fc.Plane(), fc.Sphere(1.0), result.scene.bodies[0].mesh,
+    ]  # fmt: skip
+    for each in seen:
+        line = repr(each)
+        assert "\n" not in line
+        assert len(line) <= 220, line  # 150 and one last word
+        assert not line.startswith("<"), line
+    assert repr(result).startswith("ContactResult(solved, 25 of 25 in contact; <block> on floor: force 1, peak 1")
