@@ -54,7 +54,6 @@ if TYPE_CHECKING:
     from fecontact.contact.springs import Spring
     from fecontact.mesh import pick, shapes
     from fecontact.mesh import section_shapes as sections
-    from fecontact.mesh.cad import mesh_solid
     from fecontact.mesh.extrude import extrude
     from fecontact.mesh.mesh import Mesh, merge
     from fecontact.mesh.read import read_mesh
@@ -65,6 +64,7 @@ if TYPE_CHECKING:
     from fecontact.results.result import ContactResult
     from fecontact.scene.scene import Scene
     from fecontact.solvers import available_solvers
+    from fecontact.surfaces.solid import mesh_solid
 
 __all__ = [
     "AncfBody",
@@ -159,7 +159,7 @@ _PLACES = {
     "extrude": "fecontact.mesh.extrude:extrude",
     "hertz": "fecontact.analytic.hertz",
     "merge": "fecontact.mesh.mesh:merge",
-    "mesh_solid": "fecontact.mesh.cad:mesh_solid",
+    "mesh_solid": "fecontact.surfaces.solid:mesh_solid",
     "pick": "fecontact.mesh.pick",
     "read_mesh": "fecontact.mesh.read:read_mesh",
     "read_scene": "fecontact.app.scene_file.scene_file:read_scene",

@@ -6,8 +6,8 @@ import pytest
 import fecontact as fc
 from fecontact.common.errors import MissingPackageError
 from fecontact.fem.stiffness import assemble_stiffness
-from fecontact.mesh.cad import load_gmsh
 from fecontact.mesh.element.hexahedron import hex_nodes
+from fecontact.mesh.gmsh_session import load_gmsh
 from fecontact.mesh.mesh import Mesh
 
 # which nodes of the 20-node hexahedron fall together, as {node: node it falls on}

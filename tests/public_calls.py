@@ -512,7 +512,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "read_scene": of(fc.read_scene, path=toml, out=None, change=None),
         "mesh_solid": of(
             fc.mesh_solid,
-            path=folder / "missing.step",
+            source=folder / "missing.step",
             size=1.0,
             element="tet4",
             near=None,

@@ -7,6 +7,8 @@ Examples
 True
 """
 
+from collections.abc import Iterable
+
 #: Characters of a value that a message repeats.
 SHOWN = 120
 
@@ -52,6 +54,17 @@ def shown(value: object) -> str:
     except Exception:  # whatever an object of the user raises
         text = f"a {type(value).__name__} that cannot be printed"
     return text if len(text) <= SHOWN else text[: SHOWN - 4] + " ..."
+
+
+def place(point: Iterable[float]) -> str:
+    """A point as a message tells it.
+
+    Examples
+    --------
+    >>> place([0.0, 1.23456, -2e9])
+    '(0, 1.235, -2e+09)'
+    """
+    return f"({', '.join(f'{v:.4g}' for v in point)})"
 
 
 def sentence(name: str) -> str:

@@ -10,13 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from fecontact.common.arguments import instance, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import array_of, number_array, reckonable, whole
-from fecontact.common.errors import InputError, MeshError, shown
+from fecontact.common.errors import InputError, MeshError, place, shown
 from fecontact.mesh.check import check_cells
+from fecontact.mesh.crossing import crossing_triangles
 from fecontact.mesh.element.hexahedron import FACES
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
@@ -180,40 +180,8 @@ def _refuse_crossing(mesh: Mesh) -> None:
     crossing = crossing_triangles(mesh.points, triangles)
     if len(crossing):
         a, b = crossing[0]
-        where = ", ".join(f"{v:.4g}" for v in mesh.points[triangles[a]].mean(axis=0))
+        where = place(mesh.points[triangles[a]].mean(axis=0))
         raise MeshError(
-            f"The layer runs into itself: cells {owner[a]} and {owner[b]} cross near ({where}). Make it thinner there "
-            "or extrude the two sides separately."
+            f"The layer runs into itself: cells {owner[a]} and {owner[b]} cross near {where}. Make it thinner there or "
+            "extrude the two sides separately."
         )
-
-
-def crossing_triangles(points: Array, triangles: IntArray) -> IntArray:
-    """Pairs (n, 2) of triangles without a common corner such that a side of the first crosses the second.
-
-    Moeller & Trumbore (1997), Fast, minimum storage ray-triangle intersection.
-    """
-    x = points[triangles]
-    centre = x.mean(axis=1)
-    reach = np.linalg.norm(x - centre[:, None], axis=2).max(axis=1)
-    pairs = cKDTree(centre).query_pairs(2 * reach.max(), output_type="ndarray")
-    near = np.linalg.norm(centre[pairs[:, 0]] - centre[pairs[:, 1]], axis=1) < reach[pairs].sum(axis=1)
-    pairs = pairs[near]
-    apart = ~(triangles[pairs[:, 0]][:, :, None] == triangles[pairs[:, 1]][:, None, :]).any(axis=(1, 2))
-    pairs = np.concatenate([pairs[apart], pairs[apart][:, ::-1]])
-    hit = np.zeros(len(pairs), bool)
-    a, b, c = np.moveaxis(x[pairs[:, 1]], 1, 0)
-    for k in range(3):
-        start = x[pairs[:, 0], k]
-        direction = x[pairs[:, 0], (k + 1) % 3] - start
-        p = np.cross(direction, c - a)
-        det = np.einsum("ni,ni->n", b - a, p)
-        scale = np.linalg.norm(direction, axis=1) * np.linalg.norm(b - a, axis=1) * np.linalg.norm(c - a, axis=1)
-        crosses = np.abs(det) > 1e-9 * scale
-        inverse = np.divide(1.0, det, out=np.zeros_like(det), where=crosses)
-        s = start - a
-        u = np.einsum("ni,ni->n", s, p) * inverse
-        q = np.cross(s, b - a)
-        v = np.einsum("ni,ni->n", direction, q) * inverse
-        t = np.einsum("ni,ni->n", c - a, q) * inverse
-        hit |= crosses & (u >= 0) & (v >= 0) & (u + v <= 1) & (t >= 0) & (t <= 1)
-    return pairs[hit]

@@ -32,6 +32,18 @@ def shared_sides(facets: IntArray) -> tuple[IntArray, Mask]:
     return np.stack([owner[one], owner[other]], axis=1), ends[one, 0] == ends[other, 0]
 
 
+def components(n: int, pairs: IntArray) -> IntArray:
+    """Number of the connected part (n,) of each of n things, joined in pairs (k, 2).
+
+    Examples
+    --------
+    >>> components(4, np.array([[0, 2]])).tolist()
+    [0, 1, 0, 2]
+    """
+    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
 def turned(facets: IntArray) -> IntArray:
     """Facets (n, 4 | 8) with their corners in the opposite order."""
     wide = facets.shape[1] == 8
@@ -139,11 +151,11 @@ def _inside_out(points: Array, facets: IntArray, sheet: IntArray, closed: Mask) 
     for k in np.flatnonzero(wrong):
         others = np.flatnonzero(closed & (low < low[k]).all(axis=1) & (high > high[k]).all(axis=1))
         inside = x[np.isin(np.tile(sheet, 2), others)] - (points[facets[np.argmax(sheet == k), 0]] - middle)
-        wrong[k] = abs(_solid_angle(inside)) < 2 * np.pi
+        wrong[k] = abs(solid_angle(inside)) < 2 * np.pi
     return wrong
 
 
-def _solid_angle(x: Array) -> float:
+def solid_angle(x: Array) -> float:
     """Solid angle of triangles (n, 3, 3) seen from the origin (van Oosterom & Strackee 1983)."""
     a, b, c = x.swapaxes(0, 1)
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))

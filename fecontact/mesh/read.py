@@ -14,11 +14,14 @@ from fecontact.common.arguments import file_path, function, text
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.mesh.build import ELEMENTS, build
+from fecontact.mesh.cad import SUFFIXES as CAD
+from fecontact.mesh.cad import mesh_cad
 from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.febio import read_febio
 from fecontact.mesh.formats.generic import read_vtk
 from fecontact.mesh.formats.gmsh import read_gmsh
 from fecontact.mesh.formats.raw import RawMesh, part_of
+from fecontact.mesh.gmsh_session import Sizes
 from fecontact.mesh.mesh import Mesh
 
 READERS: dict[str, Callable[[Path], RawMesh]] = {
@@ -29,7 +32,6 @@ READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".vtu": read_vtk,
     ".xdmf": read_vtk,
 }
-CAD = (".step", ".stp", ".brep", ".geo", ".iges", ".igs")
 SURFACES = (".stl", ".ply", ".obj", ".off", ".vtp")
 
 
@@ -47,7 +49,7 @@ def read_mesh(
     path : str or Path
         ``.msh`` (gmsh: physical surfaces become boundaries, physical volumes element sets), ``.inp`` (Abaqus,
         CalculiX), ``.feb`` (FEBio), ``.vtk``, ``.vtu``, ``.xdmf``; geometry ``.step``, ``.stp``, ``.brep``, ``.iges``
-        is meshed by gmsh with default sizes (`fecontact.mesh.cad.mesh_solid` has the options).
+        is meshed by gmsh with default sizes (`fc.mesh_solid` has the options).
     scale : float
         Factor for all coordinates.
     element : {'hex20', 'hex27', 'wedge15', 'tet10'}, optional
@@ -94,9 +96,7 @@ def read_mesh(
             raise InputError(f"The reader must return a RawMesh of {path.name}; found {type(raw).__name__}.")
         return build(raw if part is None else part_of(raw, part, path.name), path.name, scale, element)
     if suffix in CAD:
-        from fecontact.mesh.cad import mesh_solid
-
-        return mesh_solid(path, element=element or "tet10", scale=scale)
+        return mesh_cad(path, Sizes.of(None, element or "tet10", None, None, 0.5), scale)
     if suffix == ".inp":
         raw = read_abaqus(path, part)
     else:
@@ -107,7 +107,10 @@ def read_mesh(
 
 def _check_request(path: Path, suffix: str, scale: float, element: str | None, part: str | None, own: bool) -> None:
     if suffix in SURFACES and not own:
-        raise InputError(f"{path.name} is a surface, not a solid; read it with fc.read_surface and extrude it.")
+        raise InputError(
+            f"{path.name} is a surface, not a solid. fc.mesh_solid meshes what it encloses; fc.extrude grows a layer "
+            "on what fc.read_surface reads."
+        )
     if suffix not in READERS and suffix not in CAD and not own:
         raise InputError(
             f"Unknown mesh file type {suffix!r}; expected one of {', '.join((*READERS, *CAD))}, or reader=, a function."

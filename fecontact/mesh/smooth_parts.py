@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.facets import triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
+from fecontact.mesh.orient import components
 from fecontact.mesh.pick import shared_sides, side_normals
 
 #: Cosine of the angle between neighbouring facets above which they continue each other: 40 degrees. Facets of round
@@ -92,29 +92,23 @@ def smooth_parts(points: Array, facets: IntArray, hanging: HangingNodes | None =
     first, second, cosine = shared_sides(points, facets, hanging)
     pairs = np.stack([first // 4, second // 4], axis=1)
     smooth = (cosine >= SMOOTH) & ~_creases(points, facets, first, second, cosine)
-    whole = _components(len(facets), pairs[smooth])
+    whole = components(len(facets), pairs[smooth])
     normal, size = _corner_normals(points, facets)
     off = np.einsum("nai,ni->na", points[facets] - points[facets[:, :1]], normal)
     even = np.abs(off).max(axis=1) <= FLAT * size
     level = even[pairs].all(axis=1) & (cosine >= 1 - FLAT**2)
-    plate = _components(len(facets), pairs[level])
+    plate = components(len(facets), pairs[level])
     planes, doubtful = _plane_plates(points, facets, whole, plate)
     bent = smooth & ~level & (cosine < 1 - FLAT**2)
     turning = _bends(points, facets, first[bent], second[bent], cosine[bent])
-    planes = np.setdiff1d(planes, _of_polygons(plate, pairs[bent], turning, doubtful))
+    planes = np.setdiff1d(planes, _of_polygons(plate, pairs[bent], turning, planes, doubtful))
     flat = even & np.isin(plate, planes)
     # a plane is one of its plates; what is round around it continues without it
     together = smooth & ~flat[pairs].any(axis=1) | level & flat[pairs].all(axis=1)
-    part = _components(len(facets), pairs[together])
+    part = components(len(facets), pairs[together])
     is_plane = np.zeros(part.max(initial=-1) + 1, bool)
     is_plane[part[flat]] = True
     return SmoothParts(part, is_plane)
-
-
-def _components(n: int, pairs: IntArray) -> IntArray:
-    """Number of the connected part (n,) of each of n facets, joined in pairs (k, 2)."""
-    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def _corner_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
@@ -142,16 +136,20 @@ def _plane_plates(points: Array, facets: IntArray, whole: IntArray, plate: IntAr
     return np.union1d(sure, along), np.setdiff1d(along, sure)
 
 
-def _of_polygons(plate: IntArray, pairs: IntArray, bend: Array, doubtful: IntArray) -> IntArray:
-    """Doubtful plates that turn (n,) to the facets beside them, in pairs (n, 2), nearly as these turn to others."""
-    both, turn = np.concatenate([pairs, pairs[:, ::-1]]), np.tile(bend, 2)
-    of, beside = plate[both[:, 0]], both[:, 1]
-    ours = np.isin(of, doubtful)
+def _of_polygons(plate: IntArray, pairs: IntArray, bend: Array, planes: IntArray, doubtful: IntArray) -> IntArray:
+    """Doubtful plates that turn (n,) to the plates beside them, in pairs (n, 2), nearly as these turn to others.
+
+    Planes that are not in doubt are no sides of a polygon. Triangulated sides are plates of several facets.
+    """
+    both, turn = plate[np.concatenate([pairs, pairs[:, ::-1]])], np.tile(bend, 2)
+    of, beside = both.T
+    ours = np.isin(of, doubtful) & ~np.isin(beside, np.setdiff1d(planes, doubtful))
     n = plate.max(initial=-1) + 1
-    next_to = sp.csr_matrix((np.ones(ours.sum()), (of[ours], beside[ours])), shape=(n, len(plate)))
-    sides = sp.csr_matrix((np.ones(len(of)), (both[:, 0], np.arange(len(of)))), shape=(len(plate), len(of)))
+    step = np.unique(both[ours], axis=0)
+    next_to = sp.csr_matrix((np.ones(len(step)), (step[:, 0], step[:, 1])), shape=(n, n))
+    sides = sp.csr_matrix((np.ones(len(of)), (of, np.arange(len(of)))), shape=(n, len(of)))
     beyond = (next_to @ sides).tocoo()
-    other = plate[both[beyond.col, 1]] != beyond.row
+    other = beside[beyond.col] != beyond.row
     row, col = beyond.row[other], beyond.col[other]
     own = np.bincount(of, turn, n) / np.maximum(np.bincount(of, minlength=n), 1)
     theirs = np.bincount(row, turn[col], n) / np.maximum(np.bincount(row, minlength=n), 1)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.check import check_size
+from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.placement import Placement
 from fecontact.mesh.smooth_parts import SmoothParts, smooth_parts
@@ -51,24 +52,45 @@ def fitted(mesh: Mesh, names: Sequence[str]) -> dict[str, Placement]:
         return {}
     # a ninth node is a point of the surface only in cells of 27
     facets = mesh.face_nodes(skin)[:, : 9 if mesh.cell_type == "hex27" else 8]
-    parts = smooth_parts(mesh.points, facets, mesh.hanging)
     number = skin @ np.array([6, 1])
     own = {name: np.isin(number, mesh.faces(name) @ np.array([6, 1])) for name in names}
+    return fitted_facets(mesh.points, facets, own, mesh.hanging)
+
+
+def fitted_facets(
+    points: Array, facets: IntArray, own: Mapping[str, Mask], hanging: HangingNodes | None = None
+) -> dict[str, Placement]:
+    """Fit smooth surfaces to the curved ones of named facets.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+    facets : (n_facets, 4 | 8 | 9) int array
+        Of the whole body; those that continue named ones smoothly count for the fit.
+    own : mapping of str to (n_facets,) bool array
+    hanging : HangingNodes, optional
+        Of the mesh, if it has any.
+
+    Returns
+    -------
+    dict of str to Placement
+        Of the names whose facets are not all flat.
+    """
+    parts = smooth_parts(points, facets, hanging)
     curved = {name: chosen & ~parts.flat for name, chosen in own.items() if (chosen & ~parts.flat).any()}
     if not curved:
         return {}
     among = np.any(list(curved.values()), axis=0)
-    if facets.shape[1] > 4 and sides_are_straight(mesh.points, facets[among]):
+    if facets.shape[1] > 4 and sides_are_straight(points, facets[among]):
         facets = facets[:, :4]
     continued = np.isin(parts.part, parts.part[among])
     sites, on_sites = _sites(facets[continued], parts.part[continued])
-    points = mesh.points[sites]
     out = {}
     for name, chosen in curved.items():
         used, base = np.unique(on_sites[chosen[continued]], return_inverse=True)
-        surface = FacetSurface(points[used], base.reshape(-1, facets.shape[1]), name)
-        fit = SmoothSurface(surface, points, on_sites, used)
-        out[name] = Placement(fit, _planes(mesh.points, facets, parts, chosen, own[name]))
+        surface = FacetSurface(points[sites][used], base.reshape(-1, facets.shape[1]), name)
+        fit = SmoothSurface(surface, points[sites], on_sites, used)
+        out[name] = Placement(fit, _planes(points, facets, parts, chosen, own[name]))
     return out
 
 

@@ -24,11 +24,11 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.contact.contact import Contact
 from fecontact.mesh import pick
-from fecontact.mesh.cad import mesh_solid
 from fecontact.mesh.shapes import Level, block, quarter_sphere
 from fecontact.results.result import ContactResult
 from fecontact.scene.scene import Scene
 from fecontact.surfaces import FlatPunch, Paraboloid
+from fecontact.surfaces.solid import mesh_solid
 
 Options = Mapping[str, str]
 

@@ -7,9 +7,9 @@ import pytest
 
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
-from fecontact.mesh.cad import load_gmsh
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.extrude import crossing_triangles
+from fecontact.mesh.crossing import crossing_triangles
+from fecontact.mesh.gmsh_session import load_gmsh
 from fecontact.mesh.mesh import merge
 
 ROUNDING = 1e-12
