@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test unit verification doctest lint types examples docs gallery manual bench mutants compare clean
+.PHONY: hertz test unit verification doctest lint types examples docs pages gallery manual bench mutants compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -36,7 +36,11 @@ examples: $(READY)  ## every example, at its full size
 	@mkdir -p out
 	@set -e; for f in examples/*.py; do echo "== $$f"; $(BIN)/python $$f; done
 
-docs: $(READY)  ## pictures and generated pages of docs/, made anew
+docs: $(READY)  ## the site, out/site/index.html; a broken link or reference fails
+	$(BIN)/python -m sphinx -W --keep-going -q -b html -d out/site-trees docs out/site
+	@echo "wrote out/site/index.html"
+
+pages: $(READY)  ## pictures and measured pages of docs/, made anew
 	$(BIN)/python docs/build.py
 	$(BIN)/python docs/baselines.py
 	$(BIN)/python docs/solvers.py

@@ -14,7 +14,7 @@ The eight-node brick (`hexahedron`) on any mesh of hexahedra. Coordinates are a 
 `traction, dead_pressure`      constant forces Q (n_dofs,) on boundaries
 `pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
 `FollowerPressure, Moment`     loads that change with the deformation, for `Stage(assembly, follow=[..])`
-`StVenantKirchhoff, NeoHookean`  laws; `InvertedError` (a FecontactError) is raised where det F <= 0
+`StVenantKirchhoff`            law, as `NeoHookean`; `InvertedError` (a FecontactError) is raised where det F <= 0
 `sides_by_label, released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
 

@@ -42,17 +42,17 @@ ROW_FLOOR = 1e-6
 class Status(StrEnum):
     """How a solver ended; only the first two are success.
 
-    ==================  ===================================================================================
-    ``solved``          certified: the recomputed residuals are within the tolerance
-    ``no-contact``      certified: nothing touches, all forces are exactly zero
-    ``infeasible``      no forces l >= 0 balance the load: a body can move freely along it
-    ``unbounded``       an interference that no elastic deflection and no rigid motion can remove
-    ``singular``        a dependent set of points that the solver cannot treat
-    ``artificial``      artificial variables stayed positive (Wolfe's short form on a singular S)
-    ``cycling``         active sets repeated
-    ``iteration-limit`` the allowed number of iterations was spent
-    ``refused``         the answer did not pass the certificate
-    ==================  ===================================================================================
+    ===================  ===================================================================================
+    ``solved``           certified: the recomputed residuals are within the tolerance
+    ``no-contact``       certified: nothing touches, all forces are exactly zero
+    ``infeasible``       no forces l >= 0 balance the load: a body can move freely along it
+    ``unbounded``        an interference that no elastic deflection and no rigid motion can remove
+    ``singular``         a dependent set of points that the solver cannot treat
+    ``artificial``       artificial variables stayed positive (Wolfe's short form on a singular S)
+    ``cycling``          active sets repeated
+    ``iteration-limit``  the allowed number of iterations was spent
+    ``refused``          the answer did not pass the certificate
+    ===================  ===================================================================================
     """
 
     SOLVED = "solved"
