@@ -170,7 +170,8 @@ class Assembly:
 
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces."""
-        return sp.csr_matrix(sp.block_diag([s.tangent(self.part(q, k)) for k, s in enumerate(self.solids)]))
+        blocks = [s.tangent(self.part(q, k)) for k, s in enumerate(self.solids)]
+        return blocks[0] if len(blocks) == 1 else sp.csr_matrix(sp.block_diag(blocks))
 
     def check_inverted(self, q: Array) -> None:
         """Refuse coordinates that turn material inside out, see `AncfSolid.check_inverted`; names the solid.

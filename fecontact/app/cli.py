@@ -138,7 +138,7 @@ def _ancf(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--elements", type=int, metavar="N", help="10; pendulum: 12")
     parser.add_argument("--measure", default="turn", choices=("turn", "geometric"), help="strains of the axis")
     parser.add_argument("--gravity", type=float, default=9.81, help="pendulum: 9.81 or 50")
-    parser.add_argument("--step", type=float, default=2e-3, help="pendulum: of time")
+    parser.add_argument("--step", type=float, help="pendulum: of time; 0.002 or, under 50, 0.001")
     _json(parser)
     parser.add_argument("--plot", metavar="FILE", help="shapes on the way")
 

@@ -31,10 +31,11 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
 X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-#: Share of the rigidity of bending against a change of stretch along an element of a line; between 0.01 and 0.2 the
-#: elastica of the tests has the same error within a tenth, and the line does not lock.
-FREE_FORM = 0.1
 XX, YY, XY, XZ, YZ = (2, 0, 0), (0, 2, 0), (1, 1, 0), (1, 0, 1), (0, 1, 1)
+
+
+#: Lobatto's points (n, 3) and weights (n,) on an element's axis.
+ENDS_AND_MIDDLE = (np.array([[0.0, 0.5, 0.5], [0.5, 0.5, 0.5], [1.0, 0.5, 0.5]]), np.array([1.0, 4.0, 1.0]) / 6)
 
 
 def _rule(nx: int, ny: int = 1, nz: int = 1, across: tuple[bool, bool] = (False, False)) -> tuple[Array, Array]:
@@ -84,22 +85,33 @@ def line(
     nodes = np.asarray(points, dtype=float)
     t, cells, size = axis_of(nodes, tangents)
     box = np.column_stack([size, np.ones((len(size), 2))])
-    two, four = _rule(2), _rule(4)
+    four = _rule(4)
     if tangents is not None and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
         raise InputError("A curved line must lie in the plane x, y; take `beam` for a curve in space.")
     bent = EI * (np.eye(3) if tangents is None else np.diag([0.0, 0.0, 1.0]))
     stretch: Measure = Stretch() if measure == "turn" else green_lagrange((0,))
-    change = Products((((1.0, 0, 1),),), (0.0,))
     parts = [
-        # a cubic axis can bend without stretch at two points only; the change of stretch, with the rigidity of bending,
-        # is what resists the form that they leave free, see `_elastic_line`
-        Part((X,), stretch, np.array([[EA]]), *two, size),
-        Part((X, XX), change, np.array([[FREE_FORM * EI]]), *four, size * _short(EI, EA, size)),
+        *_stretch(stretch, EA, EI, size),
         Part((X, XX), LineCurvature(2 if measure == "turn" else 3), bent, *four, size),
     ]
-    points_of_mass, weights_of_mass = _rule(4)
-    inertia = (points_of_mass, mass * weights_of_mass, size)
+    inertia = (four[0], mass * four[1], size)
     return Structure(shapes.LINE, np.stack([nodes, t], axis=1), cells, box, parts, inertia)
+
+
+def _stretch(measure: Measure, EA: float, EI: float, size: Array) -> list[Part]:
+    """Stretch of a cubic axis, at Lobatto's points where its elements are long and stiff, else everywhere.
+
+    A cubic axis that bends cannot keep its length everywhere, and locks. Lobatto's point at a node serves two elements,
+    so that each has two conditions beside its four coordinates in a plane and bends freely, and no form is left without
+    energy (J. Gerstmayr & H. Irschik, J. Sound Vib. 318, 2008). Large strains that vary within an element want all
+    points. Locking and varying strains are told apart by EA l^2 / EI; where it is 4000 both have equal shares.
+    """
+    whole = 1 / (1 + (EA * size**2 / (4000 * EI)) ** 2)
+    rigidity = np.array([[EA]])
+    return [
+        Part((X,), measure, rigidity, *ENDS_AND_MIDDLE, size * (1 - whole)),
+        Part((X,), measure, rigidity, *_rule(5), size * whole),
+    ]
 
 
 def _in_space(material: Material) -> Array:

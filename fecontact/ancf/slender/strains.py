@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -66,28 +67,29 @@ class Products:
     terms: tuple[tuple[tuple[float, int, int], ...], ...]
     constants: tuple[float, ...]
 
-    def _forms(self, n_g: int) -> Array:
-        """Symmetric matrices (m, n_g, n_g) with e_m = (1/2) g A_m g - constant."""
-        A = np.zeros((len(self.terms), n_g, n_g))
-        for m, terms in enumerate(self.terms):
-            for c, i, j in terms:
-                A[m, i, j] += c
-                A[m, j, i] += c
-        return A
-
     def strain(self, g: Array) -> Array:
         """(..., m)."""
-        half = np.einsum("mij,...ix,...jx->...m", self._forms(g.shape[-2]), g, g, optimize=True) / 2
-        return np.asarray(half - np.array(self.constants))
+        return np.asarray((self.first(g) * g[..., None, :, :]).sum(axis=(-2, -1)) / 2 - np.array(self.constants))
 
     def first(self, g: Array) -> Array:
         """A_m g."""
-        return np.asarray(np.einsum("mij,...jx->...mix", self._forms(g.shape[-2]), g, optimize=True))
+        return np.asarray(_forms(self.terms, g.shape[-2]) @ g[..., None, :, :])
 
     def second(self, g: Array, s: Array) -> Array:
         """Sum of s_m A_m, for each component."""
-        A = np.einsum("...m,mij->...ij", s, self._forms(g.shape[-2]), optimize=True)
+        A = np.tensordot(s, _forms(self.terms, g.shape[-2]), axes=1)
         return np.asarray(A[..., :, None, :, None] * np.eye(3)[:, None, :])
+
+
+@cache
+def _forms(terms: tuple[tuple[tuple[float, int, int], ...], ...], n_g: int) -> Array:
+    """Symmetric matrices (m, n_g, n_g) with e_m = (1/2) g A_m g - constant."""
+    A = np.zeros((len(terms), n_g, n_g))
+    for m, products in enumerate(terms):
+        for c, i, j in products:
+            A[m, i, j] += c
+            A[m, j, i] += c
+    return A
 
 
 def green_lagrange(axes: Sequence[int]) -> Products:
@@ -109,13 +111,13 @@ class LineCurvature:
     def strain(self, g: Array) -> Array:
         """(..., 3)."""
         a, b = g[..., 0, :], g[..., 1, :]
-        return np.cross(a, b) / np.linalg.norm(a, axis=-1, keepdims=True) ** self.p
+        return _cross(a, b) / np.linalg.norm(a, axis=-1, keepdims=True) ** self.p
 
     def first(self, g: Array) -> Array:
         """With n = r' x r'' and s = r' . r': dn s^(-p/2) - p n s^(-p/2 - 1) r'."""
         a, b = g[..., 0, :], g[..., 1, :]
         s = (a * a).sum(-1)[..., None, None]
-        n = np.cross(a, b)
+        n = _cross(a, b)
         # rows of d(a x b) along changes of a and of b
         by_a = -_cross_matrix(b) - self.p * n[..., :, None] * a[..., None, :] / s
         return np.stack([by_a, _cross_matrix(a)], axis=-2) * (s ** (-self.p / 2))[..., None]
@@ -124,8 +126,8 @@ class LineCurvature:
         """Second derivatives of f s^(-p/2), f = m . (r' x r''), for a constant m."""
         a, b, m, p = g[..., 0, :], g[..., 1, :], s, self.p
         size = (a * a).sum(-1)[..., None, None]
-        f = (m * np.cross(a, b)).sum(-1)[..., None, None]
-        by_a, by_b = np.cross(b, m), np.cross(m, a)
+        f = (m * _cross(a, b)).sum(-1)[..., None, None]
+        by_a, by_b = _cross(b, m), _cross(m, a)
         aa = _outer(by_a, a) + _outer(a, by_a)
         out = np.zeros((*a.shape[:-1], 2, 3, 2, 3))
         out[..., 0, :, 0, :] = -p * aa / size + f * (p * (p + 2) * _outer(a, a) / size**2 - p * np.eye(3) / size)
@@ -155,8 +157,8 @@ class SurfaceCurvature:
         for m, c in enumerate((1.0, 1.0, 2.0)):
             out[..., m, 2 + m, :] = c * n
             along = c * np.einsum("...xy,...y->...x", projector, g[..., 2 + m, :]) / size
-            out[..., m, 0, :] = np.cross(g[..., 1, :], along)
-            out[..., m, 1, :] = np.cross(along, g[..., 0, :])
+            out[..., m, 0, :] = _cross(g[..., 1, :], along)
+            out[..., m, 1, :] = _cross(along, g[..., 0, :])
         return out
 
     def second(self, g: Array, s: Array) -> Array:
@@ -187,7 +189,7 @@ class SurfaceCurvature:
 
 def _normal(g: Array) -> tuple[Array, Array, Array]:
     """Size (..., 1) of r_x x r_y, its unit vector, and the projector on the tangent plane."""
-    d = np.cross(g[..., 0, :], g[..., 1, :])
+    d = _cross(g[..., 0, :], g[..., 1, :])
     size = np.linalg.norm(d, axis=-1, keepdims=True)
     n = d / size
     return size, n, np.eye(3) - _outer(n, n)
@@ -197,9 +199,14 @@ def _outer(a: Array, b: Array) -> Array:
     return np.asarray(a[..., :, None] * b[..., None, :])
 
 
+def _cross(a: Array, b: Array) -> Array:
+    """Product a x b; for few points in a fraction of the time of NumPy's own."""
+    return np.asarray(a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]])
+
+
 def _cross_matrix(a: Array) -> Array:
     """[a]x with [a]x v = a x v."""
-    zero = np.zeros_like(a[..., 0])
-    x, y, z = a[..., 0], a[..., 1], a[..., 2]
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    out = np.zeros((*a.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., i, j], out[..., j, i] = -a[..., k], a[..., k]
+    return out

@@ -21,8 +21,8 @@ from fecontact.ancf.slender.strains import Measure
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
-#: Gauss points of the step between two states, see `mean_forces`.
-BETWEEN = 3
+#: Gauss points and weights of the step between two states, see `mean_forces`.
+BETWEEN = tuple(((1 + x) / 2, w / 2) for x, w in zip(*np.polynomial.legendre.leggauss(3), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +57,7 @@ def mean_forces(forces: Callable[[Array], Array], q0: Array, q1: Array) -> Array
     step. Source: the average vector field of R. I. McLachlan, G. R. W. Quispel & N. Robidoux, Phil. Trans. R. Soc. A
     357 (1999).
     """
-    x, w = np.polynomial.legendre.leggauss(BETWEEN)
-    each = [wk / 2 * forces(q0 + (1 + xk) / 2 * (q1 - q0)) for xk, wk in zip(x, w, strict=True)]
+    each = [w * forces(q0 + x * (q1 - q0)) for x, w in BETWEEN]
     return np.sum(each, axis=0, dtype=float)
 
 
@@ -248,13 +247,13 @@ class Structure:
             inner = np.swapaxes(J, 2, 3) @ (part.rigidity @ J * w[..., None])
             inner += part.measure.second(g, stress).reshape(inner.shape)
             B = self._by_component[k]
-            total += (np.swapaxes(B, 2, 3) @ inner @ B).sum(axis=1)
+            total += np.swapaxes(B.reshape(n, -1, width), 1, 2) @ (inner @ B).reshape(n, -1, width)
         K = self._summed(total)
         if self.moments:
             places, _, second = self._of_moments(q)
             rows, columns = places[:, :, None].repeat(2, axis=2), places[:, None, :].repeat(2, axis=1)
-            K = K + sp.csr_matrix((second.ravel(), (rows.ravel(), columns.ravel())), shape=K.shape)
-        return sp.csr_matrix(K)
+            K = sp.csr_matrix(K + sp.csr_matrix((second.ravel(), (rows.ravel(), columns.ravel())), shape=K.shape))
+        return K
 
     @cached_property
     def _by_component(self) -> list[Array]:

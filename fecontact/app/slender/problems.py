@@ -29,6 +29,9 @@ LENGTH = 1.2
 #: Runge-Kutta integrator of the eighth order. Later motions under the larger one are chaotic.
 FALLING = {9.81: (-0.024567, -0.100074, -0.234799, -0.217471), 50.0: (-0.126258, -0.315841, 0.188716, 0.021995)}
 
+#: Steps of time, in seconds, unless given.
+STEPS = {9.81: 2e-3, 50.0: 1e-3}
+
 
 def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
     """Solve a problem.
@@ -91,9 +94,10 @@ def _circle(n: int, options: Mapping[str, Any]) -> SlenderProblem:
 
 def _pendulum(n: int, options: Mapping[str, Any]) -> SlenderProblem:
     began = time.perf_counter()
-    gravity, step = options.get("gravity", 9.81), options.get("step", 2e-3)
+    gravity, step = options.get("gravity", 9.81), options.get("step")
     if gravity not in FALLING:
         raise InputError(f"Fine solutions are known for gravity {' and '.join(map(str, FALLING))}; found {gravity!r}.")
+    step = STEPS[gravity] if step is None else step
     beam, free = pendulum(n, options.get("measure") or "turn")
     assembly = Assembly([beam], free)
     rows, shapes = [], []
