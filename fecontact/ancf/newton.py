@@ -7,6 +7,13 @@ K is condensed onto the coordinates in the conditions, and l follows from a comp
 definite. Where a body is stable through contact only, it is not, and w G^T (g + G d) of the active conditions is added
 to the forces. It vanishes with them, so that the solution is the same (augmented Lagrangian, section 17.3 there).
 
+Where supports leave rigid motions W free, they are held at as many coordinates P instead. Without load along W nothing
+acts there, and the contact problem has the motions and their equilibrium as in scenes:
+
+    K_P = K + P P^T,    d = K_P^-1 (r + G^T l) + W p,    W^T (r + G^T l) = 0
+
+In a state under load turns are not quite free of forces; where d vanishes the residual does so too.
+
 With friction, tangential rows T with their slip stand beside G (`slip.Slips`), and Coulomb's law is solved as in linear
 scenes.
 """
@@ -65,13 +72,14 @@ def contact_step(
     gap: Array,
     pressing: Mask | None = None,
     friction: TangentialRows | None = None,
+    loose: Array | None = None,
 ) -> tuple[Array, Array, Array]:
     """Change of the coordinates, contact forces and tangential forces.
 
     Parameters
     ----------
     K : (n, n) csr_matrix
-        Symmetric positive definite.
+        Symmetric positive definite, but for free motions.
     r : (n,) array
         Residual forces, without those of contact.
     G : (m, n) csr_matrix
@@ -79,6 +87,8 @@ def contact_step(
     pressing : (m,) bool array, optional
         Conditions known to be active.
     friction : TangentialRows, optional
+    loose : (n, k) array, optional
+        Rigid motions W that nothing but contact resists.
 
     Returns
     -------
@@ -101,6 +111,8 @@ def contact_step(
     >>> change.round(12).tolist(), forces.round(12).tolist()
     ([0.5, -0.5], [6.0])
     """
+    if loose is not None:
+        return _floating(K, r, G, gap, friction, loose)
     if not G.shape[0] and len(r) <= SMALL:
         return _dense(K, r), np.zeros(0), np.zeros(0)
     try:
@@ -129,8 +141,20 @@ def _dense(K: sp.csr_matrix, r: Array) -> Array:
         raise UnstableError("The tangent stiffness is not positive definite.") from error
 
 
+def _floating(
+    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, friction: TangentialRows | None, W: Array
+) -> tuple[Array, Array, Array]:
+    """The step of bodies that are free in the motions W."""
+    stiff = np.maximum(K.diagonal(), 0.0)
+    # the coordinates at which springs as stiff as the body resist the motions most
+    held = scipy.linalg.qr((W * np.sqrt(stiff)[:, None]).T, mode="r", pivoting=True)[1][: W.shape[1]]
+    springs = np.zeros(len(r))
+    springs[held] = stiff[held]
+    return _solved(sp.csr_matrix(K + sp.diags_array(springs)), r, G, gap, friction, W)
+
+
 def _solved(
-    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, friction: TangentialRows | None
+    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, friction: TangentialRows | None, W: Array | None = None
 ) -> tuple[Array, Array, Array]:
     rows, start = G, gap
     if friction is not None:
@@ -150,22 +174,28 @@ def _solved(
         C = rows[:, touched].toarray()
         X = scipy.linalg.cho_solve(factor, C.T)
         S = C @ X
-        forces = _forces((S + S.T) / 2, start + C @ u[:, 0], friction)
+        B = np.zeros((0, len(S))) if W is None else (rows @ W).T
+        F = np.zeros(0) if W is None else -(W.T @ r)
+        forces, motion = _forces(ComplementarityProblem((S + S.T) / 2, start + C @ u[:, 0], B, F), friction)
         u = u + X @ forces[:, None]
-    return condensed.expand(u, load)[:, 0], forces[: G.shape[0]], forces[G.shape[0] :]
+    change = condensed.expand(u, load)[:, 0]
+    change = change if W is None else change + W @ motion
+    return change, forces[: G.shape[0]], forces[G.shape[0] :]
 
 
-def _forces(S: Array, start: Array, friction: TangentialRows | None) -> Array:
-    """Forces (N,) of all rows, gaps and slips S f + start."""
+def _forces(problem: ComplementarityProblem, friction: TangentialRows | None) -> tuple[Array, Array]:
+    """Forces (N,) of all rows, and the free motion."""
     if friction is None or not len(friction.points):
-        return solve(ComplementarityProblem(S, start)).forces
-    tangents = len(start) - len(friction.slip) + np.arange(len(friction.slip)).reshape(2, -1).T
+        found = solve(problem)
+        return found.forces, found.q
+    S = np.array(problem.S)
+    tangents = problem.n - len(friction.slip) + np.arange(len(friction.slip)).reshape(2, -1).T
     # a direction that is held has no compliance, and no force as long as nothing drags along it
     held = tangents[S[tangents, tangents] == 0]
     S[held, held] = S.diagonal().mean()
-    return solve_friction(
-        FrictionProblem(ComplementarityProblem(S, start), friction.points, tangents, friction.mu)
-    ).forces
+    every = ComplementarityProblem(S, problem.g, problem.B, problem.F)
+    answer = solve_friction(FrictionProblem(every, friction.points, tangents, friction.mu))
+    return answer.forces, answer.q
 
 
 def is_symmetric(K: sp.csr_matrix) -> bool:

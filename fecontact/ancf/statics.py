@@ -22,6 +22,7 @@ import scipy.sparse as sp
 from tqdm import tqdm
 
 from fecontact.ancf.assembly import Assembly, Conditions
+from fecontact.ancf.free_motion import check_supports, free_motions
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, unsymmetric_step
 from fecontact.ancf.slip import FrictionEnd, Slips, SlipStart, slip_start, slips
@@ -158,8 +159,8 @@ def equilibrium(
     Raises
     ------
     InputError
-        If steps or tolerance are out of range, the supports leave a rigid motion free, or `start` belongs to other
-        solids.
+        If steps or tolerance are out of range, supports leave a rigid motion of a solid without friction free, or
+        `start` belongs to other solids.
     InvertedError
         If `start` turns material inside out.
     """
@@ -274,33 +275,6 @@ def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> 
     return at
 
 
-def check_supports(assembly: Assembly) -> None:
-    """Refuse supports that leave a rigid motion of a solid free.
-
-    Raises
-    ------
-    InputError
-        Names the solid and its number of free rigid motions.
-    """
-    start = 0
-    for k, solid in enumerate(assembly.solids):
-        modes = solid.rigid_modes
-        size = np.linalg.norm(modes / assembly.lengths[start : start + len(modes), None], axis=0)
-        # a straight line does not turn about itself
-        modes = modes[:, size > 1e-12 * size.max()]
-        modes = modes / np.linalg.norm(modes, axis=0)
-        block = assembly.free[start : start + len(modes)]
-        held = modes - block @ (block.T @ modes)
-        singular = np.linalg.svd(held, compute_uv=False)
-        loose = int((singular < 1e-8).sum())
-        if loose:
-            raise InputError(
-                f"Solid {k + 1} is free in {loose} rigid motions; statics needs supports against all six. Hold more of "
-                "its boundaries, or follow the motion in time (dynamics)."
-            )
-        start += len(modes)
-
-
 def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, since: SlipStart, tolerance: float) -> State:
     """Newton iterations at one level, from coordinates and contact forces of the previous level.
 
@@ -332,6 +306,7 @@ def _iterated(
     slip = slips(a.touches, conditions.parts, q, since)
     forces = np.zeros(len(conditions.gap)) if guess is None else guess
     widths = np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
+    floats = check_supports(a)
     for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
         near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
         K = a.tangent(q)
@@ -344,7 +319,7 @@ def _iterated(
             free = sp.csr_matrix((free + free.T) / 2) if stage.follow else free
             change, pressing, dragging = contact_step(
                 free, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0,
-                slip.rows(near, Z, jump),
+                slip.rows(near, Z, jump), free_motions(a, q) if floats else None,
             )  # fmt: skip
         else:
             change, pressing, dragging = unsymmetric_step(free, Z.T @ r), np.zeros(0), np.zeros(0)

@@ -65,7 +65,12 @@ class Master(ABC):
     @property
     def is_rigid(self) -> bool:
         """Whether it has no coordinates, and can be stood somewhere else."""
-        return False
+        return self.start is None
+
+    @property
+    def start(self) -> int | None:
+        """Its first coordinate among those of all bodies; None without any."""
+        return None
 
     @abstractmethod
     def project(self, q: Array, points: Array) -> Projection:
@@ -106,11 +111,6 @@ class RigidMaster(Master):
         return self.body
 
     @property
-    def is_rigid(self) -> bool:
-        """It is."""
-        return True
-
-    @property
     def pose(self) -> Pose:
         """The body's."""
         return self.body.pose
@@ -132,10 +132,15 @@ class RigidMaster(Master):
 
 @dataclass(frozen=True, eq=False)
 class FacesMaster(Master):
-    """Faces of bricks that others may touch; `start` is their first coordinate among those of all bodies."""
+    """Faces of bricks that others may touch, and their first coordinate among those of all bodies."""
 
     faces: Faces
-    start: int
+    first: int
+
+    @property
+    def start(self) -> int:
+        """As given."""
+        return self.first
 
     @property
     def named(self) -> tuple[IntArray, int]:

@@ -1,0 +1,75 @@
+"""Rigid motions that supports leave free, which friction holds or nothing does."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+
+from fecontact.ancf.assembly import Assembly
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+
+#: Share of a rigid motion that supports resist, below which it is free.
+FREE = 1e-8
+
+
+def free_motions(a: Assembly, q: Array) -> Array:
+    """Rigid motions of the solids at coordinates q that are free.
+
+    Parameters
+    ----------
+    a : Assembly
+    q : (n_dofs,) array
+
+    Returns
+    -------
+    (n_free, k) array
+        Orthonormal, in the free directions of the assembly.
+    """
+    out = [np.zeros((a.free.shape[1], 0))]
+    for k in range(len(a.solids)):
+        rows = slice(a.starts[k], a.starts[k + 1])
+        modes, block = _modes(a, q, k), a.free[rows]
+        held = modes - block @ (block.T @ modes)
+        _, singular, V = np.linalg.svd(held, full_matrices=False)
+        out.append(block.T @ (modes @ V[singular < FREE].T))
+    loose = np.concatenate(out, axis=1)
+    return scipy.linalg.orth(loose) if loose.shape[1] else loose
+
+
+def _modes(a: Assembly, q: Array, k: int) -> Array:
+    """Translations of a solid and its turns about the mean of its present coordinates, columns of unit size.
+
+    All coordinates are vectors that turn with the solid.
+    """
+    solid, own = a.solids[k], a.part(q, k)
+    shifts = np.stack([solid.translation(e) for e in np.eye(3)], axis=1)
+    middle = (own @ shifts) / (shifts**2).sum(axis=0)
+    arms = (own - shifts @ middle).reshape(-1, 3)
+    modes = np.concatenate([shifts, np.stack([np.cross(e, arms).ravel() for e in np.eye(3)], axis=1)], axis=1)
+    size = np.linalg.norm(modes / a.lengths[a.starts[k] : a.starts[k + 1], None], axis=0)
+    # a straight line does not turn about itself
+    modes = modes[:, size > 1e-12 * size.max()]
+    return np.asarray(modes / np.linalg.norm(modes, axis=0))
+
+
+def check_supports(a: Assembly) -> bool:
+    """Whether supports leave a rigid motion free, for friction to hold it.
+
+    Raises
+    ------
+    InputError
+        If a solid without friction is free; names the solid and its number of free rigid motions.
+    """
+    free = False
+    touching = {start for t in a.touches if t.friction for start in (t.slave_start, t.master.start)}
+    for k, start in enumerate(a.starts[:-1]):
+        modes, block = _modes(a, a.q0, k), a.free[start : a.starts[k + 1]]
+        loose = int((np.linalg.svd(modes - block @ (block.T @ modes), compute_uv=False) < FREE).sum())
+        if loose and start not in touching:
+            raise InputError(
+                f"Solid {k + 1} is free in {loose} rigid motions; statics needs supports against all six, or friction. "
+                "Hold more of its boundaries, or follow the motion in time (dynamics)."
+            )
+        free = free or loose > 0
+    return free
