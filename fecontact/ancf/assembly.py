@@ -43,6 +43,39 @@ class Conditions:
 
 
 @dataclass(frozen=True, eq=False)
+class Constants:
+    """What depends on members and supports only, so that it is computed once for all poses of rigid bodies."""
+
+    solids: Sequence[Member]
+    free: sp.csr_matrix
+
+    @cached_property
+    def starts(self) -> tuple[int, ...]:
+        """First coordinate of each solid, and the number of all."""
+        return (0, *np.cumsum([s.n_dofs for s in self.solids]).tolist())
+
+    @cached_property
+    def q0(self) -> Array:
+        """Initial coordinates (n_dofs,)."""
+        return np.concatenate([s.q0 for s in self.solids])
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Factors (n_dofs,) that turn changes of coordinates into lengths."""
+        return np.concatenate([s.scales for s in self.solids])
+
+    @cached_property
+    def mass(self) -> sp.csr_matrix:
+        """Consistent mass (n_dofs, n_dofs)."""
+        return sp.csr_matrix(sp.block_diag([s.mass for s in self.solids]))
+
+    @cached_property
+    def mass_factor(self) -> spla.SuperLU:
+        """Factor of the mass of the free coordinates."""
+        return spla.splu(sp.csc_matrix(self.free.T @ self.mass @ self.free))
+
+
+@dataclass(frozen=True, eq=False)
 class Assembly:
     """Several solids; q holds their coordinates one after the other.
 
@@ -129,32 +162,43 @@ class Assembly:
         touches = list(self.touches)
         for k, body in zip(rigid, bodies, strict=True):
             touches[k] = replace(touches[k], master=RigidMaster(body))
-        return replace(self, touches=tuple(touches))
+        moved = replace(self, touches=tuple(touches))
+        moved.__dict__["constants"] = self.constants
+        return moved
 
     @cached_property
+    def constants(self) -> Constants:
+        """What depends on members and supports only."""
+        return Constants(self.solids, self.free)
+
+    @property
     def starts(self) -> tuple[int, ...]:
         """First coordinate of each solid, and the number of all."""
-        return (0, *np.cumsum([s.n_dofs for s in self.solids]).tolist())
+        return self.constants.starts
 
     @property
     def n_dofs(self) -> int:
         """Coordinates of all solids."""
         return self.starts[-1]
 
-    @cached_property
+    @property
     def q0(self) -> Array:
         """Initial coordinates (n_dofs,)."""
-        return np.concatenate([s.q0 for s in self.solids])
+        return self.constants.q0
 
     @cached_property
     def size(self) -> float:
         """Largest extent of the solids."""
         return max(s.extent for s in self.solids)
 
-    @cached_property
+    @property
     def lengths(self) -> Array:
         """Factors (n_dofs,) that turn changes of coordinates into lengths; generalised forces over them are forces."""
-        return np.concatenate([s.scales for s in self.solids])
+        return self.constants.lengths
+
+    def held(self, x: Array) -> Array:
+        """Part of a change of coordinates, or of forces, (n_dofs,) that the supports take."""
+        return np.asarray(x - self.free @ (self.free.T @ x))
 
     def part(self, q: Array, k: int) -> Array:
         """Coordinates of solid k."""
@@ -187,18 +231,14 @@ class Assembly:
             except InvertedError as error:
                 raise InvertedError(f"Solid {k + 1}: {error}") from error
 
-    @cached_property
+    @property
     def mass(self) -> sp.csr_matrix:
         """Consistent mass (n_dofs, n_dofs)."""
-        return sp.csr_matrix(sp.block_diag([s.mass for s in self.solids]))
-
-    @cached_property
-    def _mass_factor(self) -> spla.SuperLU:
-        return spla.splu(sp.csc_matrix(self.free.T @ self.mass @ self.free))
+        return self.constants.mass
 
     def accelerated(self, forces: Array) -> Array:
         """Accelerations (n_dofs,) due to forces; the mass is constant and factorised once."""
-        return np.asarray(self.free @ self._mass_factor.solve(self.free.T @ forces))
+        return np.asarray(self.free @ self.constants.mass_factor.solve(self.free.T @ forces))
 
     def translation(self, direction: Array) -> Array:
         """Change (n_dofs,) of the coordinates by a translation (3,) of all solids."""

@@ -14,7 +14,9 @@ from tqdm import tqdm
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError
-from fecontact.ancf.schemes import GeneralisedAlpha, Instant, Scheme
+from fecontact.ancf.schemes import RATE, GeneralisedAlpha, Instant, Scheme, acting
+from fecontact.ancf.stage import Stage, StageAt, rate
+from fecontact.ancf.statics import State
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError
@@ -24,6 +26,10 @@ from fecontact.common.one_line import one_line
 
 #: Halvings of the step, less the steps made since, after which the motion stops.
 MOST_HALVINGS = 12
+#: Distance of a start from where its supports hold it, relative to the size of the bodies, that is rounding.
+HELD = 1e-8
+#: Steps after which stages are compared with those of a record.
+SAMPLED = (0, 1, 3, 10, 30, 100, 300, 1000)
 
 
 @one_line
@@ -57,6 +63,7 @@ class Motion:
     kinetic: Array
     strain: Array
     potential: Array
+    work: Array
     momentum: Array
     contact_force: Array
     penetration: Array
@@ -72,8 +79,9 @@ class Motion:
 
     @property
     def drift(self) -> float:
-        """Largest change of the total energy from its first value, relative to the largest kinetic energy."""
-        return float(np.abs(self.energy - self.energy[0]).max() / max(self.kinetic.max(), np.finfo(float).tiny))
+        """Largest change of the total energy that is not work, relative to the largest kinetic energy."""
+        change = self.energy - self.energy[0] - (self.work - self.work[0])
+        return float(np.abs(change).max() / max(self.kinetic.max(), np.finfo(float).tiny))
 
     def __str__(self) -> str:
         each = self.nit[1:].mean() if len(self.nit) > 1 else 0
@@ -88,11 +96,12 @@ class Motion:
 
 
 def move(
-    assembly: Assembly,
+    assembly: Assembly | StageAt,
     *,
     until: float,
     step: float,
     scheme: Scheme | None = None,
+    start: State | Instant | None = None,
     velocity: ArrayLike | None = None,
     gravity: ArrayLike | None = None,
     forces: Array | None = None,
@@ -105,17 +114,22 @@ def move(
 
     Parameters
     ----------
-    assembly : Assembly
+    assembly : Assembly, or callable
+        ``stage(time)``: the `Stage` at a time, with loads, prescribed motions of supports and poses of rigid bodies
+        that vary, for the same solids and contacts. Supports may differ, too: they may let go at some time.
     until, step : float
         End time, and step length (the largest, if steps adapt).
     scheme : GeneralisedAlpha or EnergyMomentum, optional
         `GeneralisedAlpha()` unless given.
+    start : State or Instant, optional
+        Begin at rest at a static equilibrium, or with the positions, velocities and time of another motion's end
+        (`Motion.now`). An assembly given alone keeps supported coordinates where the start has them.
     velocity : (n_dofs,) array or (3,), optional
-        Initial velocity; three numbers: of all bodies.
+        Initial velocity of what is not supported; three numbers: of all bodies.
     gravity : (3,), optional
         Acceleration.
     forces : (n_dofs,) array, optional
-        Further dead loads.
+        Constant dead loads.
     accuracy : float, optional
         Largest local error of a coordinate, which controls the step; constant steps without it. In either case a step
         that does not converge is halved, and lengthened again afterwards.
@@ -125,8 +139,8 @@ def move(
         Tolerance of the iterations, relative to the motion of a step.
     path : str or Path, optional
         File (``.npz``) to which the record is written at every frame. If it exists, the motion is resumed from its end.
-        It holds fingerprints of bodies, supports, contacts, loads, initial velocity and scheme, which must be the same;
-        `until` and `every` may differ.
+        It holds fingerprints of bodies, supports, contacts, loads (those of stages at some times), start, initial
+        velocity and scheme, which must be the same; `until` and `every` may differ.
 
     Returns
     -------
@@ -137,40 +151,137 @@ def move(
     Raises
     ------
     InputError
-        For times that are not positive, shapes that do not fit, or a file of another motion.
+        For times that are not positive, shapes that do not fit, a start that the supports do not hold where it is, or a
+        file of another motion.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> from fecontact.ancf import AncfSolid, AncfSpace, EnergyMomentum, Stage
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0, density=2.0))
+    >>> a = Assembly.of([cube])
+    >>> push = a.gravity(np.array([0.5, 0.0, 0.0]))  # a force of one that grows with time
+    >>> motion = move(lambda t: Stage(a, forces=t * push), until=1.0, step=0.1, scheme=EnergyMomentum())
+    >>> float(motion.momentum[-1, 0].round(9)), float(motion.work[-1].round(9))
+    (0.5, 0.0625)
     """
     lengths(until=until, step=step, **({} if accuracy is None else {"accuracy": accuracy}))
     if every < 1:
         raise InputError(f"every must be at least 1; found {every!r}.")
     chosen = GeneralisedAlpha() if scheme is None else scheme
-    load = np.zeros(assembly.n_dofs) if forces is None else np.asarray(forces, dtype=float)
-    if any(t.friction for t in assembly.touches):
+    given = _held_at(assembly, start) if isinstance(assembly, Assembly) else assembly
+    first = given(0.0 if start is None else _time_of(start))
+    a = first.assembly
+    if any(t.friction for t in a.touches):
         raise InputError("Motion has no friction yet; give contacts without it, or follow the equilibrium in statics.")
-    if load.shape != (assembly.n_dofs,):
-        raise InputError(f"forces must hold {assembly.n_dofs} numbers; found the shape {load.shape}.")
+    load = np.zeros(a.n_dofs) if forces is None else np.asarray(forces, dtype=float)
+    if load.shape != (a.n_dofs,):
+        raise InputError(f"forces must hold {a.n_dofs} numbers; found the shape {load.shape}.")
     if gravity is not None:
-        load = load + assembly.gravity(np.asarray(gravity, dtype=float))
+        load = load + a.gravity(np.asarray(gravity, dtype=float))
     file = None if path is None else check_writable(path)
     if file is not None and file.exists() and not file.is_file():
         raise InputError(f"{file} is not a plain file, so no record can be kept in it; choose another path.")
-    v = _velocity(assembly, velocity)
+    at = _Stages(given, load, a)
+    now = _begun(at, start, velocity, step)
     prints = {}
     if file is not None:
         # fingerprints of the input, not of derived quantities, which may be rounded differently on another machine
+        varying = () if isinstance(assembly, Assembly) else [_acting(given(k * step)) for k in SAMPLED]
         prints = {
-            "the bodies (meshes, materials, laws)": fingerprint(assembly.solids),
-            "the supports": fingerprint(assembly.free),
-            "the contacts": fingerprint([t.pair for t in assembly.touches]),
-            "the loads (gravity, forces)": fingerprint(np.zeros(3) if gravity is None else gravity, forces),
+            "the bodies (meshes, materials, laws)": fingerprint(a.solids),
+            "the supports": fingerprint(a.free),
+            "the contacts": fingerprint([t.pair for t in a.touches]),
+            "the loads (gravity, forces, stages)": fingerprint(
+                np.zeros(3) if gravity is None else gravity, forces, varying
+            ),
             "the initial velocity": fingerprint(np.zeros(3) if velocity is None else velocity),
+            "the start": fingerprint(None if start is None else start.q, None if start is None else now.time),
             "the scheme (its kind and constants, step, accuracy, tolerance)": fingerprint(
                 chosen, step, accuracy, tolerance
             ),
         }
     record = _Record.read(file, prints) if file is not None and file.exists() else None
     if record is None:
-        record = _Record.begun(assembly, _first(assembly, v, load), load, prints)
-    return _march(assembly, record, chosen, load, until, step, accuracy, every, tolerance, file)
+        record = _Record.begun(first, now, load, prints)
+    return _march(at, record, chosen, load, until, step, accuracy, every, tolerance, file)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stages:
+    """Stages in time with constant loads added, checked to be of the same coordinates and contacts."""
+
+    given: StageAt
+    load: Array
+    first: Assembly
+
+    def __call__(self, time: float) -> Stage:
+        stage = self.given(time)
+        a, b = stage.assembly, self.first
+        if a is not b and (a.n_dofs, _multipliers(a)) != (b.n_dofs, _multipliers(b)):
+            raise InputError(
+                f"The stage at t = {time:.6g} has {a.n_dofs} coordinates and contacts of {_multipliers(a)} multipliers"
+                f", the first one {b.n_dofs} and {_multipliers(b)}: only supports, loads and poses may vary in time."
+            )
+        return replace(stage, forces=self.load if stage.forces is None else self.load + stage.forces)
+
+
+def _multipliers(a: Assembly) -> tuple[int, ...]:
+    return tuple(t.n_multipliers for t in a.touches)
+
+
+def _time_of(start: State | Instant) -> float:
+    return start.time if isinstance(start, Instant) else 0.0
+
+
+def _held_at(assembly: Assembly, start: State | Instant | None) -> StageAt:
+    """The assembly at all times, its supports where the start has them."""
+    if start is None:
+        stage = Stage(assembly)
+    elif start.q.shape == (assembly.n_dofs,):
+        stage = Stage(assembly, motion=start.q - assembly.q0)
+    else:
+        raise InputError(f"The start has {start.q.size} coordinates and the assembly {assembly.n_dofs}.")
+    return lambda _: stage
+
+
+def _acting(stage: Stage) -> tuple[object, ...]:
+    """What varies in a stage, for a fingerprint."""
+    return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in stage.assembly.touches]
+
+
+def _begun(at: _Stages, start: State | Instant | None, velocity: ArrayLike | None, step: float) -> Instant:
+    """The first instant, with its acceleration (without contact)."""
+    time = 0.0 if start is None else _time_of(start)
+    stage = at(time)
+    a = stage.assembly
+    q = a.q0 + stage.jump(a.q0) if start is None else start.q
+    forces = np.zeros(sum(_multipliers(a)))
+    if start is not None:
+        forces = _joined(start)
+        off = float(np.abs(a.lengths * stage.jump(q)).max(initial=0.0)) if q.shape == a.q0.shape else np.inf
+        if off > HELD * a.size or forces.shape != (sum(_multipliers(a)),):
+            raise InputError(
+                f"The start has {q.size} coordinates and {forces.size} contact forces, the assembly {a.n_dofs} and "
+                f"{sum(_multipliers(a))}, and the supports at t = {time:.6g} hold it {off:.3g} away from where it is: "
+                "start from a state of the same solids and contacts, with Stage(.., motion=state.q - assembly.q0) at "
+                "first."
+            )
+        if velocity is not None and isinstance(start, Instant):
+            raise InputError("A motion that goes on from another has its velocity; give no other.")
+    v = start.v if isinstance(start, Instant) else _velocity(a, velocity)
+    e = RATE * step
+    v = v - a.held(v) + rate(at, time, -e)
+    # of the prescribed motion, from velocities one difference apart
+    driven = (4 * rate(at, time + e, -e) - 3 * rate(at, time, -e) - rate(at, time + 2 * e, -e)) / (2 * e)
+    acceleration = driven + a.accelerated(stage.load(q) - a.forces(q) - a.mass @ driven)
+    return Instant(time, q, v, acceleration, acceleration, forces, acting(stage, q, acceleration))
+
+
+def _joined(start: State | Instant) -> Array:
+    """Contact forces of all contacts in one array."""
+    return start.forces if isinstance(start, Instant) else np.concatenate([np.zeros(0), *start.forces])
 
 
 def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
@@ -179,17 +290,11 @@ def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
         v = a.translation(v)
     if v.shape != (a.n_dofs,) or not np.isfinite(v).all():
         raise InputError(f"velocity must be three finite numbers or one per coordinate; found the shape {v.shape}.")
-    return np.asarray(a.free @ (a.free.T @ v))
-
-
-def _first(a: Assembly, v: Array, load: Array) -> Instant:
-    """The initial state, with its acceleration (without contact)."""
-    acceleration = a.accelerated(load - a.forces(a.q0))
-    return Instant(0.0, a.q0, v, acceleration, acceleration, np.zeros(sum(t.n_multipliers for t in a.touches)))
+    return v
 
 
 def _march(
-    a: Assembly,
+    at: _Stages,
     record: _Record,
     scheme: Scheme,
     load: Array,
@@ -207,8 +312,8 @@ def _march(
             length = min(h, until - now.time)
             length = until - now.time if until - now.time < 1.001 * length else length
             try:
-                after = scheme.step(a, now, length, load, tolerance)
-                a.check_inverted(after.q)
+                after = scheme.step(at, now, length, tolerance)
+                at.first.check_inverted(after.q)
                 wrong = 0.0 if accuracy is None else scheme.error(now, after, length) / accuracy
                 trouble = "" if wrong <= 1 else "The local error stayed too large."
             except (UnstableError, InvertedError, SolverError) as error:
@@ -224,7 +329,9 @@ def _march(
             # all these schemes have a local error of the third order in the step
             h = min(step, 2 * length if accuracy is None else length * min(2.0, 0.9 * max(wrong, 1e-3) ** (-1 / 3)))
             now = after
-            record.add(a, now, load, (len(record.rows) % every) == 0 or now.time >= until * (1 - 1e-12))
+            record.add(
+                at.given(now.time), now, load, (len(record.rows) % every) == 0 or now.time >= until * (1 - 1e-12)
+            )
             bar.update(length)
             if file is not None and len(record.rows) % every == 0:
                 record.write(file)
@@ -247,14 +354,15 @@ class _Record:
         self.rows, self.frames, self.frame_times, self.now, self.prints = rows, frames, frame_times, now, prints
 
     @classmethod
-    def begun(cls, a: Assembly, now: Instant, load: Array, prints: Mapping[str, str]) -> _Record:
+    def begun(cls, stage: Stage, now: Instant, load: Array, prints: Mapping[str, str]) -> _Record:
         """A record of the initial state."""
         record = cls([], [], [], now, prints)
-        record.add(a, now, load, True)
+        record.add(stage, now, load, True)
         return record
 
-    def add(self, a: Assembly, now: Instant, load: Array, frame: bool) -> None:
-        """Append a state."""
+    def add(self, stage: Stage, now: Instant, load: Array, frame: bool) -> None:
+        """Append a state; `load` are the constant ones, which have a potential."""
+        a = stage.assembly
         kinetic = float(now.v @ (a.mass @ now.v)) / 2
         conditions = a.conditions(now.q)
         finite = conditions.gap[np.isfinite(conditions.gap)]
@@ -264,8 +372,11 @@ class _Record:
             moves = np.stack([space.affine(np.zeros((3, 3)), e) for e in np.eye(3)])
             own = (part.G.T @ forces)[touch.slave_start : touch.slave_start + space.n_dofs]
             resultants.append(moves @ own)
-        figures = [now.time, kinetic, a.energy(now.q), -float(load @ (now.q - a.q0)), *a.momentum(now.v)]
-        figures += [float(max(0.0, -finite.min(initial=0.0))), float(now.nit)]
+        potential = -float(load @ (now.q - a.q0))
+        # the work of constant loads is the change of their potential
+        work = now.work + potential - (self.rows[0][3] if self.rows else potential)
+        figures = [now.time, kinetic, a.energy(now.q), potential, *a.momentum(now.v)]
+        figures += [float(max(0.0, -finite.min(initial=0.0))), float(now.nit), work]
         self.rows.append(np.concatenate([figures, *resultants]))
         self.now = now
         if frame:
@@ -276,8 +387,8 @@ class _Record:
         """The figures by name."""
         rows = np.array(self.rows)
         return Motion(
-            success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 4:7],
-            rows[:, 9:].reshape(len(rows), -1, 3), rows[:, 7], rows[:, 8].astype(int),
+            success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 9], rows[:, 4:7],
+            rows[:, 10:].reshape(len(rows), -1, 3), rows[:, 7], rows[:, 8].astype(int),
             np.array(self.frames), np.array(self.frame_times), self.now,
         )  # fmt: skip
 
@@ -314,4 +425,6 @@ class _Record:
                 f"{file} is the record of another motion: it differs in {' and '.join(other)}. Choose another path, "
                 "delete the file, or continue with the original input."
             )
-        return cls(rows, frames, times, replace(now, time=float(now.time), nit=int(now.nit)), prints)
+        return cls(
+            rows, frames, times, replace(now, time=float(now.time), work=float(now.work), nit=int(now.nit)), prints
+        )

@@ -18,7 +18,7 @@ one step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +26,7 @@ import scipy.sparse as sp
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.newton import UnstableError, contact_step
+from fecontact.ancf.stage import Stage, StageAt, rate
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
@@ -36,6 +37,8 @@ ROUNDING = 1e-14
 RUNAWAY = 1e6
 #: Conditions with a gap above this multiple of their width are left out of a step.
 REACH = 1.0
+#: Share of a step from whose length the velocity of prescribed motions is differenced.
+RATE = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,10 @@ class Instant:
         The auxiliary acceleration of generalised-alpha.
     forces : (n_multipliers,) array
         Contact forces at the end of the step (generalised-alpha) or over it (energy-momentum).
+    applied : (n_dofs,) array
+        Loads and support forces.
+    work : float
+        Work from the start of all loads, of supports that move, and of rigid bodies that move.
     nit : int
         Number of iterations of the step.
     """
@@ -61,14 +68,16 @@ class Instant:
     a: Array
     b: Array
     forces: Array
+    applied: Array
+    work: float = 0.0
     nit: int = 0
 
 
 class Scheme(Protocol):
     """A time integration scheme."""
 
-    def step(self, a: Assembly, now: Instant, h: float, load: Array, tolerance: float) -> Instant:
-        """State after a step of length h under dead loads (n_dofs,)."""
+    def step(self, at: StageAt, now: Instant, h: float, tolerance: float) -> Instant:
+        """State after a step of length h, of what is there and acts at every time."""
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
         """Estimate of the largest local error of a coordinate."""
@@ -96,13 +105,19 @@ class GeneralisedAlpha:
         am, af = (2 * self.rho - 1) / (self.rho + 1), self.rho / (self.rho + 1)
         return am, af, (1 - am + af) ** 2 / 4, 0.5 - am + af
 
-    def step(self, a: Assembly, now: Instant, h: float, load: Array, tolerance: float) -> Instant:
-        """One step."""
+    def step(self, at: StageAt, now: Instant, h: float, tolerance: float) -> Instant:
+        """One step; the prescribed motion of supports is integrated like any other coordinate."""
+        begin, end = at(now.time), at(now.time + h)
+        a = end.assembly
+        if not _same_supports(begin.assembly, a):  # accelerations jump
+            anew = a.accelerated(end.load(now.q) - a.forces(now.q))
+            now = replace(now, a=anew, b=anew)
         am, af, beta, gamma = self.constants
         inertia = (1 - am) / ((1 - af) * beta * h**2)
         # contact changes q by h^2/2 c and v by h c, with M c = G^T l: the tangent scales it accordingly
         share = inertia * h**2 / 2
         q, forces = now.q + h * now.v + h**2 / 2 * now.b, now.forces
+        q = q + end.jump(q)
         c = np.zeros_like(q)
         for nit in range(1, MOST_ITERATIONS + 1):
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
@@ -111,7 +126,8 @@ class GeneralisedAlpha:
             bend = a.curvature(conditions, share * forces)
             K = a.tangent(q) + inertia * a.mass
             K = K if bend is None else K - bend
-            rest = load - a.forces(q) - a.mass @ acceleration - share * (a.mass @ c)
+            K = _less(K, end, q, 1.0)
+            rest = end.load(q) - a.forces(q) - a.mass @ acceleration - share * (a.mass @ c)
             near = np.flatnonzero(conditions.gap < REACH * _widths(a))
             change, pressing = _solved(a, K, rest, conditions.G, conditions.gap, near)
             forces = pressing / share
@@ -121,7 +137,9 @@ class GeneralisedAlpha:
                 b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
                 acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
-                return Instant(now.time + h, q, v, acceleration, b, forces, nit)
+                applied = acting(end, q, acceleration)
+                work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(at, now, h, q, forces)
+                return Instant(now.time + h, q, v, acceleration, b, forces, applied, work, nit)
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -133,32 +151,93 @@ class GeneralisedAlpha:
 class EnergyMomentum:
     """Mid-point rule that conserves energy and momentum."""
 
-    def step(self, a: Assembly, now: Instant, h: float, load: Array, tolerance: float) -> Instant:
-        """One step."""
+    def step(self, at: StageAt, now: Instant, h: float, tolerance: float) -> Instant:
+        """One step, with loads of its middle; supported coordinates have the velocity of their prescribed motion."""
+        begin, half, end = at(now.time), at(now.time + h / 2), at(now.time + h)
+        a = end.assembly
         q = now.q + h * now.v
-        before = a.conditions(now.q)
+        q, driven = q + end.jump(q), rate(at, now.time + h, RATE * h)
+        before = begin.assembly.conditions(now.q)
+        halfway = half.assembly if _moved(begin, end) else None
         for nit in range(1, MOST_ITERATIONS + 1):
             middle = (now.q + q) / 2
             internal = np.concatenate(
                 [s.forces_between(a.part(now.q, k), a.part(q, k)) for k, s in enumerate(a.solids)]
             )
-            rest = load - internal - a.mass @ (2 / h**2 * (q - now.q - h * now.v))
-            K = a.tangent(middle) / 2 + 2 / h**2 * a.mass
+            load, v = half.load(middle), 2 / h * (q - now.q) - now.v
+            v = v - a.held(v) + driven
+            inertia = a.mass @ ((v - now.v) / h)
+            K = _less(a.tangent(middle) / 2 + 2 / h**2 * a.mass, half, middle, 0.5)
             after = a.conditions(q)
-            pressing = np.flatnonzero((before.gap < 0) & np.isfinite(after.gap))
-            closing = np.where(np.isfinite(after.gap), after.gap, 0.0) - np.where(before.gap < 0, before.gap, 0.0)
-            G = a.conditions(middle).G if len(pressing) else after.G
-            G = _working(a, G, pressing, closing, q - now.q)
-            change, forces = _solved(a, K, rest, G, closing, pressing)
+            # a condition that was pressed by the start state is active, too
+            active = (before.gap < 0) | (now.forces > 0)
+            pressing = np.flatnonzero(active & np.isfinite(after.gap) & np.isfinite(before.gap))
+            closing = np.where(np.isfinite(after.gap), after.gap, 0.0) - np.where(active, before.gap, 0.0)
+            G, done = after.G, closing
+            if len(pressing):
+                G = (halfway or a).conditions(middle).G
+                if halfway is not None:
+                    done = _finite(halfway.conditions(q).gap) - _finite(halfway.conditions(now.q).gap)
+            G = _working(a, G, pressing, done, q - now.q)
+            change, forces = _solved(a, K, load - internal - inertia, G, closing, pressing)
+            moved = q - now.q
             q = q + change
             if _settled(a, change, q - now.q, tolerance):
                 v = 2 / h * (q - now.q) - now.v
-                return Instant(now.time + h, q, v, (v - now.v) / h, (v - now.v) / h, forces, nit)
+                v = v - a.held(v) + driven
+                contact = G.T @ forces
+                supports = a.held(internal - load - contact), a.held(inertia)
+                work = load @ (q - now.q) + supports[0] @ moved + h / 2 * supports[1] @ (v + now.v)
+                work += float(forces @ done) if halfway is not None else 0.0
+                applied = load + supports[0] + supports[1]
+                acceleration = (v - now.v) / h
+                return Instant(
+                    now.time + h, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
+                )
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
         """h^2 |a1 - a0| / 12, the leading term of the mid-point rule."""
         return float(h**2 / 12 * np.abs(after.a - before.a).max())
+
+
+def acting(stage: Stage, q: Array, acceleration: Array) -> Array:
+    """Loads and support forces (n_dofs,) at coordinates q, without contact."""
+    a, load = stage.assembly, stage.load(q)
+    return np.asarray(load + a.held(a.mass @ acceleration + a.forces(q) - load))
+
+
+def _less(K: sp.csr_matrix, stage: Stage, q: Array, share: float) -> sp.csr_matrix:
+    """K less a share of the symmetric part of the loads' tangent."""
+    L = stage.load_tangent(q)
+    return K if L is None else sp.csr_matrix(K - share / 2 * (L + L.T))
+
+
+def _moved(begin: Stage, end: Stage) -> bool:
+    """Whether rigid bodies have moved."""
+    pairs = zip(begin.assembly.touches, end.assembly.touches, strict=True)
+    return any(one.master is not other.master for one, other in pairs)
+
+
+def _same_supports(one: Assembly, other: Assembly) -> bool:
+    """Whether both leave the same directions free."""
+    A, B = one.free, other.free
+    if A is B:
+        return True
+    return A.shape == B.shape and np.array_equal(A.indices, B.indices) and np.array_equal(A.data, B.data)
+
+
+def _finite(gap: Array) -> Array:
+    return np.where(np.isfinite(gap), gap, 0.0)
+
+
+def _by_tools(at: StageAt, now: Instant, h: float, q: Array, forces: Array) -> float:
+    """Work of rigid bodies that move in a step: forces times what their motion alone closes the gaps."""
+    begin, end = at(now.time), at(now.time + h)
+    if not (_moved(begin, end) and forces.any()):
+        return 0.0
+    gaps = (stage.assembly.conditions(q).gap for stage in (begin, end))
+    return float(forces @ np.subtract(*map(_finite, gaps)))
 
 
 def _widths(a: Assembly) -> Array:

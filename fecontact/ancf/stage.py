@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +14,9 @@ from fecontact.ancf.followers import Follower
 from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+
+#: Stages by load level or time.
+StageAt = Callable[[float], "Stage"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,5 +105,17 @@ class Stage:
     def jump(self, q: Array) -> Array:
         """What the supported coordinates of q are still short of their prescribed values (n_dofs,)."""
         a = self.assembly
-        short = a.q0 - q if self.motion is None else self.motion + a.q0 - q
-        return np.asarray(short - a.free @ (a.free.T @ short))
+        return a.held(a.q0 - q if self.motion is None else self.motion + a.q0 - q)
+
+
+def rate(at: StageAt, time: float, step: float) -> Array:
+    """Velocity (n_dofs,) of the prescribed motion, from the stages at `time` and up to two steps before it.
+
+    Of second order, exact for motions up to the second power of time; a negative step looks ahead.
+    """
+    now = at(time)
+    if now.motion is None:
+        return np.zeros(now.assembly.n_dofs)
+    before, first = at(time - step).motion, at(time - 2 * step).motion
+    each = [np.zeros_like(now.motion) if m is None else m for m in (before, first)]
+    return now.assembly.held((3 * now.motion - 4 * each[0] + each[1]) / (2 * step))
