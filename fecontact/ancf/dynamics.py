@@ -15,7 +15,7 @@ from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError
 from fecontact.ancf.schemes import RATE, GeneralisedAlpha, Instant, Scheme, acting
-from fecontact.ancf.stage import Stage, StageAt, rate
+from fecontact.ancf.stage import Stage, StageAt, Start, rate
 from fecontact.ancf.statics import State
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
@@ -170,8 +170,9 @@ def move(
     if every < 1:
         raise InputError(f"every must be at least 1; found {every!r}.")
     chosen = GeneralisedAlpha() if scheme is None else scheme
-    given = _held_at(assembly, start) if isinstance(assembly, Assembly) else assembly
-    first = given(0.0 if start is None else _time_of(start))
+    begin = None if start is None else start.begin
+    given = assembly if callable(assembly) else _held_at(assembly, begin)
+    first = given(0.0 if begin is None else begin.time)
     a = first.assembly
     if any(t.friction for t in a.touches):
         raise InputError("Motion has no friction yet; give contacts without it, or follow the equilibrium in statics.")
@@ -184,11 +185,11 @@ def move(
     if file is not None and file.exists() and not file.is_file():
         raise InputError(f"{file} is not a plain file, so no record can be kept in it; choose another path.")
     at = _Stages(given, load, a)
-    now = _begun(at, start, velocity, step)
+    now = _begun(at, begin, velocity, step)
     prints = {}
     if file is not None:
         # fingerprints of the input, not of derived quantities, which may be rounded differently on another machine
-        varying = () if isinstance(assembly, Assembly) else [_acting(given(k * step)) for k in SAMPLED]
+        varying = [_acting(given(k * step)) for k in SAMPLED] if callable(assembly) else ()
         prints = {
             "the bodies (meshes, materials, laws)": fingerprint(a.solids),
             "the supports": fingerprint(a.free),
@@ -197,7 +198,7 @@ def move(
                 np.zeros(3) if gravity is None else gravity, forces, varying
             ),
             "the initial velocity": fingerprint(np.zeros(3) if velocity is None else velocity),
-            "the start": fingerprint(None if start is None else start.q, None if start is None else now.time),
+            "the start": fingerprint(begin),
             "the scheme (its kind and constants, step, accuracy, tolerance)": fingerprint(
                 chosen, step, accuracy, tolerance
             ),
@@ -231,11 +232,7 @@ def _multipliers(a: Assembly) -> tuple[int, ...]:
     return tuple(t.n_multipliers for t in a.touches)
 
 
-def _time_of(start: State | Instant) -> float:
-    return start.time if isinstance(start, Instant) else 0.0
-
-
-def _held_at(assembly: Assembly, start: State | Instant | None) -> StageAt:
+def _held_at(assembly: Assembly, start: Start | None) -> StageAt:
     """The assembly at all times, its supports where the start has them."""
     if start is None:
         stage = Stage(assembly)
@@ -251,15 +248,15 @@ def _acting(stage: Stage) -> tuple[object, ...]:
     return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in stage.assembly.touches]
 
 
-def _begun(at: _Stages, start: State | Instant | None, velocity: ArrayLike | None, step: float) -> Instant:
+def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: float) -> Instant:
     """The first instant, with its acceleration (without contact)."""
-    time = 0.0 if start is None else _time_of(start)
+    time = 0.0 if start is None else start.time
     stage = at(time)
     a = stage.assembly
     q = a.q0 + stage.jump(a.q0) if start is None else start.q
     forces = np.zeros(sum(_multipliers(a)))
     if start is not None:
-        forces = _joined(start)
+        forces = start.forces
         off = float(np.abs(a.lengths * stage.jump(q)).max(initial=0.0)) if q.shape == a.q0.shape else np.inf
         if off > HELD * a.size or forces.shape != (sum(_multipliers(a)),):
             raise InputError(
@@ -268,20 +265,15 @@ def _begun(at: _Stages, start: State | Instant | None, velocity: ArrayLike | Non
                 "start from a state of the same solids and contacts, with Stage(.., motion=state.q - assembly.q0) at "
                 "first."
             )
-        if velocity is not None and isinstance(start, Instant):
+        if velocity is not None and start.v is not None:
             raise InputError("A motion that goes on from another has its velocity; give no other.")
-    v = start.v if isinstance(start, Instant) else _velocity(a, velocity)
+    v = _velocity(a, velocity) if start is None or start.v is None else start.v
     e = RATE * step
     v = v - a.held(v) + rate(at, time, -e)
     # of the prescribed motion, from velocities one difference apart
     driven = (4 * rate(at, time + e, -e) - 3 * rate(at, time, -e) - rate(at, time + 2 * e, -e)) / (2 * e)
     acceleration = driven + a.accelerated(stage.load(q) - a.forces(q) - a.mass @ driven)
     return Instant(time, q, v, acceleration, acceleration, forces, acting(stage, q, acceleration))
-
-
-def _joined(start: State | Instant) -> Array:
-    """Contact forces of all contacts in one array."""
-    return start.forces if isinstance(start, Instant) else np.concatenate([np.zeros(0), *start.forces])
 
 
 def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:

@@ -26,7 +26,7 @@ import scipy.sparse as sp
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.newton import UnstableError, contact_step
-from fecontact.ancf.stage import Stage, StageAt, rate
+from fecontact.ancf.stage import Stage, StageAt, Start, rate
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
@@ -71,6 +71,11 @@ class Instant:
     applied: Array
     work: float = 0.0
     nit: int = 0
+
+    @property
+    def begin(self) -> Start:
+        """A motion that goes on from here."""
+        return Start(self.q, self.v, self.forces, self.time)
 
 
 class Scheme(Protocol):

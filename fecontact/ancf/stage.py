@@ -108,6 +108,26 @@ class Stage:
         return a.held(a.q0 - q if self.motion is None else self.motion + a.q0 - q)
 
 
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where a motion begins: what states of statics and instants of motions have in common.
+
+    Attributes
+    ----------
+    q : (n_dofs,) array
+    v : (n_dofs,) array or None
+        Velocities; None at rest.
+    forces : (n_multipliers,) array
+        Contact forces of all contacts.
+    time : float
+    """
+
+    q: Array
+    v: Array | None
+    forces: Array
+    time: float
+
+
 def rate(at: StageAt, time: float, step: float) -> Array:
     """Velocity (n_dofs,) of the prescribed motion, from the stages at `time` and up to two steps before it.
 

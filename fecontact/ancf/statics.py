@@ -26,7 +26,7 @@ from fecontact.ancf.free_motion import check_supports, free_motions
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, unsymmetric_step
 from fecontact.ancf.slip import FrictionEnd, Slips, SlipStart, slip_start, slips
-from fecontact.ancf.stage import Stage
+from fecontact.ancf.stage import Stage, Start
 from fecontact.common.arrays import Array
 from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
@@ -82,6 +82,11 @@ class State:
     residual: float
     penetration: float
     friction: FrictionEnd
+
+    @property
+    def begin(self) -> Start:
+        """A motion from here, at rest."""
+        return Start(self.q, None, np.concatenate([np.zeros(0), *self.forces]), 0.0)
 
 
 @one_line
