@@ -227,7 +227,9 @@ class ComplementarityProblem:
 
     def residual_scales(self, forces: np.ndarray, q: np.ndarray) -> ResidualScales:
         """Scales of the residuals of finite forces (n,) and motions q (m,)."""
-        deflection, rigid = np.asarray(self.S @ forces), self.g + self.B.T @ q
+        return self._scales(forces, np.asarray(self.S @ forces), self.g + self.B.T @ q)
+
+    def _scales(self, forces: np.ndarray, deflection: np.ndarray, rigid: np.ndarray) -> ResidualScales:
         row = np.abs(self.B).max(axis=1, initial=0.0)
         row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
         force = max(float(np.abs(forces).sum()), largest(ratio(self.F, row)))
@@ -235,7 +237,13 @@ class ComplementarityProblem:
         gap = max(largest(deflection), GAP_FLOOR * largest(rigid), TERM_FLOOR * largest(self.g))
         return ResidualScales(force, gap, row * force + np.abs(self.F))
 
-    def residuals(self, forces: np.ndarray, q: np.ndarray, scales: ResidualScales | None = None) -> Residuals:
+    def residuals(
+        self,
+        forces: np.ndarray,
+        q: np.ndarray,
+        scales: ResidualScales | None = None,
+        deflection: np.ndarray | None = None,
+    ) -> Residuals:
         """Residuals of a solution, recomputed from the problem alone.
 
         Parameters
@@ -244,6 +252,8 @@ class ComplementarityProblem:
         q : ndarray, shape (m,)
         scales : ResidualScales, optional
             Of a problem of which this is a part; by default its own.
+        deflection : ndarray, shape (n,), optional
+            S l, where the caller has just computed it.
 
         Returns
         -------
@@ -265,8 +275,9 @@ class ComplementarityProblem:
             )
         if not (np.isfinite(forces).all() and np.isfinite(q).all()):
             return Residuals(np.inf, np.inf, np.inf, np.inf)
-        scales = self.residual_scales(forces, q) if scales is None else scales
-        gap = self.gap(forces, q)
+        deflection, rigid = np.asarray(self.S @ forces) if deflection is None else deflection, self.g + self.B.T @ q
+        scales = self._scales(forces, deflection, rigid) if scales is None else scales
+        gap = deflection + rigid
         both = np.minimum(np.abs(ratio(forces, scales.force)), np.abs(ratio(gap, scales.gap)))
         return Residuals(
             penetration=largest(ratio(np.minimum(gap, 0.0), scales.gap)),
@@ -392,5 +403,7 @@ def largest(values: np.ndarray) -> float:
 
 def ratio(values: np.ndarray, scales: np.ndarray | float) -> np.ndarray:
     """Return values / scales, where 0 / 0 is 0 and anything else over 0 is infinite."""
+    if np.ndim(scales) == 0 and scales > 0:
+        return np.asarray(values / scales)
     scales = np.broadcast_to(scales, values.shape)
     return np.divide(values, scales, out=np.where(values == 0, 0.0, np.inf), where=scales > 0)

@@ -11,17 +11,22 @@ number of iterations grows with the logarithm of the number of cells only (McLea
 
 Conjugate gradients correct a known iterate, so their products are in single precision. A bound of the resulting error
 of the displacements is tracked, and these are recomputed in double precision before it matters.
+
+Arithmetic is done strip by strip, so that arrays pass through the cache once for several operations.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution
+from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution, strips
 from fecontact.bodies.halfspace.smooth import Product
 from fecontact.common.arrays import Array, Mask
+from fecontact.common.threads import each
 
 PER_ROUND = 0.2
 """Factor by which the gaps on the set shrink before the set is updated."""
@@ -29,6 +34,12 @@ PER_ROUND = 0.2
 MOST_ROUNDS = 150
 MOST_STEPS = 60
 """Conjugate gradient steps on one set; the preconditioned method needs a dozen for ten digits."""
+
+DRIFT = 0.1
+"""Share of the tolerance that the error of a result due to single precision may take; on the way, ten times as much."""
+
+CARRIED = 1e-12
+"""Change of the largest pressure, relative to it, up to which loads out of balance count as rounding."""
 
 SMALLEST = 1e-300
 
@@ -53,6 +64,8 @@ class GridProblem:
         Equilibrium rows.
     F : (m,) array
         Loads.
+    workers : int, optional
+        Threads, see `common.threads`.
     """
 
     compliance: Product
@@ -62,6 +75,19 @@ class GridProblem:
     allowed: Mask
     B: Array
     F: Array
+    workers: int | None = None
+
+    def each(self, work: Callable[[slice], Any]) -> list[Any]:
+        """Results of a function of strips of the cells, which it may change."""
+        return each(work, strips(*self.g.shape), self.workers)
+
+    def motion(self, q: Array, strip: slice) -> Array:
+        """B^T q of a strip."""
+        return np.asarray(np.einsum("k,kij->ij", q, self.B[:, strip]))
+
+    def loads(self, p: Array, strip: slice) -> Array:
+        """B p of a strip (m,)."""
+        return np.asarray(np.einsum("kij,ij->k", self.B[:, strip], p[strip]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,39 +154,88 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
     changed = True
     while at.rounds < MOST_ROUNDS:
         at = _equalise(problem, at, tolerance, PER_ROUND if changed else 0.0)
-        gap = at.u + problem.g + np.tensordot(at.q, problem.B, 1)
-        scale = _largest(at.u, problem.allowed)
-        pulling = at.active & (at.p < 0)
-        entering = problem.allowed & ~at.active & (gap < -tolerance * scale)
-        left = float(np.abs(np.where(at.active, gap, np.minimum(gap, 0.0))[problem.allowed]).max(initial=0.0)) / scale
-        at = replace(at, history=(*at.history, left))
-        changed = bool(pulling.any() or entering.any())
-        if not changed and left <= tolerance:
-            if at.drift <= 0.1 * tolerance * scale:
-                return replace(at, converged=True)
+        found = _judged(problem, at, tolerance)
+        if found.closes(tolerance) and at.drift > DRIFT * tolerance * found.scale:
             at = replace(at, u=problem.compliance.apply(at.p), drift=0.0)
-        if changed:
-            p = at.p
-            if pulling.any():
-                p = carry(problem, np.maximum(p, 0.0))
-                at = replace(at, u=problem.compliance.apply(p), drift=0.0)
-            at = replace(at, p=p, active=(at.active & ~pulling) | entering)
+            found = _judged(problem, at, tolerance)
+        at = replace(at, history=(*at.history, found.left))
+        if found.closes(tolerance):
+            return replace(at, converged=True)
+        changed = found.pulling or found.entering
+        if found.pulling:
+            at = _without_tension(problem, at, tolerance * found.scale)
+        at = replace(at, active=found.active)
     return at
 
 
-def _largest(u: Array, allowed: Mask) -> float:
+class _Judged(NamedTuple):
+    """Judgement of an iterate: the next set, whether cells leave or enter it, and the largest displacement."""
+
+    active: Mask
+    pulling: bool
+    entering: bool
+    left: float
+    scale: float
+
+    def closes(self, tolerance: float) -> bool:
+        """Whether the set stays and the gaps are closed."""
+        return not (self.pulling or self.entering) and self.left <= tolerance
+
+
+def _judged(problem: GridProblem, at: GridIterate, tolerance: float) -> _Judged:
+    scale = _largest(problem, at.u)
+    following = np.empty(at.active.shape, bool)
+
+    def judge(strip: slice) -> tuple[bool, bool, float]:
+        active, allowed = at.active[strip], problem.allowed[strip]
+        gap = at.u[strip] + problem.g[strip] + problem.motion(at.q, strip)
+        pulling = active & (at.p[strip] < 0)
+        entering = allowed & ~active & (gap < -tolerance * scale)
+        following[strip] = (active & ~pulling) | entering
+        left = np.abs(np.where(active, gap, np.minimum(gap, 0.0)))
+        return bool(pulling.any()), bool(entering.any()), float(left.max(where=allowed, initial=0.0))
+
+    pulling, entering, left = zip(*problem.each(judge), strict=True)
+    return _Judged(following, any(pulling), any(entering), max(left) / scale, scale)
+
+
+def _largest(problem: GridProblem, u: Array) -> float:
     """Largest displacement under the counter-surface; in holes between it may be larger."""
-    return max(float(np.max(u, where=allowed, initial=0.0)), -float(np.min(u, where=allowed, initial=0.0)), SMALLEST)
+
+    def largest(strip: slice) -> float:
+        part, allowed = u[strip], problem.allowed[strip]
+        return max(float(part.max(where=allowed, initial=0.0)), -float(part.min(where=allowed, initial=0.0)))
+
+    return max(*problem.each(largest), SMALLEST)
+
+
+def _without_tension(problem: GridProblem, at: GridIterate, most_drift: float) -> GridIterate:
+    """The iterate with tensions set to zero, the loads in balance; displacements follow by the change of pressures."""
+    p = carry(problem, np.maximum(at.p, 0.0))
+    if at.drift > most_drift:
+        return replace(at, p=p, u=problem.compliance.apply(p), drift=0.0)
+    change = problem.rough.apply(p - at.p)
+    return replace(at, p=p, u=at.u + change, drift=at.drift + ROUGHNESS * _size(change))
 
 
 def carry(problem: GridProblem, p: Array) -> Array:
-    """Pressures scaled by a factor linear in the rows until they balance the loads."""
+    """Pressures scaled by a factor linear in the rows until they balance the loads; p is lost."""
     if len(problem.F) == 0:
         return p
-    flat, rows = p.ravel(), problem.B.reshape(len(problem.F), -1)
-    gram = (rows * flat) @ rows.T
-    factors = np.linalg.lstsq(gram, problem.F - rows @ flat, rcond=1e-12)[0]
-    return p * (1 + np.tensordot(factors, problem.B, 1))
+
+    def moments(strip: slice) -> tuple[Array, Array]:
+        rows = problem.B[:, strip]
+        weighed = rows * p[strip]
+        return weighed.sum(axis=(1, 2)), np.einsum("kij,lij->kl", weighed, rows)
+
+    carried, gram = (sum(parts) for parts in zip(*problem.each(moments), strict=True))
+    factors = np.linalg.lstsq(gram, problem.F - carried, rcond=1e-12)[0]
+
+    def scale(strip: slice) -> None:
+        p[strip] *= 1 + problem.motion(factors, strip)
+
+    problem.each(scale)
+    return p
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,68 +243,96 @@ class _Balance:
     """Equilibrium rows on a set, and the preconditioner in the subspace of pressures that do not change the loads."""
 
     problem: GridProblem
-    mask: Array
-    rows: Array
+    active: Mask
     images: Array
     inverse: Array
 
-    def direction(self, gap: Array) -> tuple[Array, Array]:
-        """Preconditioned gap (nx, ny) without change of the loads, and the change of the multiplier (m,)."""
-        z = self.problem.preconditioner.apply(gap)
-        z *= self.mask
-        if len(self.rows) == 0:
-            return z, np.zeros(0)
-        dq = -self.inverse @ np.tensordot(self.rows, z, 2)
-        z += np.tensordot(dq, self.images, 1)
-        return z, dq
+    def direction(self, gap: Array) -> tuple[Array, Array, float, float]:
+        """Preconditioned gap (nx, ny) without change of the loads, and the change of the multiplier (m,).
+
+        The gap follows the multiplier. Also its product with the direction, and its largest size.
+        """
+        problem = self.problem
+        z = problem.preconditioner.apply(gap)
+
+        def mask(strip: slice) -> Array:
+            z[strip] *= self.active[strip]
+            return problem.loads(z, strip)
+
+        dq = -self.inverse @ sum(problem.each(mask))
+
+        def follow(strip: slice) -> tuple[float, float]:
+            if len(dq):
+                z[strip] += np.einsum("k,kij->ij", dq, self.images[:, strip])
+                gap[strip] += problem.motion(dq, strip) * self.active[strip]
+            return float(np.vdot(gap[strip], z[strip])), _size(gap[strip])
+
+        rho, largest = zip(*problem.each(follow), strict=True)
+        return z, dq, sum(rho), max(largest)
 
     def missing(self, p: Array) -> Array:
-        """Change of pressure that makes p balance the loads."""
-        return np.tensordot(self.inverse @ (self.problem.F - np.tensordot(self.rows, p, 2)), self.images, 1)
+        """Factors (m,) of the images that make p balance the loads."""
+        carried = sum(self.problem.each(lambda strip: self.problem.loads(p, strip)))
+        return np.asarray(self.inverse @ (self.problem.F - carried))
 
 
 def _balance(problem: GridProblem, active: Mask) -> _Balance:
-    mask = active.astype(float)
-    rows = problem.B * mask
-    images = np.array([problem.preconditioner.apply(row) * mask for row in rows]).reshape(rows.shape)
-    gram = np.tensordot(rows, images, ((1, 2), (1, 2)))
+    m = len(problem.F)
+    images = np.empty((m, *active.shape))
+    for row, image in zip(problem.B, images, strict=True):
+        np.multiply(problem.preconditioner.apply(row * active), active, out=image)
+    gram = sum(problem.each(lambda strip: np.array([problem.loads(image, strip) for image in images]).reshape(m, m)))
     inverse = np.asarray(np.linalg.pinv((gram + gram.T) / 2, rcond=1e-12, hermitian=True), dtype=float)
-    return _Balance(problem, mask, rows, images, inverse)
+    return _Balance(problem, active, images, inverse)
 
 
 def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: float) -> GridIterate:
     """Conjugate gradients on the set until the gaps have shrunk by a factor or are closed."""
     balance = _balance(problem, at.active)
-    mask = balance.mask
     p, u, q, drift = at.p.copy(), at.u.copy(), at.q, at.drift
-    if len(q) and np.abs(correction := balance.missing(p)).max() > 1e-14 * np.abs(p).max():
+    correction = np.tensordot(balance.missing(p), balance.images, 1)
+    if _size(correction) > CARRIED * _size(p):
         p += correction
         u += problem.compliance.apply(correction)
-    gap = (u + problem.g + np.tensordot(q, problem.B, 1)) * mask
-    z, dq = balance.direction(gap)
-    d, rho, first, steps = z.copy(), np.nan, np.nan, 0
-    while True:
-        gap += np.tensordot(dq, balance.rows, 1)
-        q = q + dq
-        before, rho = rho, float(np.vdot(gap, z))
-        first = rho if steps == 0 else first
-        largest = max(float(gap.max()), -float(gap.min()))
-        if steps == MOST_STEPS or largest <= 0.3 * tolerance * _largest(u, problem.allowed) or rho <= factor**2 * first:
-            break
-        if steps:
-            d *= rho / before
-            d += z
+    closed = 0.3 * tolerance * _largest(problem, u)
+    gap = (u + problem.g + np.tensordot(q, problem.B, 1)) * at.active
+    z, dq, rho, largest = balance.direction(gap)
+    d, first, steps = z, rho, 0
+    q = q + dq
+    while steps < MOST_STEPS and largest > closed and rho > factor**2 * first:
         image = problem.rough.apply(d)
-        curvature = float(np.vdot(d, image))
+        curvature = _dot(problem, d, image)
         if curvature <= 0:
             break
-        length = rho / curvature
-        p -= length * d
-        image *= length
-        drift += ROUGHNESS * max(float(image.max()), -float(image.min()))
-        u -= image
-        image *= mask
-        gap -= image
-        steps += 1
-        z, dq = balance.direction(gap)
+        drift += ROUGHNESS * _advance(problem, rho / curvature, at.active, (d, image), (p, u, gap))
+        before, steps = rho, steps + 1
+        z, dq, rho, largest = balance.direction(gap)
+        q = q + dq
+        d *= rho / before
+        d += z
     return replace(at, p=p, u=u, q=q, nit=at.nit + steps, rounds=at.rounds + 1, drift=drift)
+
+
+def _advance(
+    problem: GridProblem, length: float, active: Mask, step: tuple[Array, Array], of: tuple[Array, Array, Array]
+) -> float:
+    """Go a length back along a direction and its image: pressures, displacements and gaps; the largest displacement."""
+    (d, image), (p, u, gap) = step, of
+
+    def advance(strip: slice) -> float:
+        moved = length * image[strip]
+        p[strip] -= length * d[strip]
+        u[strip] -= moved
+        gap[strip] -= moved * active[strip]
+        return _size(moved)
+
+    return float(max(problem.each(advance)))
+
+
+def _dot(problem: GridProblem, one: Array, other: Array) -> float:
+    return float(sum(problem.each(lambda strip: float(np.vdot(one[strip], other[strip])))))
+
+
+def _size(values: Array) -> float:
+    """Largest size of a value."""
+    return max(float(values.max()), -float(values.min()))

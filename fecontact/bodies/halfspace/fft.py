@@ -16,17 +16,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array
+from fecontact.common.threads import each
 
 Shape = tuple[int, int]
+Transform = Callable[[NDArray], NDArray]
 
 STRIP = 1 << 17
-"""Numbers per strip of columns: 1 to 2 MB."""
+"""Numbers per strip of rows or columns: 1 to 2 MB."""
+
+CACHE_LINE = 8
+"""Numbers side by side to whose multiples strips of columns are rounded."""
 
 ROUGHNESS = 2e-6
 """Error of a product in single precision relative to its largest value: some ten roundings of 6e-8, with a margin."""
@@ -54,6 +60,18 @@ class Tally:
         """Count one forward and one backward transform of real arrays with that many cells."""
         self.transforms += 2 * cells / self.unit
         self.products += product
+
+
+def strips(n: int, length: int, multiple: int = 1) -> list[slice]:
+    """Slices of n lines of a length, each of about `STRIP` numbers, in multiples of lines.
+
+    Examples
+    --------
+    >>> strips(5, STRIP // 2)
+    [slice(0, 2, None), slice(2, 4, None), slice(4, 5, None)]
+    """
+    width = max(1, STRIP // length // multiple) * multiple
+    return [slice(first, min(first + width, n)) for first in range(0, n, width)]
 
 
 def padded(n: int) -> int:
@@ -92,7 +110,7 @@ class Convolution:
     product : bool
         Whether to count its use as a product with a compliance.
     workers : int, optional
-        Threads.
+        Threads, see `common.threads`.
     factor : float
         Factor of the products.
 
@@ -130,37 +148,41 @@ class Convolution:
 
     def apply(self, values: Array) -> Array:
         """Convolution (nx, ny) of values (nx, ny)."""
-        if self.spectrum.dtype != np.float32:
-            return self._product(values)
-        # single precision has a narrow range: scale values to order one
-        largest = max(float(values.max()), -float(values.min()))
-        if largest == 0:
-            return np.zeros(values.shape)
-        scaled = np.empty(values.shape, np.float32)
-        np.divide(values, largest, out=scaled, casting="same_kind")
-        product = self._product(scaled)
-        return np.multiply(product, self.factor * largest, dtype=float)
-
-    def _product(self, values: NDArray) -> NDArray:
         self.tally.add(self._lengths[0] * self._lengths[1], self.product)
-        n, length = self.shape[1], self._lengths[1]
+        scale, single = 1.0, self.spectrum.dtype == np.float32
+        if single:  # it has a narrow range: scale values to order one
+            scale = max(float(values.max()), -float(values.min()))
+            if scale == 0:
+                return np.zeros(values.shape)
+        (nx, ny), length = self.shape, self._lengths[1]
+        forward, backward = self._transforms(self.symmetric[1], True, 1)
         if self.symmetric[1]:
-            rows = scipy.fft.dct(values, n=length, axis=1, workers=self.workers)
+            rows = np.empty((nx, length), np.float32 if single else float)
         else:
-            rows = scipy.fft.rfft(values, n=length, axis=1, workers=self.workers)
+            rows = np.empty((nx, length // 2 + 1), np.complex64 if single else complex)
+        out = np.empty(values.shape)
+
+        def into_rows(strip: slice) -> None:
+            given = values[strip]
+            if single:
+                given = np.divide(given, scale, out=np.empty(given.shape, np.float32), casting="same_kind")
+            rows[strip] = forward(given)
+
+        def out_of_rows(strip: slice) -> None:
+            np.multiply(backward(rows[strip])[:, :ny], scale * self.factor, out=out[strip], dtype=float)
+
+        each(into_rows, strips(nx, length), self.workers)
         self._columns(rows)
-        if self.symmetric[1]:
-            return np.asarray(scipy.fft.idct(rows, axis=1, overwrite_x=True, workers=self.workers)[:, :n])
-        return np.asarray(scipy.fft.irfft(rows, n=length, axis=1, overwrite_x=True, workers=self.workers)[:, :n])
+        each(out_of_rows, strips(nx, length), self.workers)
+        return out
 
     def _columns(self, rows: NDArray) -> None:
         """Transform the columns, multiply by the spectrum, transform back, strip by strip and in place."""
         n, length = self.shape[0], self._lengths[0]
-        forward, backward = self._column_transforms(rows)
-        width = max(8, STRIP // length)
+        forward, backward = self._transforms(self.symmetric[0], np.isrealobj(rows), 0)
         half = self.spectrum.shape[0] - 1
-        for first in range(0, rows.shape[1], width):
-            strip = slice(first, first + width)
+
+        def convolve(strip: slice) -> None:
             columns = forward(rows[:, strip])
             factors = self.spectrum[:, strip]
             if len(columns) <= half + 1:
@@ -170,19 +192,11 @@ class Convolution:
                 columns[half + 1 :] *= factors[half - 1 : 0 : -1]
             rows[:, strip] = backward(columns)[:n]
 
-    def _column_transforms(self, rows: NDArray) -> tuple[Callable[[NDArray], NDArray], Callable[[NDArray], NDArray]]:
-        length, workers = self._lengths[0], self.workers
-        if self.symmetric[0]:
-            return (
-                lambda a: scipy.fft.dct(a, n=length, axis=0, workers=workers),
-                lambda a: scipy.fft.idct(a, axis=0, overwrite_x=True, workers=workers),
-            )
-        if np.isrealobj(rows):
-            return (
-                lambda a: scipy.fft.rfft(a, n=length, axis=0, workers=workers),
-                lambda a: scipy.fft.irfft(a, n=length, axis=0, overwrite_x=True, workers=workers),
-            )
-        return (
-            lambda a: scipy.fft.fft(a, n=length, axis=0, workers=workers),
-            lambda a: scipy.fft.ifft(a, axis=0, overwrite_x=True, workers=workers),
-        )
+        each(convolve, strips(rows.shape[1], length, CACHE_LINE), self.workers)
+
+    def _transforms(self, even: bool, real: bool, axis: int) -> tuple[Transform, Transform]:
+        """Transforms along an axis, forwards and backwards, the latter in place."""
+        length = self._lengths[axis]
+        names = ("dct", "idct") if even else ("rfft", "irfft") if real else ("fft", "ifft")
+        forward, backward = (getattr(scipy.fft, name) for name in names)
+        return partial(forward, n=length, axis=axis), partial(backward, n=length, axis=axis, overwrite_x=True)

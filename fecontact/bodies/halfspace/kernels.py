@@ -10,8 +10,10 @@ import math
 
 import numpy as np
 
+from fecontact.bodies.halfspace.fft import strips
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+from fecontact.common.threads import each
 
 NEAR = 32
 """Offset, in cells, up to which Love's closed form is used.
@@ -126,18 +128,30 @@ def cells_near(
 def _multipole(shape: tuple[int, int], cell: tuple[float, float], moments: tuple[float, float]) -> Array:
     """Mean of 1/(pi r) under a weight on a cell, times its area, by the weight's second and fourth moments."""
     a, b = cell
-    x2 = (np.arange(shape[0]) * a)[:, None] ** 2
-    y2 = (np.arange(shape[1]) * b)[None, :] ** 2
-    r2 = x2 + y2
-    r2[0, 0] = 1.0
-    s = 1 / r2
-    cx = x2 * s  # squared direction cosine; that along y is 1 - cx
-    cy = 1 - cx
-    # derivatives of 1/r: d_xx = (3 cx - 1)/r^3, d_xxxx = (105 cx^2 - 90 cx + 9)/r^5, d_xxyy = (105 cx cy - 12)/r^5
-    second = moments[0] * (a * a * (3 * cx - 1) + b * b * (3 * cy - 1))
-    fourth = a**4 * (105 * cx**2 - 90 * cx + 9) + b**4 * (105 * cy**2 - 90 * cy + 9)
-    fourth = moments[1] * fourth + (moments[0] * a * b) ** 2 * (105 * cx * cy - 12)
-    return np.asarray((a * b / math.pi) * np.sqrt(s) * (1 + s * (second + s * fourth)))
+    x2, y2 = (np.arange(shape[0]) * a)[:, None] ** 2, (np.arange(shape[1]) * b)[None, :] ** 2
+    # derivatives of 1/r by cx, the squared direction cosine, and cy = 1 - cx: d_xx = (3 cx - 1)/r^3, d_xxxx = (105 cx^2
+    # - 90 cx + 9)/r^5, d_xxyy = (105 cx cy - 12)/r^5; collected by powers of cx
+    second = moments[0] * np.array([2 * b * b - a * a, 3 * (a * a - b * b)])
+    mixed = (moments[0] * a * b) ** 2
+    fourth = moments[1] * np.array([9 * a**4 + 24 * b**4, -90 * a**4 - 120 * b**4, 105 * (a**4 + b**4)])
+    fourth += mixed * np.array([-12.0, 105.0, -105.0])
+    table = np.empty(shape)
+
+    def fill(strip: slice) -> None:
+        s = x2[strip] + y2
+        if strip.start == 0:
+            s[0, 0] = 1.0
+        np.divide(1.0, s, out=s)
+        cx = x2[strip] * s
+        terms = s * (fourth[0] + cx * (fourth[1] + cx * fourth[2]))
+        terms += second[0] + cx * second[1]
+        terms *= s
+        terms += 1.0
+        np.multiply(np.sqrt(s, out=s), a * b / math.pi, out=s)
+        np.multiply(terms, s, out=table[strip])
+
+    each(fill, strips(*shape))
+    return table
 
 
 def points(shape: tuple[int, int], cell: tuple[float, float], self_ratio: float = SELF_TERM_RATIO) -> Array:

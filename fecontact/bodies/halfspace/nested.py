@@ -135,6 +135,36 @@ def finer(values: Array, shape: tuple[int, int], symmetric: Even, periodic: bool
     return np.ascontiguousarray(values)
 
 
+def start_on(level: GridLevel, coarse: Array) -> tuple[Array, Mask]:
+    """Start (nx, ny) and active cells of a level from the pressures of the next coarser one.
+
+    Squares of the pressure fall linearly to the edge. Continued so to the next cell outside and interpolated, they tell
+    where the edge is within the coarse cells.
+    """
+    squares = _continued(coarse**2, level.symmetric, level.periodic)
+    squares = finer(squares, level.g.shape, level.symmetric, level.periodic)
+    active = (squares > 0) & level.allowed
+    return np.sqrt(np.maximum(squares, 0.0, out=squares), out=squares), active
+
+
+def _continued(squares: Array, symmetric: Even, periodic: bool) -> Array:
+    """Values (nx, ny), positive where there is contact, continued linearly to the zeros beside, where they fall."""
+    total, count = np.zeros(squares.shape), np.zeros(squares.shape)
+    for axis in (0, 1):
+        v = np.moveaxis(squares, axis, 0)
+        ends = [(2, 2), (0, 0)]
+        wide = np.pad(v, ends, "wrap" if periodic else "symmetric")
+        if not symmetric[axis] and not periodic:
+            wide[:2] = 0.0
+        if not periodic:
+            wide[-2:] = 0.0
+        for near, far in ((wide[1:-3], wide[:-4]), (wide[3:-1], wide[4:])):
+            found = (v == 0) & (near > 0) & (far > 0)
+            np.moveaxis(total, axis, 0)[found] += (2 * near - far)[found]
+            np.moveaxis(count, axis, 0)[found] += 1
+    return squares + np.minimum(total, 0.0) / np.maximum(count, 1)
+
+
 def around(active: Mask, symmetric: Even) -> tuple[slice, slice]:
     """Part of a grid round the cells that may touch, of a size with a fast transform."""
     out = []
@@ -238,8 +268,7 @@ def solve_nested(
     for k in range(len(levels) - 1, 0, -1):
         at = solve_level(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
         coarse = np.maximum(at.p, 0.0)
-        start = finer(coarse, levels[k - 1].g.shape, level.symmetric, level.periodic)
-        active = (start > 0) & levels[k - 1].allowed
+        start, active = start_on(levels[k - 1], coarse)
     return solve_level(level, start, active, tolerance, tally, workers), len(levels), coarse
 
 

@@ -15,6 +15,7 @@ from fecontact.bodies.halfspace.contact import HalfSpaceContact, SolverReport
 from fecontact.bodies.halfspace.fft import Tally, padded
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import GridLevel, compliance, solve_nested
+from fecontact.bodies.halfspace.smooth import Product
 from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arguments import flag
 from fecontact.common.arrays import Array, Mask
@@ -87,6 +88,8 @@ def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
     z = number_array("the heights", heights)
     if z.shape != grid.shape:
         raise InputError(f"The heights must have the grid's shape {grid.shape}; found {z.shape}.")
+    if math.isfinite(float(z.sum())):
+        return z, np.ones(z.shape, bool)
     if np.isnan(z).any():
         raise InputError(
             f"The heights hold {int(np.isnan(z).sum())} NaN. Fill the holes of a measurement, or use infinity where "
@@ -125,7 +128,7 @@ def press(
     operator = compliance(level, level.whole, tally, workers)
     p = np.where(at.active, np.maximum(at.p, 0.0), 0.0)
     u = operator.apply(p)
-    residuals = _residuals(level, operator, p, at.q)
+    residuals = _residuals(level, operator, u, p, at.q)
     if not (at.converged and residuals.within(tolerance)):
         raise SolverError(_failure(at.rounds, residuals, tolerance, body, load))
     motion = np.tensordot(at.q, level.B, 1) if len(at.q) else np.zeros(u.shape)
@@ -172,7 +175,7 @@ def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetr
     part = part_of(grid.shape, symmetric)
     rows = []
     if load.force is not None:
-        rows.append(np.ones(grid.shape))
+        rows.append(np.broadcast_to(1.0, grid.shape))
         if point is not None:
             x, y = ((c - p) / (s / 2) for c, p, s in zip((grid.x, grid.y), point, grid.size, strict=True))
             arms = (np.broadcast_to(x[:, None], grid.shape), np.broadcast_to(y[None, :], grid.shape))
@@ -186,7 +189,8 @@ def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetr
         periodic=body.periodic,
         g=np.ascontiguousarray(g[part]),
         allowed=np.ascontiguousarray(allowed[part]),
-        B=np.array([row[part] for row in rows]).reshape(len(rows), *z[part].shape),
+        # the row of a force alone is no array in memory
+        B=rows[0][None, *part] if len(rows) == 1 else np.array([row[part] for row in rows]).reshape(-1, *z[part].shape),
         F=F,
         symmetric=symmetric,
     )
@@ -206,19 +210,19 @@ def _motion(grid: Grid, q: Array, load: Load, symmetric: Even) -> tuple[float, t
     return -lift, (slopes[0], slopes[1])
 
 
-def _residuals(level: GridLevel, operator: object, p: Array, q: Array) -> Residuals:
-    """Residuals of the complementarity problem of all cells with a counter-surface, recomputed."""
-    cells = np.flatnonzero(level.allowed.ravel())
+def _residuals(level: GridLevel, operator: Product, u: Array, p: Array, q: Array) -> Residuals:
+    """Residuals of the complementarity problem of all cells with a counter-surface, recomputed; u = A p."""
+    cells = slice(None) if level.allowed.all() else np.flatnonzero(level.allowed.ravel())
+    g, deflection, forces = (field.ravel()[cells] for field in (level.g, u, p))
 
     def product(x: Array) -> Array:
         full = np.zeros(level.g.size)
         full[cells] = x
-        return operator.apply(full.reshape(level.g.shape)).ravel()[cells]  # type: ignore[attr-defined]
+        return operator.apply(full.reshape(level.g.shape)).ravel()[cells]
 
-    S = LinearOperator((len(cells), len(cells)), matvec=product, dtype=float)
+    S = LinearOperator((len(g), len(g)), matvec=product, dtype=float)
     B = level.B.reshape(len(level.F), level.g.size)[:, cells]
-    problem = ComplementarityProblem(S, level.g.ravel()[cells], B, level.F)
-    return problem.residuals(p.ravel()[cells], q)
+    return ComplementarityProblem(S, g, B, level.F).residuals(forces, q, deflection=deflection)
 
 
 def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, contact: HalfSpaceContact) -> Residuals:
@@ -228,7 +232,8 @@ def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, co
     operator = compliance(level, level.whole, Tally(body.grid.n_cells), None)
     lift = float(np.dot(contact.tilt, load.point or (0.0, 0.0))) - contact.approach
     turns = [slope * side / 2 for slope, side in zip(contact.tilt, body.grid.size, strict=True)]
-    return _residuals(level, operator, contact.pressure, np.array([lift, *turns])[: len(level.F)])
+    p = contact.pressure
+    return _residuals(level, operator, operator.apply(p), p, np.array([lift, *turns])[: len(level.F)])
 
 
 def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | None) -> None:

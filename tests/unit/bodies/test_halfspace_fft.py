@@ -6,7 +6,7 @@ import pytest
 from fecontact.bodies.halfspace import kernels
 from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.bodies.halfspace.nested import around, finer
+from fecontact.bodies.halfspace.nested import GridLevel, around, finer, start_on
 from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
 from fecontact.common.errors import InputError
 
@@ -69,6 +69,15 @@ def test_strips_of_columns_make_no_difference(monkeypatch):
     assert np.abs(convolution.apply(p) - whole).max() < 1e-14 * whole.max()
 
 
+def test_threads_make_no_difference(monkeypatch):
+    monkeypatch.setattr("fecontact.bodies.halfspace.fft.STRIP", 500)
+    p = np.random.default_rng(2).random((40, 60))
+    spectrum = kernel_spectrum(kernels.love((40, 60), (1.0, 1.0)), (40, 60))
+    one, two = (Convolution(spectrum, (40, 60), (False, False), Tally(1), workers=n) for n in (1, 2))
+    assert np.array_equal(one.apply(p), two.apply(p))
+    assert np.array_equal(one.rough().apply(p), two.rough().apply(p))
+
+
 def test_tally_counts_transforms():
     tally = Tally(4 * 16 * 16)
     spectrum = kernel_spectrum(kernels.love((16, 16), (1.0, 1.0)), (16, 16))
@@ -88,6 +97,23 @@ def test_interpolation_reproduces_linear_values(n):
     Y = y + np.arange(n) * coarse.cell[1] / 2
     exact = 2.0 + 3.0 * X[:, None] - Y[None, :]
     assert np.abs((fine - exact)[1:-1, 1:-1]).max() < 1e-13
+
+
+@pytest.mark.parametrize("symmetric", [(False, False), (True, False), (True, True)])
+def test_the_start_ends_where_the_pressure_does(symmetric):
+    # Hertz: squares fall linearly to the edge, whose place within the coarse cells is found
+    coarse, fine = Grid((3.0, 3.0), (48, 48)), Grid((3.0, 3.0), (96, 96))
+    part = part_of(fine.shape, symmetric)
+    r = np.hypot(fine.x[:, None], fine.y)[part]
+    level = GridLevel(np.zeros((0, 0)), False, 0 * r, r > -1, np.zeros((0, *r.shape)), np.zeros(0), symmetric)
+    given = np.sqrt(np.maximum(1 - coarse.x[:, None] ** 2 - coarse.y**2, 0.0))[part_of(coarse.shape, symmetric)]
+    start, active = start_on(level, given)
+    assert np.abs(r - 1)[active != (r < 1)].max(initial=0.0) < 0.5 * fine.cell[0]
+    assert np.array_equal(active, start > 0)
+    inside = r < 0.9
+    assert np.abs(start - np.sqrt(np.maximum(1 - r**2, 0.0)))[inside].max() < 2e-3  # interpolation of a parabola
+    linear = np.linalg.norm(finer(given, r.shape, symmetric, False) - np.sqrt(np.maximum(1 - r**2, 0.0)))
+    assert np.linalg.norm(start - np.sqrt(np.maximum(1 - r**2, 0.0))) < 0.5 * linear
 
 
 def test_the_part_round_a_contact_holds_it():
