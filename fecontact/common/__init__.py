@@ -1,1 +1,1 @@
-"""Shared by all rooms: errors, material, checks, array types, units, text files."""
+"""Shared by all rooms: errors, material, checks, array types, units, text files, threads."""
