@@ -413,7 +413,9 @@ def public_calls(folder: Path) -> dict[str, Call]:
             fc.shapes.sphere, radius=2.0, contact_radius=0.2, level=1, sector="quarter", element="hex8"
         ),
         "shapes.quarter_sphere": of(fc.shapes.quarter_sphere, radius=2.0, contact_radius=0.2, level=1, element="hex8"),
-        "shapes.extrude": of(fc.shapes.extrude, surface=surface, thickness=0.1, layers=1, names=("a", "b", "c")),
+        "shapes.extrude": of(
+            fc.shapes.extrude, surface=surface, thickness=0.1, layers=1, names=("a", "b", "c"), strict=False
+        ),
         "shapes.merge": of(fc.shapes.merge, meshes=[cube, cube.translated((1, 0, 0))], tolerance=1e-9),
         "shapes.Level": of(
             lambda **k: fc.shapes.half_sphere(2.0, level=fc.shapes.Level(**k), sector="quarter", element="hex8"),

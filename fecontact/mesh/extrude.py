@@ -11,15 +11,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.common.arguments import instance, texts
+from fecontact.common.arguments import flag, instance, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import array_of, number_array, reckonable, whole
-from fecontact.common.errors import InputError, MeshError, place, shown
+from fecontact.common.errors import InputError, shown
 from fecontact.mesh.check import check_cells
-from fecontact.mesh.crossing import crossing_triangles
-from fecontact.mesh.element.hexahedron import FACES
+from fecontact.mesh.layer import Layer
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
+from fecontact.mesh.thinning import thinned
 
 #: Elements through the thickness of a layer.
 MOST_LAYERS = 1000
@@ -32,6 +32,7 @@ def extrude(
     layers: int | Sequence[float] = 1,
     *,
     names: tuple[str, str, str] = ("base", "top", "side"),
+    strict: bool = False,
 ) -> Mesh:
     """Solid layer on the outside of a surface.
 
@@ -44,6 +45,9 @@ def extrude(
     layers : int or increasing fractions from 0 to 1
     names : three names
         Boundaries on the surface, opposite to it and along its rim (none where the surface is closed).
+    strict : bool
+        Whether a layer that folds is refused. Otherwise its thickness yields near concave edges (`mesh.thinning`),
+        and a note tells where and by how much.
 
     Returns
     -------
@@ -55,7 +59,8 @@ def extrude(
     InputError
         Thickness not positive, or fractions that do not run from 0 to 1.
     MeshError
-        If the layer would fold (thicker than a concave radius) or intersect itself.
+        If the layer would fold (thicker than a concave radius) or intersect itself, and is strict or would have to
+        yield in more than a few places.
 
     Examples
     --------
@@ -67,28 +72,19 @@ def extrude(
     instance("the surface", surface, SurfaceMesh)
     if len(set(texts("names", names))) != 3:
         raise InputError(f"A layer takes three different names; found {shown(names)}.")
+    flag("strict", strict)
     fractions = _fractions(layers)
     used, facets = np.unique(surface.facets, return_inverse=True)
-    facets = facets.reshape(surface.facets.shape)
-    points = surface.points[used]
-    growth = _thickness(thickness, surface.points, used)[:, None] * surface.normals[used]
-    n = len(points)
-    levels = np.concatenate([points + f * growth for f in fractions])
-    corners = facets[:, :4]
-    cells = np.concatenate(
-        [np.concatenate([corners + k * n, corners + (k + 1) * n], axis=1) for k in range(len(fractions) - 1)]
-    )
-    mesh = _quadratic(levels, cells, facets, n, len(fractions))
-    _refuse_turned(points, growth, corners)
-    try:
-        check_cells(mesh)
-    except MeshError as error:
-        raise MeshError(
-            f"The layer folds: it is too thick for a concave part or a sharp edge of the surface. {error} Make it "
-            "thinner or smooth the surface."
-        ) from error
-    _refuse_crossing(mesh)
-    return replace(_named(mesh, len(facets), names), notes=surface.notes)
+    layer = Layer(surface.points[used], surface.normals[used], facets.reshape(surface.facets.shape), fractions)
+    t = _thickness(thickness, surface.points, used)
+    told: tuple[str, ...] = ()
+    if strict:
+        layer.refuse_folds(t)
+    else:
+        t, told = thinned(layer, t)
+    mesh = layer.mesh(t)
+    check_cells(mesh)
+    return replace(_named(mesh, len(facets), names), notes=(*surface.notes, *told))
 
 
 def _fractions(layers: int | Sequence[float]) -> Array:
@@ -123,21 +119,6 @@ def _thickness(thickness: Thickness, points: Array, used: IntArray) -> Array:
     return t
 
 
-def _quadratic(levels: Array, cells: IntArray, facets: IntArray, n: int, n_levels: int) -> Mesh:
-    """Mid-edge nodes: midpoints across the layers; along them those of quadratic facets, moved with their level."""
-    straight = Mesh(levels, cells).upgraded(20)
-    if facets.shape[1] == 4:
-        return straight
-    n_facets = len(facets)
-    points, target = straight.points.copy(), straight.cells.copy()
-    for k in range(n_levels - 1):
-        rows = slice(k * n_facets, (k + 1) * n_facets)
-        for columns, level in ((slice(8, 12), k), (slice(12, 16), k + 1)):
-            points[target[rows, columns]] = levels[facets[:, 4:8] + level * n]
-    used, number = np.unique(target, return_inverse=True)
-    return Mesh(points[used], number.reshape(target.shape))
-
-
 def _named(mesh: Mesh, n_facets: int, names: tuple[str, str, str]) -> Mesh:
     """Boundaries on the surface, opposite and along the rim; face -z of every cell is its facet."""
     first, last = np.arange(n_facets), len(mesh.cells) - n_facets + np.arange(n_facets)
@@ -151,37 +132,3 @@ def _named(mesh: Mesh, n_facets: int, names: tuple[str, str, str]) -> Mesh:
     if len(rim):
         boundaries[side] = rim
     return Mesh(mesh.points, mesh.cells, boundaries, {"layer": np.arange(len(mesh.cells))})
-
-
-def _refuse_turned(points: Array, growth: Array, corners: IntArray) -> None:
-    """Refuse a layer in which a side of a facet has reversed, as beyond the centre of a concave surface.
-
-    The Jacobian does not show it: a triangle turned by pi in its plane keeps its orientation.
-    """
-    below = np.roll(points[corners], -1, axis=1) - points[corners]
-    above = below + np.roll(growth[corners], -1, axis=1) - growth[corners]
-    length2 = np.einsum("fki,fki->fk", below, below)
-    turned = ((np.einsum("fki,fki->fk", below, above) <= 0) & (length2 > 0)).any(axis=1)
-    if turned.any():
-        raise MeshError(
-            f"The layer folds: {turned.sum()} facets, the first of them facet {np.argmax(turned)}, are reversed at "
-            "its far side. It is thicker than a concave radius; make it thinner or smooth the surface."
-        )
-
-
-def _refuse_crossing(mesh: Mesh) -> None:
-    """Refuse a layer whose triangulated outer surface intersects itself."""
-    faces = mesh.outer_faces
-    corners = np.take_along_axis(mesh.cells[faces[:, 0]], FACES[faces[:, 1], :4], axis=1)
-    triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
-    distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    triangles = triangles[distinct]
-    owner = np.tile(faces[:, 0], 2)[distinct]
-    crossing = crossing_triangles(mesh.points, triangles)
-    if len(crossing):
-        a, b = crossing[0]
-        where = place(mesh.points[triangles[a]].mean(axis=0))
-        raise MeshError(
-            f"The layer runs into itself: cells {owner[a]} and {owner[b]} cross near {where}. Make it thinner there or "
-            "extrude the two sides separately."
-        )

@@ -73,7 +73,7 @@ def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]
     pairs, against = shared_sides(facets)
     sheet, against_first = _sides_of_sheets(n, pairs, against)
     count = sheet.max() + 1
-    area = _areas(points, facets)
+    area = corner_areas(points, facets)
     total, turn_area = (np.bincount(sheet, w, count) for w in (area, area * against_first))
     # first the orientation of most of the area
     turn = against_first ^ (turn_area > total / 2)[sheet]
@@ -127,7 +127,8 @@ def _triangles(points: Array, facets: IntArray) -> Array:
     return points[np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])]
 
 
-def _areas(points: Array, facets: IntArray) -> Array:
+def corner_areas(points: Array, facets: IntArray) -> Array:
+    """Areas (n,) of facets (n, 4 | 8), triangulated by corners."""
     x = _triangles(points, facets)
     area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1) / 2
     return area.reshape(2, -1).sum(axis=0)

@@ -168,12 +168,12 @@ def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | N
         table.fault("body", f"{name!r} has no mesh; a layer grows on an elastic body.")
     thickness = table.number("thickness", required=True)
     layers = table.raw("layers")
-    flip = table.flag("flip")
+    flip, strict = table.flag("flip"), table.flag("strict")
     table.finish()
     if surface is None or thickness is None or table.faulty:
         return None
     side = surface.flipped() if flip else surface
-    return table.attempt(lambda: extrude(side, thickness, 1 if layers is None else layers))
+    return table.attempt(lambda: extrude(side, thickness, 1 if layers is None else layers, strict=bool(strict)))
 
 
 def _with_boundaries(table: Table, mesh: Mesh | None) -> Mesh | None:
