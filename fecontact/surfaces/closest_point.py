@@ -221,9 +221,14 @@ def first_derivatives(c: Array, s: Array, t: Array, only_triangles: bool = False
     return value, along_s, along_t
 
 
-def _dot(u: Array, v: Array) -> Array:
+def dot(u: Array, v: Array) -> Array:
     """Scalar products (n,) of vectors (3, n)."""
     return np.asarray(u[0] * v[0] + u[1] * v[1] + u[2] * v[2])
+
+
+def cross(u: Array, v: Array) -> Array:
+    """Vector products (3, n) of vectors (3, n)."""
+    return np.stack([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
 
 
 def derivatives(c: Array, local: Array) -> tuple[Array, Array]:
@@ -259,9 +264,9 @@ def derivatives(c: Array, local: Array) -> tuple[Array, Array]:
         x_st = x_st * s + x_t
         x_t = x_t * s + slope_t[i]
         half_tt = half_tt * s + bend_t[i]
-    gradient = np.stack([_dot(r, x_s), _dot(r, x_t)])
-    a, b, d = _dot(x_s, x_s), _dot(x_s, x_t), _dot(x_t, x_t)
-    ha, hb, hd = a + 2 * _dot(r, half_ss), b + _dot(r, x_st), d + 2 * _dot(r, half_tt)
+    gradient = np.stack([dot(r, x_s), dot(r, x_t)])
+    a, b, d = dot(x_s, x_s), dot(x_s, x_t), dot(x_t, x_t)
+    ha, hb, hd = a + 2 * dot(r, half_ss), b + dot(r, x_st), d + 2 * dot(r, half_tt)
     definite = (ha * hd - hb**2 > 0.01 * a * d) & (ha > 0)
     return gradient, np.stack([np.where(definite, h, g) for h, g in ((ha, a), (hb, b), (hd, d))])
 

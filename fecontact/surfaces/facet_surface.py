@@ -22,6 +22,7 @@ from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.surfaces.closest_point import ON_SIDE, FacetPolynomials, facet_polynomials, shapes_at
+from fecontact.surfaces.flat_facets import FlatFacets
 from fecontact.surfaces.surface_ties import SurfaceTies, surface_ties
 
 T = TypeVar("T")
@@ -254,6 +255,11 @@ class FacetSurface:
         """The facets as polynomials."""
         return facet_polynomials(self.points, self.facets, self.triangle)
 
+    @cached_property
+    def _flat(self) -> FlatFacets:
+        """The facets as flat triangles."""
+        return FlatFacets.of(self.points, self.facets)
+
     def normals(self, facet: IntArray, local: Array) -> Array:
         """Outward unit normals (n, 3)."""
         _, tangents, _ = self.evaluate(facet, local)
@@ -269,10 +275,12 @@ class FacetSurface:
         """Projection of points (n, 3): the closest point over the facets round each point's `n_near` nearest nodes."""
         _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
         around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
-        # pairs of point and facet as one number: unique is faster on numbers than on rows
-        key = np.unique((np.arange(len(points))[:, None] * len(self.facets) + around).ravel())
-        point, facet = np.divmod(key, len(self.facets))
-        local, distance2 = self.polynomials.closest(points[point], facet)
+        around = np.sort(around, axis=1)
+        point, place = np.nonzero(np.diff(around, axis=1, prepend=-1))
+        facet = around[point, place]
+        kept, start = self._flat.nearest(points, point, facet)
+        point, facet = point[kept], facet[kept]
+        local, distance2 = self.polynomials.closest(points[point], facet, start=start)
         # the nearest facet of each point; of equal ones the first, so that shared edges are decided once
         order = np.lexsort((facet, _rounded(distance2, self.mean_facet_size[facet]), point))
         best = order[np.searchsorted(point[order], np.arange(len(points)))]

@@ -22,7 +22,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.surfaces.closest_point import BLOCK, first_derivatives
+from fecontact.surfaces.closest_point import BLOCK, cross, dot, first_derivatives
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
 from fecontact.surfaces.normals import normals_of
 
@@ -172,15 +172,15 @@ def _met(
         before = local[:, active]
         value, along_s, along_t = first_derivatives(polynomials, before[0], before[1], only_triangles)
         r, m = value[:3], value[3:]
-        d = -_dot(r, m) / _dot(m, m) if d is None else d
+        d = -dot(r, m) / dot(m, m) if d is None else d
         F, a, b = r + d * m, along_s[:3] + d * along_s[3:], along_t[:3] + d * along_t[3:]
-        b_m = _cross(b, m)
-        det = _dot(a, b_m)
+        b_m = cross(b, m)
+        det = dot(a, b_m)
         # beyond a centre of curvature the lines have crossed
         forward = det > 0
         det = np.where(forward, det, np.inf)
-        step = -np.stack([_dot(F, b_m), _dot(F, _cross(m, a))]) / det
-        d = d - _dot(F, _cross(a, b)) / det
+        step = -np.stack([dot(F, b_m), dot(F, cross(m, a))]) / det
+        d = d - dot(F, cross(a, b)) / det
         after = np.clip(before + np.clip(step, -1.0, 1.0), -slack, 1 + slack)
         local[:, active] = after
         small = forward & (np.abs(step).max(axis=0) <= SETTLED)
@@ -200,11 +200,3 @@ def _facing(surface: FacetSurface, facet: IntArray, local: Array, normals: Array
     own = normals_of(surface).at(facet, local)
     cosine = np.einsum("ni,ni->n", own, normals)
     return np.asarray((cosine >= FACING * np.linalg.norm(own, axis=1)) | ~normals.any(axis=1))
-
-
-def _dot(u: Array, v: Array) -> Array:
-    return np.asarray(u[0] * v[0] + u[1] * v[1] + u[2] * v[2])
-
-
-def _cross(u: Array, v: Array) -> Array:
-    return np.stack([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])

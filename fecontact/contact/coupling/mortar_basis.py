@@ -24,6 +24,9 @@ from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Multipliers times biquadratic functions on parallelograms: polynomials of degree six on the triangles of a segment.
 ORDER = 6
+#: The same for two triangles: linear multipliers times functions of degree three are of degree four, and the rule of
+#: degree five has one point more.
+TRIANGLE_ORDER = 5
 
 
 def has_mortar_basis(surface: FacetSurface) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.contact.coupling.mortar_basis import fans, sub_faces, triangle_samples
+from fecontact.contact.coupling.mortar_basis import TRIANGLE_ORDER, fans, sub_faces, triangle_samples
 from fecontact.contact.coupling.tangent_plane import FOLD, TangentPlaneMap, degrees, tangent_plane_maps
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.line_of_action import FACING, SLACK, meet
@@ -63,7 +63,7 @@ def segment_samples(
             corners.append(triangle)
             doubles.append(double)
     pair, triangle, double = np.concatenate(pairs), np.concatenate(corners), np.concatenate(doubles)
-    degree = _degrees(slave, plane_map, f[pair], below, m[pair], triangle)
+    degree = _degrees(slave, master, plane_map, f[pair], below, m[pair], triangle)
     parts = []
     for order in np.unique(degree):
         of = np.flatnonzero(degree == order)
@@ -85,11 +85,18 @@ def _near(outline: Array, windows: Array) -> IntArray:
 
 
 def _degrees(
-    slave: FacetSurface, plane_map: TangentPlaneMap, f: IntArray, below: TangentPlaneMap, m: IntArray, triangle: Array
+    slave: FacetSurface,
+    master: FacetSurface,
+    plane_map: TangentPlaneMap,
+    f: IntArray,
+    below: TangentPlaneMap,
+    m: IntArray,
+    triangle: Array,
 ) -> IntArray:
     """Degrees of quadrature (n,) for both sides on triangles (n, 3, 2) in the planes of slave facets f (n,)."""
     departure = np.maximum(plane_map.departure[f], below.departure[m])
     degree = degrees(plane_map, f, triangle, departure)
+    degree[slave.triangle[f] & master.triangle[m]] = TRIANGLE_ORDER
     bent = np.flatnonzero(below.taper[m] > 0)
     if len(bent):
         local, _ = plane_map.from_plane(np.repeat(f[bent], 3), triangle[bent].reshape(-1, 2))

@@ -1,8 +1,8 @@
 """Bounds of a surface's facets: balls and hulls, parts, cones of normals, bounds of displacements.
 
 A part is a quarter of a quadratic facet, on which its multipliers are bilinear, or else a whole facet. Bernstein
-coefficients bound values between nodes: displacements by the largest coefficient, the cone by those of x_s x x_t, a
-polynomial of degree three, and of the normals interpolated between nodes (`surfaces.normals`).
+coefficients, on the unit square or on a triangle, bound values between nodes: displacements by the largest coefficient,
+the cone by those of x_s x x_t and of the normals interpolated between nodes (`surfaces.normals`).
 """
 
 from __future__ import annotations
@@ -17,13 +17,10 @@ from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element.hexahedron import QUAD_CORNERS, quad_nodes
-from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, facet_shapes
+from fecontact.mesh.facets import facet_centres, facet_shapes
 from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.flat_facets import bulges
 from fecontact.surfaces.normals import normals_of
-
-#: Sum of the absolute shape functions other than the corners', on facets of 8 or 9 columns: 2 in the middle of an
-#: eight-node facet, less on all others.
-BULGE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +28,7 @@ class Bounds:
     """Bounds of all facets of a surface, in the surface's axes.
 
     A facet is x = L + sum N_a d_a, L interpolating its corners linearly and d_a the offsets of the other nodes from L,
-    so that it lies within `bulge` = `BULGE` max |d_a| of the hull of its corners.
+    so that it lies within `bulge` of the hull of its corners, see `surfaces.flat_facets`.
 
     Attributes
     ----------
@@ -62,20 +59,11 @@ def bounds_of(surface: FacetSurface) -> Bounds:
 
 
 def _bounds(surface: FacetSurface) -> Bounds:
-    n, k = surface.facets.shape
-    x = surface.points[surface.facets]
-    bulge = np.zeros(n)
-    if k > 4:
-        off = np.zeros((n, k))
-        for kind in (False, True):
-            rows = np.flatnonzero(surface.triangle == kind)
-            linear = facet_shapes(4, np.full(k, kind), facet_nodes(k, kind))[0]
-            off[rows] = np.linalg.norm(x[rows] - np.einsum("ab,nbi->nai", linear, x[rows, :4]), axis=2)
-        bulge = BULGE * np.where(distinct_columns(surface.facets), off, 0.0).max(axis=1)
+    n, bulge = len(surface.facets), bulges(surface.points, surface.facets)
     middle = facet_centres(surface.triangle)
     every = np.arange(n)
     centre = surface.evaluate(every, middle)[0]
-    corners = x[:, :4]
+    corners = surface.points[surface.facets[:, :4]]
     radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1) + bulge
     size = np.floor(np.log2(radius / radius.min())).astype(int)
     groups = [np.flatnonzero(size == s) for s in np.unique(size)]
@@ -145,31 +133,54 @@ def cones_of(surface: FacetSurface) -> Cones:
 
 
 @cache
-def _bernstein(degree: int) -> tuple[Array, Array]:
-    """A grid (n, 2) on the unit square, and the matrix (n, n) from values there to Bernstein coefficients."""
+def _bernstein(degree: int, triangle: bool = False) -> tuple[Array, Array]:
+    """A grid (n, 2) on the unit square, and the matrix (n, n) from values there to Bernstein coefficients.
+
+    On a triangle, for polynomials whose powers sum to the degree at most (G. Farin, Computer Aided Geometric Design 3,
+    1986, p. 83): their values lie in the hull of the coefficients there too.
+    """
     t = np.linspace(0.0, 1.0, degree + 1)
+    if triangle:
+        power = np.array([(i, j, degree - i - j) for i in range(degree + 1) for j in range(degree + 1 - i)])
+        times = [math.factorial(degree) // math.prod(map(math.factorial, p)) for p in power.tolist()]
+        coordinates = power / degree
+        basis = np.array(times) * (coordinates[:, None] ** power).prod(axis=2)
+        return coordinates[:, :2], np.linalg.inv(basis)
     basis = np.stack([math.comb(degree, i) * t**i * (1 - t) ** (degree - i) for i in range(degree + 1)], axis=1)
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
     return grid, np.linalg.inv(np.kron(basis, basis))
 
 
+#: Degrees of x_s x x_t and of the interpolated normals: in each coordinate, and in both together on a triangle.
+_NORMAL_DEGREES = {False: (3, 2), True: (4, 3)}
+
+
+def _cross_products(surface: FacetSurface, facet: IntArray, local: Array) -> Array:
+    """x_s x x_t (n, 3)."""
+    tangents = surface.evaluate(facet, local)[1]
+    return np.cross(tangents[..., 0], tangents[..., 1])
+
+
+def _interpolated(surface: FacetSurface, facet: IntArray, local: Array) -> Array:
+    """Interpolated normals (n, 3), not of unit length."""
+    return normals_of(surface).at(facet, local)
+
+
 def _cones(surface: FacetSurface) -> Cones:
     n = len(surface.facets)
     axis = bounds_of(surface).normal
-    if surface.triangle.any():
-        return Cones(axis, np.full(n, np.pi))
     own = np.zeros(n)
-    for degree in (3, 2):
-        grid, to_bernstein = _bernstein(degree)
-        facet, local = np.repeat(np.arange(n), len(grid)), np.tile(grid, (n, 1))
-        if degree == 3:
-            tangents = surface.evaluate(facet, local)[1]
-            normals = np.cross(tangents[..., 0], tangents[..., 1])
-        else:
-            normals = normals_of(surface).at(facet, local)
-        coefficients = to_bernstein @ normals.reshape(n, len(grid), 3)
-        cosine = np.einsum("npi,ni->np", coefficients, axis) / np.linalg.norm(coefficients, axis=2)
-        own = np.maximum(own, np.arccos(np.clip(cosine.min(axis=1), -1.0, 1.0)))
+    for kind in (False, True):
+        rows = np.flatnonzero(surface.triangle == kind)
+        for degree, normals in zip(_NORMAL_DEGREES[kind], (_cross_products, _interpolated), strict=True):
+            grid, to_bernstein = _bernstein(degree, kind)
+            values = normals(surface, np.repeat(rows, len(grid)), np.tile(grid, (len(rows), 1)))
+            coefficients = to_bernstein @ values.reshape(len(rows), len(grid), 3)
+            along = np.einsum("npi,ni->np", coefficients, axis[rows])
+            length = np.linalg.norm(coefficients, axis=2)
+            # a coefficient of zero has no direction
+            cosine = np.divide(along, length, out=np.full_like(along, -1.0), where=length > 0).min(axis=1, initial=1.0)
+            own[rows] = np.maximum(own[rows], np.arccos(np.clip(cosine, -1.0, 1.0)))
     member = sp.csr_matrix((np.ones(4 * n), (np.repeat(np.arange(n), 4), surface.facets[:, :4].ravel())))
     pair = (member @ member.T).tocoo()
     between = np.arccos(np.clip(np.einsum("ni,ni->n", axis[pair.row], axis[pair.col]), -1.0, 1.0))

@@ -13,6 +13,7 @@ the master, no linearised gap of the part closes. Parts that start inside are al
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,8 +96,8 @@ def search_region(
     far = place.to_centre - own.radius - other.radius.max() > search_radius + place.motion
     within = place.inside.copy()
     doubtful = np.flatnonzero(~place.inside & ~far)
-    part, _, left = place.pairs(doubtful, search_radius + place.motion[doubtful], _cones(slave, master, rotation))
-    within[part[left <= search_radius]] = True
+    cones = _cones(slave, master, rotation)
+    within[place.pairs(doubtful, search_radius + place.motion[doubtful], cones, search_radius)[0]] = True
     nodes = np.zeros(len(slave.points), bool)
     part, column = np.nonzero(parts.columns & within[:, None])
     nodes[slave.facets[parts.owner[part], column]] = True
@@ -154,10 +155,8 @@ def find_missed(
     needed = place.motion + ours + theirs.max()
     close = place.to_centre - own.radius - other.radius.max() <= needed
     doubtful = np.flatnonzero((~place.inside | ~near.within) & close)
-    part, facet, left = place.pairs(doubtful, needed[doubtful], _cones(slave, master, rotation))
-    closing = left <= ours[part] + theirs[facet]
-    missed = bool((~near.within[part[closing]]).any())
-    return missed, float(left.max(initial=0.0, where=closing))
+    part, _, left = place.pairs(doubtful, needed[doubtful], _cones(slave, master, rotation), elastic)
+    return bool((~near.within[part]).any()), float(left.max(initial=0.0))
 
 
 def _cones(slave: FacetSurface, master: FacetSurface, rotation: Array) -> tuple[Cones, Cones]:
@@ -189,8 +188,9 @@ class _Place:
     def __init__(
         self, own: Bounds, other: Bounds, rotation: Array, translation: Array, increment: RigidIncrement
     ) -> None:
-        self.own, self.other, self.rotation, self.translation = own, other, rotation, translation
+        self.own, self.other, self.rotation = own, other, rotation
         self.centre = own.centre @ rotation.T + translation
+        self._corners = own.corners @ rotation.T + translation
         self.to_centre, nearest = other.all_centres.query(self.centre)
         self.to_node = other.nodes.query(self.centre)[0]
         offset = self.centre - other.centre[nearest]
@@ -201,11 +201,14 @@ class _Place:
         self.spread = float(np.linalg.norm(increment.turn)) * own.radius
         self.motion = np.linalg.norm(self.increment, axis=1) + self.spread
 
-    def pairs(self, chosen: IntArray, radius: Array, cones: tuple[Cones, Cones]) -> tuple[IntArray, IntArray, Array]:
-        """Pairs of chosen parts and master facets within `radius` (n_chosen,), and their remaining distance.
+    def pairs(
+        self, chosen: IntArray, radius: Array, cones: tuple[Cones, Cones], most: float | tuple[Array, Array]
+    ) -> tuple[IntArray, IntArray, Array]:
+        """Pairs of chosen parts and master facets within `radius` (n_chosen,) that may close, and what is left.
 
-        The latter is a lower bound of their distance after the predicted motion. The distance of two facets is at least
-        that of their balls, and that of their hulls along either normal or the line of their centres. It is minus
+        What is left is a lower bound of their distance after the predicted motion; pairs that have more left than
+        `most`, or than the sum of values of all parts and of all facets, are left out. The distance of two facets is at
+        least that of their balls, and that of their hulls along either normal or the line of their centres. It is minus
         infinity where a part may be inside at the start. `cones` are those of all parts and of all facets.
         """
         own, other, centre = self.own, self.other, self.centre
@@ -214,9 +217,16 @@ class _Place:
             which, hit = flattened(tree.query_ball_point(centre[chosen], radius + own.radius[chosen] + largest))
             found.append((chosen[which], members[hit]))
         s, m = (np.concatenate(f) for f in zip(*found, strict=True))
-        apart = self._apart(s, m)
-        closing = least_along_lines(self.increment[s], cones[0].chosen(s), cones[1].chosen(m))
-        return s, m, np.where(apart > 0, apart + closing - self.spread[s], -np.inf)
+        closing = least_along_lines(self.increment[s], cones[0].chosen(s), cones[1].chosen(m)) - self.spread[s]
+        allowed = most[0][s] + most[1][m] if isinstance(most, tuple) else np.full(len(s), most)
+        apart = np.linalg.norm(centre[s] - other.centre[m], axis=1) - own.radius[s] - other.radius[m]
+        # the balls' distance decides most pairs, the hulls' along the facet's normal most of the others
+        for bound in (None, self._along_normals_of_facets, self._along_normals_of_parts, self._along_centres):
+            if bound is not None:
+                apart = np.maximum(apart, bound(s, m) - own.bulge[s] - other.bulge[m])
+            kept = np.flatnonzero((apart <= 0) | (apart + closing <= allowed))
+            s, m, closing, allowed, apart = (a[kept] for a in (s, m, closing, allowed, apart))
+        return s, m, np.where(apart > 0, apart + closing, -np.inf)
 
     def opposite(self, chosen: Mask) -> Mask:
         """Mask of master facets (n_facets,) that may contain the closest point of points of chosen parts."""
@@ -227,20 +237,27 @@ class _Place:
             out[members[flattened(tree.query_ball_point(centre, farthest + largest))[1]]] = True
         return out
 
-    def _apart(self, s: IntArray, m: IntArray) -> Array:
-        """Lower bounds (n,) of the distance of parts s (n,) from facets m (n,)."""
-        own, other = self.own, self.other
-        between = self.centre[s] - other.centre[m]
-        length = np.linalg.norm(between, axis=1)
-        apart = length - own.radius[s] - other.radius[m]
-        corners = own.corners @ self.rotation.T + self.translation
-        line = np.divide(between, length[:, None], out=np.zeros_like(between), where=length[:, None] > 0)
-        for direction in (other.normal[m], own.normal[s] @ self.rotation.T, line):
-            lowest, highest = _extent(corners, s, direction)
-            least, most = _extent(other.corners, m, direction)
-            above, below = lowest - most, least - highest
-            apart = np.maximum(apart, np.maximum(above, below) - own.bulge[s] - other.bulge[m])
-        return apart
+    def _along_normals_of_facets(self, s: IntArray, m: IntArray) -> Array:
+        """Distance (n,) of the hulls of parts s (n,) and facets m (n,) along the facets' normals."""
+        every = np.arange(len(self.other.centre))
+        own = _extent(self._corners, s, self.other.normal[m])
+        return _between(own, [e[m] for e in _extent(self.other.corners, every, self.other.normal)])
+
+    def _along_normals_of_parts(self, s: IntArray, m: IntArray) -> Array:
+        every, normal = np.arange(len(self.centre)), self.own.normal @ self.rotation.T
+        own = [e[s] for e in _extent(self._corners, every, normal)]
+        return _between(own, _extent(self.other.corners, m, normal[s]))
+
+    def _along_centres(self, s: IntArray, m: IntArray) -> Array:
+        between = self.centre[s] - self.other.centre[m]
+        length = np.linalg.norm(between, axis=1, keepdims=True)
+        line = np.divide(between, length, out=np.zeros_like(between), where=length > 0)
+        return _between(_extent(self._corners, s, line), _extent(self.other.corners, m, line))
+
+
+def _between(one: Sequence[Array], other: Sequence[Array]) -> Array:
+    """Distance (n,) of intervals, each given by its ends (n,); negative where they overlap."""
+    return np.maximum(one[0] - other[1], other[0] - one[1])
 
 
 def _extent(corners: Array, chosen: IntArray, direction: Array) -> tuple[Array, Array]:
