@@ -13,14 +13,14 @@ def main(n: int = 6, out: str | Path = "out") -> fc.ContactResult:
     mesh = fc.shapes.block((20.0, 20.0, 10.0), (n, n, max(2, n // 2)))
     block = fc.ElasticBody(mesh, rubber, contact="bottom", supports={"top": "xyz"}, name="block")
     floor = fc.RigidBody(fc.Plane(), name="floor")
-    scene = fc.Scene([block, floor], [fc.Contact(block, floor)])
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor)], units=("mm", "N", "MPa"))
 
     # the steel plate bonded to the block's top is pushed down off its centre, free to sink and to tilt about y
     result = scene.solve(forces={block: (0, 0, -5.0)}, moments={block: (0, 30.0, 0)})
     print(result)
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    result.plot("pressure", folder / "block_on_plane.png", units="MPa")
+    result.plot("pressure", folder / "block_on_plane.png")
     return result
 
 

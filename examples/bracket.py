@@ -39,7 +39,7 @@ def clamped(element: str, size: float, accuracy: float | None = None) -> fc.Cont
         fc.Contact(bracket, plate, surfaces=("under", "top"), swap="never" if element == "hex20" else "auto"),
         fc.Contact(washer, bracket, surfaces=("bottom", "seat"), swap="never"),
     ]
-    scene = fc.Scene([plate, bracket, washer], contacts)
+    scene = fc.Scene([plate, bracket, washer], contacts, units=("mm", "N", "MPa"))
     limits = {} if accuracy is None else {"accuracy": accuracy, "max_dofs": MOST}
     return scene.solve(forces={washer: (0.0, 0.0, -PRETENSION)}, **limits)
 
@@ -65,7 +65,7 @@ def main(size: float = 5.0, out: str | Path = "out", accuracy: float | None = No
             f"{element:8}{result.n_dofs:>8}{row['force']:>10.1f}{row['area']:>11.1f}{row['mean']:>10.2f}"
             f"{row['seat_area']:>10.1f}{row['seat_mean']:>10.2f}{result.seconds['total']:>7.1f}"
         )
-        result.plot("pressure", folder / f"bracket_{element}.png", units="MPa")
+        result.plot("pressure", folder / f"bracket_{element}.png")
     result.save(folder / "bracket.vtu")
     return rows
 

@@ -81,7 +81,7 @@ def metal_head() -> fc.RigidBody:
 
 def loaded(cup: fc.ElasticBody, ball: fc.ElasticBody | fc.RigidBody, accuracy: float | None = None) -> fc.ContactResult:
     """The ball pushed into the socket; pressure cannot turn a ball, so only its place is free."""
-    scene = fc.Scene([cup, ball], [fc.Contact(cup, ball)])
+    scene = fc.Scene([cup, ball], [fc.Contact(cup, ball)], units=("mm", "N", "MPa"))
     return scene.solve(forces={ball: LOAD}, free={ball: "x y z"}, accuracy=accuracy)
 
 
@@ -128,7 +128,7 @@ def main(sizes: tuple[int, ...] = (2, 3), out: str | Path = "out", accuracy: flo
                 f"{kind:>10}{n:>3}{result.n_dofs:>8}{size:>9.1f}{contact.edge_area:>10.1f}{contact.max_pressure:>10.3f}"
                 f"{size / contact.edge_area:>10.3f}{result.seconds['total']:>6.1f}"
             )
-        result.plot("pressure", folder / f"hip_joint_{kind}.png", units="MPa")
+        result.plot("pressure", folder / f"hip_joint_{kind}.png")
         peaks = [row["peak"] for row in rows if row["head"] == kind]
         steps = ", ".join(f"{100 * (b / a - 1):+.1f} %" for a, b in pairwise(peaks))
         if steps:

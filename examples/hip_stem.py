@@ -187,7 +187,7 @@ def beam_error(body: fc.ElasticBody, result: fc.ContactResult, z: float) -> tupl
 def main(sectors: int = 20, n: int = 3, out: str | Path = "out", accuracy: float | None = None) -> dict[str, dict]:
     body, socket = prosthesis(sectors), cup(n)
     print(f"{body.describe()}, of which {body.mesh.kinds}", socket.describe(), sep="\n")
-    scene = fc.Scene([body, socket], [fc.Contact(socket, body)])
+    scene = fc.Scene([body, socket], [fc.Contact(socket, body)], units=("mm", "N", "MPa"))
     result = scene.solve(forces={socket: LOAD}, free={socket: "x y z"}, accuracy=accuracy)
     contact, held = result.contacts[0], result.reaction(body, "end")
     print(f"contact force {np.linalg.norm(contact.force):.1f} N, peak {contact.max_pressure:.2f} MPa", end=", ")
@@ -215,9 +215,9 @@ def main(sectors: int = 20, n: int = 3, out: str | Path = "out", accuracy: float
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     result.save(folder / "hip_stem.vtu")
-    result.plot("pressure", folder / "hip_stem_pressure.png", units="MPa")
+    result.plot("pressure", folder / "hip_stem_pressure.png")
     result.plot(
-        "von_mises", folder / "hip_stem_stress.png", where="y>0", direction="-y", units="MPa", length="mm",
+        "von_mises", folder / "hip_stem_stress.png", where="y>0", direction="-y",
         limits=(0.0, 120.0), scale=10.0, title="cut open, displacements × 10",
     )  # fmt: skip
     return figures

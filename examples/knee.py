@@ -105,7 +105,7 @@ def flexed(
 ) -> fc.ContactResult:
     """Knee at an angle of flexion; the condensed cartilage is reused from one angle to the next."""
     bone = above.placed((0.0, 0.0, HEIGHT), rotation=fc.rotation_about((1, 0, 0), np.radians(degrees)))
-    scene = fc.Scene([below, bone], [fc.Contact(bone, below)], springs=ligaments(bone))
+    scene = fc.Scene([below, bone], [fc.Contact(bone, below)], springs=ligaments(bone), units=("mm", "N", "MPa"))
     return scene.solve(forces={bone: (0, 0, -LOAD)}, free={bone: "x y ry"}, finite_motion=True, accuracy=accuracy)
 
 
@@ -162,7 +162,7 @@ def with_menisci(bare: fc.ContactResult, n: int) -> fc.ContactResult:
         )
         for s in bare.springs
     ]
-    scene = fc.Scene([below, bone, *rings], contacts, springs=springs)
+    scene = fc.Scene([below, bone, *rings], contacts, springs=springs, units=("mm", "N", "MPa"))
     return scene.solve(forces={bone: (0, 0, -LOAD)}, free={bone: "x y ry"}, finite_motion=True)
 
 
@@ -206,7 +206,7 @@ def main(
             pulls = "  ".join(f"{name} {pull:.0f}" for name, pull in row["tensions"].items())
             carried = f"{row['medial']:>10.1f}{row['lateral']:>11.1f}{row['menisci']:>11.1f}"
             print(f"{angle:>8.0f}{carried}{row['area']:>10.1f}{row['peak']:>10.2f}  {pulls}")
-            result.plot("pressure", folder / f"knee_{angle:.0f}{kind}.png", units="MPa")
+            result.plot("pressure", folder / f"knee_{angle:.0f}{kind}.png")
     return rows
 
 

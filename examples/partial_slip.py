@@ -26,7 +26,7 @@ def main(level: int = 1, out: str | Path = "out") -> dict[str, float]:
     mesh = fc.shapes.half_sphere(RADIUS, contact_radius=ball.a, level=level, sector="half")
     upper = fc.ElasticBody(mesh, steel, "cap", {"base": "xyz", "sym_y": "y"}, name="upper")
     lower = upper.placed(rotation=fc.rotation_about((0, 1, 0), np.pi), name="lower")
-    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, friction=MU)])
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, friction=MU)], units=("mm", "N", "MPa"))
     steps = [{"forces": {upper: (share * MU * LOAD / 2, 0, -LOAD / 2)}, "free": {upper: "x z"}} for share in CYCLE]
     path = scene.solve_path(steps)
     print(path)
@@ -45,7 +45,7 @@ def main(level: int = 1, out: str | Path = "out") -> dict[str, float]:
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    path[3].plot("friction", folder / "partial_slip.png", units="MPa", length="mm", force="N")
+    path[3].plot("friction", folder / "partial_slip.png")
     first = friction.mindlin(ball, MU, tangential=CYCLE[1] * MU * LOAD)
     draw_loop(path, upper, first.shift, exact, folder / "partial_slip_loop.png")
     return figures

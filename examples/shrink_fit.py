@@ -23,7 +23,7 @@ def main(n: int = 6, out: str | Path = "out") -> float:
     outer = fc.shapes.thick_ring(SEAT - INTERFERENCE / 2, RIM, 5.0, (n, n // 2 + 1, 1))
     hub = fc.ElasticBody(inner, HUB, contact="outer", supports=held, name="hub")
     tyre = fc.ElasticBody(outer, TYRE, contact="inner", supports=held, name="tyre")
-    result = fc.Scene([hub, tyre], [fc.Contact(hub, tyre)]).solve()
+    result = fc.Scene([hub, tyre], [fc.Contact(hub, tyre)], units=("mm", "N", "MPa")).solve()
     print(result)
 
     lame = cylinder.shrink_fit(
@@ -35,7 +35,7 @@ def main(n: int = 6, out: str | Path = "out") -> float:
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     result.save(folder / "shrink_fit.vtu")
-    result.plot("von_mises", folder / "shrink_fit.png", direction="z", units="MPa", length="mm")
+    result.plot("von_mises", folder / "shrink_fit.png", direction="z")
     hoop = np.abs(result.stress(tyre)[:, :2]).max()
     print(f"largest in-plane stress in the tyre {hoop:.1f} MPa; bodies in {folder / 'shrink_fit.vtu'}")
     return error

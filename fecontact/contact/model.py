@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.arguments import instance, items
 from fecontact.common.errors import InputError
+from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.contact.coupling.choose import CouplingChoice, choose_coupling, pair_chosen, sides
 from fecontact.contact.coupling.surface_pair import SurfacePair
@@ -26,12 +27,14 @@ class SceneModel:
     bodies: Sequence[Body]
     contacts: Sequence[Contact]
     springs: Sequence[Spring] = ()
+    units: Units | Sequence[str] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bodies", items("the bodies of a scene", self.bodies, "bodies"))
         for name, kind in (("contacts", Contact), ("springs", Spring)):
             given = items(f"the {name} of a scene", getattr(self, name), f"{kind.__name__} objects")
             object.__setattr__(self, name, tuple(instance(f"each of the {name} of a scene", g, kind) for g in given))
+        object.__setattr__(self, "units", Units.of(self.units))
         if not self.contacts and not self.springs:
             raise InputError("A scene needs at least one Contact or Spring.")
         for body in self.bodies:
@@ -57,6 +60,11 @@ class SceneModel:
     def __getstate__(self) -> dict[str, Any]:
         """Without pairs, which are found again."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @property
+    def unit_names(self) -> Units:
+        """Names of its units."""
+        return cast(Units, self.units)
 
     @property
     def has_friction(self) -> bool:

@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.common.files import replacing
-from fecontact.common.units import Units
 from fecontact.results.model_size import model_size
 from fecontact.results.pictures.draw import plot_result
 from fecontact.results.solved_scene import SolvedScene
@@ -42,9 +41,6 @@ def write_page(
     path: str | Path,
     *,
     title: str = "Contact of bodies",
-    length: str = "",
-    force: str = "",
-    stress: str = "",
 ) -> Path:
     """Write one self-contained HTML page.
 
@@ -55,23 +51,20 @@ def write_page(
     path : str or Path
         File to write, ``.html``.
     title : str
-    length, force, stress : str
-        Names of units.
 
     Raises
     ------
     InputError
-        If the file cannot be written, or a name is no text.
+        If the file cannot be written, or the title is no text.
     """
     text("the title", title)
-    units = Units(length, force, stress)
     parts = [
         f"<h1>{escape(title)}</h1>",
-        _summary(result, warnings, notes, units),
-        *(f"<h2>{name}</h2>{_image(figure)}" for name, figure in _pictures(result, units)),
+        _summary(result, warnings, notes),
+        *(f"<h2>{name}</h2>{_image(figure)}" for name, figure in _pictures(result)),
         "<h2>Reactions</h2>",
         _table(
-            ("body", f"force{_unit(force)}", "moment about its frame"),
+            ("body", f"force{_unit(result.scene.unit_names.force)}", "moment about its frame"),
             ((b.name, _vector(r[:3]), _vector(r[3:])) for b in result.scene.bodies for r in (result.reaction(b),)),
         ),
         "<h2>Certificate</h2>",
@@ -91,15 +84,16 @@ def write_page(
 
 def notebook_cell(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
     """HTML of a result in a notebook: what it found, and its map of pressure."""
-    return _wrapped(_summary(result, warnings, notes, Units()) + _image(plot_result(result, "pressure")))
+    return _wrapped(_summary(result, warnings, notes) + _image(plot_result(result, "pressure")))
 
 
 def _wrapped(body: str) -> str:
     return f'<style>{STYLE}</style><div class="fecontact">{body}</div>'
 
 
-def _summary(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str], units: Units) -> str:
+def _summary(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
     """What was found: status, one row for each contact, warnings and notes."""
+    units = result.scene.unit_names
     columns = (
         "contact", units.after("force on the first", "force"), f"area{_unit(units.length and units.length + '²')}",
         units.after("peak pressure", "stress"), units.after("mean pressure", "stress"), "estimated error",
@@ -124,14 +118,13 @@ def _summary(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str],
     return f"<p>{escape(found)}</p>{_table(columns, rows)}{''.join(said)}"
 
 
-def _pictures(result: SolvedScene, units: Units) -> Iterable[tuple[str, Figure]]:
-    names = {"length": units.length, "force": units.force}
-    yield "Pressure", plot_result(result, "pressure", units=units.stress, **names)
-    yield "Gap", plot_result(result, "gap", **names)
+def _pictures(result: SolvedScene) -> Iterable[tuple[str, Figure]]:
+    yield "Pressure", plot_result(result, "pressure")
+    yield "Gap", plot_result(result, "gap")
     if all(c.friction is not None for c in result.contacts):
-        yield "Friction", plot_result(result, "friction", units=units.stress, **names)
+        yield "Friction", plot_result(result, "friction")
     if result.meshed_bodies:
-        yield "Stress", plot_result(result, "von_mises", units=units.stress, length=units.length)
+        yield "Stress", plot_result(result, "von_mises")
     if result.convergence is not None:
         yield "Steps to the accuracy", plot_result(result, "convergence")
 

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 from fecontact.common.arrays import Array
 from fecontact.common.stopwatch import peak_memory as peak_memory
+from fecontact.results.contact_fields import ContactFields
 from fecontact.results.model_size import model_size
 from fecontact.results.solved_scene import SolvedScene
 
 
 def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
     """The table that `print(result)` shows."""
-    r = result.residuals()
+    r, units = result.residuals(), result.scene.unit_names
     lines = [f"Contact of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
     lines += [f"  {b.describe()}" for b in result.scene.bodies]
     lines.append(
@@ -23,20 +24,20 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
     for c in result.contacts:
         lines += [
             f"{c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]} ({c.note})",
-            f"  force on {c.slave.name:<12} {_numbers(c.force)}",
-            f"  moment                {_numbers(c.moment)}",
-            f"  area                  {c.area:>13.6g}   in {len(c.regions)} region(s)",
-            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.mean_pressure:>13.6g}",
+            f"  force on {c.slave.name:<12} {_numbers(c.force)}{units.behind('force')}",
+            f"  moment                {_numbers(c.moment)}{units.behind('moment')}",
+            f"  area                  {_area(c):>13.6g}{units.behind('length', '²')}   in {len(c.regions)} region(s)",
+            f"  pressure max, mean    {c.max_pressure:>13.6g} {_mean(c):>13.6g}{units.behind('stress')}",
         ]
         if c.active.any():
             lines.append(f"  error of {c.error_estimate}")
-            lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}")
+            lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}{units.behind('length')}")
         if c.friction is not None:
             f = c.friction
             lines += [
-                f"  friction, mu {f.mu:<9g} {_numbers(f.force)}",
-                f"  area stuck, sliding   {f.stick_area:>13.6g} {f.slip_area:>13.6g}",
-                f"  work of friction      {f.dissipated:>13.6g}   in this step",
+                f"  friction, mu {f.mu:<9g} {_numbers(f.force)}{units.behind('force')}",
+                f"  area stuck, sliding   {f.stick_area:>13.6g} {f.slip_area:>13.6g}{units.behind('length', '²')}",
+                f"  work of friction      {f.dissipated:>13.6g}{units.behind('moment')}   in this step",
             ]
         if len(c.regions) > 1:
             lines += [
@@ -62,6 +63,16 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
     lines.append(f"Peak MB:   {needed} (of the process, by the end of each stage)")
     lines += [f"{'Saved:' if k == 0 else '':<11}{text}" for k, text in enumerate(model_size(result))]
     return "\n".join(lines)
+
+
+def _area(contact: ContactFields) -> float:
+    """Area within the outline, as pictures have it; zero without contact."""
+    return contact.edge_area if contact.active.any() else 0.0
+
+
+def _mean(contact: ContactFields) -> float:
+    area = _area(contact)
+    return contact.total_force / area if area > 0 else 0.0
 
 
 def _numbers(v: Array) -> str:

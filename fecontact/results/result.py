@@ -96,7 +96,7 @@ class ContactResult(SolvedScene):
         path : str or Path
             A file ``.html``; it needs no other file.
         **options
-            ``title``, and names of units: ``length``, ``force``, ``stress``.
+            ``title``.
 
         Raises
         ------
@@ -125,6 +125,7 @@ class ContactResult(SolvedScene):
         """Figures for scripts, ready for JSON."""
         r = self.residuals()
         return {
+            "units": asdict(self.scene.unit_names),
             "status": self.status,
             "solver": self.solution.solver,
             "iterations": self.nit,
@@ -141,6 +142,7 @@ class ContactResult(SolvedScene):
                     "force": c.force.tolist(),
                     "moment": c.moment.tolist(),
                     "area": c.area,
+                    "outline_area": c.edge_area if c.active.any() else 0.0,
                     "max_pressure": c.max_pressure,
                     "mean_pressure": c.mean_pressure,
                     "error_estimate": c.error_estimate.summary(),

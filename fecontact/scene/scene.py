@@ -22,11 +22,14 @@ class Scene(SceneModel):
     contacts : sequence of Contact
     springs : sequence of Spring, optional
         Springs and ligaments.
+    units : (length, force) or (length, force, stress), optional
+        Names of the units in which bodies and loads are given, for tables and pictures: ``("mm", "N", "MPa")``. Nothing
+        is converted.
 
     Raises
     ------
     InputError
-        For repeated or missing bodies, or no contact.
+        For repeated or missing bodies, no contact, or units that are no names.
 
     Examples
     --------

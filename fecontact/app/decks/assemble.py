@@ -18,7 +18,6 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.fem.rigid import COMPONENTS, rigid_modes
 from fecontact.mesh.mesh import Mesh
@@ -80,7 +79,6 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     return SceneFile(
         path,
         deck.title,
-        Units(),
         Scene(bodies, contacts),
         {b.name: b for b in bodies},
         {} if several else loads[0],

@@ -10,7 +10,6 @@ from typing import Any
 from fecontact.app.scene_file.bodies import AnyBody
 from fecontact.app.scene_file.cases import save_cases
 from fecontact.app.scene_file.outputs import Output, write_output
-from fecontact.common.units import Units
 from fecontact.results.result import ContactResult
 from fecontact.scene.load_path import LoadPath
 from fecontact.scene.scene import Scene
@@ -24,7 +23,6 @@ class SceneFile:
     ----------
     path : Path
     title : str
-    units : Units
     scene : Scene
     bodies : mapping of str to Body
     loads : dict
@@ -42,7 +40,6 @@ class SceneFile:
 
     path: Path
     title: str
-    units: Units
     scene: Scene
     bodies: Mapping[str, AnyBody]
     loads: dict[str, Any]
@@ -69,11 +66,11 @@ class SceneFile:
 
     def write(self, result: ContactResult) -> list[Path]:
         """Write all outputs; returns their paths."""
-        return [write_output(output, result, self.units, self.summary(result)) for output in self.outputs]
+        return [write_output(output, result, self.summary(result)) for output in self.outputs]
 
     def summary(self, result: ContactResult) -> dict[str, Any]:
-        """Figures of the result for scripts, with title and units."""
-        return {"title": self.title, "units": vars(self.units), **result.summary()}
+        """Figures of the result for scripts, with the title."""
+        return {"title": self.title, **result.summary()}
 
     def describe(self) -> str:
         """Summary of the file in a few lines."""

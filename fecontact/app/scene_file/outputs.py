@@ -11,7 +11,6 @@ from typing import Any
 from fecontact.app.scene_file.cases import CASE_FILES
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
 from fecontact.common.files import check_writable, save_json, write_atomically
-from fecontact.common.units import Units
 from fecontact.results.result import ContactResult
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -108,18 +107,13 @@ def _cut(table: Table) -> str | None:
     return where
 
 
-def write_output(output: Output, result: ContactResult, units: Units, summary: Mapping[str, Any]) -> Path:
-    """Write one output, with units, and the summary for a JSON file."""
+def write_output(output: Output, result: ContactResult, summary: Mapping[str, Any]) -> Path:
+    """Write one output; `summary` is for a JSON file."""
     if output.kind == "json":
         return save_json(output.path, dict(summary))
     if output.kind == "table":
         return write_atomically(output.path, f"{result}\n")
     if output.kind in FILES:
         return result.save(output.path)
-    if output.kind in CONTACT_PICTURES:
-        unit = units.stress if output.kind == "pressure" else ""
-        named = {"units": unit, "length": units.length, "force": units.force}
-    else:
-        named = {"units": units.length if output.kind == "displacement" else units.stress, "length": units.length}
-    result.plot(output.kind, output.path, **named, **output.options)
+    result.plot(output.kind, output.path, **output.options)
     return output.path

@@ -112,10 +112,9 @@ def read_scene(
             if not table.faults.touched(table.place or ("loads",)):
                 _check_loads(table, made, case)
     root.faults.check()
-    scene = Scene(
-        list(made.values()), [c for c in contacts if c is not None], springs=[s for s in springs if s is not None]
-    )
-    return SceneFile(root.faults.path, title, units, scene, made, loads, options, outputs, tuple(cases), tuple(steps))
+    known = [c for c in contacts if c is not None], [s for s in springs if s is not None]
+    scene = Scene(list(made.values()), *known, units=units)
+    return SceneFile(root.faults.path, title, scene, made, loads, options, outputs, tuple(cases), tuple(steps))
 
 
 def _deck(path: Path, out: str | Path | None, change: Callable[[dict[str, Any]], object] | None) -> SceneFile:
@@ -151,9 +150,9 @@ def _check_steps(
 
 
 def _units(table: Table) -> Units:
-    length, force, stress = (table.text(key) or "" for key in ("length", "force", "stress"))
+    names = [table.text(key) or "" for key in ("length", "force", "stress")]
     table.finish()
-    return Units(length, force, stress or (f"{force}/{length}²" if length and force else ""))
+    return Units.of(names)
 
 
 def _body(table: Table, key: str, bodies: Mapping[str, AnyBody | None], required: bool = True) -> str | None:

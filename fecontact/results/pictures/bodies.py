@@ -128,7 +128,7 @@ def view(
 def view_result(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
     """Draw the elastic bodies of a result, and the rigid surfaces near their contacts; options as in `view`.
 
-    Rigid surfaces are left out of cuts and of pictures of chosen bodies.
+    Units are those of the scene unless given. Rigid surfaces are left out of cuts and of pictures of chosen bodies.
 
     Examples
     --------
@@ -141,6 +141,7 @@ def view_result(result: SolvedScene, field: str = "von_mises", path: str | Path 
     >>> figure.axes[1].get_ylabel()
     'displacement z [mm]'
     """
+    options = {"units": _unit_of(result, field), "length": result.scene.unit_names.length, **options}
     whole = options.get("only") is None and options.get("where") is None
     rigid = rigid_patches(result, options.get("scale", 1.0)) if whole else None
     return view(solids_of_result(result), field, path, rigid=rigid, **options)
@@ -277,7 +278,12 @@ def show_result(result: SolvedScene, field: str = "von_mises", path: str | Path 
     """Show the elastic bodies of a result; options as in `show`."""
     among("field", text("the field", field), FIELDS)
     known_options(show, options)
-    show(solids_of_result(result), field, path, **options)
+    show(solids_of_result(result), field, path, **{"units": _unit_of(result, field), **options})
+
+
+def _unit_of(result: SolvedScene, field: str) -> str:
+    known = result.scene.unit_names
+    return known.length if field.startswith("displacement") else known.stress
 
 
 def _pyvista() -> Any:

@@ -81,7 +81,7 @@ def plot_contacts(
     path : str or Path, optional
         File to write; the suffix decides the format.
     units, length, force : str
-        Units of the field, of lengths and of forces, for labels.
+        Units of pressures, of lengths and of forces, for labels; those of the scene unless given.
     style : {'smooth', 'sensels'}
         'sensels' shows the pressure on a film of square sensors: the force on each over its area.
     pitch : float, optional
@@ -100,7 +100,7 @@ def plot_contacts(
     if style == "sensels" and any(c.is_curve for c in result.contacts):
         raise InputError("A contact of sections is a curve, on which no film of sensels fits; leave style='smooth'.")
     shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
-    names = Units(length, force, units)
+    names = Units(length, force, units).or_those(result.scene.unit_names)
     columns = min(3, len(shown))
     rows = -(-len(shown) // columns)
     figure = Figure(figsize=_figure_size(shown, columns, rows), layout="constrained")

@@ -84,7 +84,7 @@ def test_a_file_says_what_a_script_says(write):
     by_hand = fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.01}})
     assert np.abs(result.contacts[0].pressure - by_hand.contacts[0].pressure).max() <= SAME
     assert file.title == "a block on a floor"
-    assert file.units.stress == "N/mm²"
+    assert file.scene.unit_names.stress == "N/mm²"
     assert [b.name for b in file.scene.bodies] == ["block", "floor"]
 
 

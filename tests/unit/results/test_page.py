@@ -41,7 +41,9 @@ def result():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
     block = fc.ElasticBody(mesh, CORK, "bottom", {"top": "xyz"}, name="<block>")
     floor = fc.RigidBody(fc.Plane(), name="floor")
-    return fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.02}})
+    return fc.Scene([block, floor], [fc.Contact(block, floor)], units=("mm", "N", "MPa")).solve(
+        motions={block: {"z": -0.02}}
+    )
 
 
 def read(html):
@@ -53,7 +55,7 @@ def read(html):
 
 
 def test_a_page_needs_no_other_file(result, tmp_path):
-    path = result.report(tmp_path / "report.html", title="Block & floor", length="mm", force="N", stress="MPa")
+    path = result.report(tmp_path / "report.html", title="Block & floor")
     text = path.read_text(encoding="utf-8")
     page = read(text)
     assert page.links == []
@@ -79,7 +81,6 @@ def test_a_page_needs_no_other_file(result, tmp_path):
         ("r.pdf", {}, "found the suffix '.pdf', expected .html"),
         ("no/r.html", {}, "does not exist"),
         ("r.html", {"title": 3}, "title"),
-        ("r.html", {"length": 1.0}, "unit of length"),
     ],
 )
 def test_pages_that_cannot_be_written_are_refused(result, tmp_path, name, options, message):
@@ -110,3 +111,22 @@ def test_every_object_is_one_short_line(result):
         assert len(line) <= 220, line  # 150 and one last word
         assert not line.startswith("<"), line
     assert repr(result).startswith("ContactResult(solved, 25 of 25 in contact; <block> on floor: force 1, peak 1")
+
+
+def test_units_are_named_once_and_shown_everywhere(result):
+    text = str(result)
+    assert re.search(r"force on <block> .* 1 N\n", text)
+    assert re.search(r"moment .* N·mm\n", text)
+    assert re.search(r"area +1 mm² ", text)
+    assert re.search(r"pressure max, mean +1 +1 MPa\n", text)
+    assert result.plot("pressure").axes[1].get_ylabel() == "contact pressure [MPa]"
+    assert result.plot("gap").axes[1].get_ylabel() == "gap [mm]"
+    assert result.plot("displacement_z").axes[1].get_ylabel() == "displacement z [mm]"
+    assert result.plot("pressure", units="kPa").axes[1].get_ylabel() == "contact pressure [kPa]"
+    assert result.summary()["units"] == {"length": "mm", "force": "N", "stress": "MPa"}
+
+
+@pytest.mark.parametrize("units", ["mm", 3, ("mm", "N", "MPa", "s"), (1.0, 2.0)])
+def test_units_that_are_no_names_are_refused(result, units):
+    with pytest.raises(fc.InputError, match=r"[Uu]nit"):
+        fc.Scene(result.scene.bodies, result.scene.contacts, units=units)
