@@ -6,75 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from fecontact.analytic.friction import RoundSlip
 from fecontact.app.friction.figures import StudyFigures
-from fecontact.bodies import FrictionContact, FrictionPath
+from fecontact.bodies import FrictionPath
+from fecontact.bodies.halfspace.pictures import draw_stick_slip
+from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
-from fecontact.results.pictures.figure import save_figure
-
-COLOURS = {"open": "#f2f2f2", "sticks": "#9ecae1", "slips": "#fdae6b"}
-
-ARROWS = 16
-"""Arrows along a side of the grid."""
-
-
-def plot_contact(contact: FrictionContact, path: str | Path | None = None, units: Units | None = None) -> Figure:
-    """Stick, slip and open cells with the tractions as arrows, and the size of the tractions.
-
-    Parameters
-    ----------
-    contact : FrictionContact
-    path : str or Path, optional
-        File to write; the suffix decides the format.
-    units : Units, optional
-        Units for labels.
-    """
-    names = units or Units()
-    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    draw_stick_slip(left, contact, names)
-    half = (contact.grid.size[0] / 2, contact.grid.size[1] / 2)
-    drawn = right.imshow(
-        np.hypot(contact.traction[0], contact.traction[1]).T,
-        origin="lower",
-        extent=(-half[0], half[0], -half[1], half[1]),
-        cmap="magma_r",
-        aspect="auto",
-    )
-    figure.colorbar(drawn, ax=right, label=names.after("tangential traction", "stress"))
-    right.set_xlabel(names.after("x", "length"))
-    return save_figure(figure, path)
-
-
-def draw_stick_slip(axes: Any, contact: FrictionContact, names: Units) -> None:
-    """Draw what sticks, slips and is open, with arrows along the tractions."""
-    grid = contact.grid
-    half = (grid.size[0] / 2, grid.size[1] / 2)
-    state = np.where(contact.slipping, 2, np.where(contact.active, 1, 0))
-    axes.imshow(
-        state.T,
-        origin="lower",
-        extent=(-half[0], half[0], -half[1], half[1]),
-        cmap=ListedColormap(list(COLOURS.values())),
-        vmin=-0.5,
-        vmax=2.5,
-        aspect="equal" if max(half) < 4 * min(half) else "auto",
-        interpolation="nearest",
-    )
-    every = tuple(max(1, n // ARROWS) for n in grid.shape)
-    some = (slice(every[0] // 2, None, every[0]), slice(every[1] // 2, None, every[1]))
-    x, y = np.meshgrid(grid.x[some[0]], grid.y[some[1]], indexing="ij")
-    tx, ty = contact.traction[0][some], contact.traction[1][some]
-    drawn = np.hypot(tx, ty) > 0
-    if drawn.any():
-        axes.quiver(x[drawn], y[drawn], tx[drawn], ty[drawn], color="black", width=0.004)
-    axes.legend(handles=[Patch(color=c, label=n) for n, c in COLOURS.items()], loc="upper right", fontsize="small")
-    axes.set_xlabel(names.after("x", "length"))
-    axes.set_ylabel(names.after("y", "length"))
 
 
 def plot_study(study: StudyFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:

@@ -9,7 +9,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from fecontact.app.slender.figures import SlenderFigures
-from fecontact.results.pictures.figure import save_figure
+from fecontact.common.figure import save_figure
 
 
 def plot_shapes(found: SlenderFigures, path: str | Path | None = None) -> Figure:

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fecontact.app.spheres.figures import SpheresFigures
+from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
 from fecontact.results.pictures.contact_map import FINENESS, draw_field
-from fecontact.results.pictures.figure import save_figure
 from fecontact.results.pictures.section_curve import draw_curve
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.ndimage
@@ -13,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.edge import EdgeCells, edge_area, edge_cells, pressed_ends
+from fecontact.bodies.halfspace.files import save_fields
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.grid_error import grid_error_estimate
 from fecontact.bodies.halfspace.layered import Layer
@@ -23,6 +26,7 @@ from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, Unboun
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
+from fecontact.common.units import Units
 from fecontact.solvers import Residuals
 
 PUNCH = 0.5
@@ -270,6 +274,70 @@ class HalfSpaceContact:
         loaded = inside.Loaded(self.grid, self.pressure, self.material, self.layers)
         stress = loaded.periodic(downwards) if self.periodic else loaded.free(downwards, chunk)
         return np.asarray(stress * inside.OUTWARDS)
+
+    def plot(self, path: str | Path | None = None, *, length: str = "", force: str = "", stress: str = "") -> Any:
+        """Picture of pressure, gap, displacement and the von Mises stress inside, a matplotlib figure.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write; the suffix decides the format.
+        length, force, stress : str
+            Names of units, for labels.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, or a name is no text.
+        """
+        from fecontact.bodies.halfspace.pictures import plot_pressed
+
+        return plot_pressed(self, path, Units(length, force, stress))
+
+    def summary(self) -> dict[str, Any]:
+        """Figures for scripts, ready for JSON."""
+        return {
+            "status": self.status,
+            "periodic": self.periodic,
+            "cells": list(self.grid.shape),
+            "size": list(self.grid.size),
+            "force": self.force,
+            "approach": self.approach,
+            "tilt": list(self.tilt),
+            "area": self.edge_area,
+            "max_pressure": self.max_pressure,
+            "mean_gap": self.mean_gap,
+            "regions": self.n_regions,
+            "error_estimate": self.error_estimate.summary(),
+            "warnings": list(self.warnings),
+            "residuals": vars(self.residuals),
+        }
+
+    def columns(self) -> dict[str, Array]:
+        """Fields (nx, ny) on the cells by name."""
+        return {"pressure": self.pressure, "gap": self.gap, "displacement": self.displacement}
+
+    def save(self, path: str | Path) -> Path:
+        """Write the contact; the suffix decides: .json (summary), .csv (a row per cell), .npz (arrays for numpy).
+
+        Raises
+        ------
+        InputError
+            For another suffix, or a file that cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from pathlib import Path
+        >>> import numpy as np
+        >>> import fecontact as fc
+        >>> contact = fc.HalfSpace(fc.Material(E=1.0, nu=0.3)).press(fc.Sphere(10.0), force=0.02)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     saved = np.load(contact.save(Path(folder) / "ball.npz"))
+        ...     float((saved["pressure"] * contact.grid.area).sum().round(12))
+        0.02
+        """
+        return save_fields(path, self.grid, self.columns(), self.summary())
 
     def __str__(self) -> str:
         r, s = self.residuals, self.solver

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +15,7 @@ from fecontact.bodies.halfspace.contact import HalfSpaceContact
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
+from fecontact.common.units import Units
 from fecontact.solvers import FrictionResiduals
 
 ON_CONE = 1e-9
@@ -142,6 +145,32 @@ class FrictionContact(HalfSpaceContact):
         downwards = np.asarray(points, dtype=float) * np.array([1.0, 1.0, -1.0])
         loaded = inside.Loaded(self.grid, self.pressure, self.material, ())
         return np.asarray(by_pressure + loaded.sheared(downwards, self.traction, chunk) * inside.OUTWARDS)
+
+    def plot(self, path: str | Path | None = None, *, length: str = "", force: str = "", stress: str = "") -> Any:
+        """Picture of what sticks and slips, with arrows along the tractions, and of the tractions' size.
+
+        Parameters and errors as in `HalfSpaceContact.plot`.
+        """
+        from fecontact.bodies.halfspace.pictures import plot_dragged
+
+        return plot_dragged(self, path, Units(length, force, stress))
+
+    def summary(self) -> dict[str, Any]:
+        """Figures for scripts, ready for JSON."""
+        return {
+            **super().summary(),
+            "friction": self.friction,
+            "tangential": list(self.tangential),
+            "shift": list(self.shift),
+            "stick_area": self.stick_area,
+            "dissipated": self.dissipated,
+            "friction_residuals": vars(self.friction_residuals),
+        }
+
+    def columns(self) -> dict[str, Array]:
+        """Fields (nx, ny) on the cells by name."""
+        (tx, ty), (sx, sy) = self.traction, self.slip
+        return {**super().columns(), "traction_x": tx, "traction_y": ty, "slip_x": sx, "slip_y": sy}
 
     def __str__(self) -> str:
         s, report = super().__str__(), self.tangential_solver

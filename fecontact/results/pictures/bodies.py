@@ -19,8 +19,8 @@ from fecontact.common.arguments import known_options, text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among
 from fecontact.common.errors import MissingPackageError
+from fecontact.common.figure import save_figure
 from fecontact.common.files import check_writable
-from fecontact.results.pictures.figure import save_figure
 from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
 from fecontact.results.pictures.rigid_patches import rigid_patches
 from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fecontact.app.cli import main
-from fecontact.app.friction.pictures import plot_contact
 from fecontact.app.friction.studies import run
+from fecontact.bodies.halfspace.pictures import plot_dragged
 from fecontact.common.errors import InputError
 
 PLAIN = {"radius": 10.0, "E": 2.0, "nu": 0.0, "force": 1e-3, "friction": 0.3}
@@ -49,7 +49,7 @@ def test_files_and_pictures(name, tmp_path, capsys):
 
 def test_picture_of_a_contact(tmp_path):
     contact = run("mindlin", {**PLAIN, "cells": 16}).path.last
-    figure = plot_contact(contact, tmp_path / "contact.png")
+    figure = plot_dragged(contact, tmp_path / "contact.png")
     shown = figure.axes[0].images[0].get_array()
     # a cell of each kind
     assert set(np.unique(shown)) == {0, 1, 2}

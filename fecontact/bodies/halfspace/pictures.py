@@ -1,0 +1,196 @@
+"""Pictures of contacts on half-spaces: pressure, gap, displacement, stress inside, and what sticks and slips."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from fecontact.bodies.halfspace.grid import Grid
+from fecontact.common.arrays import Array
+from fecontact.common.figure import save_figure
+from fecontact.common.units import Units
+from fecontact.fem.stress import von_mises
+
+#: Points of the section through the body, along the surface and downwards.
+SECTION = (61, 31)
+#: Cells per side onto which the pressures of a free half-space are aggregated for the section.
+SECTION_CELLS = 32
+#: Least depth of the section's points, as a share of a cell.
+FEWEST = 0.02
+#: Colours of cells by their state, and arrows along a side of the grid.
+COLOURS = {"open": "#f2f2f2", "sticks": "#9ecae1", "slips": "#fdae6b"}
+ARROWS = 16
+
+
+#: A `HalfSpaceContact`; one with friction, a `FrictionContact`. They draw themselves with this module.
+Pressed = Any
+Dragged = Any
+
+
+def plot_pressed(
+    contact: Pressed, path: str | Path | None = None, units: Units | None = None, name: str = ""
+) -> Figure:
+    """Pressure, gap, displacement of the surface, and the von Mises stress below the line y = 0 (or nearest to it).
+
+    Parameters
+    ----------
+    contact : HalfSpaceContact
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    units : Units, optional
+        Units for labels.
+    name : str
+        Name of the counter-surface, for the title.
+    """
+    names = units or Units()
+    figure = Figure(figsize=(11.6, 8.6), layout="compressed")
+    (first, second), (third, fourth) = figure.subplots(2, 2)
+    gap = np.where(np.isfinite(contact.gap), contact.gap, np.nan)
+    # limit the scale: the gap of a round shape is large far from the contact
+    limit = float(np.nanquantile(gap, 0.9)) if not contact.periodic else None
+    draw_map(first, contact.grid, contact.pressure, "magma_r", names.after("pressure", "stress"), names)
+    draw_map(second, contact.grid, gap, "viridis", names.after("gap", "length"), names, limit)
+    draw_map(third, contact.grid, contact.displacement, "YlGnBu", names.after("displacement", "length"), names)
+    draw_section(fourth, contact, names)
+    figure.suptitle(
+        f"{name + ': ' if name else ''}force {names.number(contact.force, 'force')}, "
+        f"area {names.number(contact.edge_area, 'length', '²')}, "
+        f"approach {names.number(contact.approach, 'length')}"
+    )
+    return save_figure(figure, path)
+
+
+def draw_map(
+    axes: Any,
+    grid: Grid,
+    values: Array,
+    colours: str,
+    label: str,
+    names: Units,
+    limit: float | None = None,
+) -> None:
+    """Draw values (nx, ny) on the cells."""
+    half = (grid.size[0] / 2, grid.size[1] / 2)
+    drawn = axes.imshow(
+        values.T,
+        origin="lower",
+        extent=(-half[0], half[0], -half[1], half[1]),
+        cmap=colours,
+        vmax=limit,
+        aspect="equal" if max(half) < 4 * min(half) else "auto",
+        interpolation="nearest",
+    )
+    axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if limit is not None else "neither")
+    axes.set_xlabel(names.after("x", "length"))
+    axes.set_ylabel(names.after("y", "length"))
+
+
+def section(contact: Pressed, y: float = 0.0, depth: float | None = None) -> tuple[Array, Array, Array]:
+    """Stress in the plane y = constant below the contact.
+
+    Parameters
+    ----------
+    contact : HalfSpaceContact
+    y : float
+    depth : float, optional
+        Depth of the section; by default half the grid's side (a fifth if periodic) or, on a rigid base, the layers.
+
+    Returns
+    -------
+    x : (n,) array
+    z : (m,) array
+        If the depth is not positive.
+    stress : (n, m, 6) array
+        xx, yy, zz, xy, yz, xz, tension positive.
+    """
+    grid = contact.grid
+    deepest = grid.size[0] / (5 if contact.periodic else 2) if depth is None else depth
+    if contact.material is None:
+        deepest = min(deepest, sum(layer.thickness for layer in contact.layers))
+    highest = FEWEST * min(grid.cell)
+    x = np.linspace(-0.5, 0.5, SECTION[0]) * (grid.size[0] - grid.cell[0])
+    z = -np.linspace(highest, deepest, SECTION[1])
+    X, Z = np.meshgrid(x, z, indexing="ij")
+    points = np.stack([X.ravel(), np.full(X.size, y), Z.ravel()], axis=1)
+    return x, z, _gathered(contact).stress(points).reshape(*X.shape, 6)
+
+
+def _gathered(contact: Pressed) -> Pressed:
+    """The contact on larger cells with the same forces, for stresses at a depth."""
+    while (
+        not contact.periodic and max(contact.grid.shape) > SECTION_CELLS and not any(n % 2 for n in contact.grid.shape)
+    ):
+        nx, ny = contact.grid.shape
+        pressure = contact.pressure.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
+        contact = replace(contact, grid=contact.grid.coarser, pressure=pressure)
+    return contact
+
+
+def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
+    """Draw the von Mises stress below the middle of the pressure."""
+    centre = contact.centre_of_pressure[1]
+    x, z, stress = section(contact, y=float(centre) if np.isfinite(centre) and not contact.periodic else 0.0)
+    values = von_mises(stress.reshape(-1, 6)).reshape(stress.shape[:2])
+    drawn = axes.contourf(x, z, values.T, levels=24, cmap="YlOrRd")
+    axes.figure.colorbar(drawn, ax=axes, label=names.after("von Mises stress", "stress"))
+    depth = 0.0
+    for layer in contact.layers:
+        depth -= layer.thickness
+        if depth > z[-1]:
+            axes.axhline(depth, color="black", linewidth=0.8)
+    axes.set_xlabel(names.after("x", "length"))
+    axes.set_ylabel(names.after("z", "length"))
+    axes.set_aspect("equal" if -z[-1] > 0.2 * (x[-1] - x[0]) else "auto")
+
+
+def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:
+    """Draw what sticks, slips and is open, with arrows along the tractions."""
+    grid = contact.grid
+    half = (grid.size[0] / 2, grid.size[1] / 2)
+    state = np.where(contact.slipping, 2, np.where(contact.active, 1, 0))
+    axes.imshow(
+        state.T,
+        origin="lower",
+        extent=(-half[0], half[0], -half[1], half[1]),
+        cmap=ListedColormap(list(COLOURS.values())),
+        vmin=-0.5,
+        vmax=2.5,
+        aspect="equal" if max(half) < 4 * min(half) else "auto",
+        interpolation="nearest",
+    )
+    every = tuple(max(1, n // ARROWS) for n in grid.shape)
+    some = (slice(every[0] // 2, None, every[0]), slice(every[1] // 2, None, every[1]))
+    x, y = np.meshgrid(grid.x[some[0]], grid.y[some[1]], indexing="ij")
+    tx, ty = contact.traction[0][some], contact.traction[1][some]
+    drawn = np.hypot(tx, ty) > 0
+    if drawn.any():
+        axes.quiver(x[drawn], y[drawn], tx[drawn], ty[drawn], color="black", width=0.004)
+    axes.legend(handles=[Patch(color=c, label=n) for n, c in COLOURS.items()], loc="upper right", fontsize="small")
+    axes.set_xlabel(names.after("x", "length"))
+    axes.set_ylabel(names.after("y", "length"))
+
+
+def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units | None = None) -> Figure:
+    """Stick, slip and open cells with the tractions as arrows, and the size of the tractions.
+
+    Parameters
+    ----------
+    contact : FrictionContact
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    units : Units, optional
+        Units for labels.
+    """
+    names = units or Units()
+    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    draw_stick_slip(left, contact, names)
+    size = np.hypot(contact.traction[0], contact.traction[1])
+    draw_map(right, contact.grid, size, "magma_r", names.after("tangential traction", "stress"), names)
+    return save_figure(figure, path)
