@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from fecontact.ancf.banded import BandOrder, Reduction
 from fecontact.ancf.faces import Faces
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.member import Member
@@ -68,6 +70,36 @@ class Constants:
     def mass(self) -> sp.csr_matrix:
         """Consistent mass (n_dofs, n_dofs)."""
         return sp.csr_matrix(sp.block_diag([s.mass for s in self.solids]))
+
+    @cached_property
+    def _reductions(self) -> list[Reduction | None]:
+        """Of the first pattern that was reduced."""
+        return []
+
+    def reduced(self, K: sp.csr_matrix) -> tuple[sp.csr_matrix, BandOrder | None]:
+        """Z^T K Z of a tangent (n_dofs, n_dofs) and the order of its band; the pattern is worked out once."""
+        if not self._reductions:
+            self._reductions.append(Reduction.of(K, self.free))
+        kept = self._reductions[0]
+        if kept is None or not kept.fits(K):
+            return sp.csr_matrix(self.free.T @ K @ self.free), None
+        return kept(K), kept.order
+
+    @cached_property
+    def _masses(self) -> list[tuple[Any, Array | None]]:
+        """Pattern of the first tangent, and the mass in it."""
+        return []
+
+    def mass_in(self, K: sp.csr_matrix) -> Array | None:
+        """Entries of the mass at those of a tangent; None where they lie elsewhere or the pattern is another."""
+        if not self._masses:
+            ones = sp.csr_matrix((np.arange(1.0, K.nnz + 1), K.indices, K.indptr), shape=K.shape)
+            M = self.mass.tocoo()
+            place = np.asarray(ones[M.row, M.col]).ravel().astype(np.int64) - 1
+            data: Array | None = np.bincount(place, M.data, K.nnz).astype(float) if (place >= 0).all() else None
+            self._masses.append((K.indices, data))
+        indices, mass = self._masses[0]
+        return mass if K.indices is indices or np.array_equal(K.indices, indices) else None
 
     @cached_property
     def mass_factor(self) -> spla.SuperLU:
@@ -235,6 +267,13 @@ class Assembly:
     def mass(self) -> sp.csr_matrix:
         """Consistent mass (n_dofs, n_dofs)."""
         return self.constants.mass
+
+    def with_mass(self, K: sp.csr_matrix, share: float, inertia: float) -> sp.csr_matrix:
+        """The share of a tangent (n_dofs, n_dofs) with a multiple of the mass, in the tangent's pattern if it fits."""
+        kept = self.constants.mass_in(K)
+        if kept is None:
+            return sp.csr_matrix(share * K + inertia * self.mass)
+        return sp.csr_matrix((share * K.data + inertia * kept, K.indices, K.indptr), shape=K.shape, copy=False)
 
     def accelerated(self, forces: Array) -> Array:
         """Accelerations (n_dofs,) due to forces; the mass is constant and factorised once."""

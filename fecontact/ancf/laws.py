@@ -31,12 +31,16 @@ class Response:
     stress : (..., 3, 3) array
         Second Piola-Kirchhoff stress S = dW/dE.
     tangent : (..., 3, 3, 3, 3) array or None
-        dS/dE, with all its symmetries.
+        dS/dE, with all its symmetries; None where it is not asked for or `moduli` tell it.
+    moduli : (a, b, X) or None
+        Of a tangent a X_IJ X_KL + b (X_IK X_JL + X_IL X_JK), with a and b (...) and a
+        symmetric X (..., 3, 3), which costs a fraction of the full one.
     """
 
     energy: Array
     stress: Array
     tangent: Array | None
+    moduli: tuple[Array, Array, Array] | None = None
 
 
 class Law(Protocol):
@@ -69,12 +73,7 @@ class StVenantKirchhoff:
         stress = (lame * trace)[..., None, None] * np.eye(3) + 2 * np.asarray(shear)[..., None, None] * E
         if not tangent:
             return Response(energy, stress, None)
-        eye = np.eye(3)
-        volume = np.einsum("ij,kl->ijkl", eye, eye)
-        symmetric = np.einsum("ik,jl->ijkl", eye, eye) + np.einsum("il,jk->ijkl", eye, eye)
-        shape = (*trace.shape, 1, 1, 1, 1)
-        wide_lame, wide_shear = (np.broadcast_to(c, trace.shape).reshape(shape) for c in (lame, shear))
-        return Response(energy, stress, wide_lame * volume + wide_shear * symmetric)
+        return Response(energy, stress, None, (lame, shear, np.eye(3)))
 
 
 @dataclass(frozen=True)
@@ -112,9 +111,4 @@ class NeoHookean:
         stress = mu * (np.eye(3) - inverse) + (lame * log)[..., None, None] * inverse
         if not tangent:
             return Response(energy, stress, None)
-        volume = inverse[..., :, :, None, None] * inverse[..., None, None, :, :]
-        twist = inverse[..., :, None, :, None] * inverse[..., None, :, None, :]
-        symmetric = twist + np.swapaxes(twist, -1, -2)
-        shape = (*det.shape, 1, 1, 1, 1)
-        wide = np.broadcast_to(lame, det.shape).reshape(shape)
-        return Response(energy, stress, wide * volume + (shear - lame * log).reshape(shape) * symmetric)
+        return Response(energy, stress, None, (lame, shear - lame * log, inverse))

@@ -20,6 +20,7 @@ scenes.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.sparse.csgraph import connected_components
 
+from fecontact.ancf.banded import BandOrder
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
@@ -73,6 +75,7 @@ def contact_step(
     pressing: Mask | None = None,
     friction: TangentialRows | None = None,
     loose: Array | None = None,
+    order: BandOrder | None = None,
 ) -> tuple[Array, Array, Array]:
     """Change of the coordinates, contact forces and tangential forces.
 
@@ -89,6 +92,8 @@ def contact_step(
     friction : TangentialRows, optional
     loose : (n, k) array, optional
         Rigid motions W that nothing but contact resists.
+    order : BandOrder, optional
+        Of the pattern of K, where its band is narrow.
 
     Returns
     -------
@@ -113,10 +118,10 @@ def contact_step(
     """
     if loose is not None:
         return _floating(K, r, G, gap, friction, loose)
-    if not G.shape[0] and len(r) <= SMALL:
+    if order is None and not G.shape[0] and len(r) <= SMALL:
         return _dense(K, r), np.zeros(0), np.zeros(0)
     try:
-        return _solved(K, r, G, gap, friction)
+        return _solved(K, r, G, gap, friction, order=order)
     except UnstableError:
         if pressing is None or not pressing.any():
             raise
@@ -154,33 +159,55 @@ def _floating(
 
 
 def _solved(
-    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, friction: TangentialRows | None, W: Array | None = None
+    K: sp.csr_matrix,
+    r: Array,
+    G: sp.csr_matrix,
+    gap: Array,
+    friction: TangentialRows | None,
+    W: Array | None = None,
+    order: BandOrder | None = None,
 ) -> tuple[Array, Array, Array]:
     rows, start = G, gap
     if friction is not None:
         rows, start = sp.csr_matrix(sp.vstack([G, friction.T])), np.concatenate([gap, friction.slip])
-    touched = np.unique(rows.indices) if rows.nnz else np.zeros(1, dtype=np.int64)
-    if not (K.diagonal() > 0).all():
+    if order is None and not (K.diagonal() > 0).all():
         raise UnstableError("The tangent stiffness has a diagonal entry that is not positive.")
     try:
-        condensed = condense(sp.csr_matrix(sp.triu(K)), touched.astype(np.int64))
-        factor = scipy.linalg.cho_factor(condensed.stiffness, lower=True)
+        u, X, expand = _condensed(K, r, rows) if order is None else _by_band(K, r, rows, order)
     except (FecontactError, np.linalg.LinAlgError) as error:
         raise UnstableError("The tangent stiffness is not positive definite.") from error
-    load = r[:, None]
-    u = scipy.linalg.cho_solve(factor, condensed.reduce(load))
     forces = np.zeros(rows.shape[0])
     if rows.shape[0]:
-        C = rows[:, touched].toarray()
-        X = scipy.linalg.cho_solve(factor, C.T)
+        C = rows[:, np.unique(rows.indices)].toarray()
         S = C @ X
         B = np.zeros((0, len(S))) if W is None else (rows @ W).T
         F = np.zeros(0) if W is None else -(W.T @ r)
-        forces, motion = _forces(ComplementarityProblem((S + S.T) / 2, start + C @ u[:, 0], B, F), friction)
-        u = u + X @ forces[:, None]
-    change = condensed.expand(u, load)[:, 0]
+        forces, motion = _forces(ComplementarityProblem((S + S.T) / 2, start + C @ u, B, F), friction)
+    change = expand(forces)
     change = change if W is None else change + W @ motion
     return change, forces[: G.shape[0]], forces[G.shape[0] :]
+
+
+#: Displacements u of the touched coordinates by loads, X by unit forces of the rows, and all by given forces.
+Responses = tuple[Array, Array, Callable[[Array], Array]]
+
+
+def _condensed(K: sp.csr_matrix, r: Array, rows: sp.csr_matrix) -> Responses:
+    """By condensation onto the touched coordinates."""
+    touched = np.unique(rows.indices) if rows.nnz else np.zeros(1, dtype=np.int64)
+    condensed = condense(sp.csr_matrix(sp.triu(K)), touched.astype(np.int64))
+    factor = scipy.linalg.cho_factor(condensed.stiffness, lower=True)
+    load = r[:, None]
+    u = scipy.linalg.cho_solve(factor, condensed.reduce(load))
+    X = scipy.linalg.cho_solve(factor, rows[:, touched].toarray().T)
+    return u[:, 0], X, lambda forces: condensed.expand(u + X @ forces[:, None], load)[:, 0]
+
+
+def _by_band(K: sp.csr_matrix, r: Array, rows: sp.csr_matrix, order: BandOrder) -> Responses:
+    """By the factor of a band, for all coordinates."""
+    both = order.factor(K.data).solve(np.column_stack([r, rows.T.toarray()]))
+    u, X, touched = both[:, 0], both[:, 1:], np.unique(rows.indices)
+    return u[touched], X[touched], lambda forces: u + X @ forces
 
 
 def _forces(problem: ComplementarityProblem, friction: TangentialRows | None) -> tuple[Array, Array]:

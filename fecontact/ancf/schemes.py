@@ -25,6 +25,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.assembly import Assembly
+from fecontact.ancf.banded import BandFactor, BandOrder
 from fecontact.ancf.newton import UnstableError, contact_step
 from fecontact.ancf.stage import Stage, StageAt, Start, rate
 from fecontact.common.arrays import Array, IntArray
@@ -39,6 +40,8 @@ RUNAWAY = 1e6
 REACH = 1.0
 #: Share of a step from whose length the velocity of prescribed motions is differenced.
 RATE = 1e-2
+#: Contraction of the iterations below which the tangent is kept, and the smaller tolerance of changes by a kept one.
+CONTRACTION, OLD = 0.1, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,22 +126,22 @@ class GeneralisedAlpha:
         share = inertia * h**2 / 2
         q, forces = now.q + h * now.v + h**2 / 2 * now.b, now.forces
         q = q + end.jump(q)
-        c = np.zeros_like(q)
+        c, kept = np.zeros_like(q), _Kept()
         for nit in range(1, MOST_ITERATIONS + 1):
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
             acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
             conditions = a.conditions(q)
-            bend = a.curvature(conditions, share * forces)
-            K = a.tangent(q) + inertia * a.mass
-            K = K if bend is None else K - bend
-            K = _less(K, end, q, 1.0)
             rest = end.load(q) - a.forces(q) - a.mass @ acceleration - share * (a.mass @ c)
             near = np.flatnonzero(conditions.gap < REACH * _widths(a))
-            change, pressing = _solved(a, K, rest, conditions.G, conditions.gap, near)
+            if not kept.serves(near):
+                K = a.with_mass(a.tangent(q), 1.0, inertia)
+                less = _sum(end.load_tangent(q), 1.0, a.curvature(conditions, share * forces))
+                kept.renew(a, K, less, near)
+            change, pressing = kept.solved(a, rest, conditions.G, conditions.gap, near)
             forces = pressing / share
-            c = a.accelerated(conditions.G.T @ forces)
+            c = a.accelerated(conditions.G.T @ forces) if len(near) else np.zeros_like(q)
             q = q + change
-            if _settled(a, change, q - now.q, tolerance):
+            if _settled(a, change, q - now.q, kept.judged(a, change, tolerance)):
                 b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
                 acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
@@ -163,7 +166,7 @@ class EnergyMomentum:
         q = now.q + h * now.v
         q, driven = q + end.jump(q), rate(at, now.time + h, RATE * h)
         before = begin.assembly.conditions(now.q)
-        halfway = half.assembly if _moved(begin, end) else None
+        halfway, kept = half.assembly if _moved(begin, end) else None, _Kept()
         for nit in range(1, MOST_ITERATIONS + 1):
             middle = (now.q + q) / 2
             internal = np.concatenate(
@@ -172,7 +175,6 @@ class EnergyMomentum:
             load, v = half.load(middle), 2 / h * (q - now.q) - now.v
             v = v - a.held(v) + driven
             inertia = a.mass @ ((v - now.v) / h)
-            K = _less(a.tangent(middle) / 2 + 2 / h**2 * a.mass, half, middle, 0.5)
             after = a.conditions(q)
             # a condition that was pressed by the start state is active, too
             active = (before.gap < 0) | (now.forces > 0)
@@ -184,10 +186,13 @@ class EnergyMomentum:
                 if halfway is not None:
                     done = _finite(halfway.conditions(q).gap) - _finite(halfway.conditions(now.q).gap)
             G = _working(a, G, pressing, done, q - now.q)
-            change, forces = _solved(a, K, load - internal - inertia, G, closing, pressing)
+            if not kept.serves(pressing):
+                K = a.with_mass(a.tangent(middle), 0.5, 2 / h**2)
+                kept.renew(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing)
+            change, forces = kept.solved(a, load - internal - inertia, G, closing, pressing)
             moved = q - now.q
             q = q + change
-            if _settled(a, change, q - now.q, tolerance):
+            if _settled(a, change, q - now.q, kept.judged(a, change, tolerance)):
                 v = 2 / h * (q - now.q) - now.v
                 v = v - a.held(v) + driven
                 contact = G.T @ forces
@@ -206,16 +211,76 @@ class EnergyMomentum:
         return float(h**2 / 12 * np.abs(after.a - before.a).max())
 
 
+@dataclass
+class _Kept:
+    """Tangent of the free coordinates; without contact its factor serves as long as the iterations contract.
+
+    Attributes
+    ----------
+    K : (n_free, n_free) csr_matrix or None
+    order : BandOrder or None
+    factor : BandFactor or None
+        None where the next iteration takes a new tangent.
+    last : float
+        Largest change of the last iteration.
+    again : bool
+        Whether the factor has served before.
+    """
+
+    K: sp.csr_matrix | None = None
+    order: BandOrder | None = None
+    factor: BandFactor | None = None
+    last: float = np.inf
+    again: bool = False
+
+    def serves(self, near: IntArray) -> bool:
+        """Whether no new tangent is needed."""
+        self.again = self.factor is not None and not len(near)
+        return self.again
+
+    def renew(self, a: Assembly, K: sp.csr_matrix, less: sp.csr_matrix | None, near: IntArray) -> None:
+        """Take the tangent K (n_dofs, n_dofs) less another matrix."""
+        self.K, self.order = a.constants.reduced(K)
+        self.factor = None
+        if less is not None:
+            self.K, self.order = sp.csr_matrix(self.K - a.free.T @ less @ a.free), None
+        if self.order is not None and not len(near):
+            try:
+                self.factor = self.order.factor(self.K.data)
+            except np.linalg.LinAlgError as error:
+                raise UnstableError("The tangent stiffness is not positive definite.") from error
+
+    def solved(self, a: Assembly, rest: Array, G: sp.csr_matrix, gap: Array, near: IntArray) -> tuple[Array, Array]:
+        """Change of all coordinates and the forces of all conditions."""
+        Z, forces = a.free, np.zeros(len(gap))
+        r = Z.T @ rest
+        if self.factor is not None and not len(near):
+            return Z @ self.factor.solve(r[:, None])[:, 0], forces
+        assert self.K is not None
+        change, forces[near], _ = contact_step(self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], order=self.order)
+        return Z @ change, forces
+
+    def judged(self, a: Assembly, change: Array, tolerance: float) -> float:
+        """Tolerance of this change, smaller where an old tangent makes the error one of the first order."""
+        size = float(np.abs(a.lengths * change).max(initial=0.0))
+        if size > CONTRACTION * self.last:
+            self.factor = None
+        self.last = size
+        return tolerance * (OLD if self.again else 1.0)
+
+
 def acting(stage: Stage, q: Array, acceleration: Array) -> Array:
     """Loads and support forces (n_dofs,) at coordinates q, without contact."""
     a, load = stage.assembly, stage.load(q)
     return np.asarray(load + a.held(a.mass @ acceleration + a.forces(q) - load))
 
 
-def _less(K: sp.csr_matrix, stage: Stage, q: Array, share: float) -> sp.csr_matrix:
-    """K less a share of the symmetric part of the loads' tangent."""
-    L = stage.load_tangent(q)
-    return K if L is None else sp.csr_matrix(K - share / 2 * (L + L.T))
+def _sum(of_loads: sp.csr_matrix | None, share: float, bend: sp.csr_matrix | None) -> sp.csr_matrix | None:
+    """What the tangent is to be lessened by: a share of the loads' symmetric part, and the contacts' curvature."""
+    if of_loads is None:
+        return bend
+    L = share / 2 * (of_loads + of_loads.T)
+    return L if bend is None else L + bend
 
 
 def _moved(begin: Stage, end: Stage) -> bool:
@@ -247,17 +312,6 @@ def _by_tools(at: StageAt, now: Instant, h: float, q: Array, forces: Array) -> f
 
 def _widths(a: Assembly) -> Array:
     return np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
-
-
-def _solved(
-    a: Assembly, K: sp.csr_matrix, rest: Array, G: sp.csr_matrix, gap: Array, near: IntArray
-) -> tuple[Array, Array]:
-    """Change of all coordinates and the forces of all conditions."""
-    Z = a.free
-    change, pressing, _ = contact_step(sp.csr_matrix(Z.T @ K @ Z), Z.T @ rest, sp.csr_matrix(G[near] @ Z), gap[near])
-    forces = np.zeros(len(gap))
-    forces[near] = pressing
-    return Z @ change, forces
 
 
 def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool:

@@ -37,6 +37,11 @@ NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])
 KEPT_BYTES = 600_000_000
 
 
+#: Pairs (i, j) of components, i <= j, that tell a symmetric tangent, and the place of every (i, j) among them.
+PAIRS = np.array([0, 0, 0, 1, 1, 2]), np.array([0, 1, 2, 1, 2, 2])
+PAIR_OF = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+
+
 @dataclass(frozen=True, eq=False)
 class _Sum:
     """Summation of the blocks of a batch of cells: their order, first index of each run, and its position."""
@@ -272,14 +277,14 @@ class AncfSolid:
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces at coordinates q, symmetric."""
         e = self.space.spread(q)
-        pointer, columns, sums = self._pattern
-        data = np.zeros((len(columns), 9))
+        _, columns, sums = self._pattern
+        data = np.zeros((len(columns), 6))
         for batches, lame, shear in self.rules():
             for batch, how in zip(batches, sums, strict=True):
                 F, response = self._respond(e, batch, lame, shear, tangent=True)
-                blocks = element_tangents(F, response, batch).reshape(-1, 9)
+                blocks = element_tangents(F, response, batch).reshape(-1, 6)
                 data[how.place] += np.add.reduceat(blocks[how.order], how.first, axis=0)
-        return self._assembled(pointer, columns, data.reshape(-1, 3, 3))
+        return self._assembled(data)
 
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
@@ -308,14 +313,14 @@ class AncfSolid:
         return np.asarray(B @ (self.linear_fit(dV) @ gradients.reshape(*shape[:2], -1))).reshape(shape)
 
     def _linear(self, rules: Iterable[tuple[Iterable[GradientBatch], float, float]]) -> sp.csr_matrix:
-        pointer, columns, sums = self._pattern
-        data = np.zeros((len(columns), 9))
+        _, columns, sums = self._pattern
+        data = np.zeros((len(columns), 6))
         for batches, lame, shear in rules:
             for batch, how in zip(batches, sums, strict=True):
                 constants = lame * self.lame[batch.cells], shear * self.shear[batch.cells]
-                blocks = element_stiffness(batch, *constants).reshape(-1, 9)
+                blocks = element_stiffness(batch, *constants)[..., *PAIRS].reshape(-1, 6)
                 data[how.place] += np.add.reduceat(blocks[how.order], how.first, axis=0)
-        return self._assembled(pointer, columns, data.reshape(-1, 3, 3))
+        return self._assembled(data)
 
     @cached_property
     def scalar_mass(self) -> sp.csr_matrix:
@@ -357,9 +362,24 @@ class AncfSolid:
         ]
         return np.searchsorted(rows, np.arange(n + 1)), columns, sums
 
-    def _assembled(self, pointer: IntArray, columns: IntArray, blocks: Array) -> sp.csr_matrix:
-        n = 3 * (len(pointer) - 1)
-        K = sp.bsr_matrix((blocks, columns, pointer), shape=(n, n)).tocsr()
+    @cached_property
+    def _rows(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Row pointers and columns of the pattern in single coordinates, and the order of the blocks' entries there."""
+        pointer, columns, _ = self._pattern
+        n = len(pointer) - 1
+        number = sp.csr_matrix((np.arange(len(columns)), columns, pointer), shape=(n, n))
+        other = number.T.tocsr()
+        other.sort_indices()
+        i, j = np.indices((3, 3))
+        upper, lower = np.arange(len(columns)), other.data
+        blocks = 6 * np.where(i <= j, upper[:, None, None], lower[:, None, None]) + PAIR_OF
+        K = sp.bsr_matrix((blocks.astype(float), columns, pointer), shape=(3 * n, 3 * n)).tocsr()
+        return K.indptr, K.indices, K.data.astype(np.int64)
+
+    def _assembled(self, blocks: Array) -> sp.csr_matrix:
+        """Symmetric matrix of the blocks (k, 6) of the pattern, see `PAIRS`."""
+        pointer, columns, order = self._rows
+        K = sp.csr_matrix((blocks.ravel()[order], columns, pointer), shape=(len(pointer) - 1,) * 2, copy=False)
         if self.space.joining is None:
             return K
         T = sp.kron(self.space.joining, sp.eye_array(3), format="csr")
@@ -367,18 +387,35 @@ class AncfSolid:
 
 
 def element_tangents(F: Array, response: Response, batch: GradientBatch) -> Array:
-    """Tangents (n_cells, 32 a, 32 b, 3 i, 3 j) of cells."""
-    assert response.tangent is not None
+    """Tangents (n_cells, 32 a, 32 b, 6) of cells, for the pairs (i, j) of `PAIRS`: K_ab^ji = K_ba^ij."""
     n, n_q, n_functions, _ = batch.gradients.shape
-    # A[i, J, j, L]: F from the left on M, then F from the right on N
-    left = (F @ response.tangent.reshape(n, n_q, 3, 27)).reshape(n, n_q, 3, 3, 3, 3)
-    A = np.moveaxis(left, 4, 5) @ np.swapaxes(F, 2, 3)[:, :, None, None]  # i, J, L, j
-    A = A.transpose(0, 1, 3, 2, 5, 4)  # J, i, j, L
-    for i in range(3):
-        A[:, :, :, i, i, :] += response.stress
-    A = A * batch.dV[:, :, None, None, None, None]
+    A = (_by_moduli if response.moduli is not None else _by_tangent)(F, response)
+    for k in (0, 3, 5):
+        A[:, :, :, k, :] += response.stress
+    A *= batch.dV[:, :, None, None, None]
     G = batch.gradients
-    Y = A.reshape(n, n_q, 27, 3) @ np.swapaxes(G, 2, 3)  # (J, i, j), b
-    Y = Y.reshape(n, 3 * n_q, 9 * n_functions)
-    K = G.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q) @ Y
-    return np.ascontiguousarray(K.reshape(n, n_functions, 3, 3, n_functions).transpose(0, 1, 4, 2, 3))
+    Y = A.reshape(n, n_q, 18, 3) @ np.swapaxes(G, 2, 3)  # (J, ij), b
+    K = G.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q) @ Y.reshape(n, 3 * n_q, 6 * n_functions)
+    return np.ascontiguousarray(K.reshape(n, n_functions, 6, n_functions).swapaxes(2, 3))
+
+
+def _by_moduli(F: Array, response: Response) -> Array:
+    """F_iM D_MJNL F_jN (n, n_q, 3 J, 6 ij, 3 L): a (FX)_iJ (FX)_jL + b ((F X F^T)_ij X_JL + (FX)_iL (FX)_jJ)."""
+    assert response.moduli is not None
+    a, b, X = response.moduli
+    a, b = (np.broadcast_to(c, F.shape[:2])[..., None, None, None] for c in (a, b))
+    Y = F @ X
+    one, other = Y[:, :, PAIRS[0]], Y[:, :, PAIRS[1]]
+    # J first, then L; the pair between them
+    A = (a * one.swapaxes(2, 3)[..., None]) * other[:, :, None]
+    A += (b * other.swapaxes(2, 3)[..., None]) * one[:, :, None]
+    across = (Y @ np.swapaxes(F, 2, 3))[:, :, PAIRS[0], PAIRS[1]]
+    A += b * across[:, :, None, :, None] * np.broadcast_to(X, F.shape)[:, :, :, None, :]
+    return A
+
+
+def _by_tangent(F: Array, response: Response) -> Array:
+    """The same from a whole dS/dE."""
+    assert response.tangent is not None
+    A = np.einsum("eqiM,eqMJNL,eqjN->eqJijL", F, response.tangent, F, optimize=True)
+    return A[:, :, :, PAIRS[0], PAIRS[1]]

@@ -315,16 +315,16 @@ def _iterated(
     for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
         near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
         K = a.tangent(q)
+        (free, order), r = a.constants.reduced(K), load - internal - (K @ jump if jump.any() else 0.0)
         for less in (stage.load_tangent(q), a.curvature(conditions, forces)):
-            K = K if less is None else sp.csr_matrix(K - less)
-        r = load - internal - K @ jump
+            if less is not None:
+                free, order, r = sp.csr_matrix(free - Z.T @ less @ Z), None, r + less @ jump
         G = conditions.G[near]
-        free = sp.csr_matrix(Z.T @ K @ Z)
         if a.touches or not stage.follow or is_symmetric(free):
             free = sp.csr_matrix((free + free.T) / 2) if stage.follow else free
             change, pressing, dragging = contact_step(
                 free, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0,
-                slip.rows(near, Z, jump), free_motions(a, q) if floats else None,
+                slip.rows(near, Z, jump), free_motions(a, q) if floats else None, order,
             )  # fmt: skip
         else:
             change, pressing, dragging = unsymmetric_step(free, Z.T @ r), np.zeros(0), np.zeros(0)
@@ -344,7 +344,7 @@ def _iterated(
         rest = load - internal + conditions.G.T @ forces + slip.T.T @ tangential
         scale = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
         unbalanced = _largest(a, Z @ (Z.T @ rest))
-        balanced = unbalanced <= max(tolerance * scale, ROUNDING * _largest(a, abs(K) @ np.abs(q)))
+        balanced = unbalanced <= tolerance * scale or unbalanced <= ROUNDING * _largest(a, abs(K) @ np.abs(q))
         penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
         open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
         friction = slip.defect(forces, tangential, a.size)
