@@ -12,7 +12,7 @@ from pathlib import Path
 
 import fecontact as fc
 
-STEP = Path(__file__).parents[1] / "meshes" / "bracket.step"
+STEP = Path(__file__).with_name("bracket.step")
 STEEL = fc.Material(E=210e3, nu=0.3)  # mm, N, MPa
 ALUMINIUM = fc.Material(E=70e3, nu=0.33)
 PRETENSION = 8000.0

@@ -1,4 +1,4 @@
-"""Command line: ``hertz``, ``halfspace``, ``friction``, ``ancf``, ``solve``, ``explain``, ``view`` and ``compare``.
+"""Command line: the options of every command, see `COMMANDS`.
 
 Only the options are defined here, so that help needs no numerical package; `commands` runs them.
 """
@@ -193,6 +193,12 @@ def _compare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="FILE", help="write the picture there instead")
 
 
+def _examples(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("what", choices=("list", "copy"), help="what there is; or copy one with its data")
+    parser.add_argument("name", nargs="?", help="copy: name of an example, or all")
+    parser.add_argument("--to", default=".", metavar="FOLDER", help="where to copy it; made if missing")
+
+
 #: Short and long help of each command, and the function that adds its options.
 COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] = {
     "hertz": (
@@ -241,6 +247,11 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         "Solve a scene at several refinements and show the errors against the finest over time and size. "
         "Finished runs are kept in --out: an interrupted command can be resumed.",
         _compare,
+    ),
+    "examples": (
+        "scripts and scene files to start from",
+        "List the examples that come with the package, or copy one, with its data, to a folder.",
+        _examples,
     ),
 }
 

@@ -238,7 +238,24 @@ def compare(options: argparse.Namespace) -> int:
     return 0
 
 
+def examples(options: argparse.Namespace) -> int:
+    """List examples, or copy one."""
+    from fecontact.app.examples import copy_example
+    from fecontact.app.examples import examples as known
+
+    if options.what == "list":
+        found = known()
+        width = max(map(len, found))
+        say("\n".join(f"{name:{width}}  {about}" for name, about in found.items()))
+        return 0
+    if options.name is None:
+        raise InputError("Which one? fecontact examples copy NAME; fecontact examples list shows the names.")
+    for path in copy_example(options.name, options.to):
+        say(f"wrote {path}")
+    return 0
+
+
 #: The commands by name.
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
-    run.__name__: run for run in (hertz, halfspace, friction, ancf, solve, explain, view, compare)
+    run.__name__: run for run in (hertz, halfspace, friction, ancf, solve, explain, view, compare, examples)
 }
