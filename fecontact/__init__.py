@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from fecontact.results.result import ContactResult
     from fecontact.scene.scene import Scene
     from fecontact.solvers import available_solvers
+    from fecontact.surfaces.repair import repair_surface
     from fecontact.surfaces.solid import mesh_solid
 
 __all__ = [
@@ -111,6 +112,7 @@ __all__ = [
     "read_scene",
     "read_section",
     "read_surface",
+    "repair_surface",
     "rotation_about",
     "sections",
     "shapes",
@@ -165,6 +167,7 @@ _PLACES = {
     "read_scene": "fecontact.app.scene_file.scene_file:read_scene",
     "read_section": "fecontact.mesh.read_section:read_section",
     "read_surface": "fecontact.mesh.read_surface:read_surface",
+    "repair_surface": "fecontact.surfaces.repair:repair_surface",
     "rotation_about": "fecontact.bodies:rotation_about",
     "sections": "fecontact.mesh.section_shapes",
     "shapes": "fecontact.mesh.shapes",

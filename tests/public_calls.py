@@ -511,6 +511,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "line stress": of(strip.stress, x=0.0, z=0.1, body=0),
         "read_mesh": of(fc.read_mesh, path=msh, scale=1.0, element=None, part=None, reader=None),
         "read_surface": of(fc.read_surface, path=stl, scale=1.0),
+        "repair_surface": of(fc.repair_surface, source=stl, holes=4, smoothing=1, size=None, scale=1.0),
         "read_scene": of(fc.read_scene, path=toml, out=None, change=None),
         "mesh_solid": of(
             fc.mesh_solid,

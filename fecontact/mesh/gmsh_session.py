@@ -120,8 +120,8 @@ def set_sizes(gmsh: Any, sizes: Sizes) -> None:
     field.setAsBackgroundMesh(2)
 
 
-def generate(gmsh: Any, quadratic: bool) -> None:
-    """Tetrahedra, with straight edges unless they are quadratic."""
+def generate(gmsh: Any, quadratic: bool, dimension: int = 3) -> None:
+    """Tetrahedra or triangles, with straight edges unless they are quadratic."""
     option = gmsh.option.setNumber
     option("Mesh.ElementOrder", 2 if quadratic else 1)
     option("Mesh.SecondOrderIncomplete", 1)
@@ -129,7 +129,7 @@ def generate(gmsh: Any, quadratic: bool) -> None:
     option("Mesh.Algorithm3D", 1)
     option("Mesh.Optimize", 1)
     option("General.NumThreads", 1)
-    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.generate(dimension)
 
 
 def raw_mesh(gmsh: Any, source: str) -> RawMesh:

@@ -80,13 +80,23 @@ def read_surface(path: str | Path, name: str | None = None, scale: float = 1.0) 
         raise InputError(f"There is no file {path}.")
     if suffix in MESH_READERS:
         return _named(MESH_READERS[suffix](path), path.name, name, scale)
+    return _surface(*read_polygons(path), path.name, scale)
+
+
+def read_polygons(path: Path) -> tuple[Array, list[IntArray]]:
+    """Points (n, 3) and polygons of an existing file of `READERS`, an array for each number of corners.
+
+    Raises
+    ------
+    MeshError
+        For a damaged file.
+    """
     try:
-        points, polygons = READERS[suffix](path)
+        return READERS[path.suffix.lower()](path)
     except (ValueError, OverflowError, IndexError, KeyError) as error:
         if isinstance(error, MeshError):
             raise
         raise MeshError(f"{path.name} holds a line that cannot be read: {error}.") from error
-    return _surface(points, polygons, path.name, scale)
 
 
 def _named(raw: RawMesh, source: str, name: str | None, scale: float) -> SurfaceMesh:
@@ -111,6 +121,18 @@ def _named(raw: RawMesh, source: str, name: str | None, scale: float) -> Surface
 
 def _surface(points: Array, polygons: list[IntArray], source: str, scale: float) -> SurfaceMesh:
     """A checked surface of polygons, each array of one number of corners."""
+    surface = joined(*cut_facets(points, polygons, source, scale))
+    return replace(surface, notes=tuple(f"{source}: {note}" for note in surface.notes))
+
+
+def cut_facets(points: Array, polygons: list[IntArray], source: str, scale: float) -> tuple[Array, IntArray]:
+    """Points (n, 3) in use and facets (n_facets, 4) of polygons, each array of one number of corners.
+
+    Raises
+    ------
+    MeshError
+        If there are none, or they refer to points that do not exist or are not finite.
+    """
     if not sum(map(np.size, polygons)):
         raise MeshError(f"{source} holds no triangles or polygons.")
     if points.ndim != 2 or points.shape[1] != 3:
@@ -126,5 +148,4 @@ def _surface(points: Array, polygons: list[IntArray], source: str, scale: float)
     ends = np.cumsum([p.size for p in polygons])[:-1]
     own = [n.reshape(p.shape) for n, p in zip(np.split(number, ends), polygons, strict=True)]
     x = scale * np.asarray(points[used], dtype=float)
-    surface = joined(x, np.concatenate([cut(x, p) for p in own]))
-    return replace(surface, notes=tuple(f"{source}: {note}" for note in surface.notes))
+    return x, np.concatenate([cut(x, p) for p in own])

@@ -80,8 +80,8 @@ def _refuse_open(points: Array, facets: IntArray, source: str) -> None:
     middle = points[np.unique(sides[rim == k])].mean(axis=0)
     raise MeshError(
         f"{source} is open, so it encloses no solid: {len(sides)} sides belong to one facet only, in {len(count)} "
-        f"holes; the longest, of {count[k]} sides, is round {place(middle)}. Close the surface, or extrude it to a "
-        "layer with fc.extrude."
+        f"holes; the longest, of {count[k]} sides, is round {place(middle)}. Close it by fc.repair_surface(..., "
+        f"holes={count[k]}), or extrude it to a layer with fc.extrude."
     )
 
 

@@ -210,6 +210,11 @@ def joined(points: Array, facets: IntArray) -> SurfaceMesh:
     MeshError
         If a facet refers to a point that does not exist, or the outside cannot be decided (`mesh.orient.oriented`).
     """
+    return SurfaceMesh(*welded(points, facets))
+
+
+def welded(points: Array, facets: IntArray) -> tuple[Array, IntArray, tuple[str, ...]]:
+    """The same as points, facets and notes, whatever the shape of the facets; errors as there."""
     if facets.min() < 0 or facets.max() >= len(points):
         raise MeshError(f"A facet refers to point {facets.max()}, but there are only {len(points)} points.")
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -225,7 +230,7 @@ def joined(points: Array, facets: IntArray) -> SurfaceMesh:
     own = first == np.arange(len(first))
     notes = () if own.all() else (f"{(~own).sum()} of {len(own)} facets are there again: each is taken once.",)
     facets, said = oriented(points[used], facets[own])
-    return SurfaceMesh(points[used], facets, (*notes, *said))
+    return points[used], facets, (*notes, *said)
 
 
 def _as_triangles(facets: IntArray) -> IntArray:

@@ -9,23 +9,20 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import file_path
-from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import lengths
 from fecontact.mesh.cad import mesh_cad
-from fecontact.mesh.facets import facet_integrals
 from fecontact.mesh.gmsh_session import Sizes
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.placement import placed
 from fecontact.mesh.read_surface import READERS, read_surface
+from fecontact.mesh.remeshing import tetrahedra_within
 from fecontact.mesh.shells import shells_of
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.mesh.tet_to_hex import divided
-from fecontact.mesh.tetrahedra import tetrahedra_within
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.changes import changed, triangulated
 from fecontact.surfaces.smooth_fit import fitted_facets
 
 
@@ -108,45 +105,8 @@ def _within(surface: SurfaceMesh, sizes: Sizes, source: str, scale: float) -> Me
     mesh, drawn = placed(mesh.upgraded(20) if sizes.is_quadratic else mesh, fits)
     if sizes.is_hexahedral:
         mesh, drawn = placed(divided(mesh), fits)
-    told = _told(mesh, points, facets, drawn)
+    held = f", {drawn} nodes less far on it, lest cells fold" if drawn else ""
+    far = changed(points, facets, mesh.points, mesh.skin)
+    told = f"{len(facets)} facets were replaced by {len(mesh.outer)}; {far}{held}"
     mesh = replace(mesh, notes=(*surface.notes, *mesh.notes, f"{source}: {told}."))
     return mesh if scale == 1 else mesh.scaled(scale)
-
-
-def triangulated(surface: SurfaceMesh) -> tuple[Array, IntArray]:
-    """Points (n_points, 3) in use, and triangles (n, 3) between the nodes of a surface, mid-side nodes included.
-
-    Examples
-    --------
-    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    >>> triangulated(SurfaceMesh(corners, np.array([[0, 1, 2, 3]])))[1].tolist()
-    [[0, 1, 2], [0, 2, 3]]
-    """
-    f = surface.facets
-    fan = [[0, 1, 2], [0, 2, 3]]
-    if f.shape[1] == 8:
-        fan = [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 7], [5, 6, 7]]
-    triangles = f[:, fan].reshape(-1, 3)
-    # a triangle repeats its last corner
-    distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    used, number = np.unique(triangles[distinct], return_inverse=True)
-    return surface.points[used], number.reshape(-1, 3)
-
-
-def _told(mesh: Mesh, points: Array, facets: IntArray, drawn: int) -> str:
-    """What the new facets changed."""
-    skin = mesh.skin
-    before, after = enclosed_volume(points, facets), enclosed_volume(mesh.points, skin)
-    away = float(np.abs(FacetSurface(mesh.points, skin).project(points).gap).max())
-    held = f", {drawn} nodes less far on it, lest cells fold" if drawn else ""
-    return (
-        f"{len(facets)} facets were replaced by {len(skin)}; its volume changed by {100 * (after / before - 1):.2g} %, "
-        f"its corners are up to {away:.2g} from the new ones{held}"
-    )
-
-
-def enclosed_volume(points: Array, facets: IntArray) -> float:
-    """Volume within a closed surface of facets (n, 4 | 8 | 9): a third of the flux of x through it (Gauss)."""
-    middle = points[facets[:, :4]].mean(axis=(0, 1))
-    _, x, dA = facet_integrals(points - middle, facets)
-    return float(np.einsum("fqi,fqi->", x, dA) / 3)

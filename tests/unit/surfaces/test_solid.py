@@ -9,7 +9,7 @@ from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.crossing import crossing_triangles
 from fecontact.mesh.shells import shells_of
-from fecontact.surfaces.solid import enclosed_volume, triangulated
+from fecontact.surfaces.changes import enclosed_volume, triangulated
 
 
 def geodesic(n, radius=1.0, centre=(0.0, 0.0, 0.0)):

@@ -1,4 +1,4 @@
-"""Tetrahedra within a closed surface of triangles, whose facets gmsh replaces by others of a wanted size.
+"""Surfaces of triangles whose facets gmsh replaces by others of a wanted size, and tetrahedra within closed ones.
 
 gmsh divides the surface along its sharp edges, maps each piece to a plane and meshes it there (Remacle, Geuzaine,
 Compere and Marchandise (2010), *High-quality surface remeshing using harmonic maps*, Int. J. Numer. Meth. Engng 83,
@@ -62,27 +62,69 @@ def tetrahedra_within(
     return run_apart(what, _meshed, points, triangles, shells, sizes, source)
 
 
+def facets_of_size(
+    points: Array, triangles: IntArray, sizes: Sizes, source: str
+) -> tuple[Array, IntArray, IntArray, IntArray, tuple[str, ...]]:
+    """Other triangles on a surface, open or closed, with corners on the old ones; by gmsh in a process of its own.
+
+    Parameters and errors as in `tetrahedra_within`.
+
+    Returns
+    -------
+    points : (n_new_points, 3) array
+    triangles : (n_new, 3) int array
+    part_of_new, part : (n_new,) and (n,) int arrays
+        The part between sharp edges that each new and each old triangle belongs to.
+    notes : tuple of str
+    """
+    return run_apart(f"gmsh, which was to mesh {source},", _remeshed, points, triangles, sizes, source)
+
+
 def _meshed(points: Array, triangles: IntArray, shells: Shells, sizes: Sizes, source: str) -> tuple[Mesh, IntArray]:
-    """The same in the process that ends with it."""
+    """`tetrahedra_within` in the process that ends with it."""
+    gmsh, entity, part, notes = _generated(points, triangles, shells, sizes, source)
+    mesh = _named(build(raw_mesh(gmsh, source), source), entity, part)
+    return replace(mesh, notes=(*mesh.notes, *notes)), part
+
+
+def _remeshed(
+    points: Array, triangles: IntArray, sizes: Sizes, source: str
+) -> tuple[Array, IntArray, IntArray, IntArray, tuple[str, ...]]:
+    """`facets_of_size` in the process that ends with it."""
+    gmsh, entity, part, notes = _generated(points, triangles, None, sizes, source)
+    tags, first = np.unique(entity, return_index=True)
+    new = [np.reshape(gmsh.model.mesh.getElements(2, tag)[2][0], (-1, 3)) for tag in tags]
+    ids, coordinates, _ = gmsh.model.mesh.getNodes()
+    of = np.repeat(part[first], [len(t) for t in new])
+    used, number = np.unique(np.concatenate(new), return_inverse=True)
+    order = np.argsort(ids)
+    x = np.reshape(coordinates, (-1, 3))[order[np.searchsorted(ids[order], used)]]
+    return x, number.reshape(-1, 3), of, part, notes
+
+
+def _generated(
+    points: Array, triangles: IntArray, shells: Shells | None, sizes: Sizes, source: str
+) -> tuple[Any, IntArray, IntArray, tuple[str, ...]]:
+    """The module gmsh with the new mesh, the entity and part (n,) of each old triangle, and notes."""
     gmsh = load_gmsh()
     gmsh.initialize(["fecontact"], readConfigFiles=False)
     said = ""
     for angle in SHARP:
         try:
             entity = _classified(gmsh, points, triangles, angle)
-            _add_solids(gmsh, entity, shells)
             set_sizes(gmsh, sizes)
-            generate(gmsh, quadratic=False)
+            if shells is not None:
+                _add_solids(gmsh, entity, shells)
+            generate(gmsh, quadratic=False, dimension=2 if shells is None else 3)
             _refuse_empty(gmsh)
         except Exception as error:  # gmsh raises plain Exception with its message
             said = said or str(error)
             continue
-        part = _parts(points, triangles, entity, angle)
-        mesh = _named(build(raw_mesh(gmsh, source), source), entity, part)
-        return replace(mesh, notes=(*mesh.notes, f"{source}: {ROUNDED}.")) if angle != SHARP[0] else mesh, part
+        notes = (f"{source}: {ROUNDED}.",) if angle != SHARP[0] else ()
+        return gmsh, entity, _parts(points, triangles, entity, angle), notes
     raise MeshError(
         f"gmsh could not mesh {source}: {said} Smaller elements follow the surface better, and a smoother surface has "
-        "fewer sharp edges."
+        "fewer sharp edges (fc.repair_surface)."
     )
 
 

@@ -1,0 +1,151 @@
+"""Faults of triangulated surfaces mended: sliver facets and holes.
+
+A **needle**, with one short side, is collapsed; a **cap**, flat across its longest side, is removed by swapping that
+side for the other diagonal of the two facets at it (after Botsch and Kobbelt (2001), *A robust procedure to eliminate
+degenerate faces from triangle meshes*). Many are mended at once, none of which share a facet.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.errors import MeshError
+from fecontact.mesh.polygons import cut
+from fecontact.mesh.shells import rims
+
+#: Height of a triangle over its longest side, relative to that, below which it is a sliver, and length of its shortest
+#: side below which the sliver is a needle.
+SLIVER, NEEDLE = 0.01, 0.02
+#: Rounds of mending: chains of slivers take one each.
+ROUNDS = 50
+
+
+def without_slivers(points: Array, triangles: IntArray) -> tuple[Array, IntArray, int]:
+    """Points (n_points, 3), triangles (n, 3) without slivers where that is possible, and how many were mended.
+
+    Examples
+    --------
+    >>> x = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 1e-5, 0]])
+    >>> without_slivers(x, np.array([[0, 1, 4], [4, 1, 2], [0, 4, 3], [4, 2, 3]]))[1].tolist()
+    [[4, 1, 2], [0, 4, 3], [4, 2, 3]]
+    """
+    mended = 0
+    for _ in range(ROUNDS):
+        sides, height = _measured(points, triangles)
+        bad = np.flatnonzero(height < SLIVER)
+        if len(bad) == 0:
+            break
+        bad = bad[np.argsort(height[bad], kind="stable")]
+        needle = sides[bad].min(axis=1) < NEEDLE * sides[bad].max(axis=1)
+        points, triangles, n_collapsed = _collapsed(points, triangles, bad[needle], sides)
+        n_swapped = 0
+        if n_collapsed == 0:
+            triangles, n_swapped = _swapped(points, triangles, bad[~needle], sides)
+        mended += n_collapsed + n_swapped
+        if n_collapsed + n_swapped == 0:
+            break
+    return points, triangles, mended
+
+
+def _measured(points: Array, triangles: IntArray) -> tuple[Array, Array]:
+    """Lengths (n, 3) of sides, each from the corner of its column, and heights (n,) relative to the longest."""
+    x = points[triangles]
+    sides = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2)
+    longest = np.maximum(sides.max(axis=1), np.finfo(float).tiny)
+    return sides, np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1) / longest**2
+
+
+def _apart(n_facets: int, job: IntArray, facet: IntArray, n_jobs: int) -> Mask:
+    """Which jobs (n_jobs,) are first at all of their facets, given as pairs (n,) of job and facet."""
+    first = np.full(n_facets, n_jobs)
+    np.minimum.at(first, facet, job)
+    out = np.ones(n_jobs, bool)
+    out[job[first[facet] != job]] = False
+    return out
+
+
+def _collapsed(points: Array, triangles: IntArray, needles: IntArray, sides: Array) -> tuple[Array, IntArray, int]:
+    """Collapse the shortest sides of needles to their middles, or to their ends on the rim."""
+    if len(needles) == 0:
+        return points, triangles, 0
+    n = len(points)
+    column = np.argmin(sides[needles], axis=1)
+    ends = np.stack([triangles[needles, column], triangles[needles, (column + 1) % 3]], axis=1)
+    ends = ends[np.unique(np.sort(ends, axis=1), axis=0, return_index=True)[1]]
+    at = sp.csr_matrix(
+        (np.ones(triangles.size), (triangles.ravel(), np.arange(triangles.size) // 3)), shape=(n, len(triangles))
+    )
+    beside = ((at @ at.T) > 0).astype(float).tocsr()
+    # the ends may have no neighbours in common but the third corners of their facets: otherwise a fin would be left
+    common = np.asarray(beside[ends[:, 0]].multiply(beside[ends[:, 1]]).sum(axis=1)).ravel() - 2
+    shared = np.asarray(at[ends[:, 0]].multiply(at[ends[:, 1]]).sum(axis=1)).ravel()
+    on_rim = np.zeros(n, bool)
+    on_rim[rims(triangles[:, [0, 1, 2, 2]])[0]] = True
+    rim = on_rim[ends]
+    ends = ends[(common == shared) & ~(rim.all(axis=1) & (shared == 2))]
+    touched = (at[ends[:, 0]] + at[ends[:, 1]]).tocoo()
+    ends = ends[_apart(len(triangles), touched.row, touched.col, len(ends))]
+    rim = on_rim[ends]
+    share = np.where(rim[:, :1] == rim[:, 1:], 0.5, rim[:, 1:].astype(float))
+    points = points.copy()
+    points[ends[:, 0]] += share * (points[ends[:, 1]] - points[ends[:, 0]])
+    number = np.arange(n)
+    number[ends[:, 1]] = ends[:, 0]
+    triangles = number[triangles]
+    kept = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return points, triangles[kept], len(ends)
+
+
+def _swapped(points: Array, triangles: IntArray, caps: IntArray, sides: Array) -> tuple[IntArray, int]:
+    """Swap the longest sides of caps; leave caps on the rim out."""
+    if len(caps) == 0:
+        return triangles, 0
+    n, m = len(triangles), int(triangles.max()) + 1
+    starts, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    order = np.argsort(starts * m + ends)
+    key = (starts * m + ends)[order]
+    column = np.argmax(sides[caps], axis=1)
+    c, a, b = (triangles[caps, (column + k) % 3] for k in range(3))
+    place = np.minimum(np.searchsorted(key, a * m + c), len(key) - 1)
+    has = key[place] == a * m + c
+    other, side = np.divmod(order[place], 3)
+    d = triangles[other, (side + 2) % 3]
+    new = np.stack([np.stack([a, b, d], axis=1), np.stack([b, c, d], axis=1)], axis=1)
+    least = np.minimum(*(_measured(points, new[:, k])[1] for k in (0, 1)))
+    before = _measured(points, triangles[caps])[1]
+    there = np.isin(b * m + d, key) | np.isin(d * m + b, key)
+    swap = has & ~there & (least > before) & (other != caps)
+    job = np.flatnonzero(swap)
+    good = job[_apart(n, np.tile(np.arange(len(job)), 2), np.concatenate([caps[job], other[job]]), len(job))]
+    out = triangles.copy()
+    out[caps[good]], out[other[good]] = new[good, 0], new[good, 1]
+    kept = np.ones(n, bool)
+    kept[caps[~has]] = False
+    return out[kept], len(good) + int((~has).sum())
+
+
+def without_holes(points: Array, triangles: IntArray, most: int) -> tuple[IntArray, int]:
+    """Triangles (n, 3) with holes of up to so many sides filled by flat ones, and the number of these holes.
+
+    A rim that meets itself, or is too crooked to be filled, stays open.
+    """
+    sides, rim = rims(triangles[:, [0, 1, 2, 2]])
+    filled, count = [triangles], 0
+    for k in np.flatnonzero(np.bincount(rim) <= most) if len(sides) else []:
+        own = sides[rim == k]
+        after = dict(own[:, ::-1].tolist())
+        loop = [int(own[0, 0])]
+        while len(loop) < len(own) and after[loop[-1]] != loop[0]:
+            loop.append(after[loop[-1]])
+        if len(loop) != len(own) or len(after) != len(own):
+            continue
+        try:
+            facets = cut(points, np.array([loop]))
+        except MeshError:
+            continue
+        both = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
+        filled.append(both[(both != np.roll(both, 1, axis=1)).all(axis=1)])
+        count += 1
+    return np.concatenate(filled), count

@@ -1,0 +1,137 @@
+"""Repair of real surfaces, as scans and segmentations give them: facets, holes, noise and size; never silently."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fecontact.common.arguments import file_path
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import positive, whole
+from fecontact.common.errors import InputError
+from fecontact.mesh.fairing import smoothed
+from fecontact.mesh.gmsh_session import Sizes
+from fecontact.mesh.mending import without_holes, without_slivers
+from fecontact.mesh.read_surface import READERS, cut_facets, read_polygons
+from fecontact.mesh.remeshing import facets_of_size
+from fecontact.mesh.surface_mesh import SurfaceMesh, joined, welded
+from fecontact.surfaces.changes import changed, triangulated
+from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.smooth_fit import fitted_facets
+
+
+def repair_surface(
+    source: str | Path | SurfaceMesh,
+    *,
+    holes: int = 0,
+    smoothing: int = 0,
+    size: float | None = None,
+    scale: float = 1.0,
+) -> SurfaceMesh:
+    """Surface with its faults mended, holes filled, noise smoothed, and facets of a wanted size.
+
+    Always, points in one place are joined, repeated facets and slivers are taken out, and facets are turned to face as
+    their neighbours do. The rest is done where it is asked for, in this order.
+
+    Parameters
+    ----------
+    source : str, Path or SurfaceMesh
+        ``.stl``, ``.ply``, ``.obj``, ``.off``, ``.vtp``, which `read_surface` may refuse, or a surface.
+    holes : int
+        Holes of up to so many sides are filled with flat facets.
+    smoothing : int
+        Steps of Taubin's filter, which does not shrink (`mesh.fairing`): 10 take out the noise of single facets, 100
+        what is a few facets wide. Edges are rounded off; rims stay.
+    size : float, optional
+        Side length of facets that replace the old ones (by gmsh), on the smooth surface through the old corners; edges
+        sharper than 40 degrees and rims stay.
+    scale : float
+        Factor applied to the coordinates; `size` is in the scaled unit.
+
+    Returns
+    -------
+    SurfaceMesh
+        Of triangles. Its notes tell what was done, the change of volume and the largest distance; results repeat them.
+
+    Raises
+    ------
+    InputError, MeshError
+        As `read_surface`; if sides still belong to more than two facets; if gmsh fails.
+    MissingPackageError
+        For `size`, without gmsh.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0, 1e-9]])
+    >>> facets = np.array([[0, 1, 4, 4], [4, 1, 2, 2], [0, 4, 3, 3], [4, 2, 3, 3]])
+    >>> repaired = repair_surface(SurfaceMesh(x, facets))
+    >>> len(repaired.facets), repaired.notes[1][:38]
+    (3, 'the surface: 1 sliver facet was mended')
+    """
+    most, steps = whole("holes", holes, least=0), whole("smoothing", smoothing, least=0, most=10_000)
+    sizes = None if size is None else Sizes.of(size, "tet4", None, None, 0.5)
+    positive("the scale", scale)
+    if isinstance(source, SurfaceMesh):
+        name, read = "the surface", source.notes
+        points, triangles = triangulated(source)
+        points, facets = scale * points, triangles[:, [0, 1, 2, 2]]
+    else:
+        path = file_path("the path of a surface", source)
+        if path.suffix.lower() not in READERS:
+            raise InputError(
+                f"{path.name} is none of {', '.join(READERS)}; fc.read_surface reads surfaces of meshes and decks, "
+                "and what it gives is repaired."
+            )
+        if not path.is_file():
+            raise InputError(f"There is no file {path}.")
+        name, read = path.name, ()
+        points, facets = cut_facets(*read_polygons(path), name, scale)
+    points, facets, told = welded(points, facets)
+    triangles = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
+    triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+    points, triangles, done = _done(points, triangles, most, steps, sizes, name)
+    surface = joined(points, triangles[:, [0, 1, 2, 2]])
+    # what is said of facets that were turned is said of the first ones
+    return SurfaceMesh(surface.points, surface.facets, (*read, *(f"{name}: {note}" for note in (*told, *done))))
+
+
+def _done(
+    points: Array, triangles: IntArray, holes: int, steps: int, sizes: Sizes | None, name: str
+) -> tuple[Array, IntArray, list[str]]:
+    """Points and triangles (n, 3) after what was asked for, and what was done."""
+    told = []
+    x, new, n = without_slivers(points, triangles)
+    if n:
+        told.append(f"{n} sliver facet{'s were' if n > 1 else ' was'} mended.")
+    closed, n = without_holes(x, new, holes)
+    if n:
+        told.append(f"{n} hole{'s were' if n > 1 else ' was'} filled with {len(closed) - len(new)} facets.")
+    new = closed
+    if steps:
+        before, x = x, smoothed(x, new, steps)
+        f = new[:, [0, 1, 2, 2]]
+        away = np.linalg.norm(x - before, axis=1).max()
+        told.append(f"it was smoothed by {steps} steps, nodes by up to {away:.2g}; {changed(before, f, x, f)}.")
+    if sizes is not None:
+        f = new[:, [0, 1, 2, 2]]
+        y, finer, notes = _of_size(x, new, sizes, name)
+        told += [*notes, f"{len(f)} facets were replaced by {len(finer)}; {changed(x, f, y, finer[:, [0, 1, 2, 2]])}."]
+        x, new = y, finer
+    return x, new, told
+
+
+def _of_size(points: Array, triangles: IntArray, sizes: Sizes, name: str) -> tuple[Array, IntArray, tuple[str, ...]]:
+    """Triangles of a wanted size with corners on the smooth surface through the old ones, facing as these do."""
+    x, new, of, part, notes = facets_of_size(points, triangles, sizes, name)
+    facets = triangles[:, [0, 1, 2, 2]]
+    middles = x[new].mean(axis=1)
+    normals = np.cross(x[new[:, 1]] - x[new[:, 0]], x[new[:, 2]] - x[new[:, 0]])
+    if np.einsum("ni,ni->", normals, FacetSurface(points, facets).project(middles).normals) < 0:
+        new = new[:, ::-1]
+    fits = fitted_facets(points, facets, {str(k): part == k for k in np.unique(part).tolist()})
+    for key, fit in fits.items():
+        nodes = np.unique(new[of == int(key)])
+        x[nodes] = fit.placed(x[nodes])
+    return x, new, notes
