@@ -11,16 +11,14 @@ operator    plain factor; S x = C K^-1 (C^T x) by one forward and one backward s
 A fourth, `gram-schmidt`, is the source report's own (`fem.separation`), for comparison.
 
 A plain factor does not depend on the candidates: `operator` factorises once; `columns` with PARDISO once for each set
-of rows. Times are measured in `docs/scale.md`; `choose_route` decides by them and by the free memory.
+of rows. Times are measured in `docs/scale.md`; `fem.route` decides by them and by the free memory.
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -36,14 +34,6 @@ from fecontact.fem.separation import SEPARATED
 
 ROUTES = ("auto", "schur", "columns", "operator", SEPARATED)
 
-#: Largest share of the free memory for dense matrices of a body.
-MEMORY_SHARE = 0.5
-#: Candidate nodes, over the root of the degrees of freedom, above which the columns of given rows are faster than the
-#: Schur complement on their nodes, although that one serves other rows on the same nodes too: 500 nodes at 3e4
-#: (docs/scale.md).
-MANY_NODES = 3.0
-#: The same above which products are faster than solving for columns one by one, without PARDISO.
-MANY_PRODUCTS = 10.0
 #: Right-hand sides solved at once.
 BLOCK = 64
 
@@ -376,65 +366,3 @@ class Bordered:
     def solve(self, f: Array) -> Array:
         """K^-1 f."""
         return self.factor.solve(f[None])[0]
-
-
-def choose_route(
-    n_dofs: int, n_retained: int, budget: float, often: bool = False, one_by_one: bool = False
-) -> tuple[str, str]:
-    """Choose a route of condensation; return it with the reason.
-
-    Parameters
-    ----------
-    n_dofs : int
-        Unknowns of the solve.
-    n_retained : int
-        Degrees of freedom of the candidate nodes, about three times the number of candidates.
-    budget : float
-        Bytes available for dense matrices.
-    often : bool
-        Whether many poses share the condensation, so that its cost is spread.
-    one_by_one : bool
-        Whether columns are solved for one by one, see `fem.factor.has_bordered`.
-
-    Examples
-    --------
-    >>> choose_route(40000, 900, 4e9)[0], choose_route(100000, 15000, 64e9)[0], choose_route(40000, 900, 1e6)[0]
-    ('schur', 'columns', 'operator')
-    """
-    nodes, root = n_retained // 3, n_dofs**0.5
-    # S and a solver's copies; K_hat twice (one inside PARDISO) and Y
-    columns = 8.0 * 5 * nodes**2
-    dense = columns + 8.0 * (2 * n_retained**2 + n_retained * nodes)
-    if columns > budget or (one_by_one and dense > budget):
-        return "operator", f"a dense matrix for {nodes} nodes takes {columns / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
-    if often and dense <= budget:
-        return "schur", f"{nodes} candidate nodes, shared by many poses"
-    if one_by_one and nodes >= (many := int(MANY_PRODUCTS * root)):
-        return "operator", f"{nodes} candidate nodes, from {many} on products with the factor are quicker"
-    if dense > budget:
-        return "columns", f"the Schur complement on {nodes} nodes takes {dense / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
-    if not one_by_one and nodes >= (many := int(MANY_NODES * root)):
-        return "columns", f"{nodes} candidate nodes, from {many} on only their columns are computed"
-    return "schur", f"{nodes} candidate nodes, fewer than {int((MANY_PRODUCTS if one_by_one else MANY_NODES) * root)}"
-
-
-def memory_budget() -> float:
-    """Bytes for dense matrices: `MEMORY_SHARE` of the memory free on this machine and in its container."""
-    free = _physical_memory()
-    try:
-        text = Path("/proc/meminfo").read_text()
-        free = 1024.0 * int(text.split("MemAvailable:")[1].split()[0])
-        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
-        if limit != "max":
-            free = min(free, float(limit) - float(Path("/sys/fs/cgroup/memory.current").read_text()))
-    except (OSError, IndexError, ValueError):
-        pass  # not Linux, or no container: keep the value found so far
-    return MEMORY_SHARE * max(free, 0.0)
-
-
-def _physical_memory() -> float:
-    """Bytes of memory of this machine; 8 GB where unknown."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, OSError, ValueError):
-        return 8e9

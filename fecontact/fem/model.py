@@ -19,13 +19,14 @@ from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.amg import AmgFactor
-from fecontact.fem.condensation import Bordered, Carried, Condensation, Plain, Schur, choose_route, memory_budget
+from fecontact.fem.condensation import Bordered, Carried, Condensation, Plain, Schur
 from fecontact.fem.coordinates import Coordinates, restricted
 from fecontact.fem.energy_error import EnergyError, energy_error
 from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
+from fecontact.fem.route import choose_route, memory_budget
 from fecontact.fem.separation import SEPARATED, Separated
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
@@ -272,12 +273,12 @@ class Model:
         return share_of_support(self.mesh, self.supports, name, self.coordinates.gathered(rest))
 
     def condensed(
-        self, nodes: IntArray, timer: Stopwatch, often: bool = False, rows: sp.csr_matrix | None = None
+        self, nodes: IntArray, timer: Stopwatch, poses: int = 1, rows: sp.csr_matrix | None = None
     ) -> Condensation:
         """Condensation onto at least the given triples; the last one is cached and reused if it covers them.
 
-        With `often` (many poses) it is dense if the memory allows, for any number of nodes. With the rows (n,
-        n_solved) themselves, over the solved coordinates, their compliance alone may be computed.
+        For several poses it is dense where that is quicker in all and the memory allows. With the rows (n, n_solved)
+        themselves, over the solved coordinates, their compliance alone may be computed.
         """
         mask = np.zeros(self.n_coordinates, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
@@ -289,11 +290,20 @@ class Model:
             return self._multigrid(timer)
         if self.way == SEPARATED:
             return self._separated(timer)
-        route, why, border = self.way, "as asked", rows is not None and has_bordered(self.backend)
+        route, why = self.way, "as asked"
+        border = (rows is not None or poses > 1) and has_bordered(self.backend)
         if route == "auto":
-            route, why = choose_route(len(self.solved_dofs), len(dofs), memory_budget(), often, not border)
+            n_rows, size = None if rows is None else rows.shape[0], 0 if last is None else last.memory
+            route, why = choose_route(
+                len(self.solved_dofs), len(dofs), memory_budget(), poses, not border, n_rows, float(size)
+            )
         other_rows = isinstance(last, Bordered) and rows is not None and last.numbers(rows) is None
-        if last is not None and last.covers(dofs) and (not other_rows or route == "operator"):
+        if poses > 1 and last is not None and (route != "schur" or isinstance(last, (Plain, Bordered))):
+            # columns are made for each case; a plain factor covers all rows, and is no Schur complement
+            covered = route != "schur"
+        else:
+            covered = last is not None and last.covers(dofs) and (not other_rows or route == "operator")
+        if last is not None and covered:
             if isinstance(last, (Plain, Bordered)) and rows is not None and route not in ("schur", last.route):
                 last = self.condensation = Plain(last.factor, route, why)
             return last

@@ -21,7 +21,7 @@ from fecontact.common.errors import InputError
 from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.interface import Interface
 from fecontact.contact.model import SceneModel
-from fecontact.fem.condensation import memory_budget
+from fecontact.fem.route import memory_budget
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence, Step
 from fecontact.results.result import ContactResult

@@ -23,9 +23,9 @@ from fecontact.common.stopwatch import Stopwatch, peak_memory
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import make_loading
 from fecontact.contact.model import SceneModel
-from fecontact.fem.condensation import choose_route, memory_budget
 from fecontact.fem.factor import available_backends, has_bordered
 from fecontact.fem.model import Model
+from fecontact.fem.route import choose_route, memory_budget
 from fecontact.mesh import shapes
 from fecontact.results.model_size import modelled
 from fecontact.scene.adaptive import GROWTH, SAFETY, Target
@@ -273,7 +273,7 @@ def _model_cost(body: ElasticBody, nodes: np.ndarray, n_rows: int, rate: float) 
     route = body.condensation
     if route == "auto":
         one_by_one = not has_bordered(body.backend)
-        route, _ = choose_route(len(model.solved_dofs), retained, memory_budget(), one_by_one=one_by_one)
+        route, _ = choose_route(len(model.solved_dofs), retained, memory_budget(), 1, one_by_one, n_rows)
     retained = {"schur": retained, "columns": n_rows if has_bordered(body.backend) else 0}.get(route, 0)
     assembling, stored, factor = _arrays(body, model)
     factor *= 1.0 if backend == "pardiso" else SUPERLU

@@ -201,7 +201,7 @@ def _condense_all(left: Mapping[str, tuple[SceneModel, Loading]], history: Searc
             models[id(body.model)] = body.model
             nodes.setdefault(id(body.model), []).append(touched)
     for key, found in nodes.items():
-        models[key].condensed(np.unique(np.concatenate(found)), Stopwatch(), often=True).invert()
+        models[key].condensed(np.unique(np.concatenate(found)), Stopwatch(), poses=len(left)).invert()
 
 
 def _touched(scene: SceneModel, loading: Loading, history: SearchHistory) -> list[tuple[ElasticBody, IntArray]]:

@@ -9,8 +9,8 @@ from fecontact.bodies import rotation_about
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import condensation, model
-from fecontact.fem.condensation import choose_route, memory_budget
 from fecontact.fem.factor import available_backends, bordered, factorise, has_bordered
+from fecontact.fem.route import MANY_NODES, MANY_PRODUCTS, choose_route, memory_budget
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.scene import linear as scene_module
 
@@ -100,12 +100,41 @@ def test_a_plain_factor_serves_any_candidates():
     assert body.model.condensed(side, Stopwatch()) is first
 
 
+@pytest.mark.skipif(not has_bordered("auto"), reason="without PARDISO rows are solved for one by one")
+def test_many_poses_are_condensed_once_after_a_case_by_columns(monkeypatch):
+    body, *_ = ball_on_block("auto")
+    top = body.mesh.boundary_nodes("top")
+    rows = sp.csr_matrix((np.ones(len(top)), (np.arange(len(top)), 3 * top + 2)), shape=(len(top), body.n_dofs))
+    rows = body.model.solved_rows(rows)
+    chosen = ["columns"]
+    monkeypatch.setattr(model, "choose_route", lambda *given: (chosen[0], ""))
+    first = body.model.condensed(top, Stopwatch(), rows=rows)
+    assert first.route == "columns"
+    assert body.model.condensed(top, Stopwatch(), poses=2) is first
+    chosen[0] = "schur"
+    assert body.model.condensed(top, Stopwatch()) is first
+    shared = body.model.condensed(top, Stopwatch(), poses=20)
+    assert shared.route == "schur"
+    assert body.model.condensed(top, Stopwatch(), rows=rows) is shared
+    assert same(first.compliance(rows), shared.compliance(rows))
+
+
 def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
+    many = 3 * int(100 * MANY_NODES)
     assert choose_route(10000, 300, 1e9)[0] == "schur"
-    assert choose_route(10000, 3 * int(100 * condensation.MANY_NODES), 1e12)[0] == "columns"
-    assert choose_route(10000, 3 * int(100 * condensation.MANY_NODES), 1e12, often=True)[0] == "schur"
-    assert choose_route(10000, 3 * int(100 * condensation.MANY_NODES), 1e12, one_by_one=True)[0] == "schur"
-    assert choose_route(10000, 3 * int(100 * condensation.MANY_PRODUCTS), 1e12, one_by_one=True)[0] == "operator"
+    assert choose_route(10000, many, 1e12)[0] == "columns"
+    assert choose_route(10000, many, 1e12, one_by_one=True)[0] == "schur"
+    assert choose_route(10000, 3 * int(100 * MANY_PRODUCTS), 1e12, one_by_one=True)[0] == "operator"
+    # several poses: dense once against products, and against columns only where it is quicker in all
+    assert choose_route(10000, many, 1e12, poses=20, one_by_one=True)[0] == "schur"
+    assert choose_route(10000, many, 1e12, poses=20, factor=5e7)[0] == "schur"
+    assert choose_route(10000, 10 * many, 1e12, poses=20, factor=5e7)[0] == "columns"
+    assert choose_route(10000, many, 1e12, poses=2, factor=1e6)[0] == "columns"
+    # rows that are known count by their number, whatever the nodes they are on
+    assert choose_route(400_000, 60_000, 4e9)[0] == "operator"
+    assert choose_route(400_000, 60_000, 4e9, n_rows=300)[0] == "columns"
+    assert choose_route(400_000, 60_000, 4e9, n_rows=300, one_by_one=True)[0] == "columns"
+    assert choose_route(400_000, 60_000, 4e9, n_rows=15_000)[0] == "operator"
     # S of 1000 nodes takes 40 MB with its copies, the Schur complement on them 180 MB more
     assert choose_route(1000_000, 3000, 1e8)[0] == "columns"
     assert choose_route(10000, 300, 1e5) == ("operator", "a dense matrix for 100 nodes takes 0.0004 GB of 0.0001 GB")
