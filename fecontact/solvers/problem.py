@@ -277,11 +277,13 @@ class ComplementarityProblem:
             return Residuals(np.inf, np.inf, np.inf, np.inf)
         deflection, rigid = np.asarray(self.S @ forces) if deflection is None else deflection, self.g + self.B.T @ q
         scales = self._scales(forces, deflection, rigid) if scales is None else scales
-        gap = deflection + rigid
-        both = np.minimum(np.abs(ratio(forces, scales.force)), np.abs(ratio(gap, scales.gap)))
+        gap = np.add(deflection, rigid, out=rigid)
+        penetration = abs(float(ratio(np.minimum(gap.min(), 0.0), scales.gap)))
+        # in place: of many points each new array takes as long as its arithmetic
+        both = np.minimum(_sizes(forces.copy(), scales.force), _sizes(gap, scales.gap), out=gap)
         return Residuals(
-            penetration=largest(ratio(np.minimum(gap, 0.0), scales.gap)),
-            tension=largest(ratio(np.minimum(forces, 0.0), scales.force)),
+            penetration=penetration,
+            tension=abs(float(ratio(np.minimum(forces.min(), 0.0), scales.force))),
             complementarity=largest(both),
             equilibrium=largest(ratio(self.B @ forces - self.F, scales.row)),
         )
@@ -398,12 +400,16 @@ def _check_compliance(S: np.ndarray) -> None:
 
 def largest(values: np.ndarray) -> float:
     """Largest size of an entry; zero if there is none."""
-    return float(np.abs(values).max(initial=0.0))
+    return max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
+
+
+def _sizes(values: np.ndarray, scale: float) -> np.ndarray:
+    """Sizes of values over a scale, in place."""
+    np.abs(values, out=values)
+    return np.divide(values, scale, out=values) if scale > 0 else ratio(values, scale)
 
 
 def ratio(values: np.ndarray, scales: np.ndarray | float) -> np.ndarray:
     """Return values / scales, where 0 / 0 is 0 and anything else over 0 is infinite."""
-    if np.ndim(scales) == 0 and scales > 0:
-        return np.asarray(values / scales)
     scales = np.broadcast_to(scales, values.shape)
     return np.divide(values, scales, out=np.where(values == 0, 0.0, np.inf), where=scales > 0)

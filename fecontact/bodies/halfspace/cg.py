@@ -147,23 +147,23 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
     M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865; W. McLean, O. Steinbach, Adv. Comput. Math. 11
     (1999) 271; I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206.
     """
-    active = active & problem.allowed
+    active, work = active & problem.allowed, _Work.of(problem.g.shape, len(problem.F))
     p = carry(problem, np.where(active, np.maximum(start, 0.0), 0.0))
     u = problem.compliance.apply(p)
     at = GridIterate(p, u, np.zeros(len(problem.F)), active, 0, 0, False, ())
     changed = True
     while at.rounds < MOST_ROUNDS:
-        at = _equalise(problem, at, tolerance, PER_ROUND if changed else 0.0)
+        at = _equalise(problem, at, tolerance, PER_ROUND if changed else 0.0, work)
         found = _judged(problem, at, tolerance)
         if found.closes(tolerance) and at.drift > DRIFT * tolerance * found.scale:
-            at = replace(at, u=problem.compliance.apply(at.p), drift=0.0)
+            at = replace(at, u=problem.compliance.apply(at.p, at.u), drift=0.0)
             found = _judged(problem, at, tolerance)
         at = replace(at, history=(*at.history, found.left))
         if found.closes(tolerance):
             return replace(at, converged=True)
         changed = found.pulling or found.entering
         if found.pulling:
-            at = _without_tension(problem, at, tolerance * found.scale)
+            at = _without_tension(problem, at, tolerance * found.scale, work)
         at = replace(at, active=found.active)
     return at
 
@@ -209,13 +209,30 @@ def _largest(problem: GridProblem, u: Array) -> float:
     return max(*problem.each(largest), SMALLEST)
 
 
-def _without_tension(problem: GridProblem, at: GridIterate, most_drift: float) -> GridIterate:
+def _without_tension(problem: GridProblem, at: GridIterate, most_drift: float, work: _Work) -> GridIterate:
     """The iterate with tensions set to zero, the loads in balance; displacements follow by the change of pressures."""
-    p = carry(problem, np.maximum(at.p, 0.0))
-    if at.drift > most_drift:
-        return replace(at, p=p, u=problem.compliance.apply(p), drift=0.0)
-    change = problem.rough.apply(p - at.p)
-    return replace(at, p=p, u=at.u + change, drift=at.drift + ROUGHNESS * _size(change))
+    p, u, change = at.p, at.u, work.d
+    exact = at.drift > most_drift
+
+    def clip(strip: slice) -> None:
+        change[strip] = p[strip]
+        np.maximum(p[strip], 0.0, out=p[strip])
+
+    problem.each(clip)
+    carry(problem, p)
+    if exact:
+        return replace(at, u=problem.compliance.apply(p, u), drift=0.0)
+
+    def subtract(strip: slice) -> None:
+        np.subtract(p[strip], change[strip], out=change[strip])
+
+    def add(strip: slice) -> float:
+        u[strip] += image[strip]
+        return _size(image[strip])
+
+    problem.each(subtract)
+    image = problem.rough.apply(change, work.image)
+    return replace(at, drift=at.drift + ROUGHNESS * max(problem.each(add)))
 
 
 def carry(problem: GridProblem, p: Array) -> Array:
@@ -239,21 +256,40 @@ def carry(problem: GridProblem, p: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
+class _Work:
+    """Arrays that the rounds overwrite: gaps on the set, preconditioned ones, direction and its image (nx, ny).
+
+    And `images` (m, nx, ny), the preconditioned rows.
+    """
+
+    gap: Array
+    z: Array
+    d: Array
+    image: Array
+    images: Array
+
+    @classmethod
+    def of(cls, shape: tuple[int, int], m: int) -> _Work:
+        gap, z, d, image = (np.empty(shape) for _ in range(4))
+        return cls(gap, z, d, image, np.empty((m, *shape)))
+
+
+@dataclass(frozen=True, eq=False)
 class _Balance:
     """Equilibrium rows on a set, and the preconditioner in the subspace of pressures that do not change the loads."""
 
     problem: GridProblem
     active: Mask
-    images: Array
+    work: _Work
     inverse: Array
 
-    def direction(self, gap: Array) -> tuple[Array, Array, float, float]:
-        """Preconditioned gap (nx, ny) without change of the loads, and the change of the multiplier (m,).
+    def precondition(self) -> tuple[Array, float, float]:
+        """Precondition the gap, without change of the loads: the change of the multiplier (m,).
 
-        The gap follows the multiplier. Also its product with the direction, and its largest size.
+        The gap follows the multiplier. Also its product with the preconditioned one, and its largest size.
         """
-        problem = self.problem
-        z = problem.preconditioner.apply(gap)
+        problem, gap, z, images = self.problem, self.work.gap, self.work.z, self.work.images
+        problem.preconditioner.apply(gap, z)
 
         def mask(strip: slice) -> Array:
             z[strip] *= self.active[strip]
@@ -263,12 +299,12 @@ class _Balance:
 
         def follow(strip: slice) -> tuple[float, float]:
             if len(dq):
-                z[strip] += np.einsum("k,kij->ij", dq, self.images[:, strip])
+                z[strip] += np.einsum("k,kij->ij", dq, images[:, strip])
                 gap[strip] += problem.motion(dq, strip) * self.active[strip]
             return float(np.vdot(gap[strip], z[strip])), _size(gap[strip])
 
         rho, largest = zip(*problem.each(follow), strict=True)
-        return z, dq, sum(rho), max(largest)
+        return dq, sum(rho), max(largest)
 
     def missing(self, p: Array) -> Array:
         """Factors (m,) of the images that make p balance the loads."""
@@ -276,61 +312,71 @@ class _Balance:
         return np.asarray(self.inverse @ (self.problem.F - carried))
 
 
-def _balance(problem: GridProblem, active: Mask) -> _Balance:
+def _balance(problem: GridProblem, active: Mask, work: _Work) -> _Balance:
     m = len(problem.F)
-    images = np.empty((m, *active.shape))
-    for row, image in zip(problem.B, images, strict=True):
-        np.multiply(problem.preconditioner.apply(row * active), active, out=image)
-    gram = sum(problem.each(lambda strip: np.array([problem.loads(image, strip) for image in images]).reshape(m, m)))
+    for row, image in zip(problem.B, work.images, strict=True):
+        np.multiply(row, active, out=work.z)
+        problem.preconditioner.apply(work.z, image)
+        image *= active
+    gram = sum(
+        problem.each(lambda strip: np.array([problem.loads(image, strip) for image in work.images]).reshape(m, m))
+    )
     inverse = np.asarray(np.linalg.pinv((gram + gram.T) / 2, rcond=1e-12, hermitian=True), dtype=float)
-    return _Balance(problem, active, images, inverse)
+    return _Balance(problem, active, work, inverse)
 
 
-def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: float) -> GridIterate:
-    """Conjugate gradients on the set until the gaps have shrunk by a factor or are closed."""
-    balance = _balance(problem, at.active)
-    p, u, q, drift = at.p.copy(), at.u.copy(), at.q, at.drift
-    correction = np.tensordot(balance.missing(p), balance.images, 1)
-    if _size(correction) > CARRIED * _size(p):
+def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: float, work: _Work) -> GridIterate:
+    """Conjugate gradients on the set until the gaps have shrunk by a factor or are closed, in the iterate's arrays."""
+    balance = _balance(problem, at.active, work)
+    p, u, q, drift = at.p, at.u, at.q, at.drift
+    missing = balance.missing(p)
+    if sum(abs(f) * _size(image) for f, image in zip(missing, work.images, strict=True)) > CARRIED * _size(p):
+        correction = np.tensordot(missing, work.images, 1)
         p += correction
         u += problem.compliance.apply(correction)
     closed = 0.3 * tolerance * _largest(problem, u)
-    gap = (u + problem.g + np.tensordot(q, problem.B, 1)) * at.active
-    z, dq, rho, largest = balance.direction(gap)
-    d, first, steps = z, rho, 0
-    q = q + dq
+
+    def first_gap(strip: slice) -> None:
+        work.gap[strip] = (u[strip] + problem.g[strip] + problem.motion(q, strip)) * at.active[strip]
+
+    problem.each(first_gap)
+    dq, rho, largest = balance.precondition()
+    work.d[...] = work.z
+    first, steps, q = rho, 0, q + dq
     while steps < MOST_STEPS and largest > closed and rho > factor**2 * first:
-        image = problem.rough.apply(d)
-        curvature = _dot(problem, d, image)
+        problem.rough.apply(work.d, work.image)
+        curvature = sum(problem.each(lambda strip: float(np.vdot(work.d[strip], work.image[strip]))))
         if curvature <= 0:
             break
-        drift += ROUGHNESS * _advance(problem, rho / curvature, at.active, (d, image), (p, u, gap))
+        drift += ROUGHNESS * _advance(problem, at, rho / curvature, work)
         before, steps = rho, steps + 1
-        z, dq, rho, largest = balance.direction(gap)
+        dq, rho, largest = balance.precondition()
         q = q + dq
-        d *= rho / before
-        d += z
-    return replace(at, p=p, u=u, q=q, nit=at.nit + steps, rounds=at.rounds + 1, drift=drift)
+        _turn(problem, rho / before, work)
+    return replace(at, q=q, nit=at.nit + steps, rounds=at.rounds + 1, drift=drift)
 
 
-def _advance(
-    problem: GridProblem, length: float, active: Mask, step: tuple[Array, Array], of: tuple[Array, Array, Array]
-) -> float:
-    """Go a length back along a direction and its image: pressures, displacements and gaps; the largest displacement."""
-    (d, image), (p, u, gap) = step, of
+def _advance(problem: GridProblem, at: GridIterate, length: float, work: _Work) -> float:
+    """Go a length back along the direction: pressures, displacements and gaps; the largest change of displacement."""
 
     def advance(strip: slice) -> float:
-        moved = length * image[strip]
-        p[strip] -= length * d[strip]
-        u[strip] -= moved
-        gap[strip] -= moved * active[strip]
+        moved = length * work.image[strip]
+        at.p[strip] -= length * work.d[strip]
+        at.u[strip] -= moved
+        work.gap[strip] -= moved * at.active[strip]
         return _size(moved)
 
     return float(max(problem.each(advance)))
 
 
-def _dot(problem: GridProblem, one: Array, other: Array) -> float:
-    return float(sum(problem.each(lambda strip: float(np.vdot(one[strip], other[strip])))))
+def _turn(problem: GridProblem, factor: float, work: _Work) -> None:
+    """Turn the direction d to z + factor d."""
+
+    def turn(strip: slice) -> None:
+        work.d[strip] *= factor
+        work.d[strip] += work.z[strip]
+
+    problem.each(turn)
 
 
 def _size(values: Array) -> float:

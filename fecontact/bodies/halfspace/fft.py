@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 import scipy.fft
@@ -146,21 +146,18 @@ class Convolution:
         factor = largest if largest > 0 else 1.0
         return replace(self, spectrum=(self.spectrum / factor).astype(np.float32), factor=self.factor * factor)
 
-    def apply(self, values: Array) -> Array:
-        """Convolution (nx, ny) of values (nx, ny)."""
+    def apply(self, values: Array, out: Array | None = None) -> Array:
+        """Convolution (nx, ny) of values (nx, ny), in `out` if it is given."""
+        out = np.empty(values.shape) if out is None else out
         self.tally.add(self._lengths[0] * self._lengths[1], self.product)
         scale, single = 1.0, self.spectrum.dtype == np.float32
         if single:  # it has a narrow range: scale values to order one
             scale = max(float(values.max()), -float(values.min()))
             if scale == 0:
-                return np.zeros(values.shape)
-        (nx, ny), length = self.shape, self._lengths[1]
+                out.fill(0.0)
+                return out
+        (nx, ny), length, rows = self.shape, self._lengths[1], self._rows
         forward, backward = self._transforms(self.symmetric[1], True, 1)
-        if self.symmetric[1]:
-            rows = np.empty((nx, length), np.float32 if single else float)
-        else:
-            rows = np.empty((nx, length // 2 + 1), np.complex64 if single else complex)
-        out = np.empty(values.shape)
 
         def into_rows(strip: slice) -> None:
             given = values[strip]
@@ -175,6 +172,15 @@ class Convolution:
         self._columns(rows)
         each(out_of_rows, strips(nx, length), self.workers)
         return out
+
+    @cached_property
+    def _rows(self) -> NDArray:
+        """Transformed rows, kept for the next product: new pages of memory take a tenth of its time."""
+        single = self.spectrum.dtype == np.float32
+        n, length = self.shape[0], self._lengths[1]
+        if self.symmetric[1]:
+            return np.empty((n, length), np.float32 if single else float)
+        return np.empty((n, length // 2 + 1), np.complex64 if single else complex)
 
     def _columns(self, rows: NDArray) -> None:
         """Transform the columns, multiply by the spectrum, transform back, strip by strip and in place."""

@@ -104,13 +104,26 @@ def coarser(level: GridLevel, kernel: Array) -> GridLevel:
 
     Gaps are means, rows are sums over the cells that have a counter-surface.
     """
-    allowed = blocks(level.allowed)
-    count = allowed.sum(axis=(-3, -1))
-    safe = np.maximum(count, 1)
-    g = (blocks(level.g) * allowed).sum(axis=(-3, -1)) / safe
-    B = (blocks(level.B) * allowed).sum(axis=(-3, -1))
+    count = _sums(level.allowed.astype(np.int8))
+    everywhere = bool(level.allowed.all())
+    g = _sums(level.g if everywhere else level.g * level.allowed) / np.maximum(count, 1)
+    B = _sums(level.B if everywhere else level.B * level.allowed)
     smooth = tuple(term.coarser() for term in level.smooth)
     return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B, smooth=smooth)
+
+
+def _sums(values: NDArray) -> NDArray:
+    """Sums over the blocks of 2 x 2 cells (..., mx, my), by shares of them at an odd end."""
+    rows = _pair_sums(np.swapaxes(values, -1, -2))
+    return _pair_sums(np.swapaxes(rows, -1, -2))
+
+
+def _pair_sums(values: NDArray) -> NDArray:
+    """Sums of values 0 and 1, 2 and 3, ... along the last axis; an odd last one alone."""
+    n = values.shape[-1]
+    sums = values[..., ::2].copy()
+    sums[..., : n // 2] += values[..., 1::2]
+    return sums
 
 
 def blocks(values: NDArray) -> NDArray:
@@ -125,12 +138,12 @@ def finer(values: Array, shape: tuple[int, int], symmetric: Even, periodic: bool
     """Values of a coarse grid interpolated linearly at the cells of the next finer one, of the given shape."""
     for axis in (0, 1):
         v = np.moveaxis(values, axis, 0)
-        before = v[:1] if symmetric[axis] or not periodic else v[-1:]
-        after = v[-1:] if symmetric[axis] or not periodic else v[:1]
-        wide = np.concatenate([before, v, after])
+        closed = periodic and not symmetric[axis]
+        near, far = 0.75 * v, 0.25 * v
         out = np.empty((2 * len(v), v.shape[1]))
-        out[0::2] = 0.75 * v + 0.25 * wide[:-2]
-        out[1::2] = 0.75 * v + 0.25 * wide[2:]
+        out[0], out[-1] = near[0] + far[-1 if closed else 0], near[-1] + far[0 if closed else -1]
+        np.add(near[1:], far[:-1], out=out[2::2])
+        np.add(near[:-1], far[1:], out=out[1:-1:2])
         values = np.moveaxis(out[: shape[axis]], 0, axis)
     return np.ascontiguousarray(values)
 
@@ -139,12 +152,17 @@ def start_on(level: GridLevel, coarse: Array) -> tuple[Array, Mask]:
     """Start (nx, ny) and active cells of a level from the pressures of the next coarser one.
 
     Squares of the pressure fall linearly to the edge. Continued so to the next cell outside and interpolated, they tell
-    where the edge is within the coarse cells.
+    where the edge is within the coarse cells. Beyond these all is zero.
     """
-    squares = _continued(coarse**2, level.symmetric, level.periodic)
-    squares = finer(squares, level.g.shape, level.symmetric, level.periodic)
-    active = (squares > 0) & level.allowed
-    return np.sqrt(np.maximum(squares, 0.0, out=squares), out=squares), active
+    shape, whole = level.g.shape, (slice(0, coarse.shape[0]), slice(0, coarse.shape[1]))
+    start, active = np.zeros(shape), np.zeros(shape, bool)
+    box = whole if level.periodic else around(coarse > 0, level.symmetric)
+    part = tuple(slice(2 * s.start, min(2 * s.stop, n)) for s, n in zip(box, shape, strict=True))
+    squares = _continued(coarse[box] ** 2, level.symmetric, level.periodic)
+    squares = finer(squares, start[part].shape, level.symmetric, level.periodic)
+    np.logical_and(squares > 0, level.allowed[part], out=active[part])
+    np.sqrt(np.maximum(squares, 0.0, out=squares), out=start[part])
+    return start, active
 
 
 def _continued(squares: Array, symmetric: Even, periodic: bool) -> Array:

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact, SolverReport
-from fecontact.bodies.halfspace.fft import Tally, padded
+from fecontact.bodies.halfspace.fft import Tally, padded, strips
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import GridLevel, compliance, solve_nested
 from fecontact.bodies.halfspace.smooth import Product
@@ -21,6 +21,7 @@ from fecontact.common.arguments import flag
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import finite, number_array, share, vector, whole
 from fecontact.common.errors import InputError, SolverError
+from fecontact.common.threads import each
 from fecontact.solvers import ComplementarityProblem, Residuals
 
 #: Least tolerance of a certificate: rounding of the transforms alone leaves some 1e-15.
@@ -126,13 +127,12 @@ def press(
     if not body.periodic and boxed:
         _check_box(body.grid, at.active, at.p, symmetric)
     operator = compliance(level, level.whole, tally, workers)
-    p = np.where(at.active, np.maximum(at.p, 0.0), 0.0)
-    u = operator.apply(p)
+    p = np.maximum(at.p, 0.0, out=at.p)
+    u = operator.apply(p, at.u)
     residuals = _residuals(level, operator, u, p, at.q)
     if not (at.converged and residuals.within(tolerance)):
         raise SolverError(_failure(at.rounds, residuals, tolerance, body, load))
-    motion = np.tensordot(at.q, level.B, 1) if len(at.q) else np.zeros(u.shape)
-    gap = np.where(level.allowed, u + level.g + motion, np.inf)
+    gap = _gap(level, u, at.q, workers)
     approach, tilt = _motion(body.grid, at.q, load, symmetric)
     report = SolverReport(
         at.nit,
@@ -208,6 +208,19 @@ def _motion(grid: Grid, q: Array, load: Load, symmetric: Even) -> tuple[float, t
     point = load.point or (0.0, 0.0)
     lift = float(q[0]) - slopes[0] * point[0] - slopes[1] * point[1]
     return -lift, (slopes[0], slopes[1])
+
+
+def _gap(level: GridLevel, u: Array, q: Array, workers: int | None) -> Array:
+    """Gaps (nx, ny) under displacements and motions; infinite where there is no counter-surface."""
+    gap = np.empty(u.shape)
+
+    def fill(strip: slice) -> None:
+        np.add(u[strip], level.g[strip], out=gap[strip])
+        gap[strip] += np.einsum("k,kij->ij", q, level.B[:, strip])
+        gap[strip][~level.allowed[strip]] = np.inf
+
+    each(fill, strips(*u.shape), workers)
+    return gap
 
 
 def _residuals(level: GridLevel, operator: Product, u: Array, p: Array, q: Array) -> Residuals:

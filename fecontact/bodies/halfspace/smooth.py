@@ -103,9 +103,12 @@ class Corrected:
         """The same with convolutions in single precision."""
         return replace(self, convolution=self.convolution.rough(), terms=tuple(term.rough() for term in self.terms))
 
-    def apply(self, values: Array) -> Array:
-        """Displacements (nx, ny) by pressures (nx, ny)."""
-        return self.convolution.apply(values) + sum(term.apply(values) for term in self.terms)
+    def apply(self, values: Array, out: Array | None = None) -> Array:
+        """Displacements (nx, ny) by pressures (nx, ny), in `out` if it is given."""
+        out = self.convolution.apply(values, out)
+        for term in self.terms:
+            out += term.apply(values)
+        return out
 
 
 Product = Convolution | Corrected

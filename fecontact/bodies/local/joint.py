@@ -28,9 +28,11 @@ class Products:
 
     function: Callable[[Array], Array]
 
-    def apply(self, values: Array) -> Array:
-        """Values (1, n) of values (1, n)."""
-        return self.function(values[0])[None]
+    def apply(self, values: Array, out: Array | None = None) -> Array:
+        """Values (1, n) of values (1, n), in `out` if it is given."""
+        out = np.empty_like(values) if out is None else out
+        out[0] = self.function(values[0])
+        return out
 
 
 def solve_together(
