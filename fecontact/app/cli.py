@@ -171,8 +171,8 @@ def _explain(parser: argparse.ArgumentParser) -> None:
 
 
 def _view(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("result", metavar="RESULT.vtu")
-    parser.add_argument("--field", default="von_mises", help="von_mises, contact_pressure, displacement_z, stress_xx")
+    parser.add_argument("result", metavar="RESULT.vtu | MESH", help="a result or a mesh: .step, .msh, .stl, ..")
+    parser.add_argument("--field", help="von_mises (unless given), contact_pressure, displacement_z, stress_xx")
     parser.add_argument("--out", metavar="PICTURE", help="file to write; the result's name with .png unless given")
     parser.add_argument("--scale", default=1.0, type=float, help="factor of the displacements; 0 undeformed")
     parser.add_argument("--view", default="iso", help="iso, below, x, -x, y, -y, z, -z or AZIMUTH,ELEVATION in degrees")
@@ -238,8 +238,9 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         _explain,
     ),
     "view": (
-        "picture of the bodies in a VTU file",
-        "Draw the bodies of a result, deformed, with a field on their faces. Needs no screen.",
+        "picture of a result's bodies, or of a mesh with its boundaries",
+        "Draw a result's bodies, deformed, with a field on their faces; or a mesh, a solid of CAD or a surface with "
+        "its named boundaries in colours. Needs no screen.",
         _view,
     ),
     "compare": (

@@ -16,6 +16,9 @@ from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, make_folder, save_json
 
+#: Types of files that hold results, with fields.
+RESULTS = (".vtu", ".vtk", ".xdmf")
+
 
 def _check_files(*paths: str | None) -> None:
     """Refuse files that cannot be written, before any work."""
@@ -182,11 +185,14 @@ def explain(options: argparse.Namespace) -> int:
 
 
 def view(options: argparse.Namespace) -> int:
-    """Draw a result."""
+    """Draw a result, or a mesh with its boundaries."""
+    if Path(options.result).suffix.lower() not in RESULTS:
+        return _view_mesh(options)
     from fecontact.results.pictures import bodies as view
     from fecontact.results.pictures.solids import solids_of_file
 
     solids = solids_of_file(options.result)
+    field = options.field or "von_mises"
     chosen = {
         "scale": options.scale,
         "direction": _direction(options.view),
@@ -196,12 +202,34 @@ def view(options: argparse.Namespace) -> int:
         "units": options.units,
     }
     if options.show:
-        view.show(solids, options.field, options.out, **chosen)
+        view.show(solids, field, options.out, **chosen)
         return 0
-    path = Path(options.result).with_suffix(".png") if options.out is None else Path(options.out)
-    view.view(solids, options.field, path, length=options.length, edges=not options.no_edges, **chosen)
+    path = _picture(options)
+    view.view(solids, field, path, length=options.length, edges=not options.no_edges, **chosen)
     say(f"wrote {path}")
     return 0
+
+
+def _view_mesh(options: argparse.Namespace) -> int:
+    """Draw a mesh, a solid of CAD or a surface with its named boundaries."""
+    from fecontact.mesh.read import read_mesh
+    from fecontact.mesh.read_surface import READERS, read_surface
+
+    given = ("field", "cut", "bodies", "limits", "units", "show")
+    if wrong := [f"--{name}" for name in given if getattr(options, name)] + ["--scale"] * (options.scale != 1.0):
+        raise InputError(f"{options.result} is a mesh, which has no fields: leave {', '.join(wrong)} out.")
+    source = Path(options.result)
+    mesh = read_surface(source) if source.suffix.lower() in READERS else read_mesh(source)
+    path = _picture(options)
+    chosen = {"direction": _direction(options.view), "edges": not options.no_edges, "length": options.length}
+    mesh.plot(path, **chosen)
+    say(repr(mesh))
+    say(f"wrote {path}")
+    return 0
+
+
+def _picture(options: argparse.Namespace) -> Path:
+    return Path(options.result).with_suffix(".png") if options.out is None else Path(options.out)
 
 
 def _direction(text: str) -> str | tuple[float, float]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from skfem import Mesh as SkfemMesh
 
-from fecontact.common.arguments import text, texts
+from fecontact.common.arguments import known_options, text, texts
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
@@ -193,6 +194,37 @@ class Mesh(CellSets):
     def skin(self) -> IntArray:
         """Corners and mid-sides (n, 4 | 8 | 9) of the faces that are seen, turned outwards if the cells are."""
         return replace(self, midface=None).face_nodes(self.outer_faces)
+
+    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+        """Picture of the outer faces, boundaries in colours and numbered: a matplotlib figure.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write; the suffix decides the format.
+        **options
+            ``direction`` of view, ``edges``, ``length`` (unit, for the ruler), see `mesh.picture.plot_faces`.
+
+        Raises
+        ------
+        InputError
+            For an unknown option or direction, or a file that cannot be written.
+
+        Examples
+        --------
+        >>> from fecontact import shapes
+        >>> figure = shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).plot(length="mm")
+        >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][:2]
+        ['1  x_min, 4 faces', '2  x_max, 4 faces']
+        """
+        from fecontact.mesh.picture import plot_faces
+
+        known_options(plot_faces, options)
+        seen = self.outer_faces
+        keys = seen @ (6, 1)
+        found = {name: np.flatnonzero(np.isin(keys, faces @ (6, 1))) for name, faces in self.boundaries.items()}
+        kinds = ", ".join(f"{n} {kind}" for kind, n in self.kinds.items())
+        return plot_faces(self.points, self.skin, found, path, f"{kinds} cells", **options)
 
     def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
         """Cells by kind: name in meshio, connectivity in VTK's node order, and their (increasing) numbers.

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.common.arguments import function, instance
+from fecontact.common.arguments import function, instance, known_options
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import index_array, number_array
 from fecontact.common.errors import MeshError
@@ -83,6 +85,14 @@ class SurfaceMesh:
             f"SurfaceMesh({len(self.facets)} facets, {triangular(self.facets).sum()} of them triangles, "
             f"{len(self.nodes)} points, area {self.areas.sum():.6g})"
         )
+
+    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+        """Picture of the facets, a matplotlib figure; arguments and errors as in `Mesh.plot`."""
+        from fecontact.mesh.picture import plot_faces
+
+        known_options(plot_faces, options)
+        title = f"{len(self.facets)} facets"
+        return plot_faces(self.points, self.facets, {}, path, title, **{"closed": False, **options})
 
     @cached_property
     def nodes(self) -> IntArray:

@@ -91,7 +91,7 @@ def _picture_options(table: Table, kind: str, bodies: Mapping[str, Any]) -> dict
 
 
 def _direction(table: Table) -> Any:
-    from fecontact.results.pictures.renderer import VIEWS
+    from fecontact.mesh.renderer import VIEWS
 
     if isinstance(table.values.get("view"), list):
         return table.numbers("view", 2)

@@ -1,6 +1,6 @@
 """Pictures of bodies: deformed shape with stress, displacement or contact pressure on the outer faces, or on a section.
 
-Files are drawn without a screen by `results.pictures.renderer` and matplotlib; windows need pyvista.
+Files are drawn without a screen by `mesh.renderer` and matplotlib; windows need pyvista.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from fecontact.common.checks import among
 from fecontact.common.errors import MissingPackageError
 from fecontact.common.figure import save_figure
 from fecontact.common.files import check_writable
-from fecontact.results.pictures.renderer import Camera, Image, draw_facets, subdivided
+from fecontact.mesh.picture import PIXELS, framed
+from fecontact.mesh.renderer import Camera, draw_facets, subdivided
 from fecontact.results.pictures.rigid_patches import rigid_patches
 from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result
 from fecontact.results.solved_scene import SolvedScene
@@ -37,7 +38,6 @@ FIELDS = (
 #: Colour maps: fields of one sign from light to dark, so that shading is visible; of two signs about white.
 TABLES = {"displacement": "YlGnBu"}
 ONE_SIGN, TWO_SIGNS = "YlOrRd", "RdBu_r"
-PIXELS = (1100, 820)
 #: Divisions per side of a curved face for pyvista, which draws flat faces only.
 SUBDIVISION = 6
 
@@ -111,17 +111,8 @@ def view(
         closed=True,
         veil=rigid,
     )
-    left, right, bottom, top = image.extent
-    width = float(np.clip(5.6 * (right - left) / (top - bottom) + 2.8, 5.6, 9.6))
-    figure = Figure(figsize=(width, 6.6), layout="constrained")
-    axes = figure.subplots()
-    axes.imshow(image.rgba, extent=image.extent, origin="lower", interpolation="antialiased")
-    axes.set_axis_off()
-    axes.set_title(title if title is not None else _title(shown, scale))
-    bar = figure.colorbar(ScalarMappable(norm, table), ax=axes, shrink=0.75, pad=0.02)
-    bar.set_label(f"{_label(field)} [{units}]" if units else _label(field))
-    _draw_ruler(axes, image, length)
-    _draw_triad(figure, camera)
+    shades = ScalarMappable(norm, table), f"{_label(field)} [{units}]" if units else _label(field)
+    figure, _ = framed(image, camera, title if title is not None else _title(shown, scale), length, shades)
     return save_figure(figure, path)
 
 
@@ -195,35 +186,6 @@ def _title(solids: Sequence[Solid], scale: float) -> str:
     if scale == 0 or not any("displacement" in s.fields for s in solids):
         return f"{bodies}, undeformed"
     return f"{bodies}, deformed" if scale == 1 else f"{bodies}, displacements × {scale:g}"
-
-
-def _draw_ruler(axes: Any, image: Image, length: str) -> None:
-    """A ruler of a round length below the picture; the projection is parallel, so it holds everywhere."""
-    left, right, bottom, top = image.extent
-    target = 0.2 * (right - left)
-    decade = 10 ** np.floor(np.log10(target))
-    size = max(f * decade for f in (1.0, 2.0, 5.0) if f * decade <= target)
-    y = bottom - 0.05 * (top - bottom)
-    axes.plot([right - size, right], [y, y], color="black", linewidth=2.5, solid_capstyle="butt", clip_on=False)
-    text = f"{size:g} {length}".strip()
-    axes.text(right - size / 2, y - 0.02 * (top - bottom), text, ha="center", va="top")
-    axes.set_ylim(bottom - 0.12 * (top - bottom), top)
-    axes.set_xlim(left, right)
-
-
-def _draw_triad(figure: Figure, camera: Camera) -> None:
-    """The world's axes in the lower left corner."""
-    axes = figure.add_axes((0.01, 0.01, 0.11, 0.16))
-    axes.set_axis_off()
-    axes.set_aspect("equal")
-    axes.set_xlim(-1.4, 1.4)
-    axes.set_ylim(-1.4, 1.4)
-    for k in np.argsort(camera.axes[2]).tolist():
-        x, y = camera.axes[:2, k]
-        name, colour = "xyz"[k], ("tab:red", "tab:green", "tab:blue")[k]
-        axes.annotate("", (x, y), (0, 0), arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
-        if np.hypot(x, y) > 0.05:
-            axes.text(1.25 * x, 1.25 * y, name, color=colour, ha="center", va="center")
 
 
 def show(

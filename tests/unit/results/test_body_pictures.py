@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.mesh.renderer import VIEWS, Camera, draw_facets, subdivided
 from fecontact.results.pictures.bodies import show, view, view_result
-from fecontact.results.pictures.renderer import VIEWS, Camera, draw_facets, subdivided
 from fecontact.results.pictures.solids import Solid, chosen, cut, solids_of_file, solids_of_result
 
 SMALL = (120, 100)

@@ -1,0 +1,71 @@
+"""Pictures of meshes: boundaries in colours, numbered and listed."""
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.app.cli import main
+from fecontact.mesh.picture import PLAIN
+from fecontact.mesh.surface_mesh import SurfaceMesh
+
+
+@pytest.fixture(scope="module")
+def block():
+    return fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1))
+
+
+def colours(figure):
+    """Hues (n, 3) of the picture where light does not matter: over the largest component."""
+    rgba = np.asarray(figure.axes[0].images[0].get_array())
+    rgb = rgba[rgba[..., 3] > 0.99][:, :3]
+    return rgb / rgb.max(axis=1, keepdims=True)
+
+
+def test_boundaries_that_face_the_eye_are_coloured_numbered_and_listed(block):
+    figure = block.plot(direction="z", edges=False, length="mm")
+    axes = figure.axes[0]
+    listed = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert listed == [f"{k}  {name}, {n} faces" for k, (name, n) in enumerate(
+        {"x_min": 1, "x_max": 1, "y_min": 2, "y_max": 2, "bottom": 2, "top": 2}.items(), start=1)]  # fmt: skip
+    numbers = [text for text in axes.texts if text.get_text().isdigit()]
+    assert [text.get_text() for text in numbers] == ["6"]  # only the top is seen from above
+    # on one of the two faces of the top, whose middles are half a length from its own
+    assert abs(np.subtract(numbers[0].get_position(), (1.0, 0.5))).max() <= 0.5 + 1e-9
+    handle = axes.get_legend().legend_handles[5].get_facecolor()[:3]
+    hues = colours(figure)
+    assert np.abs(hues - np.array(handle) / max(handle)).max(axis=1).mean() <= 0.05  # all that is seen is the top
+
+
+def test_faces_in_no_boundary_are_grey(block):
+    bare = fc.Mesh(block.points, block.cells)
+    figure = bare.plot(direction="z", edges=False)
+    assert figure.axes[0].get_legend() is None
+    assert np.abs(colours(figure) - np.array(PLAIN) / max(PLAIN)).max() <= 0.02
+
+
+def test_surfaces_with_triangles_are_drawn(tmp_path):
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0.5, 0.0]])
+    surface = SurfaceMesh(points, np.array([[0, 1, 2, 3], [1, 4, 2, 2]]))
+    for direction in ("z", "-z"):  # an open surface is seen from both sides
+        drawn = colours(surface.plot(tmp_path / "s.png", direction=direction))
+        assert len(drawn) > 1000
+
+
+def test_a_mesh_is_viewed_from_the_command_line(block, tmp_path, capsys):
+    source = tmp_path / "part.stl"
+    corners = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0"
+    source.write_text(f"solid s\nfacet normal 0 0 1\nouter loop\n{corners}\nendloop\nendfacet\nendsolid s\n")
+    assert main(["view", str(source), "--view", "z", "--length", "mm"]) == 0
+    assert (tmp_path / "part.png").stat().st_size > 3000
+    assert "SurfaceMesh(1 facets" in capsys.readouterr().out
+    assert main(["view", str(source), "--field", "von_mises"]) != 0
+    assert "leave --field out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"colour": "red"}, "Unknown option colour"), ({"direction": "up"}, "direction|view"), ({"length": 3}, "length")],
+)
+def test_bad_options_are_refused(block, options, message):
+    with pytest.raises(fc.InputError, match=message):
+        block.plot(**options)
