@@ -360,10 +360,9 @@ class _Record:
         finite = conditions.gap[np.isfinite(conditions.gap)]
         resultants = []
         for touch, part, forces in zip(a.touches, conditions.parts, a.split(now.forces), strict=True):
-            space = touch.slave.space
-            moves = np.stack([space.affine(np.zeros((3, 3)), e) for e in np.eye(3)])
-            own = (part.G.T @ forces)[touch.slave_start : touch.slave_start + space.n_dofs]
-            resultants.append(moves @ own)
+            k = a.starts.index(touch.slave_start)
+            moves = np.stack([a.solids[k].translation(e) for e in np.eye(3)])
+            resultants.append(moves @ a.part(part.G.T @ forces, k))
         potential = -float(load @ (now.q - a.q0))
         # the work of constant loads is the change of their potential
         work = now.work + potential - (self.rows[0][3] if self.rows else potential)

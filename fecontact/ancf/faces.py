@@ -79,6 +79,21 @@ class Faces:
     space: AncfSpace
     faces: IntArray
 
+    @property
+    def named(self) -> IntArray:
+        """The faces by number."""
+        return self.faces
+
+    @property
+    def offset(self) -> float:
+        """None: the faces themselves touch."""
+        return 0.0
+
+    @cached_property
+    def widths(self) -> Array:
+        """Lengths (n_multipliers,) on which multipliers act."""
+        return np.sqrt(self.quadrature[2])
+
     @cached_property
     def corners(self) -> IntArray:
         """Nodes (n, 4) of the faces, counted in `space.nodes`."""

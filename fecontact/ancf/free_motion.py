@@ -27,7 +27,7 @@ def free_motions(a: Assembly, q: Array) -> Array:
         Orthonormal, in the free directions of the assembly.
     """
     out = [np.zeros((a.free.shape[1], 0))]
-    for k in range(len(a.solids)):
+    for k in _held_by_friction(a):
         rows = slice(a.starts[k], a.starts[k + 1])
         modes, block = _modes(a, q, k), a.free[rows]
         held = modes - block @ (block.T @ modes)
@@ -40,17 +40,28 @@ def free_motions(a: Assembly, q: Array) -> Array:
 def _modes(a: Assembly, q: Array, k: int) -> Array:
     """Translations of a solid and its turns about the mean of its present coordinates, columns of unit size.
 
-    All coordinates are vectors that turn with the solid.
+    The coordinates of what can touch are vectors that turn with it.
     """
     solid, own = a.solids[k], a.part(q, k)
     shifts = np.stack([solid.translation(e) for e in np.eye(3)], axis=1)
     middle = (own @ shifts) / (shifts**2).sum(axis=0)
     arms = (own - shifts @ middle).reshape(-1, 3)
     modes = np.concatenate([shifts, np.stack([np.cross(e, arms).ravel() for e in np.eye(3)], axis=1)], axis=1)
+    return _sized(a, modes, k)
+
+
+def _sized(a: Assembly, modes: Array, k: int) -> Array:
+    """Modes (n_dofs, 6) of a solid scaled to one, without those that do not move it."""
     size = np.linalg.norm(modes / a.lengths[a.starts[k] : a.starts[k + 1], None], axis=0)
     # a straight line does not turn about itself
     modes = modes[:, size > 1e-12 * size.max()]
     return np.asarray(modes / np.linalg.norm(modes, axis=0))
+
+
+def _held_by_friction(a: Assembly) -> list[int]:
+    """Numbers of the solids in contacts with friction."""
+    starts = {start for t in a.touches if t.friction for start in (t.slave_start, t.master.start)}
+    return [k for k, start in enumerate(a.starts[:-1]) if start in starts]
 
 
 def check_supports(a: Assembly) -> bool:
@@ -61,12 +72,11 @@ def check_supports(a: Assembly) -> bool:
     InputError
         If a solid without friction is free; names the solid and its number of free rigid motions.
     """
-    free = False
-    touching = {start for t in a.touches if t.friction for start in (t.slave_start, t.master.start)}
-    for k, start in enumerate(a.starts[:-1]):
-        modes, block = _modes(a, a.q0, k), a.free[start : a.starts[k + 1]]
+    free, rubbing = False, _held_by_friction(a)
+    for k, solid in enumerate(a.solids):
+        modes, block = _sized(a, solid.rigid_modes, k), a.free[a.starts[k] : a.starts[k + 1]]
         loose = int((np.linalg.svd(modes - block @ (block.T @ modes), compute_uv=False) < FREE).sum())
-        if loose and start not in touching:
+        if loose and k not in rubbing:
             raise InputError(
                 f"Solid {k + 1} is free in {loose} rigid motions; statics needs supports against all six, or friction. "
                 "Hold more of its boundaries, or follow the motion in time (dynamics)."

@@ -52,6 +52,10 @@ class Member(Protocol):
         """Factors (n_dofs,) that turn changes of coordinates into lengths."""
 
     @property
+    def is_slender(self) -> bool:
+        """Whether it turns with little strain."""
+
+    @property
     def rigid_modes(self) -> Array:
         """Changes (n_dofs, 6) of the initial coordinates by small rigid motions."""
 

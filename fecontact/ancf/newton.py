@@ -35,10 +35,12 @@ from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
 from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.solvers.friction import solve_friction
-from fecontact.solvers.friction_problem import FrictionProblem
+from fecontact.solvers.friction_problem import ON_CONE, FrictionProblem, friction_limit
 
 #: Coordinates up to which a dense solution is faster than a sparse one.
 SMALL = 300
+#: Gradient of the active conditions along a free motion from which they resist it, relative to a unit motion.
+RESISTED = 1e-6
 #: Largest difference from the transpose, relative to the largest entry, that is rounding.
 SYMMETRIC = 1e-12
 
@@ -59,12 +61,20 @@ class TangentialRows:
     T : (2 f, n) csr_matrix
         Gradient of the slip along the first tangents, then along the second.
     slip : (2 f,) array
+    guess : (m + 2 f,) array
+        Forces of all conditions, then of these rows, from which the solver begins; none if they are zero.
     """
 
     points: IntArray
     mu: Array
     T: sp.csr_matrix
     slip: Array
+    guess: Array
+
+    def sticking(self, forces: Array) -> Mask:
+        """Which conditions (f,) stick under forces (m + 2 f,) of all conditions, then of these rows."""
+        t = np.linalg.norm(forces[len(forces) - len(self.slip) :].reshape(2, -1), axis=0)
+        return np.asarray(t < (1 - ON_CONE) * friction_limit(self.mu, forces[self.points]))
 
 
 def contact_step(
@@ -116,25 +126,51 @@ def contact_step(
     >>> change.round(12).tolist(), forces.round(12).tolist()
     ([0.5, -0.5], [6.0])
     """
-    if loose is not None:
-        return _floating(K, r, G, gap, friction, loose)
-    if order is None and not G.shape[0] and len(r) <= SMALL:
+    if loose is None and order is None and not G.shape[0] and len(r) <= SMALL:
         return _dense(K, r), np.zeros(0), np.zeros(0)
+    pressing = np.zeros(len(gap), bool) if pressing is None else pressing
     try:
-        return _solved(K, r, G, gap, friction, order=order)
+        if loose is None:
+            return _solved(K, r, G, gap, friction, order=order)
+        return _held(K, r, G, gap, friction, pressing, loose)
     except UnstableError:
-        if pressing is None or not pressing.any():
+        if loose is not None:
+            return _floating(K, r, G, gap, friction, loose)
+        if not pressing.any():
             raise
-    held = pressing.copy()
-    while held.any():
-        rows = sp.csr_matrix(G[held])
+    return _held(K, r, G, gap, friction, pressing, np.zeros((len(r), 0)))
+
+
+def _held(
+    K: sp.csr_matrix,
+    r: Array,
+    G: sp.csr_matrix,
+    gap: Array,
+    friction: TangentialRows | None,
+    pressing: Mask,
+    W: Array,
+) -> tuple[Array, Array, Array]:
+    """The step with the active conditions added to K, which have to resist the motions W.
+
+    Conditions that open, and sticking ones that slide, must not be added.
+    """
+    sticking = np.zeros(0, bool) if friction is None else friction.sticking(friction.guess)
+    while pressing.any():
+        rows, start = sp.csr_matrix(G[pressing]), gap[pressing]
+        if friction is not None and sticking.any():
+            both = np.tile(sticking, 2)
+            rows = sp.csr_matrix(sp.vstack([rows, friction.T[both]]))
+            start = np.concatenate([start, friction.slip[both]])
+        if W.shape[1] and np.linalg.matrix_rank(rows @ W, RESISTED) < W.shape[1]:
+            break
         weight = K.diagonal().max() / rows.power(2).sum(axis=1).max()
         added = sp.csr_matrix(K + weight * (rows.T @ rows))
-        change, forces, tangential = _solved(added, r - weight * (rows.T @ gap[held]), G, gap, friction)
-        opening = held & (forces == 0)
-        if not opening.any():
-            return change, forces, tangential
-        held &= ~opening  # an opening condition must not be added to K
+        found = _solved(added, r - weight * (rows.T @ start), G, gap, friction)
+        opening = pressing & (found[1] == 0)
+        slipping = sticking if friction is None else sticking & ~friction.sticking(np.concatenate(found[1:]))
+        if not opening.any() and not slipping.any():
+            return found
+        pressing, sticking = pressing & ~opening, sticking & ~slipping
     raise UnstableError("The tangent stiffness is not positive definite, even with the active contacts.")
 
 
@@ -221,7 +257,8 @@ def _forces(problem: ComplementarityProblem, friction: TangentialRows | None) ->
     held = tangents[S[tangents, tangents] == 0]
     S[held, held] = S.diagonal().mean()
     every = ComplementarityProblem(S, problem.g, problem.B, problem.F)
-    answer = solve_friction(FrictionProblem(every, friction.points, tangents, friction.mu))
+    begin = (friction.guess, np.zeros(problem.m)) if friction.guess.any() else None
+    answer = solve_friction(FrictionProblem(every, friction.points, tangents, friction.mu), begin)
     return answer.forces, answer.q
 
 

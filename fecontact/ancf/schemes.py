@@ -311,7 +311,7 @@ def _by_tools(at: StageAt, now: Instant, h: float, q: Array, forces: Array) -> f
 
 
 def _widths(a: Assembly) -> Array:
-    return np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
+    return np.concatenate([np.zeros(0), *(t.widths for t in a.touches)])
 
 
 def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool:

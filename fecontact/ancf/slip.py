@@ -26,7 +26,7 @@ from fecontact.ancf.newton import TangentialRows
 from fecontact.ancf.touch import ContactConstraints, ContactGaps
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
-from fecontact.solvers.friction_problem import friction_limit, projected
+from fecontact.solvers.friction_problem import ON_CONE, friction_limit, projected
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +39,8 @@ class SlipStart:
         Coordinates of all bodies.
     poses : tuple of Pose
         Of the master of each contact.
-    owed : (f, 3) array
-        Slip left over at the multipliers with friction.
+    owed : (n_multipliers, 3) array
+        Slip left over at the multipliers of all contacts.
     """
 
     q: Array
@@ -70,11 +70,16 @@ class FrictionEnd:
     dissipated: float
     start: SlipStart
 
+    def of(self, slips: Slips) -> Array:
+        """Components (2 f,) of the tangential forces along the tangents of some slips."""
+        return slips.components(np.concatenate([np.zeros((0, 3)), *self.forces])[slips.points])
 
-def slip_start(touches: Sequence[ContactConstraints], q: Array) -> SlipStart:
-    """Coordinates q (n_dofs,) as they are, with nothing owed."""
-    n = sum(t.n_multipliers for t in touches if t.friction > 0)
-    return SlipStart(q, tuple(t.master.pose for t in touches), np.zeros((n, 3)))
+
+def unrubbed(touches: Sequence[ContactConstraints], q: Array) -> FrictionEnd:
+    """No forces and no slip, at coordinates q (n_dofs,)."""
+    none = tuple(np.zeros((t.n_multipliers, 3)) for t in touches)
+    owed = np.concatenate([np.zeros((0, 3)), *none])
+    return FrictionEnd(none, none, 0.0, 0.0, SlipStart(q, tuple(t.master.pose for t in touches), owed))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,14 +115,18 @@ class Slips:
     def _kept(self, near: IntArray) -> IntArray:
         return np.flatnonzero(np.isin(self.points, near))
 
-    def rows(self, near: IntArray, Z: sp.csr_matrix, jump: Array) -> TangentialRows:
-        """Rows of chosen conditions, sorted, in the free directions Z, after a given change of the coordinates."""
+    def rows(self, near: IntArray, Z: sp.csr_matrix, jump: Array, normal: Array, tangential: Array) -> TangentialRows:
+        """Rows of chosen conditions, sorted, in the free directions Z, after a given change of the coordinates.
+
+        Normal forces of all conditions and the forces of these rows are those from which the solver begins.
+        """
         kept = self._kept(near)
         rows = (np.arange(2)[:, None] * len(self.points) + kept).ravel()
         T = self.T[rows]
         return TangentialRows(
-            np.searchsorted(near, self.points[kept]), self.mu[kept], sp.csr_matrix(T @ Z), self.slip[rows] + T @ jump
-        )
+            np.searchsorted(near, self.points[kept]), self.mu[kept], sp.csr_matrix(T @ Z), self.slip[rows] + T @ jump,
+            np.concatenate([normal[near], tangential[rows]]),
+        )  # fmt: skip
 
     def spread(self, near: IntArray, forces: Array) -> Array:
         """Components (2 f,) of the forces (2 kept,) of chosen conditions, zero elsewhere."""
@@ -155,14 +164,12 @@ class Slips:
         )  # fmt: skip
 
     def _owed(self, normal: Array, tangential: Array) -> Array:
-        """Slip (f, 3) of what sticks under these forces."""
+        """Slip (n_multipliers, 3) of what sticks under these forces."""
         size = np.linalg.norm(tangential.reshape(2, -1), axis=0)
         sticks = size < self.limit(normal) * (1 - ON_CONE)
-        return self.vectors(self.slip) * sticks[:, None]
-
-
-#: Relative distance from the rim of a cone at which a multiplier slides.
-ON_CONE = 1e-9
+        owed = np.zeros((len(normal), 3))
+        owed[self.points[sticks]] = self.vectors(self.slip)[sticks]
+        return owed
 
 
 def slips(touches: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q: Array, start: SlipStart) -> Slips:
@@ -177,7 +184,7 @@ def slips(touches: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q
     start : SlipStart
     """
     first = np.cumsum([0] + [t.n_multipliers for t in touches])
-    points, mu, frames, slip, T, done = [], [], [], [], [], 0
+    points, mu, frames, slip, T = [], [], [], [], []
     for touch, part, pose, begin in zip(touches, parts, start.poses, first, strict=False):
         if touch.friction == 0:
             continue
@@ -190,13 +197,12 @@ def slips(touches: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q
         if opposite is not None:
             against = against - opposite
             moved = moved - (opposite @ (q - start.q)).reshape(-1, 3)
-        turned = start.owed[done : done + n] @ (touch.master.pose.rotation @ pose.rotation.T).T
+        turned = start.owed[begin : begin + n] @ (touch.master.pose.rotation @ pose.rotation.T).T
         points.append(begin + np.arange(n))
         mu.append(np.full(n, touch.friction))
         frames.append(frame)
         slip.append((P @ moved.ravel()).reshape(2, n) + np.einsum("fi,afi->af", turned, frame))
         T.append([P[:n] @ against, P[n:] @ against])
-        done += n
     if not points:
         empty = sp.csr_matrix((0, len(q)))
         return Slips(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0, 3)), np.zeros(0), empty)

@@ -228,6 +228,11 @@ class AncfSolid:
         return np.repeat(each, 3)
 
     @property
+    def is_slender(self) -> bool:
+        """No."""
+        return False
+
+    @property
     def rigid_modes(self) -> Array:
         """Changes (n_dofs, 6) of the coordinates by the rigid motions about the middle of the mesh's points."""
         return self.space.rigid_modes(self.space.mesh.points.mean(axis=0))

@@ -25,7 +25,7 @@ from fecontact.ancf.assembly import Assembly, Conditions
 from fecontact.ancf.free_motion import check_supports, free_motions
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, unsymmetric_step
-from fecontact.ancf.slip import FrictionEnd, Slips, SlipStart, slip_start, slips
+from fecontact.ancf.slip import FrictionEnd, Slips, SlipStart, slips, unrubbed
 from fecontact.ancf.stage import Stage, Start
 from fecontact.common.arrays import Array
 from fecontact.common.checks import share
@@ -181,7 +181,7 @@ def equilibrium(
         begun = replace(start, level=float(min(levels, key=lambda s: _distance(stage(float(s)), start))))
     level, step = 0.0 if begun is None else begun.level, 1.0 / steps
     q = stage(level).assembly.q0 if begun is None else begun.q
-    since = slip_start(stage(level).assembly.touches, q) if begun is None else begun.friction.start
+    friction = unrubbed(stage(level).assembly.touches, q) if begun is None else begun.friction
     forces = None if begun is None else _joined(begun.forces)
     states: list[State] = [] if begun is None else [begun]
     if begun is not None:
@@ -192,7 +192,7 @@ def equilibrium(
             goal = min(1.0, level + step)
             goal = 1.0 if goal > 1 - 1e-9 else goal
             try:
-                state = _balanced(stage(goal), goal, q, forces, since, tolerance)
+                state = _balanced(stage(goal), goal, q, forces, friction, tolerance)
             except (UnstableError, InvertedError, SolverError) as error:
                 cuts, step, trouble = cuts + 1, step / 2, str(error)
                 if step < SMALLEST_STEP:
@@ -204,7 +204,7 @@ def equilibrium(
                 continue
             bar.update(goal - level)
             states.append(state)
-            level, q, forces, since = goal, state.q, _joined(state.forces), state.friction.start
+            level, q, forces, friction = goal, state.q, _joined(state.forces), state.friction
             if state.nit <= EASY:
                 step = min(2 * step, 1.0 / steps)
     return Path(True, f"Full load reached in {len(states) - (begun is not None)} steps.", tuple(states), cuts)
@@ -247,7 +247,7 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
 def _slip_of(a: Assembly, conditions: Conditions, state: State) -> tuple[Slips, Array]:
     """Slip of a state since its end, where rigid bodies have been moved, and its tangential forces."""
     slip = slips(a.touches, conditions.parts, state.q, state.friction.start)
-    return slip, slip.components(np.concatenate([np.zeros((0, 3)), *state.friction.forces])[slip.points])
+    return slip, state.friction.of(slip)
 
 
 def _distance(stage: Stage, state: State) -> float:
@@ -257,7 +257,10 @@ def _distance(stage: Stage, state: State) -> float:
     conditions, forces = a.conditions(state.q), _joined(state.forces)
     gap = conditions.gap
     slip, tangential = _slip_of(a, conditions, state)
-    off = max(-gap.min(initial=0.0), gap[forces > 0].max(initial=0.0), np.abs(a.lengths * motion).max(initial=0.0))
+    slid = np.linalg.norm(slip.slip.reshape(2, -1), axis=0)[forces[slip.points] > 0].max(initial=0.0)
+    off = max(
+        -gap.min(initial=0.0), gap[forces > 0].max(initial=0.0), np.abs(a.lengths * motion).max(initial=0.0), slid
+    )
     return float(max(_largest(a, rest) / largest, off / a.size, slip.defect(forces, tangential, a.size)))
 
 
@@ -280,18 +283,21 @@ def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> 
     return at
 
 
-def _balanced(stage: Stage, level: float, q: Array, guess: Array | None, since: SlipStart, tolerance: float) -> State:
+def _balanced(
+    stage: Stage, level: float, q: Array, guess: Array | None, before: FrictionEnd, tolerance: float
+) -> State:
     """Newton iterations at one level, from coordinates and contact forces of the previous level.
 
-    Without contact whole steps are tried first: a slender member turns with little strain, and its energy rises on the
-    way, so that a search along the step would only shorten it. The tangent must be positive definite throughout.
+    Without contact of bricks whole steps are tried first: a slender member turns with little strain, and its energy
+    rises on the way, so that a search along the step would only shorten it. The tangent must be positive definite
+    throughout.
     """
-    if not stage.assembly.touches:
+    if not stage.assembly.touches or all(s.is_slender for s in stage.assembly.solids):
         try:
-            return _iterated(stage, level, q, guess, since, tolerance, MOST_WHOLE_STEPS)
-        except (UnstableError, InvertedError):
+            return _iterated(stage, level, q, guess, before, tolerance, MOST_WHOLE_STEPS)
+        except (UnstableError, InvertedError, SolverError):
             pass
-    return _iterated(stage, level, q, guess, since, tolerance)
+    return _iterated(stage, level, q, guess, before, tolerance)
 
 
 def _iterated(
@@ -299,7 +305,7 @@ def _iterated(
     level: float,
     q: Array,
     guess: Array | None,
-    since: SlipStart,
+    before: FrictionEnd,
     tolerance: float,
     whole_steps: int = 0,
 ) -> State:
@@ -308,9 +314,11 @@ def _iterated(
     Z = a.free
     load, jump = stage.load(q), stage.jump(q)
     conditions, internal = a.conditions(q), a.forces(q)
+    since = before.start
     slip = slips(a.touches, conditions.parts, q, since)
+    tangential = before.of(slip)
     forces = np.zeros(len(conditions.gap)) if guess is None else guess
-    widths = np.sqrt(np.concatenate([t.areas for t in a.touches])) if a.touches else np.zeros(0)
+    widths = np.concatenate([np.zeros(0), *(t.widths for t in a.touches)])
     floats = check_supports(a)
     for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
         near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
@@ -324,7 +332,7 @@ def _iterated(
             free = sp.csr_matrix((free + free.T) / 2) if stage.follow else free
             change, pressing, dragging = contact_step(
                 free, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0,
-                slip.rows(near, Z, jump), free_motions(a, q) if floats else None, order,
+                slip.rows(near, Z, jump, forces, tangential), free_motions(a, q) if floats else None, order,
             )  # fmt: skip
         else:
             change, pressing, dragging = unsymmetric_step(free, Z.T @ r), np.zeros(0), np.zeros(0)

@@ -16,6 +16,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -52,6 +53,26 @@ class ContactGaps:
     G: sp.csr_matrix
     projection: Projection
     means: sp.csr_matrix
+
+
+class Slave(Protocol):
+    """What carries the multipliers: faces of bricks, or lines and middle surfaces of slender members."""
+
+    @property
+    def named(self) -> object:
+        """What tells it from others of the same body."""
+
+    @property
+    def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
+        """Rows N (n_points, n_functions), A (n_multipliers, n_points), areas (n_multipliers,); lengths of a line."""
+
+    @property
+    def widths(self) -> Array:
+        """Lengths (n_multipliers,) on which multipliers act."""
+
+    @property
+    def offset(self) -> float:
+        """Distance of the skin that touches from the points."""
 
 
 class Master(ABC):
@@ -168,12 +189,12 @@ class FacesMaster(Master):
 
 @dataclass(frozen=True, eq=False)
 class ContactConstraints:
-    """Contact constraints of faces of an ANCF solid against a rigid body or faces of another solid.
+    """Contact constraints of faces or slender members against a rigid body or faces of another solid.
 
     Parameters
     ----------
-    slave : Faces
-        Faces with the multipliers.
+    slave : Faces or Trace
+        What has the multipliers.
     slave_start : int
         Its first coordinate among those of all bodies.
     master : RigidMaster or FacesMaster
@@ -188,7 +209,7 @@ class ContactConstraints:
         If it is negative or not a number.
     """
 
-    slave: Faces
+    slave: Slave
     slave_start: int
     master: Master
     n_dofs: int
@@ -200,7 +221,7 @@ class ContactConstraints:
     @property
     def pair(self) -> tuple[object, ...]:
         """The two sides of the contact: faces, or the rigid body."""
-        return self.slave.faces, self.slave_start, self.master.named
+        return self.slave.named, self.slave_start, self.master.named
 
     @property
     def n_multipliers(self) -> int:
@@ -234,7 +255,7 @@ class ContactConstraints:
         opposite = self.master.rows(projection, self.n_dofs)
         if opposite is not None:
             points = points - opposite
-        gap = means @ np.where(hidden, 0.0, projection.gap)
+        gap = means @ np.where(hidden, 0.0, projection.gap - self.slave.offset)
         gap[np.diff(means.indptr) == 0] = np.inf
         if hidden.any():
             gap[np.asarray(means.sum(axis=1)).ravel() == 0] = np.inf
@@ -258,6 +279,11 @@ class ContactConstraints:
     def areas(self) -> Array:
         """Areas (n_multipliers,) in the initial geometry: force over area is the pressure of a multiplier."""
         return self.slave.quadrature[2]
+
+    @cached_property
+    def widths(self) -> Array:
+        """Lengths (n_multipliers,) on which multipliers act."""
+        return self.slave.widths
 
 
 def _on(body: RigidBody, points: Array) -> Projection:

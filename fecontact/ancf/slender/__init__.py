@@ -5,6 +5,7 @@ from fecontact.ancf.slender.corotational import CorotationalBeam
 from fecontact.ancf.slender.joints import Joints
 from fecontact.ancf.slender.kinds import beam, line, plate, strip, thick_plate
 from fecontact.ancf.slender.structure import Part, Structure
+from fecontact.ancf.slender.trace import touching
 
 __all__ = [
     "CorotationalBeam",
@@ -17,4 +18,5 @@ __all__ = [
     "straight",
     "strip",
     "thick_plate",
+    "touching",
 ]

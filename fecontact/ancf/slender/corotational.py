@@ -136,6 +136,11 @@ class CorotationalBeam:
         return np.tile([direction[0], direction[1], 0.0], len(self._nodes))
 
     @property
+    def is_slender(self) -> bool:
+        """Yes."""
+        return True
+
+    @property
     def rigid_modes(self) -> Array:
         """Changes (n_dofs, 6) by rigid motions about the middle; those out of the plane are none."""
         arm = self._nodes - self._nodes.mean(axis=0)

@@ -150,6 +150,11 @@ class Structure:
         return np.cross(axis, arms).ravel()
 
     @property
+    def is_slender(self) -> bool:
+        """Yes."""
+        return True
+
+    @property
     def rigid_modes(self) -> Array:
         """Changes (n_dofs, 6) by the rigid motions about the middle of the nodes."""
         middle, axes = self.vectors[:, 0].mean(axis=0), np.eye(3)

@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, equilibrium
-from fecontact.ancf.slip import slip_start, slips
+from fecontact.ancf.slip import slips, unrubbed
 
 MU = 0.3
 FLOOR = fc.RigidBody(fc.Plane(), name="floor")
@@ -44,7 +44,7 @@ def test_slip_and_its_gradient_by_differences(other, at):
     a = Assembly.of(solids, None, [contact])
     rng = np.random.default_rng(1)
     q = a.q0 + 1e-3 * rng.standard_normal(a.n_dofs)
-    start, step = slip_start(a.touches, q), rng.standard_normal(a.n_dofs)
+    start, step = unrubbed(a.touches, q).start, rng.standard_normal(a.n_dofs)
     # slip since q itself is zero, so that the turn of the tangents has no part in the derivative there
     now = slips(a.touches, a.conditions(q).parts, q, start)
     ahead, behind = (slips(a.touches, a.conditions(x).parts, x, start).slip for x in (q + 1e-5 * step, q - 1e-5 * step))

@@ -1,0 +1,129 @@
+"""Contact of slender members: multipliers along the axis of a line or on the middle surface of a plate.
+
+The skin lies at a constant distance from the axis or middle surface, a radius or half a thickness; the gap is that of
+the axis less this distance. Friction acts at the axis: the couple of its lever, the distance of the skin, is left out.
+
+Every element has one multiplier, its mean gap. A member that wraps a body is held in all its forms by more: with two
+for each element of a cable laid on a drum (ends and middles, as the corners and sides of a brick's faces) pressures
+alternate between nothing and twice their value; with one they are right to 1e-3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.ancf.slender.structure import Structure
+from fecontact.ancf.touch import ContactConstraints, RigidMaster
+from fecontact.bodies.rigid import RigidBody
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import number
+from fecontact.common.errors import InputError
+
+#: Gauss points of an element along each of its axes.
+POINTS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Axis or middle surface of some elements of a structure, with the distance of its skin.
+
+    Parameters
+    ----------
+    structure : Structure
+    elements : (n,) int array
+    offset : float
+    """
+
+    structure: Structure
+    elements: IntArray
+    offset: float
+
+    @property
+    def named(self) -> tuple[IntArray, float]:
+        """Elements and distance."""
+        return self.elements, self.offset
+
+    @property
+    def _is_line(self) -> bool:
+        return len(self.structure.shape.nodes) == 2
+
+    @cached_property
+    def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
+        """Rows N (n_points, n_functions), A (n, n_points), and areas or lengths (n,) of the elements."""
+        s, each = self.structure, self.elements
+        x, w = np.polynomial.legendre.leggauss(POINTS)
+        local = np.zeros((POINTS, 3))
+        local[:, 0], weights = (1 + x) / 2, w / 2
+        if not self._is_line:
+            local = local.repeat(POINTS, axis=0) + np.tile(local[:, [1, 0, 2]], (POINTS, 1))
+            weights = np.outer(weights, weights).ravel()
+        n, n_q = len(each), len(weights)
+        values = s.shape.functions(s.lengths[each], local)
+        rows = np.arange(n * n_q).repeat(values.shape[2])
+        columns = s.functions[each].repeat(n_q, axis=0).ravel()
+        N = sp.csr_matrix((values.ravel(), (rows, columns)), shape=(n * n_q, s.n_dofs // 3))
+        A = sp.kron(sp.eye_array(n), weights[None], format="csr")
+        return N, sp.csr_matrix(A), np.prod(s.lengths[each, : 1 if self._is_line else 2], axis=1)
+
+    @cached_property
+    def widths(self) -> Array:
+        """Lengths (n_multipliers,) on which multipliers act."""
+        areas = self.quadrature[2]
+        return areas if self._is_line else np.sqrt(areas)
+
+
+def touching(
+    structures: Sequence[Structure],
+    number_of: int,
+    body: RigidBody,
+    *,
+    offset: float = 0.0,
+    friction: float = 0.0,
+    elements: Sequence[int] | None = None,
+) -> ContactConstraints:
+    """Contact of one of several structures with a rigid body.
+
+    Parameters
+    ----------
+    structures : sequence of Structure
+        All members of the assembly, in order.
+    number_of : int
+        The one that touches, counted from 0.
+    body : RigidBody
+    offset : float
+        Distance of its skin from the axis or middle surface: a radius, or half a thickness.
+    friction : float
+        Coulomb's coefficient; `inf` for a rough surface.
+    elements : sequence of int, optional
+        Elements that may touch; all unless given.
+
+    Raises
+    ------
+    InputError
+        For unknown structures or elements, or an offset that is negative or not a number.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> from fecontact.ancf.slender import line, straight
+    >>> cable = line(straight((0, 0, 0.1), (1, 0, 0.1), 4), EA=1.0, EI=1.0)
+    >>> contact = touching([cable], 0, fc.RigidBody(fc.Plane()), offset=0.1)
+    >>> contact.n_multipliers, float(abs(contact.at(cable.q0).gap).max().round(12))
+    (4, 0.0)
+    """
+    if not 0 <= number_of < len(structures):
+        raise InputError(f"There are {len(structures)} structures, counted from 0; found {number_of}.")
+    if not 0 <= number(offset) < np.inf:
+        raise InputError(f"offset must be a radius or half a thickness, zero or positive; found {offset!r}.")
+    s = structures[number_of]
+    chosen = np.arange(len(s.cells)) if elements is None else np.unique(np.asarray(elements, dtype=np.int64))
+    if not len(chosen) or chosen[0] < 0 or chosen[-1] >= len(s.cells):
+        raise InputError(f"Structure {number_of} has {len(s.cells)} elements, counted from 0; found {elements!r}.")
+    start = sum(each.n_dofs for each in structures[:number_of])
+    n_dofs = sum(each.n_dofs for each in structures)
+    return ContactConstraints(Trace(s, chosen, float(offset)), start, RigidMaster(body), n_dofs, friction)
