@@ -8,6 +8,7 @@ The eight-node brick (`hexahedron`) on any mesh of hexahedra. Coordinates are a 
                                `nodes`, `start`, `n_dofs`
 `AncfSolid(space, material)`   `energy(q)`, `forces(q)` (elastic, the gradient of the energy), `tangent(q)` (sparse,
                                symmetric), `stiffness` (at q0), `mass` (sparse, constant)
+`Joints(solids)`               joints and hubs as linear conditions on coordinates: `free` for an `Assembly`
 `hold(space, supports)`        `Supports.free`: q = q0 + Z y with free y; then Z^T forces, Z^T tangent Z, Z^T mass Z
 `weight, body_force`           constant forces Q (n_dofs,) of gravity
 `force_at(space, point, f)`    constant forces Q (n_dofs,) of a single force; also `point_force, nodal_force`
@@ -46,6 +47,7 @@ from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.dynamics import Motion, move
 from fecontact.ancf.followers import Follower, FollowerPressure, Moment
 from fecontact.ancf.hexahedron import ElementHexAncf, gauss, shapes
+from fecontact.ancf.joints import Joints
 from fecontact.ancf.laws import InvertedError, Law, NeoHookean, Response, StVenantKirchhoff
 from fecontact.ancf.loads import (
     body_force,
@@ -77,6 +79,7 @@ __all__ = [
     "FollowerPressure",
     "GeneralisedAlpha",
     "InvertedError",
+    "Joints",
     "Law",
     "Moment",
     "Motion",

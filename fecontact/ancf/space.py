@@ -277,6 +277,7 @@ class AncfSpace:
         wider = (high - low).max(axis=1, keepdims=True) / 4  # a curved side bulges beyond its nodes
         low, high = low - wider, high + wider
         point, cells = np.nonzero(((x[:, None] >= low) & (x[:, None] <= high)).all(axis=2))
+        _refuse_outside(x, point)
         X = np.full((len(point), 3), 0.5)
         for _ in range(LOCATING):
             _, dN = shapes(X)
@@ -288,18 +289,20 @@ class AncfSpace:
         )
         inside = distance < INSIDE
         found, first = np.unique(point[inside], return_index=True)
-        if len(found) < len(x):
-            lost = np.setdiff1d(np.arange(len(x)), found)
-            raise InputError(
-                f"{len(lost)} of {len(x)} points lie outside the initial shape, the first at {x[lost[0]].tolist()}; "
-                "choose points inside it or on its surface."
-            )
+        _refuse_outside(x, found)
         return cells[inside][first], X[inside][first]
 
     def rows_at(self, cells: IntArray, X: Array) -> sp.csr_matrix:
         """Values (n, n_functions) of all functions at material points, cell (n,) and reference coordinates (n, 3)."""
         N, _ = shapes(X)
         return self._sparse(cells, self.values(cells, N[:, None, :])[:, 0])
+
+    def gradient_rows_at(self, cells: IntArray, X: Array) -> list[sp.csr_matrix]:
+        """Rows (n, n_functions) of the derivative along each material axis at material points."""
+        _, dN = shapes(X)
+        dS = self.reference_gradients(cells, dN[:, None])[:, 0]
+        inverse, _ = inverse_3x3(np.einsum("cai,caj->cij", self._cell_q0[cells], dS))
+        return [self._sparse(cells, column) for column in np.moveaxis(dS @ inverse, 2, 0)]
 
     def gradient_at(self, q: Array, cells: IntArray, X: Array) -> Array:
         """Deformation gradients dr_i/dX_j (n, 3, 3) at material points."""
@@ -358,6 +361,16 @@ class AncfSpace:
             J = np.einsum("cai,cqaj->cqij", self._cell_q0[cells], self.reference_gradients(cells, dN), optimize=True)
             out[cells] = determinant_3x3(J) @ W
         return out
+
+
+def _refuse_outside(points: Array, found: IntArray) -> None:
+    """Refuse points (n, 3) that are not among those found in a cell, by number."""
+    lost = np.setdiff1d(np.arange(len(points)), found)
+    if len(lost):
+        raise InputError(
+            f"{len(lost)} of {len(points)} points lie outside the initial shape, the first at "
+            f"{points[lost[0]].tolist()}; choose points inside it or on its surface."
+        )
 
 
 def deformation_gradients(e: Array, batch: GradientBatch) -> Array:

@@ -1,0 +1,224 @@
+"""Supports and joints of bricks and slender structures: linear conditions on coordinates, eliminated beforehand.
+
+A joint ties positions or gradients of two places, which keep their initial difference; a support fixes them. The
+directions that are left free, an orthonormal basis, are all that statics and dynamics move, so that joints are exact
+and cost nothing. A place is a node of a slender structure, or any point of a solid of bricks.
+
+A reference node (hub) is a solid of bricks that moves affinely, r = A X + b, by its twelve coordinates: `affine`. Of a
+stiff material it is nearly rigid; boundaries of other solids follow it by `follows`, a moment or a prescribed motion
+acts on it as on any solid. Source: A. A. Shabana, ANCF reference node for multibody system analysis, Proc. IMechE K 229
+(2015).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.supports import hold
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.fem.support import Support
+
+#: A member's number and a node of it, or a point or points (n, 3) of the initial shape of bricks.
+Place = tuple[int, Any]
+
+
+class Jointed(Protocol):
+    """What joints ask of a member; besides, bricks have a `space`, and slender structures `vectors` and a `name`."""
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of coordinates."""
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """Conditions on the coordinates of several structures, one after the other.
+
+    Parameters
+    ----------
+    structures : sequence of AncfSolid, Structure or CorotationalBeam
+
+    Examples
+    --------
+    >>> from fecontact.ancf.slender import line, straight
+    >>> cable = line(straight((0, 0, 0), (1, 0, 0), 2), EA=1.0, EI=1.0)
+    >>> joints = Joints([cable])
+    >>> joints.free([joints.flat(), joints.clamped((0, 0))]).shape
+    (18, 8)
+
+    A hinge of a brick about the middle of an edge of its end, and a hub:
+
+    >>> import fecontact as fc
+    >>> from fecontact.ancf import AncfSolid, AncfSpace
+    >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0))
+    >>> joints = Joints([cube])
+    >>> joints.free([joints.pinned((0, (0.0, 0.5, 0.5)))]).shape
+    (96, 93)
+    >>> joints.free([joints.affine(0)]).shape
+    (96, 12)
+    """
+
+    structures: Sequence[Jointed]
+
+    def _rows(self, place: Place, given: Sequence[int] | None, directions: ArrayLike | None = None) -> sp.csr_matrix:
+        """Components along directions (k, 3) of some vectors of a node, or of all."""
+        k, where = place
+        self._check(k)
+        along = np.eye(3) if directions is None else np.atleast_2d(np.asarray(directions, dtype=float))
+        return self._placed(k, sp.kron(_vectors(self.structures[k], k, where, given), along, format="csr"))
+
+    def _check(self, k: int) -> None:
+        if not 0 <= k < len(self.structures):
+            raise InputError(f"There are {len(self.structures)} structures, counted from 0; found {k}.")
+
+    def _space(self, k: int) -> AncfSpace:
+        self._check(k)
+        space: AncfSpace | None = getattr(self.structures[k], "space", None)
+        if space is None:
+            raise InputError(f"Member {k} has no bricks, which this condition needs.")
+        return space
+
+    def _placed(self, k: int, rows: sp.csr_matrix) -> sp.csr_matrix:
+        """Rows on the coordinates of member k as rows on all."""
+        sizes = [s.n_dofs for s in self.structures]
+        before = sp.csr_matrix((rows.shape[0], sum(sizes[:k])))
+        return sp.hstack([before, rows, sp.csr_matrix((rows.shape[0], sum(sizes[k + 1 :])))], format="csr")
+
+    def clamped(self, place: Place) -> sp.csr_matrix:
+        """Position and all gradients fixed."""
+        return self._rows(place, None)
+
+    def pinned(self, place: Place, directions: ArrayLike | None = None) -> sp.csr_matrix:
+        """Position fixed, or along some directions (k, 3) only: a slot or roller."""
+        return self._rows(place, [0], directions)
+
+    def guided(self, place: Place, gradient: int, directions: ArrayLike | None = None) -> sp.csr_matrix:
+        """A gradient (1, 2 or 3) fixed, or along some directions only, as by symmetry."""
+        return self._rows(place, [gradient], directions)
+
+    def flat(self) -> sp.csr_matrix:
+        """All vectors of all nodes kept in the plane x, y."""
+        n_dofs = sum(s.n_dofs for s in self.structures)
+        columns = np.arange(2, n_dofs, 3)
+        return sp.csr_matrix((np.ones(len(columns)), (np.arange(len(columns)), columns)), shape=(len(columns), n_dofs))
+
+    def held(self, k: int, supports: Mapping[str, Support]) -> sp.csr_matrix:
+        """Boundaries of a solid of bricks held as by `hold`, such as {"base": "xyz"}."""
+        return self._placed(k, hold(self._space(k), supports).rows)
+
+    def affine(self, k: int) -> sp.csr_matrix:
+        """A solid of bricks that moves by r = A X + b only: a hub of twelve coordinates."""
+        modes = scipy.linalg.orth(_affine(self._space(k)))
+        return self._placed(k, sp.csr_matrix(scipy.linalg.null_space(modes.T).T))
+
+    def follows(self, k: int, boundary: str, hub: int) -> sp.csr_matrix:
+        """A boundary of a solid of bricks that moves with a hub: its positions and in-face gradients, as in a clamp.
+
+        The hub needs the condition `affine`, and may lie anywhere.
+        """
+        space, centre = self._space(k), self._space(hub)
+        if k == hub:
+            raise InputError(f"Solid {k} cannot follow itself; give the number of the hub.")
+        # A and b from the hub's first node: r = r_0 + F_0 (X - X_0)
+        first = int(centre.start[0])
+        at = centre.q0.reshape(-1, 3)[first]
+        pick = sp.csr_matrix((np.ones(12), (np.arange(12), 3 * first + np.arange(12))), shape=(12, centre.n_dofs))
+        rows = hold(space, {boundary: "xyz"}).rows
+        moved = sp.csr_matrix(rows @ _affine(space, at))
+        return sp.csr_matrix(self._placed(k, rows) - self._placed(hub, sp.csr_matrix(moved @ pick)))
+
+    def spherical(self, one: Place, other: Place) -> sp.csr_matrix:
+        """Positions tied; in a plane a pin joint."""
+        return sp.csr_matrix(self._rows(one, [0]) - self._rows(other, [0]))
+
+    def slot(self, one: Place, other: Place, along: ArrayLike) -> sp.csr_matrix:
+        """Positions tied across a fixed direction (3,)."""
+        across = scipy.linalg.null_space(np.atleast_2d(np.asarray(along, dtype=float))).T
+        return sp.csr_matrix(self._rows(one, [0], across) - self._rows(other, [0], across))
+
+    def revolute(self, one: Place, other: Place, gradient: int) -> sp.csr_matrix:
+        """Positions tied, and the gradient (1, 2 or 3) along the axis of the hinge."""
+        return sp.csr_matrix(self._rows(one, [0, gradient]) - self._rows(other, [0, gradient]))
+
+    def rigid(self, one: Place, other: Place) -> sp.csr_matrix:
+        """Positions and all gradients tied; nodes may differ in place and direction only by a constant."""
+        vectors = range(min(_per_place(self.structures[p[0]]) for p in (one, other)))
+        return sp.csr_matrix(self._rows(one, vectors) - self._rows(other, vectors))
+
+    def free(self, conditions: Sequence[sp.csr_matrix]) -> sp.csr_matrix:
+        """Orthonormal directions (n_dofs, n_free) that fulfil all conditions.
+
+        Conditions on single coordinates are eliminated as they are, others by the null space of their rows, which are
+        few.
+        """
+        rows = sp.vstack(conditions, format="csr")
+        rows.eliminate_zeros()
+        n = rows.shape[1]
+        single = np.diff(rows.indptr) == 1
+        held = np.unique(rows[np.flatnonzero(single)].indices)
+        loose = np.setdiff1d(np.arange(n), held)
+        rest = rows[np.flatnonzero(~single)][:, loose]
+        touched = np.unique(rest.indices)
+        others = np.setdiff1d(np.arange(len(loose)), touched)
+        basis = null_space(rest[:, touched].toarray())
+        ends = sp.csc_matrix((np.ones(len(others)), (loose[others], np.arange(len(others)))), shape=(n, len(others)))
+        tied = sp.lil_matrix((n, basis.shape[1]))
+        if len(touched):
+            tied[loose[touched]] = basis
+        return sp.csr_matrix(sp.hstack([ends, tied.tocsc()]))
+
+
+def _per_place(member: Any) -> int:
+    """Position and gradients of a place."""
+    return 4 if hasattr(member, "space") else int(member.vectors.shape[1])
+
+
+def _vectors(member: Any, k: int, where: Any, given: Sequence[int] | None) -> sp.csr_matrix:
+    """Rows (m, n_dofs / 3) of some vectors of a place, or of all."""
+    vectors = np.arange(_per_place(member)) if given is None else np.asarray(given)
+    if vectors.max() >= _per_place(member):
+        name = "solid of bricks" if hasattr(member, "space") else member.name
+        raise InputError(
+            f"A node of a {name} has a position and {_per_place(member) - 1} gradients; this joint needs "
+            f"{vectors.max()}."
+        )
+    if hasattr(member, "space"):
+        points = np.atleast_2d(np.asarray(where, dtype=float))
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise InputError(f"A place of bricks is a point of three finite numbers, or several; found {where!r}.")
+        cells, X = member.space.located(points)
+        every = [member.space.rows_at(cells, X), *member.space.gradient_rows_at(cells, X)]
+        return sp.vstack([every[v] for v in vectors], format="csr")
+    n_nodes, per_node = member.vectors.shape[:2]
+    if not -n_nodes <= where < n_nodes:
+        raise InputError(f"Structure {k} has {n_nodes} nodes, counted from 0; found {where}.")
+    columns = per_node * (where % n_nodes) + vectors
+    shape = (len(columns), n_nodes * per_node)
+    return sp.csr_matrix((np.ones(len(columns)), (np.arange(len(columns)), columns)), shape=shape)
+
+
+def _affine(space: AncfSpace, about: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+    """Changes (n_dofs, 12) of the coordinates by unit b, and by unit columns of A about a point (3,)."""
+    origin, out = np.asarray(about, dtype=float), [space.affine(np.zeros((3, 3)), e) for e in np.eye(3)]
+    for column in range(3):
+        for e in np.eye(3):
+            A = np.outer(e, np.eye(3)[column])
+            out.append(space.affine(A, -A @ origin))
+    return np.stack(out, axis=1)
+
+
+def null_space(rows: Array) -> Array:
+    """Orthonormal null space (n, k) of rows (m, n), dependent ones among them."""
+    if rows.shape[1] == 0 or rows.shape[0] == 0:
+        return np.eye(rows.shape[1])
+    return np.asarray(scipy.linalg.null_space(rows, rcond=1e-10))

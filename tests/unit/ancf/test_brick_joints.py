@@ -1,0 +1,160 @@
+"""Joints and hubs of bricks: what they tie, against rigid bodies and beams."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import fecontact as fc
+from fecontact.ancf import (
+    AncfSolid,
+    AncfSpace,
+    Assembly,
+    EnergyMomentum,
+    Joints,
+    Moment,
+    Stage,
+    equilibrium,
+    force_at,
+    move,
+)
+from fecontact.ancf.slender import line, straight
+
+
+def bar(size, divisions, E=1.0, at=(0.0, 0.0, 0.0)):
+    mesh = fc.shapes.block(size, divisions, element="hex8").translated(at)
+    return AncfSolid(AncfSpace(mesh), fc.Material(E=E, nu=0.0, density=1.0), points=3)
+
+
+@pytest.fixture(scope="module")
+def cubes():
+    return Joints([bar((1.0, 1.0, 1.0), (1, 1, 1)), bar((1.0, 1.0, 1.0), (1, 1, 1), at=(1.0, 0.0, 0.0))])
+
+
+def test_joints_tie_what_they_say_and_leave_the_rest(cubes):
+    one, other = (0, (1.0, 0.3, 0.5)), (1, (1.0, 0.3, 0.5))
+    for condition, rank in (
+        (cubes.pinned(one), 3),
+        (cubes.pinned(one, [(1, 1, 0)]), 1),
+        (cubes.pinned((0, [(0.0, 0.0, 0.5), (0.0, 1.0, 0.5)])), 6),
+        (cubes.clamped(one), 12),
+        (cubes.guided(one, 2), 3),
+        (cubes.spherical(one, other), 3),
+        (cubes.slot(one, other, (1, 1, 1)), 2),
+        (cubes.revolute(one, other, 2), 6),
+        (cubes.rigid(one, other), 12),
+        (cubes.held(1, {"x_max": "xyz"}), 36),
+        (cubes.affine(0), 84),
+        (cubes.follows(1, "x_min", 0), 36),
+    ):
+        Z = cubes.free([condition]).toarray()
+        assert Z.shape == (192, 192 - rank)
+        assert np.abs(Z.T @ Z - np.eye(Z.shape[1])).max() < 1e-13
+        assert np.abs(condition @ Z).max() < 1e-13
+
+
+def test_what_follows_a_hub_moves_with_it(cubes):
+    """One affine motion of both solids fulfils the conditions, and one of the second alone does not."""
+    rng, (hub, cube) = np.random.default_rng(0), cubes.structures
+    A, b = np.eye(3) + rng.standard_normal((3, 3)), rng.standard_normal(3)
+    rest = np.concatenate([hub.q0, cube.q0])
+    both = np.concatenate([hub.space.affine(A, b), cube.space.affine(A, b)]) - rest
+    alone = np.concatenate([hub.q0, cube.space.affine(A, b)]) - rest
+    for condition in (cubes.follows(1, "x_min", 0), cubes.affine(0)):
+        assert np.abs(condition @ both).max() < 1e-12
+    assert np.abs(cubes.follows(1, "x_min", 0) @ alone).max() > 0.1
+
+
+def test_a_stiff_bar_on_a_hinge_is_the_physical_pendulum():
+    """Hinged at two points of its middle plane, released level. Source: I phi'' = m g (L/2) cos phi, to 1e-10."""
+    length, side, until = 1.0, 0.1, 0.6
+    stick = bar((length, side, side), (2, 1, 1), E=1e6)
+    joints = Joints([stick])
+    hinge = joints.pinned((0, [(0.0, 0.0, side / 2), (0.0, side, side / 2)]))
+    a = Assembly([stick], joints.free([hinge]))
+    motion = move(a, until=until, step=0.01, scheme=EnergyMomentum(), gravity=(0, 0, -9.81), every=1)
+    tip = np.array([stick.space.points_at(q, np.array([1]), np.array([[1.0, 0.5, 0.5]]))[0] for q in motion.frames])
+    angle = np.unwrap(np.arctan2(side / 2 - tip[:, 2], tip[:, 0]))
+    inertia = (length**2 / 4 + (length**2 + side**2) / 12) / (length / 2)
+    exact = solve_ivp(
+        lambda _, y: [y[1], 9.81 * np.cos(y[0]) / inertia],
+        (0, until), [0.0, 0.0], t_eval=motion.frame_times, rtol=1e-10, atol=1e-12,
+    ).y[0]  # fmt: skip
+    assert np.abs(angle - exact).max() < 2e-3  # (w h)^2 / 12 of the angle, and 1e-4 of strain
+    assert motion.drift < 1e-9
+
+
+def test_two_bars_in_flight_keep_momentum_energy_and_the_joint():
+    one, other = bar((1.0, 0.2, 0.2), (1, 1, 1), 100.0), bar((1.0, 0.2, 0.2), (1, 1, 1), 100.0, (1.0, 0.0, 0.0))
+    joints, x = Joints([one, other]), (1.0, 0.1, 0.1)
+    a = Assembly([one, other], joints.free([joints.revolute((0, x), (1, x), 2)]))
+    spin = one.space.affine(np.array([[0.0, 0, -1], [0, 0, 0], [1, 0, 0]]), (0.0, 0.0, -1.0))
+    velocity = np.concatenate([spin, -other.space.affine(np.array([[0.0, 0, -1], [0, 0, 0], [1, 0, 0]]), (0, 0, -1.0))])
+    motion = move(a, until=0.5, step=0.02, scheme=EnergyMomentum(), velocity=velocity, every=1)
+    assert motion.drift < 1e-9
+    assert np.abs(motion.momentum - motion.momentum[0]).max() < 1e-12
+    point = [np.array([0]), np.array([[1.0, 0.5, 0.5]])], [np.array([0]), np.array([[0.0, 0.5, 0.5]])]
+    q = motion.frames[-1]
+    ends = [s.space.points_at(a.part(q, k), *point[k]) for k, s in enumerate((one, other))]
+    assert np.abs(ends[0] - ends[1]).max() < 1e-12
+    folded = [s.space.gradient_at(a.part(q, k), *point[k])[0] @ [1, 0, 0] for k, s in enumerate((one, other))]
+    assert folded[0] @ folded[1] < 0.9 * np.linalg.norm(folded[0]) * np.linalg.norm(folded[1])
+
+
+@pytest.fixture(scope="module")
+def with_hub():
+    """A cantilever of length 10 and side 1 whose end is carried by a hub, half a length beyond it."""
+    beam, hub = bar((10.0, 1.0, 1.0), (4, 1, 1), E=1e3), bar((1.0, 1.0, 1.0), (1, 1, 1), E=1e6, at=(15.0, 0.0, 0.0))
+    joints = Joints([beam, hub])
+    free = joints.free([joints.held(0, {"x_min": "xyz"}), joints.affine(1), joints.follows(0, "x_max", 1)])
+    return Assembly([beam, hub], free)
+
+
+def test_moments_and_offset_forces_on_a_hub_bend_a_beam(with_hub):
+    """Euler and Bernoulli: the angle of the end is M L / (E I), and F L (L/2 + d) / (E I) for a force d beyond it."""
+    a, EI, length = with_hub, 1e3 / 12, 10.0
+    hub = a.solids[1].space
+
+    def angle(stage):
+        path = equilibrium(stage, steps=1)
+        assert path.success
+        F = hub.gradient_at(a.part(path.last.q, 1), np.array([0]), np.array([[0.5, 0.5, 0.5]]))[0]
+        return np.arctan2(-F[2, 0], F[0, 0])
+
+    moment = 1e-3
+    turned = angle(lambda s: Stage(a, follow=[Moment(1, "top", (0.0, s * moment, 0.0))]))
+    assert abs(turned / (moment * length / EI) - 1) < 1e-3
+    force = np.concatenate([np.zeros(a.starts[1]), force_at(hub, (15.5, 0.5, 0.5), (0.0, 0.0, -moment))])
+    turned = angle(lambda s: Stage(a, forces=s * force))
+    assert abs(turned / (moment * length * (length / 2 + 5.5) / EI) - 1) < 1e-3
+
+
+def test_a_hub_is_driven(with_hub):
+    """A hub turned by a given angle needs the moment of the beam in pure bending about the end, if it may shift."""
+    a, length, turn = with_hub, 10.0, 2e-3
+    joints = Joints(a.solids)
+    hub = a.solids[1].space
+    conditions = [joints.held(0, {"x_min": "xyz"}), joints.affine(1), joints.follows(0, "x_max", 1)]
+    middle = (1, (15.5, 0.5, 0.5))
+    driven = Assembly(a.solids, joints.free([*conditions, *(joints.guided(middle, k) for k in (1, 2, 3))]))
+    motion = np.concatenate([np.zeros(a.starts[1]), hub.affine(fc.rotation_about((0, 1, 0), turn)) - hub.q0])
+    path = equilibrium(lambda s: Stage(driven, motion=s * motion), steps=1)
+    assert path.success
+    moment = 2 * path.last.energy / turn
+    assert abs(moment / (1e3 / 12 * turn / length) - 1) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda j: j.pinned((2, (0, 0, 0))), "There are 2 structures"),
+        (lambda j: j.pinned((0, (5.0, 0, 0))), "outside"),
+        (lambda j: j.pinned((0, 3)), "three finite numbers"),
+        (lambda j: j.guided((0, (0.0, 0, 0)), 4), "3 gradients"),
+        (lambda j: j.follows(0, "x_min", 0), "cannot follow itself"),
+        (lambda j: j.held(0, {"lid": "xyz"}), "lid"),
+        (lambda j: Joints([line(straight((0, 0, 0), (1, 0, 0), 1), EA=1.0, EI=1.0)]).affine(0), "no bricks"),
+    ],
+)
+def test_refused(cubes, make, match):
+    with pytest.raises(fc.InputError, match=match):
+        make(cubes)
