@@ -74,8 +74,16 @@ class Joints:
         """Components along directions (k, 3) of some vectors of a node, or of all."""
         k, where = place
         self._check(k)
+        member = self.structures[k]
+        every = _vectors(member, k, where)
+        vectors = range(len(every)) if given is None else given
+        if max(vectors) >= len(every):
+            raise InputError(
+                f"A node of a {getattr(member, 'name', 'solid')} has a position and {len(every) - 1} gradients; this "
+                f"joint needs {max(vectors)}."
+            )
         along = np.eye(3) if directions is None else np.atleast_2d(np.asarray(directions, dtype=float))
-        return self._placed(k, sp.kron(_vectors(self.structures[k], k, where, given), along, format="csr"))
+        return self._placed(k, sp.kron(sp.vstack([every[v] for v in vectors]), along, format="csr"))
 
     def _check(self, k: int) -> None:
         if not 0 <= k < len(self.structures):
@@ -152,8 +160,39 @@ class Joints:
 
     def rigid(self, one: Place, other: Place) -> sp.csr_matrix:
         """Positions and all gradients tied; nodes may differ in place and direction only by a constant."""
-        vectors = range(min(_per_place(self.structures[p[0]]) for p in (one, other)))
+        vectors = range(min(len(_vectors(self.structures[k], k, where)) for k, where in (one, other)))
         return sp.csr_matrix(self._rows(one, vectors) - self._rows(other, vectors))
+
+    def motion(self, conditions: Sequence[sp.csr_matrix], changes: Sequence[ArrayLike | None]) -> Array:
+        """Smallest change (n_dofs,) of the coordinates that changes every condition as given; None keeps one.
+
+        For `Stage(.., motion=..)`: the present value of a condition C is C (q - q0), in the order in which it was made.
+
+        Raises
+        ------
+        InputError
+            If the changes do not fit the conditions, or contradict each other.
+
+        Examples
+        --------
+        >>> from fecontact.ancf.slender import line, straight
+        >>> joints = Joints([line(straight((0, 0, 0), (1, 0, 0), 1), EA=1.0, EI=1.0)])
+        >>> joints.motion([joints.clamped((0, 0)), joints.pinned((0, 1))], [None, (0.1, 0.0, 0.0)])[6:9].tolist()
+        [0.1, 0.0, 0.0]
+        """
+        given = [np.zeros(C.shape[0]) if d is None else np.ravel(d) for C, d in zip(conditions, changes, strict=True)]
+        if any(len(d) != C.shape[0] for C, d in zip(conditions, given, strict=True)):
+            raise InputError(
+                f"The conditions have {[C.shape[0] for C in conditions]} components and the changes "
+                f"{[len(d) for d in given]}; give as many to each, or None."
+            )
+        rows, values = sp.vstack(conditions, format="csr"), np.concatenate(given).astype(float)
+        touched = np.unique(rows.indices)
+        C, out = rows[:, touched].toarray(), np.zeros(rows.shape[1])
+        out[touched] = np.linalg.lstsq(C, values, rcond=1e-10)[0]
+        if np.abs(rows @ out - values).max(initial=0.0) > 1e-9 * np.abs(values).max(initial=0.0):
+            raise InputError("The changes contradict each other: two conditions hold the same coordinates.")
+        return out
 
     def free(self, conditions: Sequence[sp.csr_matrix]) -> sp.csr_matrix:
         """Orthonormal directions (n_dofs, n_free) that fulfil all conditions.
@@ -178,33 +217,17 @@ class Joints:
         return sp.csr_matrix(sp.hstack([ends, tied.tocsc()]))
 
 
-def _per_place(member: Any) -> int:
-    """Position and gradients of a place."""
-    return 4 if hasattr(member, "space") else int(member.vectors.shape[1])
-
-
-def _vectors(member: Any, k: int, where: Any, given: Sequence[int] | None) -> sp.csr_matrix:
-    """Rows (m, n_dofs / 3) of some vectors of a place, or of all."""
-    vectors = np.arange(_per_place(member)) if given is None else np.asarray(given)
-    if vectors.max() >= _per_place(member):
-        name = "solid of bricks" if hasattr(member, "space") else member.name
-        raise InputError(
-            f"A node of a {name} has a position and {_per_place(member) - 1} gradients; this joint needs "
-            f"{vectors.max()}."
-        )
-    if hasattr(member, "space"):
-        points = np.atleast_2d(np.asarray(where, dtype=float))
-        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-            raise InputError(f"A place of bricks is a point of three finite numbers, or several; found {where!r}.")
-        cells, X = member.space.located(points)
-        every = [member.space.rows_at(cells, X), *member.space.gradient_rows_at(cells, X)]
-        return sp.vstack([every[v] for v in vectors], format="csr")
+def _vectors(member: Any, k: int, where: Any) -> Sequence[sp.csr_matrix]:
+    """Rows (m, n_dofs / 3) of the position and of each gradient at a place."""
+    of_place = getattr(member, "place_rows", None)
+    if of_place is not None:
+        return tuple(of_place(where))
     n_nodes, per_node = member.vectors.shape[:2]
     if not -n_nodes <= where < n_nodes:
         raise InputError(f"Structure {k} has {n_nodes} nodes, counted from 0; found {where}.")
-    columns = per_node * (where % n_nodes) + vectors
-    shape = (len(columns), n_nodes * per_node)
-    return sp.csr_matrix((np.ones(len(columns)), (np.arange(len(columns)), columns)), shape=shape)
+    rows = sp.eye_array(n_nodes * per_node, format="csr")
+    first = per_node * (where % n_nodes)
+    return [rows[[first + v]] for v in range(per_node)]
 
 
 def _affine(space: AncfSpace, about: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

@@ -18,6 +18,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from fecontact.ancf.conserving import forces_between
 from fecontact.ancf.hexahedron import gauss
@@ -240,6 +241,20 @@ class AncfSolid:
     def translation(self, direction: Array) -> Array:
         """Change (n_dofs,) of the coordinates by a translation (3,)."""
         return self.space.affine(np.zeros((3, 3)), direction)
+
+    def place_rows(self, where: ArrayLike) -> list[sp.csr_matrix]:
+        """Rows (n, n_functions) of the position and the three gradients at points (3,) or (n, 3) of the initial shape.
+
+        Raises
+        ------
+        InputError
+            If they are no points, or lie outside.
+        """
+        points = np.atleast_2d(np.asarray(where, dtype=float))
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise InputError(f"A place of bricks is a point of three finite numbers, or several; found {where!r}.")
+        cells, X = self.space.located(points)
+        return [self.space.rows_at(cells, X), *self.space.gradient_rows_at(cells, X)]
 
     def forces_between(self, q0: Array, q1: Array) -> Array:
         """Conserving elastic forces (n_dofs,), see `conserving.forces_between`."""

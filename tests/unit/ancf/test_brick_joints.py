@@ -130,14 +130,12 @@ def test_moments_and_offset_forces_on_a_hub_bend_a_beam(with_hub):
 
 def test_a_hub_is_driven(with_hub):
     """A hub turned by a given angle needs the moment of the beam in pure bending about the end, if it may shift."""
-    a, length, turn = with_hub, 10.0, 2e-3
-    joints = Joints(a.solids)
-    hub = a.solids[1].space
-    conditions = [joints.held(0, {"x_min": "xyz"}), joints.affine(1), joints.follows(0, "x_max", 1)]
-    middle = (1, (15.5, 0.5, 0.5))
-    driven = Assembly(a.solids, joints.free([*conditions, *(joints.guided(middle, k) for k in (1, 2, 3))]))
-    motion = np.concatenate([np.zeros(a.starts[1]), hub.affine(fc.rotation_about((0, 1, 0), turn)) - hub.q0])
-    path = equilibrium(lambda s: Stage(driven, motion=s * motion), steps=1)
+    length, turn, joints = 10.0, 2e-3, Joints(with_hub.solids)
+    fixed = [joints.held(0, {"x_min": "xyz"}), joints.affine(1), joints.follows(0, "x_max", 1)]
+    driven = [joints.guided((1, (15.5, 0.5, 0.5)), k) for k in (1, 2, 3)]
+    motion = joints.motion([*fixed, *driven], [None] * 3 + [*(fc.rotation_about((0, 1, 0), turn) - np.eye(3)).T])
+    a = Assembly(with_hub.solids, joints.free([*fixed, *driven]))
+    path = equilibrium(lambda s: Stage(a, motion=s * motion), steps=1)
     assert path.success
     moment = 2 * path.last.energy / turn
     assert abs(moment / (1e3 / 12 * turn / length) - 1) < 1e-3
@@ -152,6 +150,8 @@ def test_a_hub_is_driven(with_hub):
         (lambda j: j.guided((0, (0.0, 0, 0)), 4), "3 gradients"),
         (lambda j: j.follows(0, "x_min", 0), "cannot follow itself"),
         (lambda j: j.held(0, {"lid": "xyz"}), "lid"),
+        (lambda j: j.motion([j.pinned((0, (0, 0, 0)))], [(1.0, 0.0)]), "have \\[3\\] components"),
+        (lambda j: j.motion([j.pinned((0, (0, 0, 0)))] * 2, [None, (1.0, 0, 0)]), "contradict"),
         (lambda j: Joints([line(straight((0, 0, 0), (1, 0, 0), 1), EA=1.0, EI=1.0)]).affine(0), "no bricks"),
     ],
 )
