@@ -217,7 +217,7 @@ def main(sectors: int = 20, n: int = 3, out: str | Path = "out", accuracy: float
     result.save(folder / "hip_stem.vtu")
     result.plot("pressure", folder / "hip_stem_pressure.png")
     result.plot(
-        "von_mises", folder / "hip_stem_stress.png", where="y>0", direction="-y",
+        "von_mises", folder / "hip_stem_stress.png", cut="y>0", view="-y",
         limits=(0.0, 120.0), scale=10.0, title="cut open, displacements × 10",
     )  # fmt: skip
     return figures

@@ -35,7 +35,7 @@ def main(n: int = 6, out: str | Path = "out") -> float:
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     result.save(folder / "shrink_fit.vtu")
-    result.plot("von_mises", folder / "shrink_fit.png", direction="z")
+    result.plot("von_mises", folder / "shrink_fit.png", view="z")
     hoop = np.abs(result.stress(tyre)[:, :2]).max()
     print(f"largest in-plane stress in the tyre {hoop:.1f} MPa; bodies in {folder / 'shrink_fit.vtu'}")
     return error

@@ -188,24 +188,24 @@ def view(options: argparse.Namespace) -> int:
     """Draw a result, or a mesh with its boundaries."""
     if Path(options.result).suffix.lower() not in RESULTS:
         return _view_mesh(options)
-    from fecontact.results.pictures import bodies as view
+    from fecontact.results.pictures.bodies import plot_solids, show
     from fecontact.results.pictures.solids import solids_of_file
 
     solids = solids_of_file(options.result)
     field = options.field or "von_mises"
     chosen = {
         "scale": options.scale,
-        "direction": _direction(options.view),
-        "only": options.bodies.split(",") if options.bodies else None,
-        "where": options.cut,
+        "view": _direction(options.view),
+        "bodies": options.bodies.split(",") if options.bodies else None,
+        "cut": options.cut,
         "limits": options.limits,
         "units": options.units,
     }
     if options.show:
-        view.show(solids, field, options.out, **chosen)
+        show(solids, field, options.out, **chosen)
         return 0
     path = _picture(options)
-    view.view(solids, field, path, length=options.length, edges=not options.no_edges, **chosen)
+    plot_solids(solids, field, path, length=options.length, edges=not options.no_edges, **chosen)
     say(f"wrote {path}")
     return 0
 
@@ -221,7 +221,7 @@ def _view_mesh(options: argparse.Namespace) -> int:
     source = Path(options.result)
     mesh = read_surface(source) if source.suffix.lower() in READERS else read_mesh(source)
     path = _picture(options)
-    chosen = {"direction": _direction(options.view), "edges": not options.no_edges, "length": options.length}
+    chosen = {"view": _direction(options.view), "edges": not options.no_edges, "length": options.length}
     mesh.plot(path, **chosen)
     say(repr(mesh))
     say(f"wrote {path}")

@@ -203,12 +203,12 @@ class Mesh(CellSets):
         path : str or Path, optional
             File to write; the suffix decides the format.
         **options
-            ``direction`` of view, ``edges``, ``length`` (unit, for the ruler), see `mesh.picture.plot_faces`.
+            ``view`` (its direction), ``edges``, ``length`` (unit, for the ruler), see `mesh.picture.plot_faces`.
 
         Raises
         ------
         InputError
-            For an unknown option or direction, or a file that cannot be written.
+            For an unknown option or view, or a file that cannot be written.
 
         Examples
         --------

@@ -31,7 +31,7 @@ def plot_faces(
     path: str | Path | None,
     title: str,
     *,
-    direction: str | tuple[float, float] = "iso",
+    view: str | tuple[float, float] = "iso",
     edges: bool = True,
     length: str = "",
     closed: bool = True,
@@ -47,7 +47,7 @@ def plot_faces(
     path : str or Path or None
         File to write.
     title : str
-    direction : str or (azimuth, elevation) in degrees
+    view : str or (azimuth, elevation) in degrees
         Direction of view, see `renderer.VIEWS`.
     edges : bool
         Whether to draw the elements.
@@ -61,7 +61,7 @@ def plot_faces(
     InputError
         For an unknown direction, or a file that cannot be written.
     """
-    camera = Camera.looking(direction)
+    camera = Camera.looking(view)
     number = np.zeros(len(facets))
     ranked = sorted(boundaries, key=lambda name: -len(boundaries[name]))
     order = {name: k for k, name in enumerate(boundaries, start=1)}

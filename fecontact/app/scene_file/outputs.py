@@ -76,18 +76,22 @@ def _picture_options(table: Table, kind: str, bodies: Mapping[str, Any]) -> dict
     else:
         limits = table.numbers("limits", 2)
         found = {
-            "scale": table.number("scale"),
-            "direction": _direction(table),
-            "only": table.texts("bodies"),
-            "where": _cut(table),
+            "scale": _scale(table),
+            "view": _direction(table),
+            "bodies": table.texts("bodies"),
+            "cut": _cut(table),
             "limits": limits,
             "edges": table.flag("edges"),
         }
-        for name in found["only"] or ():
+        for name in found["bodies"] or ():
             if name not in bodies:
                 table.fault("bodies", unknown_body(name, bodies))
     table.finish()
     return {k: v for k, v in found.items() if v is not None}
+
+
+def _scale(table: Table) -> Any:
+    return table.text("scale", ("auto",)) if isinstance(table.values.get("scale"), str) else table.number("scale")
 
 
 def _direction(table: Table) -> Any:

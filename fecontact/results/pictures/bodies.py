@@ -38,19 +38,21 @@ FIELDS = (
 #: Colour maps: fields of one sign from light to dark, so that shading is visible; of two signs about white.
 TABLES = {"displacement": "YlGnBu"}
 ONE_SIGN, TWO_SIGNS = "YlOrRd", "RdBu_r"
+#: Largest displacement drawn with scale='auto', relative to the size of all bodies; what counts as the same factor.
+AUTO, ROUNDING = 0.05, 1e-9
 #: Divisions per side of a curved face for pyvista, which draws flat faces only.
 SUBDIVISION = 6
 
 
-def view(
+def plot_solids(
     solids: Sequence[Solid],
     field: str = "von_mises",
     path: str | Path | None = None,
     *,
-    scale: float = 1.0,
-    direction: str | tuple[float, float] = "iso",
-    only: Sequence[str] | None = None,
-    where: str | None = None,
+    scale: float | str = 1.0,
+    view: str | tuple[float, float] = "iso",
+    bodies: Sequence[str] | None = None,
+    cut: str | None = None,
     limits: tuple[float, float] | None = None,
     edges: bool = True,
     units: str = "",
@@ -68,13 +70,14 @@ def view(
         Field, such as 'von_mises', 'contact_pressure', 'displacement', 'displacement_z', 'stress_xx'.
     path : str or Path, optional
         File to write; the suffix decides the format.
-    scale : float
-        Factor of the displacements; 0 shows the bodies undeformed.
-    direction : str or (azimuth, elevation) in degrees
+    scale : float or 'auto'
+        Factor of the displacements; 0 shows the bodies undeformed. 'auto': a round one, at least one, by which the
+        largest is about `AUTO` of the size of all bodies.
+    view : str or (azimuth, elevation) in degrees
         Direction of view, see `renderer.VIEWS`; along y for sections unless given.
-    only : sequence of str, optional
+    bodies : sequence of str, optional
         Names of the bodies to show.
-    where : str, optional
+    cut : str, optional
         Part to keep of a cut, for instance ``"y>0"``.
     limits : (low, high), optional
         Range of the colours; that of the values shown unless given.
@@ -95,11 +98,12 @@ def view(
     """
     if path is not None:
         check_writable(path)
-    shown = chosen(solids, only, where)
+    shown = chosen(solids, bodies, cut)
+    scale = _factor(shown, scale)
     points, facets, values = _skin(shown, field, scale)
     table, norm = _colours(field, values[np.unique(facets)], limits)
-    flat = direction == "iso" and all(s.mesh.is_flat for s in shown)
-    camera = Camera.looking("-y" if flat else direction)
+    flat = view == "iso" and all(s.mesh.is_flat for s in shown)
+    camera = Camera.looking("-y" if flat else view)
     image = draw_facets(
         points,
         facets,
@@ -116,8 +120,8 @@ def view(
     return save_figure(figure, path)
 
 
-def view_result(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
-    """Draw the elastic bodies of a result, and the rigid surfaces near their contacts; options as in `view`.
+def plot_bodies(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
+    """Draw the elastic bodies of a result, and the rigid surfaces near their contacts; options as in `plot_solids`.
 
     Units are those of the scene unless given. Rigid surfaces are left out of cuts and of pictures of chosen bodies.
 
@@ -128,14 +132,16 @@ def view_result(result: SolvedScene, field: str = "von_mises", path: str | Path 
     >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="bottom", supports={"top": "xyz"})
     >>> floor = fc.RigidBody(fc.Plane())
     >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
-    >>> figure = view_result(result, "displacement_z", scale=10, units="mm")
+    >>> figure = plot_bodies(result, "displacement_z", scale=10, units="mm")
     >>> figure.axes[1].get_ylabel()
     'displacement z [mm]'
     """
     options = {"units": _unit_of(result, field), "length": result.scene.unit_names.length, **options}
-    whole = options.get("only") is None and options.get("where") is None
-    rigid = rigid_patches(result, options.get("scale", 1.0)) if whole else None
-    return view(solids_of_result(result), field, path, rigid=rigid, **options)
+    whole = options.get("bodies") is None and options.get("cut") is None
+    solids = solids_of_result(result)
+    factor = _factor(solids, options.get("scale", 1.0))
+    rigid = rigid_patches(result, factor) if whole else None
+    return plot_solids(solids, field, path, rigid=rigid, **{**options, "scale": factor})
 
 
 def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, IntArray, Array]:
@@ -151,6 +157,19 @@ def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, Int
     if any(f.shape[1] != widest for f in facets):
         facets = [f[:, :4] for f in facets]
     return np.concatenate(points), np.concatenate(facets), np.concatenate(values)
+
+
+def _factor(solids: Sequence[Solid], scale: float | str) -> float:
+    """Factor of the displacements: as given, or a round one by which they are seen."""
+    if not isinstance(scale, str):
+        return scale
+    among("scale", scale, ("auto",))
+    points = np.concatenate([s.mesh.points for s in solids])
+    moved = np.concatenate([s.deformed(1.0) for s in solids]) - points
+    largest = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
+    wanted = AUTO * float(np.linalg.norm(np.ptp(points, axis=0))) / largest if largest > 0 else 1.0
+    decade = 10.0 ** np.floor(np.log10(wanted))
+    return max(1.0, float(max(f * decade for f in (1.0, 2.0, 5.0) if f * decade <= wanted * (1 + ROUNDING))))
 
 
 def _outwards(points: Array, faces: IntArray) -> IntArray:
@@ -193,33 +212,34 @@ def show(
     field: str = "von_mises",
     path: str | Path | None = None,
     *,
-    scale: float = 1.0,
-    direction: str | tuple[float, float] = "iso",
-    only: Sequence[str] | None = None,
-    where: str | None = None,
+    scale: float | str = 1.0,
+    view: str | tuple[float, float] = "iso",
+    bodies: Sequence[str] | None = None,
+    cut: str | None = None,
     limits: tuple[float, float] | None = None,
     units: str = "",
 ) -> None:
     """Show bodies in an interactive window of pyvista, or write its picture to a file.
 
-    Options as in `view`.
+    Options as in `plot_solids`.
 
     Raises
     ------
     MissingPackageError
         If pyvista is not installed.
     InputError
-        As `view`.
+        As `plot_solids`.
     """
     pyvista = _pyvista()
     if path is not None:
         check_writable(path)
-    points, facets, values = _skin(chosen(solids, only, where), field, scale)
+    shown = chosen(solids, bodies, cut)
+    points, facets, values = _skin(shown, field, _factor(shown, scale))
     table, norm = _colours(field, values[np.unique(facets)], limits)
     fine, quads = subdivided(np.column_stack([points, values]), facets, SUBDIVISION)
     faces = np.column_stack([np.full(len(quads), 4), quads]).ravel()
     label = f"{_label(field)} [{units}]" if units else _label(field)
-    camera = Camera.looking(direction)
+    camera = Camera.looking(view)
     plotter = pyvista.Plotter(off_screen=path is not None, window_size=PIXELS)
     plotter.set_background("white")
     plotter.add_mesh(

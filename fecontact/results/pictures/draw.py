@@ -26,7 +26,7 @@ STYLES = ("smooth", "sensels")
 
 
 def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Figure:
-    """Draw a field: of the contacts (`plot_contacts`), or of the bodies (`view.view_result`).
+    """Draw a field: of the contacts (`plot_contacts`), or of the bodies (`bodies.plot_bodies`).
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | 
     if what in FIELDS:
         known_options(plot_contacts, options)
         return plot_contacts(result, what, path, **options)
-    from fecontact.results.pictures import bodies as view
+    from fecontact.results.pictures import bodies
 
-    among("field", what, (*FIELDS, "convergence", *view.FIELDS))
-    known_options(view.view, options)
-    return view.view_result(result, what, path, **options)
+    among("field", what, (*FIELDS, "convergence", *bodies.FIELDS))
+    known_options(bodies.plot_solids, options)
+    return bodies.plot_bodies(result, what, path, **options)
 
 
 def plot_contacts(

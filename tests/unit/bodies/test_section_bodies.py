@@ -460,13 +460,13 @@ def test_pictures(tmp_path):
     with pytest.raises(fc.InputError, match="no film of sensels"):
         result.plot("pressure", style="sensels")
     with pytest.raises(fc.InputError, match="nothing to cut open"):
-        result.plot("von_mises", where="x>0")
-    from fecontact.results.pictures.bodies import view
+        result.plot("von_mises", cut="x>0")
+    from fecontact.results.pictures.bodies import plot_solids
     from fecontact.results.pictures.solids import solids_of_file
 
     solids = solids_of_file(result.save(tmp_path / "pressed.vtu"))
     assert [len(s.mesh.points) for s in solids] == 2 * [len(upper.mesh.points)]
-    assert view(solids, "contact_pressure").axes
+    assert plot_solids(solids, "contact_pressure").axes
 
 
 def test_two_spheres_from_the_command_line(tmp_path, capsys):

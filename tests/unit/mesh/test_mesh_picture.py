@@ -22,7 +22,7 @@ def colours(figure):
 
 
 def test_boundaries_that_face_the_eye_are_coloured_numbered_and_listed(block):
-    figure = block.plot(direction="z", edges=False, length="mm")
+    figure = block.plot(view="z", edges=False, length="mm")
     axes = figure.axes[0]
     listed = [text.get_text() for text in axes.get_legend().get_texts()]
     assert listed == [f"{k}  {name}, {n} faces" for k, (name, n) in enumerate(
@@ -38,7 +38,7 @@ def test_boundaries_that_face_the_eye_are_coloured_numbered_and_listed(block):
 
 def test_faces_in_no_boundary_are_grey(block):
     bare = fc.Mesh(block.points, block.cells)
-    figure = bare.plot(direction="z", edges=False)
+    figure = bare.plot(view="z", edges=False)
     assert figure.axes[0].get_legend() is None
     assert np.abs(colours(figure) - np.array(PLAIN) / max(PLAIN)).max() <= 0.02
 
@@ -47,7 +47,7 @@ def test_surfaces_with_triangles_are_drawn(tmp_path):
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0.5, 0.0]])
     surface = SurfaceMesh(points, np.array([[0, 1, 2, 3], [1, 4, 2, 2]]))
     for direction in ("z", "-z"):  # an open surface is seen from both sides
-        drawn = colours(surface.plot(tmp_path / "s.png", direction=direction))
+        drawn = colours(surface.plot(tmp_path / "s.png", view=direction))
         assert len(drawn) > 1000
 
 
@@ -64,7 +64,7 @@ def test_a_mesh_is_viewed_from_the_command_line(block, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"colour": "red"}, "Unknown option colour"), ({"direction": "up"}, "direction|view"), ({"length": 3}, "length")],
+    [({"colour": "red"}, "Unknown option colour"), ({"view": "up"}, "view"), ({"length": 3}, "length")],
 )
 def test_bad_options_are_refused(block, options, message):
     with pytest.raises(fc.InputError, match=message):

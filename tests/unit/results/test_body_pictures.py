@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.mesh.renderer import VIEWS, Camera, draw_facets, subdivided
-from fecontact.results.pictures.bodies import show, view, view_result
+from fecontact.results.pictures.bodies import plot_bodies, plot_solids, show
 from fecontact.results.pictures.solids import Solid, chosen, cut, solids_of_file, solids_of_result
 
 SMALL = (120, 100)
@@ -123,7 +123,7 @@ def test_mirrored_cells_are_drawn_from_outside_too():
     colours = []
     for m in (mesh, mirrored):
         solid = Solid("cube", m, {"height": m.points[:, 2]})
-        image = view([solid], "height", direction="z", edges=False, pixels=SMALL).axes[0].images[0].get_array()
+        image = plot_solids([solid], "height", view="z", edges=False, pixels=SMALL).axes[0].images[0].get_array()
         colours.append(image[50, 50])
     # the upper face is seen, in the colour of height one, and not the lower one through it
     assert np.abs(np.subtract(*colours)).max() <= 1e-12
@@ -140,7 +140,7 @@ def test_a_cut_keeps_the_cells_on_one_side(result):
 
 def test_picture_has_units_title_and_limits(result, tmp_path):
     path = tmp_path / "p.png"
-    figure = view_result(result, "stress_zz", path, units="MPa", length="mm", scale=50, pixels=SMALL)
+    figure = plot_bodies(result, "stress_zz", path, units="MPa", length="mm", scale=50, pixels=SMALL)
     assert path.read_bytes()[:4] == b"\x89PNG"
     axes, bar = figure.axes[:2]
     assert bar.get_ylabel() == "stress zz [MPa]"
@@ -148,7 +148,7 @@ def test_picture_has_units_title_and_limits(result, tmp_path):
     low, high = bar.get_ylim()
     assert low == -high  # signed fields about zero
     assert any(t.get_text().endswith(" mm") for t in axes.texts)
-    pressure = view_result(result, "contact_pressure", limits=(0.0, 2.0), pixels=SMALL)
+    pressure = plot_bodies(result, "contact_pressure", limits=(0.0, 2.0), pixels=SMALL)
     assert pressure.axes[1].get_ylim() == (0.0, 2.0)
 
 
@@ -162,16 +162,17 @@ def test_plot_draws_bodies_too(result, tmp_path):
     [
         ({"field": "von_mise"}, "no field 'von_mise', did you mean 'von_mises'"),
         ({"field": "stress_q"}, "The fields are: displacement, displacement_x"),
-        ({"only": ["femur"]}, "no body 'femur' to show; the bodies are: body, pillar"),
-        ({"where": "left"}, "A cut reads like 'x<0'"),
-        ({"where": "x>99"}, "leaves nothing to show"),
-        ({"direction": "front"}, "Unknown view 'front'; expected one of iso"),
+        ({"bodies": ["femur"]}, "no body 'femur' to show; the bodies are: body, pillar"),
+        ({"cut": "left"}, "A cut reads like 'x<0'"),
+        ({"cut": "x>99"}, "leaves nothing to show"),
+        ({"scale": "big"}, "found 'big', expected one of 'auto'|scale"),
+        ({"view": "front"}, "Unknown view 'front'; expected one of iso"),
         ({"path": "/no/such/folder/p.png"}, "does not exist"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(result, options, message):
     with pytest.raises(fc.InputError, match=message):
-        view(solids_of_result(result), **options)
+        plot_solids(solids_of_result(result), **options)
 
 
 def test_files_that_hold_no_bodies_are_refused(tmp_path):
@@ -194,3 +195,15 @@ def test_a_scene_without_meshed_bodies_says_what_can_be_drawn():
     result = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(motions={ball: {"z": -0.01}})
     with pytest.raises(fc.InputError, match="plot 'pressure' or 'gap'"):
         result.plot("von_mises")
+
+
+def test_automatic_scale_shows_the_largest_displacement(result):
+    # two unit cubes on each other, 1 % pressed together: a round factor between 2.5 and 5 % of the size
+    figure = plot_bodies(result, "displacement", scale="auto", pixels=SMALL)
+    factor = float(figure.axes[0].get_title().rpartition(" ")[2])
+    solids = solids_of_result(result)
+    points = np.concatenate([s.mesh.points for s in solids])
+    moved = max(np.linalg.norm(s.deformed(1.0) - s.mesh.points, axis=1).max() for s in solids)
+    share = factor * moved / np.linalg.norm(np.ptp(points, axis=0))
+    assert 0.02 <= share <= 0.05 * (1 + 1e-9)
+    assert float(f"{factor:.0e}"[0]) in (1, 2, 5)

@@ -3,7 +3,7 @@
 import numpy as np
 
 import fecontact as fc
-from fecontact.results.pictures.bodies import view_result
+from fecontact.results.pictures.bodies import plot_bodies
 from fecontact.results.pictures.rigid_patches import rigid_patches
 
 SOFT = fc.Material(E=1.0, nu=0.3)
@@ -38,6 +38,6 @@ def test_quadrilaterals_beyond_the_surface_are_left_out():
 
 def test_the_picture_shows_the_rigid_surface():
     result = pressed(fc.Plane())
-    with_floor = view_result(result, direction="y", pixels=(200, 200)).axes[0].images[0].get_extent()
-    block = view_result(result, direction="y", pixels=(200, 200), only=["block"]).axes[0].images[0].get_extent()
+    with_floor = plot_bodies(result, view="y", pixels=(200, 200)).axes[0].images[0].get_extent()
+    block = plot_bodies(result, view="y", pixels=(200, 200), bodies=["block"]).axes[0].images[0].get_extent()
     assert with_floor[1] - with_floor[0] > 1.1 * (block[1] - block[0])
