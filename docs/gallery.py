@@ -27,6 +27,7 @@ SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     ("knee", ("menisci",), ("knee_0_menisci",)),
     ("hip_joint", (), ("hip_joint_cartilage",)),
     ("hip_stem", (), ("hip_stem_pressure", "hip_stem_stress")),
+    ("patella", (), ("patella", "patella_stress")),
     ("half_space", (), ("half_space",)),
     ("report_half_space", (), ("report_half_space",)),
     ("rough_block", (), ("rough_block",)),

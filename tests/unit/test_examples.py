@@ -71,6 +71,17 @@ def test_press_fit_torque(tmp_path):
     assert (tmp_path / "press_fit_torque.png").stat().st_size > 10_000
 
 
+def test_patella(tmp_path):
+    figures = load("patella").main(size=6.0, divisions=10, out=tmp_path)
+    assert abs(figures["force"] / 200.0 - 1) < 0.05  # both hollows press at an angle
+    assert figures["regions"] == 2
+    # a quarter as many faces across as in the picture
+    assert 20 < figures["area"] < 50
+    assert figures["seconds"] < 60
+    for name in ("patella", "patella_stress"):
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+
+
 def test_plain_faces(tmp_path):
     errors = load("plain_faces").main(level=1, out=tmp_path)
     assert abs(errors["midface"]) < 0.035
