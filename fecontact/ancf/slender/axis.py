@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -36,3 +38,19 @@ def axis_of(points: Array, tangents: ArrayLike | None) -> tuple[Array, IntArray,
         half = np.arccos(np.clip((t[1:] * t[:-1]).sum(axis=1), -1.0, 1.0)) / 2
         lengths_ = lengths_ / np.sinc(half / np.pi)
     return t, np.stack([np.arange(len(points) - 1), np.arange(1, len(points))], axis=1), lengths_
+
+
+def axes_of(
+    points: ArrayLike | Sequence[ArrayLike], tangents: ArrayLike | None
+) -> tuple[Array, Array, IntArray, Array]:
+    """Nodes (n, 3), unit tangents, elements and lengths of one axis, or of several straight ones in order."""
+    if np.ndim(points[0]) == 1:  # type: ignore[index]
+        return np.asarray(points, dtype=float), *axis_of(np.asarray(points, dtype=float), tangents)
+    if tangents is not None:
+        raise InputError("Tangents are for one curved axis; several axes in one structure are straight.")
+    nodes = [np.asarray(axis, dtype=float) for axis in points]  # type: ignore[union-attr]
+    found = [axis_of(axis, None) for axis in nodes]
+    starts = np.cumsum([0] + [len(axis) for axis in nodes])
+    cells = np.concatenate([cells + start for (_, cells, _), start in zip(found, starts, strict=False)])
+    t, size = (np.concatenate([each[k] for each in found]) for k in (0, 2))
+    return np.concatenate(nodes), t, cells, size

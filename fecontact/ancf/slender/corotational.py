@@ -14,6 +14,7 @@ of these three alone, so that rigid motions are exact.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,8 +23,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.member import Drawing
-from fecontact.ancf.slender.axis import axis_of
-from fecontact.ancf.slender.structure import mean_forces
+from fecontact.ancf.slender.axis import axes_of
+from fecontact.ancf.slender.structure import BETWEEN
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths
 from fecontact.common.errors import InputError
@@ -42,8 +43,8 @@ class CorotationalBeam:
 
     Parameters
     ----------
-    points : (n, 3) array
-        With z = 0.
+    points : (n, 3) array, or a sequence of them
+        With z = 0, of one axis or of several: bars that joints may tie.
     EA, EI : float
         Rigidities of stretch and bending.
     mass_per_length, rotary : float
@@ -64,7 +65,7 @@ class CorotationalBeam:
     True
     """
 
-    points: ArrayLike
+    points: ArrayLike | Sequence[ArrayLike]
     EA: float
     EI: float
     mass_per_length: float = 0.0
@@ -80,20 +81,29 @@ class CorotationalBeam:
         among("procedure", self.procedure, ("modern", "1986"))
         if np.abs(self._nodes[:, 2]).max() > 0:
             raise InputError("A corotational beam lies in the plane x, y: give points with z = 0.")
-        self._axis  # noqa: B018  refuses what is no straight axis
 
     @cached_property
+    def _axis(self) -> tuple[Array, Array, IntArray, Array]:
+        return axes_of(self.points, None)
+
+    @property
     def _nodes(self) -> Array:
-        return np.atleast_2d(np.asarray(self.points, dtype=float))
+        return self._axis[0]
 
-    @cached_property
-    def _axis(self) -> tuple[Array, IntArray, Array]:
-        return axis_of(self._nodes, None)
+    @property
+    def cells(self) -> IntArray:
+        """Nodes (n_elements, 2) of each element."""
+        return self._axis[2]
+
+    @property
+    def lengths(self) -> Array:
+        """Initial lengths (n_elements,)."""
+        return self._axis[3]
 
     @cached_property
     def vectors(self) -> Array:
         """Initial (x, y, angle) of each node (n_nodes, 1, 3)."""
-        t = self._axis[0]
+        t = self._axis[1]
         out = self._nodes.copy()
         out[:, 2] = np.arctan2(t[:, 1], t[:, 0])
         return out[:, None]
@@ -121,7 +131,7 @@ class CorotationalBeam:
     @cached_property
     def scales(self) -> Array:
         """Factors (n_dofs,) that turn changes of coordinates into lengths: an element's length for angles."""
-        return np.tile([1.0, 1.0, float(self._axis[2].mean())], len(self._nodes))
+        return np.tile([1.0, 1.0, float(self.lengths.mean())], len(self._nodes))
 
     def positions(self, q: Array) -> Array:
         """Nodes (n_nodes, 3)."""
@@ -149,18 +159,24 @@ class CorotationalBeam:
         modes[:, :2, 5] = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
         return modes.reshape(self.n_dofs, 6)
 
+    @cached_property
+    def _dofs(self) -> IntArray:
+        """Coordinates (n_elements, 6) of each element."""
+        return (3 * self.cells[:, :, None] + np.arange(3)).reshape(-1, 6)
+
     def _frames(self, q: Array) -> tuple[Array, Array, Array, Array]:
         """Deformations (n, 3), lengths (n,), and the changes (n, 6) of length and of angle times length."""
         nodes = q.reshape(-1, 3)
-        chord = np.diff(nodes[:, :2], axis=0)
+        start, end = nodes[self.cells.T]
+        chord = (end - start)[:, :2]
         size = np.hypot(*chord.T)
         (c, s), nought = chord.T / size, np.zeros(len(size))
         angle = np.arctan2(s, c)
-        turns = np.stack([nodes[:-1, 2] - angle, nodes[1:, 2] - angle], axis=1)
+        turns = np.stack([start[:, 2] - angle, end[:, 2] - angle], axis=1)
         turns -= 2 * np.pi * np.round(turns / (2 * np.pi))
         along = np.stack([-c, -s, nought, c, s, nought], axis=1)
         across = np.stack([s, -c, nought, -s, c, nought], axis=1)
-        return np.column_stack([size - self._axis[2], turns]), size, along, across
+        return np.column_stack([size - self.lengths, turns]), size, along, across
 
     def local_turns(self, q: Array) -> Array:
         """Turns (n_elements, 2) of the end sections against the chord; the procedure of 1986 wants them below 30°."""
@@ -168,7 +184,7 @@ class CorotationalBeam:
 
     def _local(self, e: Array) -> tuple[Array, Array, Array]:
         """Energies (n,), forces (n, 3) and tangents (n, 3, 3) by the deformations (n, 3)."""
-        L, u, t = self._axis[2], e[:, 0], e[:, 1:]
+        L, u, t = self.lengths, e[:, 0], e[:, 1:]
         C = np.zeros((len(e), 3, 3))
         stiff = self.EI / L
         if self.procedure == "1986":
@@ -205,10 +221,7 @@ class CorotationalBeam:
         """Its gradient (n_dofs,)."""
         e, *frame = self._frames(q)
         each = np.einsum("ni,nij->nj", self._local(e)[1], self._changes(*frame))
-        out = np.zeros((len(self._nodes), 3))
-        out[:-1] += each[:, :3]
-        out[1:] += each[:, 3:]
-        return out.ravel()
+        return np.asarray(np.bincount(self._dofs.ravel(), each.ravel(), self.n_dofs), dtype=float)
 
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Its second derivative (n_dofs, n_dofs)."""
@@ -225,21 +238,19 @@ class CorotationalBeam:
         """Constant mass (n_dofs, n_dofs)."""
         per = np.diag([self.mass_per_length, self.mass_per_length, self.rotary])
         one = np.kron(np.array([[2.0, 1.0], [1.0, 2.0]]) / 6, per)
-        return self._summed(self._axis[2][:, None, None] * one)
+        return self._summed(self.lengths[:, None, None] * one)
 
     def _summed(self, blocks: Array) -> sp.csr_matrix:
-        dofs = 3 * np.arange(len(blocks))[:, None] + np.arange(6)
-        rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+        rows, columns = np.broadcast_arrays(self._dofs[:, :, None], self._dofs[:, None, :])
         return sp.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.n_dofs, self.n_dofs))
 
     def forces_between(self, q0: Array, q1: Array) -> Array:
-        """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy, see `mean_forces`."""
-        return mean_forces(self.forces, q0, q1)
+        """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy, see `BETWEEN`."""
+        return np.sum([w * self.forces(q0 + x * (q1 - q0)) for x, w in BETWEEN], axis=0, dtype=float)
 
     def check_inverted(self, q: Array) -> None:
         """A beam has no volume to turn inside out."""
 
     def drawn(self, q: Array) -> Drawing:
         """Its chords."""
-        cells = self._axis[1]
-        return Drawing("line", self._nodes, self.positions(q), cells, np.zeros((len(self._nodes), 6)))
+        return Drawing("line", self._nodes, self.positions(q), self.cells, np.zeros((len(self._nodes), 6)))

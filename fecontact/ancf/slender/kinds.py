@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
-from fecontact.ancf.slender.axis import axis_of
+from fecontact.ancf.slender.axis import axes_of, axis_of
 from fecontact.ancf.slender.shapes import Shape
 from fecontact.ancf.slender.strains import LineCurvature, Measure, Products, Stretch, SurfaceCurvature, green_lagrange
 from fecontact.ancf.slender.structure import Part, Structure
@@ -49,7 +49,7 @@ def _rule(nx: int, ny: int = 1, nz: int = 1, across: tuple[bool, bool] = (False,
 
 
 def line(
-    points: ArrayLike,
+    points: ArrayLike | Sequence[ArrayLike],
     *,
     EA: float,
     EI: float,
@@ -61,7 +61,8 @@ def line(
 
     Parameters
     ----------
-    points : (n, 3) array
+    points : (n, 3) array, or a sequence of them
+        Of one axis, or of several straight ones: bars that joints may tie, as one structure, which is faster.
     EA, EI : float
         Rigidities of stretch and bending.
     mass : float
@@ -82,8 +83,7 @@ def line(
     """
     lengths(EA=EA, EI=EI)
     among("measure", measure, ("turn", "geometric"))
-    nodes = np.asarray(points, dtype=float)
-    t, cells, size = axis_of(nodes, tangents)
+    nodes, t, cells, size = axes_of(points, tangents)
     box = np.column_stack([size, np.ones((len(size), 2))])
     four = _rule(4)
     if tangents is not None and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():

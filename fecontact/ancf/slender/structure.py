@@ -7,7 +7,7 @@ that a part can be integrated at fewer points against locking.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -21,7 +21,9 @@ from fecontact.ancf.slender.strains import Measure
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
-#: Gauss points and weights of the step between two states, see `mean_forces`.
+#: Gauss points and weights of the straight step between two states: the mean of the forces there does the work of the
+#: energy's change, to the sixth power of the strains of a step. Source: the average vector field of R. I. McLachlan,
+#: G. R. W. Quispel & N. Robidoux, Phil. Trans. R. Soc. A 357 (1999).
 BETWEEN = tuple(((1 + x) / 2, w / 2) for x, w in zip(*np.polynomial.legendre.leggauss(3), strict=True))
 
 
@@ -48,17 +50,6 @@ class Part:
     points: Array
     weights: Array
     size: Array
-
-
-def mean_forces(forces: Callable[[Array], Array], q0: Array, q1: Array) -> Array:
-    """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy.
-
-    Their mean over the straight step, by Gauss points: the energy is conserved to the sixth power of the strains of a
-    step. Source: the average vector field of R. I. McLachlan, G. R. W. Quispel & N. Robidoux, Phil. Trans. R. Soc. A
-    357 (1999).
-    """
-    each = [w * forces(q0 + x * (q1 - q0)) for x, w in BETWEEN]
-    return np.sum(each, axis=0, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,17 +218,25 @@ class Structure:
 
     def forces(self, q: Array) -> Array:
         """Elastic forces (n_dofs,), the gradient of the energy."""
-        total = np.zeros((len(self.cells), self.shape.n_functions, 3))
-        for k, part in enumerate(self.parts):
-            g = self._fields(q, k)
-            stress = (part.measure.strain(g) - self._initial[k]) @ part.rigidity * self._weights(part)[..., None]
+        return self._forces(q[None], np.ones(1))
+
+    def _forces(self, states: Array, shares: Array) -> Array:
+        """Sum (n_dofs,) of the elastic forces of some states (m, n_dofs) with their shares (m,), all at once."""
+        m, n = len(states), len(self.cells)
+        total = np.zeros((n, self.shape.n_functions, 3))
+        vectors = states.reshape(m, -1, 3)[:, self.functions]
+        for part, derivatives, initial in zip(self.parts, self._derivatives, self._initial, strict=True):
+            g = (derivatives @ vectors).reshape(m, n, len(part.points), len(part.orders), 3)
+            weights = shares[:, None, None, None] * self._weights(part)[..., None]
+            stress = (part.measure.strain(g) - initial) @ part.rigidity * weights
             J = part.measure.first(g)
-            along = stress[:, :, None, :] @ J.reshape(*J.shape[:3], -1)
-            total += np.swapaxes(self._derivatives[k], 1, 2) @ along.reshape(len(self.cells), -1, 3)
+            along = (stress[..., None, :] @ J.reshape(*J.shape[:4], -1)).reshape(m, n, -1, 3)
+            total += (np.swapaxes(derivatives, 1, 2) @ along).sum(axis=0)
         out = self._gathered(total)
         if self.moments:
-            places, first, _ = self._of_moments(q)
-            np.add.at(out, places, first)
+            for q, share in zip(states, shares, strict=True):
+                places, first, _ = self._of_moments(q)
+                np.add.at(out, places, share * first)
         return out
 
     def tangent(self, q: Array) -> sp.csr_matrix:
@@ -300,8 +299,9 @@ class Structure:
         return self._summed(whole)
 
     def forces_between(self, q0: Array, q1: Array) -> Array:
-        """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy, see `mean_forces`."""
-        return mean_forces(self.forces, q0, q1)
+        """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy, see `BETWEEN`."""
+        x, w = np.array(BETWEEN).T
+        return self._forces(q0 + x[:, None] * (q1 - q0), w)
 
     def check_inverted(self, q: Array) -> None:
         """Slender elements have no volume to turn inside out."""

@@ -17,8 +17,8 @@ import scipy.sparse as sp
 
 from fecontact.ancf import Assembly, EnergyMomentum, Stage, equilibrium, move
 from fecontact.ancf.slender import Joints, Structure, line, straight
-from fecontact.app.slender import elastica
-from fecontact.app.slender.options import ELEMENTS
+from fecontact.app.slender import elastica, fourbar
+from fecontact.app.slender.options import ELEMENTS, EVEN
 from fecontact.app.slender.result import SlenderProblem
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
@@ -30,7 +30,7 @@ LENGTH = 1.2
 FALLING = {9.81: (-0.024567, -0.100074, -0.234799, -0.217471), 50.0: (-0.126258, -0.315841, 0.188716, 0.021995)}
 
 #: Steps of time, in seconds, unless given.
-STEPS = {9.81: 2e-3, 50.0: 1e-3}
+STEPS = {9.81: 2e-3, 50.0: 1e-3, "fourbar": 5e-4}
 
 
 def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
@@ -38,9 +38,9 @@ def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
 
     Parameters
     ----------
-    name : {'elastica', 'circle', 'pendulum'}
+    name : {'elastica', 'circle', 'pendulum', 'fourbar'}
     options : mapping
-        elements, measure, and of the pendulum gravity, step.
+        elements, measure, step of time, and of the pendulum gravity.
 
     Raises
     ------
@@ -54,8 +54,8 @@ def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
     """
     among("problem", name, _RUN)
     n = options.get("elements") or ELEMENTS[name]
-    if n < 1 or (name == "pendulum" and n % 2):
-        raise InputError(f"Expected one element or more, an even number for the pendulum; found {n}.")
+    if n < 1 or (name in EVEN and n % 2):
+        raise InputError(f"Expected one element or more, an even number for pendulum and fourbar; found {n}.")
     return _RUN[name](n, options)
 
 
@@ -122,8 +122,13 @@ def _sag(beam: Structure, q: Array) -> float:
     return float(chord[0] * arm[1] - chord[1] * arm[0])
 
 
+def _fourbar(n: int, options: Mapping[str, Any]) -> SlenderProblem:
+    return fourbar.solve(n, options.get("step") or STEPS["fourbar"])
+
+
 _RUN: dict[str, Callable[[int, Mapping[str, Any]], SlenderProblem]] = {
     "elastica": _elastica,
     "circle": _circle,
     "pendulum": _pendulum,
+    "fourbar": _fourbar,
 }

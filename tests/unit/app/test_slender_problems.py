@@ -5,6 +5,7 @@ import json
 import pytest
 
 from fecontact.app.cli import main
+from fecontact.app.slender import fourbar
 from fecontact.app.slender.problems import run
 from fecontact.common.errors import InputError
 
@@ -32,6 +33,18 @@ def test_the_paper_stands_beside_ten_elements():
     assert "-" in str(found).splitlines()[-5].split()
 
 
+def test_a_linkage_with_its_files(tmp_path, monkeypatch, capsys):
+    """A tenth of a second of it; figures by corotational beams stand beside."""
+    monkeypatch.setattr(fourbar, "UNTIL", 0.1)
+    figures, picture = tmp_path / "f.json", tmp_path / "f.png"
+    assert main(["ancf", "fourbar", "--step", "0.01", "--json", str(figures), "--plot", str(picture)]) == 0
+    told = json.loads(figures.read_text())
+    assert told["error"] < 1e-3
+    assert abs(told["cases"][0]["crank, found"] - told["cases"][0]["crank, rigid bars"]) < 0.01
+    assert picture.stat().st_size > 10_000
+    assert "corotational" in capsys.readouterr().out
+
+
 def test_a_pendulum_falls_with_its_energy():
     found = run("pendulum", {"elements": 6, "step": 0.01})
     assert found.error < 0.02
@@ -44,6 +57,7 @@ def test_a_pendulum_falls_with_its_energy():
         ("spring", {}, "problem"),
         ("circle", {"elements": -1}, "one element or more"),
         ("pendulum", {"elements": 5}, "even number"),
+        ("fourbar", {"elements": 3}, "even number"),
         ("pendulum", {"gravity": 3.0}, "gravity"),
         ("pendulum", {"step": 0.0}, "step"),
     ],

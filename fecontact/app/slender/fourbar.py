@@ -1,0 +1,157 @@
+"""The four-bar mechanism of Campanelli, Berzeri & Shabana (1999), section 6, in SI units, driven by a constant moment.
+
+The paper's table 3 contradicts itself and its drive is a figure only. Taken here: a diameter of 0.04 m, which gives its
+areas (it says 0.4 m), the second moment of area of the crank for the follower too, steel of 7848 kg/m^3 by its masses,
+and a ground of 0.65 m by its equation 25. The crank starts at rest, upright, under gravity and a constant moment of
+30 N m. When it lies along the ground the linkage is all but folded, and coupler and follower turn back within a few
+hundredths of a second.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from fecontact.ancf import Assembly, EnergyMomentum, Motion, move
+from fecontact.ancf.slender import CorotationalBeam, Joints, Structure, line, straight
+from fecontact.app.slender.linkage import Linkage
+from fecontact.app.slender.result import SlenderProblem
+from fecontact.common.arrays import Array
+from fecontact.common.errors import SolverError
+
+AREA, SECOND_MOMENT, YOUNG, DENSITY = 1.257e-3, 1.257e-7, 2.1e11, 7848.0
+GRAVITY, MOMENT, START, TURNS = 9.81, 30.0, math.pi / 2, 4.0
+LINKAGE = Linkage(crank=0.5, coupler=0.7, follower=0.56, ground=0.65, mass=DENSITY * AREA)
+#: Inertia of a corotational section, over that of the bar's: positions alone carry the mass, as they do in lines.
+ROTARY = 1e-3
+#: Seconds, for two revolutions; the linkage folds at 0.73 s and again at about 1.4 s.
+UNTIL = 1.6
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Motion of the linkage.
+
+    Attributes
+    ----------
+    motion : Motion
+    bars : Structure or CorotationalBeam
+        Crank, coupler and follower; the follower's nodes begin at the ground.
+    angles : (n, 3) array
+        Of their chords at every time, followed beyond full turns.
+    sag : (n,) array
+        Deflection of the coupler's middle from its chord.
+    """
+
+    motion: Motion
+    bars: Structure | CorotationalBeam
+    angles: Array
+    sag: Array
+
+    @property
+    def drift(self) -> float:
+        """Largest change of energy over the largest kinetic one; the moment's energy jumps with the angle it takes."""
+        energy = np.unwrap(self.motion.energy, period=2 * math.pi * MOMENT)
+        return float(np.abs(energy - energy[0]).max() / self.motion.kinetic.max())
+
+
+def drive(n: int, step: float, until: float, stiffer: float = 1.0, corotational: bool = False) -> Course:
+    """Motion of bars of n elements each, an even number, from rest until a time.
+
+    Raises
+    ------
+    SolverError
+        If the motion stops on the way.
+    """
+    bars = _corotational(n, stiffer) if corotational else _lines(n, stiffer)
+    joints, first, last = Joints([bars]), [0, n + 1, 2 * n + 2], [n, 2 * n + 1, 3 * n + 2]
+    conditions = [joints.pinned((0, first[k]), np.eye(3)[:2]) for k in (0, 2)]
+    # pins in the plane: slots along z; the crank's end on the coupler's start, both bars' ends on each other
+    conditions += [joints.slot((0, a), (0, b), (0, 0, 1)) for a, b in ((last[0], first[1]), (last[1], last[2]))]
+    assembly = Assembly([bars], joints.free(conditions if corotational else [*conditions, joints.flat()]))
+    forces = np.zeros(assembly.n_dofs)
+    if corotational:
+        forces[2] = MOMENT
+    motion = move(
+        assembly, until=until, step=step, gravity=(0.0, -GRAVITY, 0.0), forces=forces, scheme=EnergyMomentum(), every=1,
+        tolerance=1e-7,
+    )  # fmt: skip
+    if not motion.success:
+        raise SolverError(f"The linkage did not go round. {motion.message}")
+    return Course(motion, bars, *_measured(motion.frames, n))
+
+
+def _axes(n: int) -> list[Array]:
+    """Nodes (n + 1, 3) of crank, coupler and follower at the start."""
+    crank = LINKAGE.crank * np.exp(1j * START)
+    end = crank + LINKAGE.coupler * np.exp(1j * LINKAGE.angles(np.array([START]))[0][0])
+    corners = [(c.real, c.imag, 0.0) for c in (0j, crank, end, LINKAGE.ground + 0j)]
+    return [straight(corners[a], corners[b], n) for a, b in ((0, 1), (1, 2), (3, 2))]
+
+
+def _lines(n: int, stiffer: float) -> Structure:
+    bars = line(_axes(n), EA=stiffer * YOUNG * AREA, EI=stiffer * YOUNG * SECOND_MOMENT, mass=LINKAGE.mass)
+    return bars.turned(((0, MOMENT),))
+
+
+def _corotational(n: int, stiffer: float) -> CorotationalBeam:
+    EA, EI = stiffer * YOUNG * AREA, stiffer * YOUNG * SECOND_MOMENT
+    return CorotationalBeam(
+        _axes(n), EA=EA, EI=EI, mass_per_length=LINKAGE.mass, rotary=ROTARY * DENSITY * SECOND_MOMENT
+    )
+
+
+def _measured(frames: Array, n: int) -> tuple[Array, Array]:
+    """Angles (n_frames, 3) of the chords and deflection (n_frames,) of the coupler's middle."""
+    nodes = frames.reshape(len(frames), 3, n + 1, -1)
+    place = nodes[..., 0] + 1j * nodes[..., 1]
+    chords = place[:, :, -1] - place[:, :, 0]
+    middle = ((place[:, 1, n // 2] - place[:, 1, 0]) * chords[:, 1].conj()).imag / np.abs(chords[:, 1])
+    return np.unwrap(np.angle(chords), axis=0), middle
+
+
+def solve(n: int, step: float) -> SlenderProblem:
+    """Two revolutions: the follower's angle beside exact kinematics at the crank's angle."""
+    began = time.perf_counter()
+    found = drive(n, step, UNTIL)
+    seconds = time.perf_counter() - began
+    other = drive(n, step, UNTIL, corotational=True)
+    times = np.arange(0.1, UNTIL + 0.01, 0.1)
+    crank, follower = (_at(times, found, np.degrees(found.angles[:, k])) for k in (0, 2))
+    exact = follower + _turned_back(np.degrees(LINKAGE.angles(np.radians(crank))[1]) - follower)
+    rows = tuple((f"t = {t:.1f} s", float(f), float(e)) for t, f, e in zip(times, follower, exact, strict=True))
+    passed, rigid = LINKAGE.driven(START, TURNS, MOMENT, GRAVITY)
+    beside = {
+        "crank, found": crank,
+        "crank, rigid bars": np.interp(times, passed, np.degrees(rigid), right=math.nan),
+        "follower, corotational": _at(times, other, np.degrees(other.angles[:, 2])),
+    }
+    remarks = {
+        "largest deflection of the coupler's middle, mm": 1e3 * float(np.abs(found.sag).max()),
+        "the same by corotational beams, mm": 1e3 * float(np.abs(other.sag).max()),
+        "drift of the energy": found.drift,
+    }
+    columns = {name: tuple(values.tolist()) for name, values in beside.items()}
+    return SlenderProblem("fourbar", "degrees", n, rows, remarks, _shapes(found), seconds, columns)
+
+
+def _at(times: Array, course: Course, values: Array) -> Array:
+    return np.interp(times, course.motion.time, values)
+
+
+def _turned_back(angle: Array) -> Array:
+    """The same angles in degrees, between -180 and 180."""
+    return (angle + 180) % 360 - 180
+
+
+def _shapes(course: Course) -> tuple[tuple[str, Array], ...]:
+    """The axes of the bars at twelve times, from the crank's pin to the follower's."""
+    chosen = np.linspace(0, len(course.motion.time) - 1, 12).astype(int)
+    bars, out = course.bars, []
+    for k in chosen:
+        axes = bars.drawn(course.motion.frames[k]).points.reshape(3, -1, 3)
+        out.append((f"{course.motion.time[k]:.2f} s", np.concatenate([axes[0], axes[1], axes[2, ::-1]])))
+    return tuple(out)
