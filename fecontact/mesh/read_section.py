@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError, MeshError
@@ -57,7 +58,7 @@ def read_section(path: str | Path, part: str | None = None, scale: float = 1.0) 
     ...     read_section(f"{folder}/a.vtu")
     SectionMesh(quad8, 6 cells, 27 points, boundaries: none)
     """
-    path = Path(path)
+    path = file_path("the path of a section", path)
     if path.suffix.lower() not in READERS:
         raise InputError(f"Unknown mesh file type {path.suffix!r}; expected one of {', '.join(READERS)}.")
     positive("the scale", scale)

@@ -107,7 +107,7 @@ def _done(
         told.append(f"{n} sliver facet{'s were' if n > 1 else ' was'} mended.")
     closed, n = without_holes(x, new, holes)
     if n:
-        told.append(f"{n} hole{'s were' if n > 1 else ' was'} filled with {len(closed) - len(new)} facets.")
+        told.append(f"{n} hole{'s were' if n > 1 else ' was'} filled, facets more: {len(closed) - len(new)}.")
     new = closed
     if steps:
         before, x = x, smoothed(x, new, steps)

@@ -20,6 +20,7 @@ from fecontact.app.scene_file.meshes import (
     mesh_of,
     number,
     numbers,
+    section_of,
     shape_of,
 )
 from fecontact.app.scene_file.sections import SHAPES
@@ -157,7 +158,7 @@ def _meshed(
     if kind == "elastic":
         mesh, supports = mesh_of(table, folder, bodies), _supports(held)
     else:
-        mesh = shape_of(table.table("shape", required=True), SHAPES)
+        mesh = section_of(table, folder, SHAPES)
         supports = {boundary: held.text(boundary) or "" for boundary in held.values}
     material = _material_of(table, materials, mesh)
     contact = table.texts("contact") or ()

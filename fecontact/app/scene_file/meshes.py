@@ -13,12 +13,15 @@ from fecontact.mesh import pick, shapes
 from fecontact.mesh.extrude import extrude
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import Pick
+from fecontact.mesh.read_section import read_section
 from fecontact.mesh.read_surface import read_surface
 from fecontact.mesh.surface_mesh import SurfaceMesh
+from fecontact.surfaces.repair import repair_surface
+from fecontact.surfaces.solid import mesh_solid
 
 ELEMENTS = ("hex8", "hex20", "hex27")
 SECTORS = tuple(shapes.SECTORS)
-SOURCES = ("mesh", "shape", "extrude")
+SOURCES = ("mesh", "shape", "solid", "extrude")
 
 #: Readers of the arguments of shapes; a name that ends in ! is required.
 Arguments = Mapping[str, Callable[[Table, str, bool], Any]]
@@ -96,6 +99,18 @@ ELASTIC_SHAPES: dict[str, tuple[Callable[..., Mesh], Arguments]] = {
 }
 
 
+#: Arguments of `mesh_solid` and of `repair_surface`.
+SOLID: Arguments = {
+    "size": number,
+    "element": choice(("tet10", "hex20", "tet4", "hex8")),
+    "near": lambda table, key, required: table.raw(key, required),
+    "near_size": number,
+    "growth": number,
+    "scale": number,
+}
+REPAIR: Arguments = {"holes": integer, "smoothing": integer}
+
+
 def arguments_of(table: Table, arguments: Arguments) -> dict[str, Any]:
     """Arguments given in a table."""
     names = {name.rstrip("!"): name.endswith("!") for name in arguments}
@@ -119,7 +134,7 @@ def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | Non
     given = [key for key in SOURCES if key in table]
     if len(given) != 1:
         found = " and ".join(given) or "none"
-        table.fault(None, f"needs one of mesh (a file), shape (a table) and extrude (a table); found {found}.")
+        table.fault(None, f"needs one of mesh (a file), shape, solid and extrude (tables); found {found}.")
     scale, element, file = table.number("scale"), table.text("element"), table.text("mesh")
     part = table.text("part")
     for key in ("scale", "element", "part"):
@@ -128,6 +143,8 @@ def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | Non
     mesh: Mesh | None = None
     if "shape" in table:
         mesh = shape_of(table.table("shape"), ELASTIC_SHAPES)
+    elif "solid" in table:
+        mesh = _solid(table.table("solid"), folder)
     elif "extrude" in table:
         mesh = _extruded(table.table("extrude"), folder, bodies)
     elif file is not None and (path := existing(table, "mesh", folder)) is not None:
@@ -149,6 +166,15 @@ def existing(table: Table, key: str, folder: Path) -> Path | None:
     return None
 
 
+def _solid(table: Table, folder: Path) -> Mesh | None:
+    """What a CAD file or a closed surface encloses, the surface repaired where that is asked for."""
+    path, given, mended = existing(table, "file", folder), arguments_of(table, SOLID), arguments_of(table, REPAIR)
+    table.finish()
+    if path is None or table.faulty:
+        return None
+    return table.attempt(lambda: mesh_solid(repair_surface(path, **mended) if mended else path, **given))
+
+
 def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | None:
     """A layer on a surface from a file, or on the boundary of a body declared earlier."""
     surface: SurfaceMesh | None = None
@@ -156,8 +182,11 @@ def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | N
         table.fault(None, "needs either surface (a file) or body with boundary.")
     scale, boundary = table.number("scale"), table.text("boundary", required="body" in table)
     part = table.text("part")
+    mended = arguments_of(table, {**REPAIR, "size": number})
     if "surface" in table and (path := existing(table, "surface", folder)) is not None:
-        surface = table.attempt(lambda: read_surface(path, part, 1.0 if scale is None else scale), "surface")
+        surface = table.attempt(lambda: _surface(path, part, 1.0 if scale is None else scale, mended), "surface")
+    for key in mended if "body" in table else ():
+        table.fault(key, "belongs to a surface from a file.")
     name = table.text("body")
     elastic = elastic_among([bodies.get(name or "")])
     if name is not None and name not in bodies:
@@ -174,6 +203,31 @@ def _extruded(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | N
         return None
     side = surface.flipped() if flip else surface
     return table.attempt(lambda: extrude(side, thickness, 1 if layers is None else layers, strict=bool(strict)))
+
+
+def _surface(path: Path, part: str | None, scale: float, mended: Mapping[str, Any]) -> SurfaceMesh:
+    """A surface from a file, repaired where that is asked for."""
+    if not mended or part is not None:
+        found = read_surface(path, part, scale)
+        return repair_surface(found, **mended) if mended else found
+    return repair_surface(path, scale=scale, **mended)
+
+
+def section_of(table: Table, folder: Path, known: Mapping[str, tuple[Callable[..., Any], Arguments]]) -> Any:
+    """Section from a file or a shape, or None."""
+    scale, part = table.number("scale"), table.text("part")
+    if "mesh" not in table:
+        for key in ("scale", "part"):
+            if key in table:
+                table.fault(key, "belongs to a section from a file (mesh).")
+        return shape_of(table.table("shape", required=True), known)
+    if "shape" in table:
+        table.fault("shape", "a section is from a file (mesh) or of a shape, not both.")
+        table.raw("shape")
+    path = existing(table, "mesh", folder)
+    if path is None or table.faulty:
+        return None
+    return table.attempt(lambda: read_section(path, part, 1.0 if scale is None else scale), "mesh")
 
 
 def _with_boundaries(table: Table, mesh: Mesh | None) -> Mesh | None:

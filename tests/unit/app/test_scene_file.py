@@ -265,7 +265,7 @@ von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
         (
             '"bottom"',
             '"bottom"\nmesh = "x.msh"',
-            "and extrude (a table); found mesh and shape",
+            "solid and extrude (tables); found mesh and shape",
         ),
         ('"bottom"', '"bottom"\nscale = 2.0', "bodies.block.scale: belongs to a mesh from a file"),
         ("{top =", "{tip =", "bodies.block.supports.tip: the mesh has no boundary 'tip', did you mean 'top'"),

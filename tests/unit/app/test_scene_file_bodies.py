@@ -126,6 +126,50 @@ def test_a_layer_grown_on_a_body_and_on_a_file(write, tmp_path):
         assert set(mesh.boundaries) == {"base", "top", "side"}
 
 
+def test_a_solid_within_a_surface_repaired(write, tmp_path):
+    """Source: the block itself; a facet of its file is missing."""
+    block = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3), element="hex8")
+    triangles = block.skin[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    meshio.Mesh(block.points, [("triangle", triangles[1:])]).write(tmp_path / "open.stl")
+    body = '[bodies.half]\nsolid = {{file = "open.stl", size = 0.4, element = "tet4"{}}}\nmaterial = "soft"\n'
+    body += 'contact = "top"\nsupports = {{base = "xyz"}}\n'
+    for name, z in (("base", 0), ("top", 1)):
+        body += f"[bodies.half.boundaries.{name}]\nplane = {{{{point = [0, 0, {z}], normal = [0, 0, 1]}}}}\n"
+    assert "open.stl is open" in faults(write(MATERIAL + BALL + body.format("") + PRESSED))
+    file = fc.read_scene(write(MATERIAL + BALL + body.format(", holes = 3, near = [[0.5, 0.5, 1]]") + PRESSED))
+    mesh = file.bodies["half"].mesh
+    assert list(mesh.kinds) == ["tet4"]
+    assert np.isclose(fc.SurfaceMesh.of(mesh, "top").areas.sum(), 1.0, rtol=1e-9)
+    assert any("1 hole was filled, facets more: 1" in note for note in mesh.notes)
+
+
+def test_a_layer_on_a_repaired_surface(write, tmp_path):
+    points = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1], [0.5, 1e-6, 1]])
+    facets = [[0, 1, 4], [1, 2, 4], [0, 4, 3], [4, 2, 3]]
+    meshio.Mesh(points, [("triangle", facets)]).write(tmp_path / "flat.off")
+    grown = '[bodies.half]\nextrude = {surface = "flat.off", thickness = 0.25, smoothing = 1, strict = true}\n'
+    more = 'material = "soft"\ncontact = "top"\nsupports = {base = "xyz"}\n'
+    file = fc.read_scene(write(MATERIAL + BALL + grown + more + PRESSED))
+    assert len(file.bodies["half"].mesh.cells) == 3
+    of_body = grown.replace('surface = "flat.off"', 'body = "block", boundary = "top"')
+    assert "half.extrude.smoothing: belongs to a surface" in faults(write(MATERIAL + BLOCK + of_body + more))
+
+
+def test_a_section_from_a_file(write, tmp_path):
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1.0]])
+    meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])], point_sets={"low": [0, 1], "high": [2, 3]}).write(
+        tmp_path / "plate.inp"
+    )
+    body = '[bodies.half]\ntype = "plane"\nmesh = "plate.inp"\nscale = 2.0\nmaterial = "soft"\ncontact = "high"\n'
+    body += 'thickness = 1.0\nplane = "strain"\nsupports = {low = "xz"}\n'
+    file = fc.read_scene(write(MATERIAL + BALL + body + PRESSED))
+    assert file.bodies["half"].mesh.points.max() == 2.0
+    both = body.replace("scale = 2.0", 'shape = {kind = "rectangle"}')
+    assert "half.shape: a section is from a file (mesh) or of a shape, not both" in faults(write(MATERIAL + both))
+    alone = body.replace('mesh = "plate.inp"\n', 'shape = {kind = "rectangle", size = [1, 1], divisions = [1, 1]}\n')
+    assert "half.scale: belongs to a section from a file" in faults(write(MATERIAL + alone))
+
+
 CASES = (
     '[[contacts]]\nslave = "half"\nmaster = "ball"\n[[cases]]\nname = "light"\nmotions.ball = {z = -0.02}\n'
     "[[cases]]\nmotions.ball = {z = -0.05}\n[[cases]]\nname = 'moved'\nmotions.ball = {z = -0.02}\n"
