@@ -16,6 +16,7 @@ The eight-node brick (`hexahedron`) on any mesh of hexahedra. Coordinates are a 
 `pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
 `FollowerPressure, Moment`     loads that change with the deformation, for `Stage(assembly, follow=[..])`
 `StVenantKirchhoff`            law, as `NeoHookean`; `InvertedError` (a FecontactError) is raised where det F <= 0
+`Viscosity`                    Kelvin-Voigt and a Prony series beside the law, for motion in time
 `sides_by_label, released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
 
@@ -68,6 +69,7 @@ from fecontact.ancf.space import AncfSpace
 from fecontact.ancf.stage import Stage
 from fecontact.ancf.statics import Path, State, equilibrium
 from fecontact.ancf.supports import Supports, hold
+from fecontact.ancf.viscosity import Viscosity
 
 __all__ = [
     "AncfSolid",
@@ -90,6 +92,7 @@ __all__ = [
     "Stage",
     "State",
     "Supports",
+    "Viscosity",
     "body_force",
     "dead_pressure",
     "equilibrium",

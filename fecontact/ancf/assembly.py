@@ -18,6 +18,7 @@ from fecontact.ancf.member import Member
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.supports import hold
 from fecontact.ancf.touch import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
+from fecontact.ancf.viscosity import ViscousStep, relaxed, viscous_step
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -249,6 +250,35 @@ class Assembly:
         blocks = [s.tangent(self.part(q, k)) for k, s in enumerate(self.solids)]
         return blocks[0] if len(blocks) == 1 else sp.csr_matrix(sp.block_diag(blocks))
 
+    @cached_property
+    def _viscous(self) -> list[tuple[int, Any]]:
+        """Numbers and solids that are viscous."""
+        return [(k, s) for k, s in enumerate(self.solids) if getattr(s, "viscosity", None) is not None]
+
+    def relaxed(self, q: Array) -> Array:
+        """Internal strains (n,) of all viscous solids, relaxed at coordinates q."""
+        return np.concatenate([np.zeros(0), *(relaxed(s, self.part(q, k)) for k, s in self._viscous)])
+
+    def viscous_step(self, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
+        """Viscous forces of a step of length h, see `viscosity`; nothing where no solid is viscous."""
+        forces, kept, lost, stored, start = np.zeros(self.n_dofs), [np.zeros(0)], 0.0, 0.0, 0
+        for k, solid in self._viscous:
+            own = viscous_step(solid, self.part(q0, k), self.part(q1, k), h, memory[start:])
+            forces[self.starts[k] : self.starts[k + 1]] = own.forces
+            kept.append(own.memory)
+            lost, stored, start = lost + own.dissipated, stored + own.stored, start + len(own.memory)
+        return ViscousStep(forces, np.concatenate(kept), lost, stored)
+
+    def step_tangent(self, q: Array, h: float, share: float) -> sp.csr_matrix:
+        """A share of the elastic tangent (n_dofs, n_dofs), and that of viscosity by the end of a step of length h."""
+        K = self.tangent(q)
+        if not self._viscous:
+            return share * K
+        numbers = dict(self._viscous)
+        empty = ((k, sp.csr_matrix((s.n_dofs, s.n_dofs))) for k, s in enumerate(self.solids))
+        blocks = [numbers[k].viscous_tangent(self.part(q, k), h) if k in numbers else none for k, none in empty]
+        return sp.csr_matrix(share * K + sp.block_diag(blocks))
+
     def check_inverted(self, q: Array) -> None:
         """Refuse coordinates that turn material inside out, see `AncfSolid.check_inverted`; names the solid.
 
@@ -268,12 +298,12 @@ class Assembly:
         """Consistent mass (n_dofs, n_dofs)."""
         return self.constants.mass
 
-    def with_mass(self, K: sp.csr_matrix, share: float, inertia: float) -> sp.csr_matrix:
-        """The share of a tangent (n_dofs, n_dofs) with a multiple of the mass, in the tangent's pattern if it fits."""
+    def with_mass(self, K: sp.csr_matrix, inertia: float) -> sp.csr_matrix:
+        """A tangent (n_dofs, n_dofs) with a multiple of the mass, in the tangent's pattern if it fits."""
         kept = self.constants.mass_in(K)
         if kept is None:
-            return sp.csr_matrix(share * K + inertia * self.mass)
-        return sp.csr_matrix((share * K.data + inertia * kept, K.indices, K.indptr), shape=K.shape, copy=False)
+            return sp.csr_matrix(K + inertia * self.mass)
+        return sp.csr_matrix((K.data + inertia * kept, K.indices, K.indptr), shape=K.shape, copy=False)
 
     def accelerated(self, forces: Array) -> Array:
         """Accelerations (n_dofs,) due to forces; the mass is constant and factorised once."""

@@ -64,6 +64,7 @@ class Motion:
     strain: Array
     potential: Array
     work: Array
+    dissipated: Array
     momentum: Array
     contact_force: Array
     penetration: Array
@@ -79,8 +80,9 @@ class Motion:
 
     @property
     def drift(self) -> float:
-        """Largest change of the total energy that is not work, relative to the largest kinetic energy."""
-        change = self.energy - self.energy[0] - (self.work - self.work[0])
+        """Largest change of the total energy, neither work nor dissipated, relative to the largest kinetic energy."""
+        balance = self.energy - self.work + self.dissipated
+        change = balance - balance[0]
         return float(np.abs(change).max() / max(self.kinetic.max(), np.finfo(float).tiny))
 
     def __str__(self) -> str:
@@ -273,7 +275,11 @@ def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: f
     # of the prescribed motion, from velocities one difference apart
     driven = (4 * rate(at, time + e, -e) - 3 * rate(at, time, -e) - rate(at, time + 2 * e, -e)) / (2 * e)
     acceleration = driven + a.accelerated(stage.load(q) - a.forces(q) - a.mass @ driven)
-    return Instant(time, q, v, acceleration, acceleration, forces, acting(stage, q, acceleration))
+    memory, stored = a.relaxed(q), 0.0
+    if start is not None and start.memory is not None:
+        memory, stored = start.memory, start.stored
+    applied = acting(stage, q, acceleration)
+    return Instant(time, q, v, acceleration, acceleration, forces, applied, memory, stored=stored)
 
 
 def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
@@ -366,8 +372,8 @@ class _Record:
         potential = -float(load @ (now.q - a.q0))
         # the work of constant loads is the change of their potential
         work = now.work + potential - (self.rows[0][3] if self.rows else potential)
-        figures = [now.time, kinetic, a.energy(now.q), potential, *a.momentum(now.v)]
-        figures += [float(max(0.0, -finite.min(initial=0.0))), float(now.nit), work]
+        figures = [now.time, kinetic, a.energy(now.q) + now.stored, potential, *a.momentum(now.v)]
+        figures += [float(max(0.0, -finite.min(initial=0.0))), float(now.nit), work, now.dissipated]
         self.rows.append(np.concatenate([figures, *resultants]))
         self.now = now
         if frame:
@@ -378,8 +384,8 @@ class _Record:
         """The figures by name."""
         rows = np.array(self.rows)
         return Motion(
-            success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 9], rows[:, 4:7],
-            rows[:, 10:].reshape(len(rows), -1, 3), rows[:, 7], rows[:, 8].astype(int),
+            success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 9], rows[:, 10], rows[:, 4:7],
+            rows[:, 11:].reshape(len(rows), -1, 3), rows[:, 7], rows[:, 8].astype(int),
             np.array(self.frames), np.array(self.frame_times), self.now,
         )  # fmt: skip
 

@@ -28,6 +28,7 @@ from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.banded import BandFactor, BandOrder
 from fecontact.ancf.newton import UnstableError, contact_step
 from fecontact.ancf.stage import Stage, StageAt, Start, rate
+from fecontact.ancf.viscosity import ViscousStep
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
@@ -61,6 +62,10 @@ class Instant:
         Loads and support forces.
     work : float
         Work from the start of all loads, of supports that move, and of rigid bodies that move.
+    memory : (n,) array
+        Internal strains of visco-elastic solids.
+    dissipated, stored : float
+        Energy lost to viscosity from the start, and that of its branches.
     nit : int
         Number of iterations of the step.
     """
@@ -72,13 +77,24 @@ class Instant:
     b: Array
     forces: Array
     applied: Array
+    memory: Array
     work: float = 0.0
+    dissipated: float = 0.0
+    stored: float = 0.0
     nit: int = 0
 
     @property
     def begin(self) -> Start:
         """A motion that goes on from here."""
-        return Start(self.q, self.v, self.forces, self.time)
+        return Start(self.q, self.v, self.forces, self.time, self.memory, self.stored)
+
+    def after(
+        self, h: float, viscous: ViscousStep, q: Array, v: Array, a: Array, b: Array, forces: Array, applied: Array,
+        work: float, nit: int,
+    ) -> Instant:  # fmt: skip
+        """The state at the end of a step of length h."""
+        lost = self.dissipated + viscous.dissipated
+        return Instant(self.time + h, q, v, a, b, forces, applied, viscous.memory, work, lost, viscous.stored, nit)
 
 
 class Scheme(Protocol):
@@ -131,10 +147,11 @@ class GeneralisedAlpha:
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
             acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
             conditions = a.conditions(q)
-            rest = end.load(q) - a.forces(q) - a.mass @ acceleration - share * (a.mass @ c)
+            viscous = a.viscous_step(now.q, q, h, now.memory)
+            rest = end.load(q) - a.forces(q) - viscous.forces - a.mass @ acceleration - share * (a.mass @ c)
             near = np.flatnonzero(conditions.gap < REACH * _widths(a))
             if not kept.serves(near):
-                K = a.with_mass(a.tangent(q), 1.0, inertia)
+                K = a.with_mass(a.step_tangent(q, h, 1.0), inertia)
                 less = _sum(end.load_tangent(q), 1.0, a.curvature(conditions, share * forces))
                 kept.renew(a, K, less, near)
             change, pressing = kept.solved(a, rest, conditions.G, conditions.gap, near)
@@ -145,9 +162,9 @@ class GeneralisedAlpha:
                 b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
                 acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
-                applied = acting(end, q, acceleration)
+                applied = acting(end, q, acceleration, viscous.forces)
                 work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(at, now, h, q, forces)
-                return Instant(now.time + h, q, v, acceleration, b, forces, applied, work, nit)
+                return now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -172,6 +189,8 @@ class EnergyMomentum:
             internal = np.concatenate(
                 [s.forces_between(a.part(now.q, k), a.part(q, k)) for k, s in enumerate(a.solids)]
             )
+            viscous = a.viscous_step(now.q, q, h, now.memory)
+            internal = internal + viscous.forces
             load, v = half.load(middle), 2 / h * (q - now.q) - now.v
             v = v - a.held(v) + driven
             inertia = a.mass @ ((v - now.v) / h)
@@ -187,7 +206,7 @@ class EnergyMomentum:
                     done = _finite(halfway.conditions(q).gap) - _finite(halfway.conditions(now.q).gap)
             G = _working(a, G, pressing, done, q - now.q)
             if not kept.serves(pressing):
-                K = a.with_mass(a.tangent(middle), 0.5, 2 / h**2)
+                K = a.with_mass(a.step_tangent(middle, h, 0.5), 2 / h**2)
                 kept.renew(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing)
             change, forces = kept.solved(a, load - internal - inertia, G, closing, pressing)
             moved = q - now.q
@@ -201,8 +220,8 @@ class EnergyMomentum:
                 work += float(forces @ done) if halfway is not None else 0.0
                 applied = load + supports[0] + supports[1]
                 acceleration = (v - now.v) / h
-                return Instant(
-                    now.time + h, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
+                return now.after(
+                    h, viscous, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
                 )
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
@@ -269,10 +288,10 @@ class _Kept:
         return tolerance * (OLD if self.again else 1.0)
 
 
-def acting(stage: Stage, q: Array, acceleration: Array) -> Array:
-    """Loads and support forces (n_dofs,) at coordinates q, without contact."""
+def acting(stage: Stage, q: Array, acceleration: Array, viscous: Array | float = 0.0) -> Array:
+    """Loads and support forces (n_dofs,) at coordinates q, without contact, beside viscous forces (n_dofs,)."""
     a, load = stage.assembly, stage.load(q)
-    return np.asarray(load + a.held(a.mass @ acceleration + a.forces(q) - load))
+    return np.asarray(load + a.held(a.mass @ acceleration + a.forces(q) + viscous - load))
 
 
 def _sum(of_loads: sp.csr_matrix | None, share: float, bend: sp.csr_matrix | None) -> sp.csr_matrix | None:

@@ -12,7 +12,7 @@ the chosen Gauss rule. A rigid motion r = R X + b has F = R and no forces, at an
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,6 +25,7 @@ from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.laws import InvertedError, Law, Response, StVenantKirchhoff
 from fecontact.ancf.member import Drawing
 from fecontact.ancf.space import BATCH, AncfSpace, GradientBatch, deformation_gradients
+from fecontact.ancf.viscosity import Viscosity, viscous_response
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -73,6 +74,8 @@ class AncfSolid:
     volumetric : int, optional
         Points per direction, fewer than `points`, at which the part with lambda is integrated (selective reduced
         integration), against locking of nearly incompressible material.
+    viscosity : Viscosity, optional
+        For motion in time; statics has the elastic law only.
 
     Examples
     --------
@@ -88,6 +91,7 @@ class AncfSolid:
     law: Law = StVenantKirchhoff()  # noqa: RUF009
     points: int = 4
     volumetric: int | None = None
+    viscosity: Viscosity | None = None
 
     def __post_init__(self) -> None:
         if self.points not in (2, 3, 4, 5):
@@ -296,12 +300,30 @@ class AncfSolid:
 
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces at coordinates q, symmetric."""
+        return self._tangent(q, lambda e, batch, lame, shear: self._respond(e, batch, lame, shear, tangent=True))
+
+    def viscous_tangent(self, q: Array, h: float) -> sp.csr_matrix:
+        """Derivative (n_dofs, n_dofs) of the viscous forces of a step of length h by its end, at its middle q.
+
+        Without the part of the stress, which is small beside the elastic one.
+        """
+        return self._tangent(
+            q,
+            lambda e, batch, lame, shear: (
+                deformation_gradients(e, batch),
+                viscous_response(self, batch, h, lame, shear),
+            ),
+        )
+
+    def _tangent(
+        self, q: Array, respond: Callable[[Array, GradientBatch, float, float], tuple[Array, Response]]
+    ) -> sp.csr_matrix:
         e = self.space.spread(q)
         _, columns, sums = self._pattern
         data = np.zeros((len(columns), 6))
         for batches, lame, shear in self.rules():
             for batch, how in zip(batches, sums, strict=True):
-                F, response = self._respond(e, batch, lame, shear, tangent=True)
+                F, response = respond(e, batch, lame, shear)
                 blocks = element_tangents(F, response, batch).reshape(-1, 6)
                 data[how.place] += np.add.reduceat(blocks[how.order], how.first, axis=0)
         return self._assembled(data)

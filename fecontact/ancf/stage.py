@@ -120,12 +120,18 @@ class Start:
     forces : (n_multipliers,) array
         Contact forces of all contacts.
     time : float
+    memory : (n,) array or None
+        Internal strains of visco-elastic solids; None where they are relaxed.
+    stored : float
+        Energy of their branches.
     """
 
     q: Array
     v: Array | None
     forces: Array
     time: float
+    memory: Array | None = None
+    stored: float = 0.0
 
 
 def rate(at: StageAt, time: float, step: float) -> Array:

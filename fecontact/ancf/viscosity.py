@@ -1,0 +1,197 @@
+"""Visco-elastic bricks: Kelvin and Voigt's damper and Maxwell's branches (Prony series) beside the elastic law.
+
+With Green-Lagrange strains E, Hooke's moduli D of the material, and an internal strain A_i of each branch,
+
+    S = S_elastic + t_r D : dE/dt + sum_i g_i D : (E - A_i),    dA_i/dt = (E - A_i) / t_i,
+
+which is linear visco-elasticity in material axes, so that a rigid motion dissipates nothing: suitable for large
+rotations and moderate strains (J. C. Simo & T. J. R. Hughes, Computational Inelasticity, 1998, chapter 10). A step is
+integrated by the mid-point rule,
+
+    E_m - A_m = (E_m - A_0) / (1 + h/2t_i),    A_1 - A_0 = h/t_i (E_m - A_m),    forces int F_m S_m grad S_a dV,
+
+and as F_m^T (F_1 - F_0) has the symmetric part E_1 - E_0, the work of the forces is exactly the change of the branches'
+energy (E - A):g D:(E - A)/2 and what is dissipated, (E_1 - E_0):t_r D:(E_1 - E_0)/h + h/t_i (E_m - A_m):g D:(E_m - A_m)
+>= 0. At rest the branches relax, so that statics knows the elastic law only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fecontact.ancf.laws import Response
+from fecontact.ancf.space import AncfSpace, GradientBatch, deformation_gradients
+from fecontact.common.arrays import Array
+from fecontact.common.checks import array_of
+from fecontact.common.errors import InputError
+
+
+@dataclass(frozen=True)
+class Viscosity:
+    """Viscosity of a solid of bricks.
+
+    Parameters
+    ----------
+    retardation : float
+        Time t_r of Kelvin and Voigt: creep under a constant force approaches its end as exp(-t/t_r).
+    prony : sequence of (float, float)
+        Branches (g, t): share of the elastic moduli, beside them, and time of relaxation.
+
+    Raises
+    ------
+    InputError
+        For negative or infinite numbers, times of zero, or if nothing is viscous.
+
+    Examples
+    --------
+    >>> Viscosity(prony=[(0.5, 1.0), (0.2, 10.0)]).branches.tolist()
+    [[0.5, 1.0], [0.2, 10.0]]
+    """
+
+    retardation: float = 0.0
+    prony: ArrayLike = ()
+
+    def __post_init__(self) -> None:
+        found = array_of(self.prony)
+        if found is None or not (found.size == 0 or (found.ndim == 2 and found.shape[1] == 2)):
+            raise InputError(f"A Prony series is a list of (share, time); found {self.prony!r}.")
+        times = np.array([self.retardation, *found.ravel()], dtype=float)
+        if not (np.isfinite(times).all() and (times >= 0).all() and (times[1:] > 0).all() and times.any()):
+            raise InputError(
+                "Viscosity needs a retardation time or a Prony series of positive shares and times, all finite; found "
+                f"retardation {self.retardation!r} and {self.prony!r}."
+            )
+
+    @property
+    def branches(self) -> Array:
+        """Shares and times (n, 2)."""
+        return np.asarray(self.prony, dtype=float).reshape(-1, 2)
+
+
+class Viscous(Protocol):
+    """What a solid of bricks has to tell; see `solid.AncfSolid`."""
+
+    @property
+    def space(self) -> AncfSpace:
+        """Coordinates and functions."""
+
+    @property
+    def viscosity(self) -> Viscosity | None:
+        """Its viscosity."""
+
+    @property
+    def lame(self) -> Array:
+        """First Lame constant of each cell."""
+
+    @property
+    def shear(self) -> Array:
+        """Shear modulus of each cell."""
+
+    def rules(self) -> list[tuple[Iterable[GradientBatch], float, float]]:
+        """Gauss rules, with the factors of lambda and mu in each."""
+
+
+@dataclass(frozen=True, eq=False)
+class ViscousStep:
+    """What viscosity does in a step.
+
+    Attributes
+    ----------
+    forces : (n_dofs,) array
+        Over the step, to be added to the elastic ones.
+    memory : (n,) array
+        Internal strains at its end.
+    dissipated, stored : float
+        Energy lost in the step, and that of the branches at its end.
+    """
+
+    forces: Array
+    memory: Array
+    dissipated: float
+    stored: float
+
+
+def relaxed(solid: Viscous, q: Array) -> Array:
+    """Internal strains (n,) of a state in which all branches are relaxed: A_i = E."""
+    assert solid.viscosity is not None
+    e, n = solid.space.spread(q), len(solid.viscosity.branches)
+    each = [
+        np.broadcast_to(_strain(deformation_gradients(e, batch)), (n, *batch.dV.shape, 3, 3)).ravel()
+        for batches, _, _ in solid.rules()
+        for batch in batches
+    ]
+    return np.concatenate([np.zeros(0), *each])
+
+
+def viscous_step(solid: Viscous, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
+    """Forces, memory and energies of a step of length h from coordinates q0 to q1.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> from fecontact.ancf import AncfSolid, AncfSpace
+    >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
+    >>> solid = AncfSolid(space, fc.Material(E=3.0, nu=0.0), viscosity=Viscosity(retardation=2.0))
+    >>> step = viscous_step(solid, space.q0, space.affine(np.diag([1.001, 1.0, 1.0])), 1.0, relaxed(solid, space.q0))
+    >>> round(step.dissipated / 1e-6, 2)  # E t_r (0.001)^2 / h
+    6.01
+    """
+    assert solid.viscosity is not None
+    e0, e1, branches = solid.space.spread(q0), solid.space.spread(q1), solid.viscosity.branches
+    total, kept, lost, stored, start = np.zeros_like(e0), [np.zeros(0)], 0.0, 0.0, 0
+    g, t = (c[:, None, None, None, None] for c in branches.T)
+    for batches, lame, shear in solid.rules():
+        for batch in batches:
+            F0, F1 = deformation_gradients(e0, batch), deformation_gradients(e1, batch)
+            E0, E1 = _strain(F0), _strain(F1)
+            size = len(branches) * E0.size
+            A0 = memory[start : start + size].reshape(len(branches), *E0.shape)
+            start += size
+            away = ((E0 + E1) / 2 - A0) / (1 + h / (2 * t))
+            A1 = A0 + h / t * away
+            rate = solid.viscosity.retardation / h * (E1 - E0)
+            stress = [_hooke(solid, batch, x, lame, shear) for x in (rate, (g * away).sum(axis=0))]
+            lost += float(((stress[0] * (E1 - E0)).sum(axis=(2, 3)) * batch.dV).sum())
+            for share, time, x, y in zip(branches[:, 0], branches[:, 1], away, E1 - A1, strict=True):
+                lost += float(share * h / time * (_power(solid, batch, x, lame, shear) * batch.dV).sum())
+                stored += float(share / 2 * (_power(solid, batch, y, lame, shear) * batch.dV).sum())
+            P = (F0 + F1) / 2 @ (stress[0] + stress[1]) * batch.dV[..., None, None]
+            n, n_q = batch.dV.shape
+            G = batch.gradients.swapaxes(2, 3).reshape(n, 3 * n_q, -1)
+            np.add.at(total, batch.functions, np.swapaxes(G, 1, 2) @ P.swapaxes(2, 3).reshape(n, 3 * n_q, 3))
+            kept.append(A1.ravel())
+    return ViscousStep(solid.space.gather(total), np.concatenate(kept), lost, stored)
+
+
+def stiffening(viscosity: Viscosity, h: float) -> float:
+    """Multiple of Hooke's moduli by which the end of a step of length h is resisted."""
+    g, t = viscosity.branches.T
+    return float(viscosity.retardation / h + (g / (2 + h / t)).sum())
+
+
+def viscous_response(solid: Viscous, batch: GradientBatch, h: float, lame: float, shear: float) -> Response:
+    """Moduli at the Gauss points for the tangent of a step, without the stress."""
+    assert solid.viscosity is not None
+    share, shape = stiffening(solid.viscosity, h), batch.dV.shape
+    a, b = (share * factor * c[batch.cells, None] for factor, c in ((lame, solid.lame), (shear, solid.shear)))
+    return Response(np.zeros(shape), np.zeros((*shape, 3, 3)), None, (a, b, np.eye(3)))
+
+
+def _strain(F: Array) -> Array:
+    return (np.swapaxes(F, -1, -2) @ F - np.eye(3)) / 2
+
+
+def _hooke(solid: Viscous, batch: GradientBatch, E: Array, lame: float, shear: float) -> Array:
+    """D : E."""
+    trace = np.trace(E, axis1=2, axis2=3) * lame * solid.lame[batch.cells, None]
+    return trace[..., None, None] * np.eye(3) + 2 * shear * solid.shear[batch.cells, None, None, None] * E
+
+
+def _power(solid: Viscous, batch: GradientBatch, E: Array, lame: float, shear: float) -> Array:
+    """E : D : E."""
+    return np.asarray((_hooke(solid, batch, E, lame, shear) * E).sum(axis=(2, 3)))
