@@ -30,7 +30,7 @@ from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 HALVINGS = 10
 """Halvings of a step after which it is taken although the residual has not fallen."""
 
-MEMORY = 4
+MEMORY = 3
 """Residuals of the last iterates, below the largest of which a step counts as progress."""
 
 THROWN = 100.0
@@ -178,7 +178,7 @@ def _step(
     released = -x
     released[kept] = 0.0
     y = trial.y + S @ released  # gaps and slips once the open points are released
-    A = np.zeros((a + r, a + r), order="F")
+    A = np.zeros((a + r, a + r))
     A[:a, :a] = S[np.ix_(kept, kept)]
     A[:a, a:] = B[:, kept].T
     A[a:, :a] = B[:, kept]
@@ -227,14 +227,15 @@ def _solved(A: np.ndarray, right: np.ndarray, r: int) -> tuple[np.ndarray, int]:
     """Solution, of least norm where A is singular, and the sign of det A times (-1)^r."""
     if len(right) == 0:
         return right, 1
-    norm = float(np.abs(A).sum(axis=0).max())
-    factor, pivots, info = dgetrf(A)
+    # by its transpose, whose columns lie one after the other
+    norm = float(np.abs(A).sum(axis=1).max())
+    factor, pivots, info = dgetrf(A.T)
     if info == 0 and dgecon(factor, norm)[0] > SINGULAR:
         swaps = int((pivots != np.arange(len(pivots))).sum())
         negative = int((factor.diagonal() < 0).sum())
-        solution, _ = dgetrs(factor, pivots, right)
+        solution, _ = dgetrs(factor, pivots, right, trans=1)
         # one refinement: the bordered matrix is badly scaled where contact is stiff
-        solution += dgetrs(factor, pivots, right - A @ solution)[0]
+        solution += dgetrs(factor, pivots, right - A @ solution, trans=1)[0]
         return np.asarray(solution), -1 if (swaps + negative + r) % 2 else 1
     try:
         return np.asarray(lstsq(A, right, cond=SINGULAR, lapack_driver="gelsy")[0]), 0
