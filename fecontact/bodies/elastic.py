@@ -393,7 +393,7 @@ class ElasticBody(Placed):
         """One-line description of the model."""
         m = self.mesh
         mid = "" if m.midface is None else f" + {(m.midface >= 0).sum()} mid-face nodes"
-        return self._described(f"{len(m.cells)} {m.cell_type} cells{mid}{self._ties}, {self.n_unknowns} dofs")
+        return self._described(f"{m.size_line}{mid}{self._ties}, {self.n_unknowns} dofs")
 
     @property
     def _ties(self) -> str:

@@ -111,7 +111,7 @@ class SectionBody(ElasticBody):
     def describe(self) -> str:
         """One-line description of the model."""
         m = self.mesh
-        return self._described(f"{len(m.cells)} {m.cell_type} cells{self._ties}, {self.state}, {self.n_unknowns} dofs")
+        return self._described(f"{m.size_line}{self._ties}, {self.state}, {self.n_unknowns} dofs")
 
 
 @one_line

@@ -117,6 +117,11 @@ class CellSets:
         )
 
     @property
+    def size_line(self) -> str:
+        """Its cells by kind: '12 hex20 + 4 wedge15 cells'."""
+        return " + ".join(f"{count} {kind}" for kind, count in self.kinds.items()) + " cells"
+
+    @property
     def cell_type(self) -> str:
         """Name of the cells before nodes coalesce, such as 'hex20' or 'quad8'."""
         return self.cell_types[self.cells.shape[1]]

@@ -223,8 +223,7 @@ class Mesh(CellSets):
         seen = self.outer_faces
         keys = seen @ (6, 1)
         found = {name: np.flatnonzero(np.isin(keys, faces @ (6, 1))) for name, faces in self.boundaries.items()}
-        kinds = ", ".join(f"{n} {kind}" for kind, n in self.kinds.items())
-        return plot_faces(self.points, self.skin, found, path, f"{kinds} cells", **options)
+        return plot_faces(self.points, self.skin, found, path, self.size_line, **options)
 
     def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
         """Cells by kind: name in meshio, connectivity in VTK's node order, and their (increasing) numbers.

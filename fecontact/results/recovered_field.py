@@ -92,6 +92,8 @@ def recovered_field(contact: PressureAndGap, across: float) -> RecoveredField:
 def _averaged(contact: PressureAndGap, field: NodalPressure) -> Array:
     """Recovered pressure (m,) averaged at nodes over facets on which it is bounded, else that of the contact."""
     chosen = np.flatnonzero(field.bounded)
+    if not len(chosen):
+        return field.pressure
     own, power = contact.facets[chosen], _power(contact)
     there = recovered_on(contact, field, chosen).at(contact.nodes[own]) ** power
     count = np.bincount(own.ravel(), minlength=len(contact.nodes))

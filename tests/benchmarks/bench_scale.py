@@ -3,6 +3,7 @@
     python tests/benchmarks/bench_scale.py                 the table up to 1e5 degrees of freedom
     python tests/benchmarks/bench_scale.py 14 20 31 46 69  other divisions; 69 makes 1.03 million (some gigabytes)
     python tests/benchmarks/bench_scale.py --one 31 amg    one row; or with a direct back-end: auto
+    python tests/benchmarks/bench_scale.py --two 31 amg    two elastic blocks whose meshes do not match
 
 A quarter of a block of 8-node hexahedra, graded towards the corner where a rigid ball presses. Each row runs in a
 process of its own; seconds are those of one thread from the stiffness to the certified answer.
@@ -40,9 +41,25 @@ def scene(n, backend):
     return ball, fc.Scene([body, ball], [fc.Contact(body, ball)])
 
 
-def figures(n, backend):
+def two_blocks(n, backend):
+    """A quarter of a block with a round lower face, of n + 1 divisions, and of the flat one below, of n."""
+    bodies = []
+    for count, name, near, far in ((n, "lower", "top", "bottom"), (n + 1, "upper", "bottom", "top")):
+        along = graded(count, 8.0)
+        heights = [8.0 - z for z in along[::-1]] if name == "lower" else along
+        mesh = fc.shapes.block((8.0, 8.0, 8.0), (along, along, heights), element="hex8")
+        if name == "upper":
+            # the paraboloid fades out towards the upper face
+            mesh = mesh.mapped(lambda x: x + np.outer((x[:, :2] ** 2).sum(axis=1) / 20 * (1 - x[:, 2] / 8), (0, 0, 1)))
+        supports = {far: "xyz", "x_min": "x", "y_min": "y"}
+        bodies.append(fc.ElasticBody(mesh, fc.Material(1.0, 0.3), near, supports, name=name, backend=backend))
+    lower, upper = bodies[0], bodies[1].placed(translation=(0.0, 0.0, 8.0))
+    return upper, fc.Scene([upper, lower], [fc.Contact(upper, lower)])
+
+
+def figures(n, backend, make=scene):
     """Degrees of freedom, candidates, in contact, sets, steps, seconds, peak memory."""
-    ball, model = scene(n, backend)
+    ball, model = make(n, backend)
     began = time.process_time()
     result = model.solve(forces={ball: (0.0, 0.0, -0.03)})
     seconds = time.process_time() - began
@@ -51,8 +68,9 @@ def figures(n, backend):
 
 
 def main():
-    if sys.argv[1:2] == ["--one"]:
-        print("| {} | {} | {} | {} | {} | {:.1f} | {:.0f} |".format(*figures(int(sys.argv[2]), sys.argv[3])))
+    if sys.argv[1:2] in (["--one"], ["--two"]):
+        make = scene if sys.argv[1] == "--one" else two_blocks
+        print("| {} | {} | {} | {} | {} | {:.1f} | {:.0f} |".format(*figures(int(sys.argv[2]), sys.argv[3], make)))
         return
     print(HEAD)
     print("|" + "---|" * (HEAD.count("|") - 1))

@@ -24,6 +24,8 @@ FINENESS = 6
 FELT = 0.02
 #: Sensels across a contact by default, and colour steps, as for pressure-sensitive films.
 SENSELS, STEPS = 24, 13
+#: Share of the area whose pressures a scale shows where the peak is unbounded; peaks this close to a scale are on it.
+MOST, ROUNDING = 0.95, 1e-9
 #: Room about a contact, relative to its extent.
 MARGIN = 1.3
 
@@ -58,6 +60,7 @@ def draw_field(
         limits = {"vmin": float(seen.min()), "vmax": float(seen.max())} if len(seen) else {}
     else:
         limits = {"vmin": 0.0, "vmax": top or values.max(initial=0.0) or 1.0}
+    cut_off = what != "gap" and values.max(initial=0.0) > limits["vmax"] * (1 + ROUNDING)
     drawn = axes.tripcolor(
         Triangulation(xy[:, 0], xy[:, 1], triangles), shades, shading="gouraud", cmap=COLOURS[what], **limits
     )
@@ -65,8 +68,22 @@ def draw_field(
         axes.plot(*side.T, color="0.4", linewidth=0.3, alpha=0.6)
     labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
     label = names.after(labels[what], "length" if what == "gap" else "stress")
-    axes.figure.colorbar(drawn, ax=axes, label=label)
+    axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if cut_off else "neither")
     _frame(axes, projection, (low, high), names)
+
+
+def scale_top(contact: ContactFields) -> float:
+    """Upper end of a scale of pressures: the peak, or where that is a matter of the mesh, what most of the area keeps.
+
+    Towards a sharp edge the pressure has no bound (`results.singular`), and its nodal peak would leave all else pale.
+    """
+    peak = contact.max_pressure
+    if contact.singular_edge is None or not contact.active.any():
+        return peak
+    pressure, area = contact.pressure[contact.active], contact.weights[contact.active]
+    order = np.argsort(pressure)
+    share = np.cumsum(area[order]) / area.sum()
+    return float(pressure[order[int(np.argmax(share >= MOST * (1 - ROUNDING)))]])
 
 
 def draw_sensels(

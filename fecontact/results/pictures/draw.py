@@ -15,7 +15,14 @@ from fecontact.common.errors import InputError
 from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.pictures.contact_map import draw_field, draw_friction, draw_regions, draw_sensels, map_window
+from fecontact.results.pictures.contact_map import (
+    draw_field,
+    draw_friction,
+    draw_regions,
+    draw_sensels,
+    map_window,
+    scale_top,
+)
 from fecontact.results.pictures.convergence import draw_convergence
 from fecontact.results.pictures.map_projection import map_of
 from fecontact.results.pictures.section_curve import draw_curve
@@ -105,7 +112,7 @@ def plot_contacts(
     rows = -(-len(shown) // columns)
     figure = Figure(figsize=_figure_size(shown, columns, rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    top = max(c.max_pressure for c in shown) if same_colours else None
+    top = max(map(scale_top, shown)) if same_colours else None
     for axes, contact in zip(grid, shown, strict=False):
         friction = contact.friction
         if what == "friction" and friction is not None:
@@ -115,7 +122,7 @@ def plot_contacts(
         elif style == "sensels":
             draw_sensels(axes, contact, pitch, names, top)
         else:
-            draw_field(axes, contact, getattr(contact, what), what, names, top=top)
+            draw_field(axes, contact, getattr(contact, what), what, names, top=top or scale_top(contact))
         if not contact.is_curve and what != "friction":
             draw_regions(axes, contact, names)
         axes.set_title(_title(contact, names), fontsize="medium")
