@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test unit verification doctest lint types examples docs pages gallery manual bench mutants compare clean
+.PHONY: hertz test unit verification doctest lint types examples docs package pages gallery manual bench mutants compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -39,6 +39,9 @@ examples: $(READY)  ## every example, at its full size
 docs: $(READY)  ## the site, out/site/index.html; a broken link or reference fails
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d out/site-trees docs out/site
 	@echo "wrote out/site/index.html"
+
+package: $(READY)  ## wheel and source, installed in clean environments of every Python found
+	$(BIN)/python -m pytest tests/packaging
 
 pages: $(READY)  ## pictures and measured pages of docs/, made anew
 	$(BIN)/python docs/build.py

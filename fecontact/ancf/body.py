@@ -42,7 +42,7 @@ class AncfBody(ElasticBody):
     pressure : {'eight'}
         Multiplier basis of a face: functions at corners and edges.
     name : str, optional
-    backend : {'auto', 'pardiso', 'superlu'}
+    backend : {'auto', 'pardiso', 'rslab', 'superlu'}
     integration : {'auto', 'full', 'selective'}
         Four Gauss points per direction; with 'selective' the divergence in the part with lambda is projected on linear
         functions in each cell. 'auto' is 'selective' for Poisson's ratios above 0.49 (docs/ancf.md).

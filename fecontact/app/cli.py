@@ -62,7 +62,9 @@ def _hertz(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--pressure", default="midface", choices=PRESSURES, help="contact faces of hex20")
     parser.add_argument("--model", default="two-bodies", choices=MODELS)
     parser.add_argument("--solver", default="auto", help="auto or a name out of fecontact.available_solvers()")
-    parser.add_argument("--backend", default="auto", choices=("auto", "pardiso", "superlu"), help="factorisation")
+    parser.add_argument(
+        "--backend", default="auto", choices=("auto", "pardiso", "rslab", "superlu"), help="factorisation"
+    )
     parser.add_argument("--level", default=2, type=int, help="fineness, 1 to 5")
     parser.add_argument("--no-edge-fit", action="store_true", help="do not fit the mesh to the contact edge")
     _json(parser)

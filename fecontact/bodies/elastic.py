@@ -62,7 +62,7 @@ class ElasticBody(Placed):
         With 20-node hexahedra: 'midface' gives every contact face a ninth node, so that nodal forces are pressures;
         'nodal' is the element of the report, whose corner nodes cannot carry load (kept for comparison).
     name : str, optional
-    backend : {'auto', 'pardiso', 'superlu', 'amg'}
+    backend : {'auto', 'pardiso', 'rslab', 'superlu', 'amg'}
         Factorisation back-end; or 'amg', algebraic multigrid (needs pyamg), for bodies whose factor does not fit into
         memory, see docs/scale.md.
     integration : {'auto', 'full', 'selective'}

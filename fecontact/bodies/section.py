@@ -128,7 +128,7 @@ class PlaneBody(SectionBody):
     supports : mapping of boundary name to components, optional
         ``"x"``, ``"z"`` or ``"xz"``; see `ElasticBody`.
     name : str, optional
-    backend : {'auto', 'pardiso', 'superlu'}
+    backend : {'auto', 'pardiso', 'rslab', 'superlu'}
     integration : {'auto', 'full', 'selective'}
         Selective reduced integration against locking in plane strain; 'auto' chooses it for Poisson's ratios above
         0.48. Plane stress does not lock.

@@ -6,23 +6,28 @@ complement (Elangovan 1978, eq. 3-4)
     K_hat = K_cc - K_ci K_ii^-1 K_ic,     f_hat = f_c - K_ci K_ii^-1 f_i,     u_i = K_ii^-1 (f_i - K_ic u_c).
 
 PARDISO computes K_hat during the factorisation, at no further cost, and keeps the factor of K_ii: the forward step
-gives f_hat, the backward step with given u_c gives u_i. SuperLU does the same with blocks of right-hand sides. K must
-be positive definite: fix the null space of a floating body first (`fecontact.fem.support`).
+gives f_hat, the backward step with given u_c gives u_i. rslab and SuperLU do the same with blocks of right-hand sides.
+K must be positive definite: fix the null space of a floating body first (`fecontact.fem.support`).
 """
 
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Callable
 from typing import Protocol
 
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MissingPackageError, SolverNotFoundError
+from fecontact.fem.column_schur import ColumnSchur, WholeFactor, symmetric
+from fecontact.fem.ldlt import LdltFactor
 from fecontact.fem.pardiso import PardisoBordered, PardisoFactor, PardisoSchur
-from fecontact.fem.superlu import SuperLUFactor, SuperLUSchur, symmetric
+from fecontact.fem.superlu import SuperLUFactor
 
-DIRECT = ("pardiso", "superlu")
+DIRECT = ("pardiso", "rslab", "superlu")
+#: Package of each back-end that needs one.
+PACKAGES = {"pardiso": "pypardiso", "rslab": "rslab"}
 
 
 class Condensed(Protocol):
@@ -62,13 +67,15 @@ class BorderedFactor(Factor, Protocol):
         """C K^-1 C^T (n_rows, n_rows), symmetric."""
 
 
+#: Factors of full symmetric matrices.
+_WHOLE: dict[str, Callable[[sp.csc_matrix], WholeFactor]] = {"rslab": LdltFactor, "superlu": SuperLUFactor}
 #: Below this size, or for diagonal matrices, PARDISO's nested dissection may crash; SuperLU is used instead.
 SMALLEST = 64
 
 
 def available_backends() -> tuple[str, ...]:
     """Available direct back-ends, the fastest first."""
-    return DIRECT if importlib.util.find_spec("pypardiso") is not None else ("superlu",)
+    return tuple(b for b in DIRECT if b not in PACKAGES or importlib.util.find_spec(PACKAGES[b]) is not None)
 
 
 def _chosen(backend: str, K: sp.csr_matrix) -> str:
@@ -81,8 +88,8 @@ def _chosen(backend: str, K: sp.csr_matrix) -> str:
         backend = available_backends()[0]
     if backend not in available_backends():
         raise MissingPackageError(
-            "The back-end 'pardiso' needs the package pypardiso (x86-64 only): pip install pypardiso; "
-            "or use backend='superlu'."
+            f"The back-end {backend!r} needs the package {PACKAGES[backend]}: pip install {PACKAGES[backend]}"
+            f"{' (x86-64 only)' if backend == 'pardiso' else ''}; or use backend='superlu'."
         )
     return "superlu" if K.shape[0] < SMALLEST or K.nnz <= K.shape[0] else backend
 
@@ -96,7 +103,7 @@ def condense(K: sp.csr_matrix, retained: IntArray, backend: str = "auto") -> Con
         Upper triangle of a symmetric positive semi-definite matrix.
     retained : (n_c,) int array
         Distinct degrees of freedom to keep; at least one.
-    backend : {'auto', 'pardiso', 'superlu'}
+    backend : {'auto', 'pardiso', 'rslab', 'superlu'}
 
     Raises
     ------
@@ -114,7 +121,8 @@ def condense(K: sp.csr_matrix, retained: IntArray, backend: str = "auto") -> Con
     >>> condense(K, np.array([2]), "superlu").stiffness.round(12).tolist()
     [[0.333333333333]]
     """
-    return PardisoSchur(K, retained) if _chosen(backend, K) == "pardiso" else SuperLUSchur(K, retained)
+    chosen = _chosen(backend, K)
+    return PardisoSchur(K, retained) if chosen == "pardiso" else ColumnSchur(K, retained, _WHOLE[chosen])
 
 
 def factorise(K: sp.csr_matrix, backend: str = "auto") -> Factor:
@@ -124,7 +132,7 @@ def factorise(K: sp.csr_matrix, backend: str = "auto") -> Factor:
     ----------
     K : (n, n) csr_matrix
         Upper triangle of a symmetric positive definite matrix.
-    backend : {'auto', 'pardiso', 'superlu'}
+    backend : {'auto', 'pardiso', 'rslab', 'superlu'}
 
     Raises
     ------
@@ -138,7 +146,8 @@ def factorise(K: sp.csr_matrix, backend: str = "auto") -> Factor:
     >>> factorise(K, "superlu").solve(np.array([[1.0, 1.0]])).round(12).tolist()
     [[1.0, 1.0]]
     """
-    return PardisoFactor(K) if _chosen(backend, K) == "pardiso" else SuperLUFactor(symmetric(K))
+    chosen = _chosen(backend, K)
+    return PardisoFactor(K) if chosen == "pardiso" else _WHOLE[chosen](symmetric(K))
 
 
 def has_bordered(backend: str = "auto") -> bool:

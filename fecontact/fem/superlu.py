@@ -1,4 +1,4 @@
-"""SciPy's SuperLU, with METIS's nested dissection when pymetis is installed; used when PARDISO is unavailable."""
+"""SciPy's SuperLU, with METIS's nested dissection when pymetis is installed; used when no other library is."""
 
 from __future__ import annotations
 
@@ -36,49 +36,6 @@ class SuperLUFactor:
         x = np.empty_like(b)
         x[self._order] = self._lu.solve(np.ascontiguousarray(b[self._order]))
         return x
-
-
-class SuperLUSchur:
-    """Schur complement by blocks of right-hand sides."""
-
-    #: Right-hand sides solved at once; bounds the dense block at about n * 64 doubles.
-    block = 64
-
-    def __init__(self, K: sp.csr_matrix, retained: IntArray) -> None:
-        n = K.shape[0]
-        inner = np.ones(n, bool)
-        inner[retained] = False
-        self._c, self._i = retained, np.flatnonzero(inner)
-        full = symmetric(K)
-        columns = full[:, retained]
-        self._ic = columns[self._i].tocsc()
-        k_cc = columns[retained].toarray()
-        self._factor = SuperLUFactor(full[:, self._i].tocsr()[self._i].tocsc())
-        for start in range(0, len(retained), self.block):
-            part = slice(start, start + self.block)
-            k_cc[:, part] -= self._ic.T @ self._factor.solve_columns(self._ic[:, part].toarray())
-        self.stiffness = (k_cc + k_cc.T) / 2
-
-    @property
-    def memory(self) -> int:
-        """Bytes of the factorisation."""
-        return self._factor.memory
-
-    def reduce(self, f: Array) -> Array:
-        """Condensed loads (n_c, k) of loads f (n, k)."""
-        return f[self._c] - self._ic.T @ self._factor.solve_columns(f[self._i])
-
-    def expand(self, u_c: Array, f: Array) -> Array:
-        """All displacements (n, k) from the retained ones and the loads."""
-        u = np.empty_like(f)
-        u[self._c] = u_c
-        u[self._i] = self._factor.solve_columns(f[self._i] - self._ic @ u_c)
-        return u
-
-
-def symmetric(K: sp.csr_matrix) -> sp.csc_matrix:
-    """Full symmetric matrix from its upper triangle."""
-    return (K + sp.triu(K, 1).T).tocsc()
 
 
 def _superlu(K: sp.csc_matrix) -> tuple[IntArray, Any]:

@@ -276,7 +276,7 @@ def _model_cost(body: ElasticBody, nodes: np.ndarray, n_rows: int, rate: float) 
         route, _ = choose_route(len(model.solved_dofs), retained, memory_budget(), 1, one_by_one, n_rows)
     retained = {"schur": retained, "columns": n_rows if has_bordered(body.backend) else 0}.get(route, 0)
     assembling, stored, factor = _arrays(body, model)
-    factor *= 1.0 if backend == "pardiso" else SUPERLU
+    factor *= SUPERLU if backend == "superlu" else 1.0  # the factor of rslab is as large as PARDISO's
     dense = DENSE_RETAINED * 8 * retained**2
     needed = max(assembling, 2 * stored + ANALYSIS * factor + dense)
     return ModelCost(body.name, body.n_unknowns, retained, backend, needed / 1e6, rate * factor)

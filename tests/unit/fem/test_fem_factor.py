@@ -15,7 +15,7 @@ from fecontact.fem.factor import available_backends, condense
 CLOSE = 1e-10
 
 
-@pytest.fixture(params=["superlu", "superlu without metis", *(b for b in available_backends() if b == "pardiso")])
+@pytest.fixture(params=["superlu", "superlu without metis", *(b for b in available_backends() if b != "superlu")])
 def backend(request, monkeypatch):
     name, _, without = request.param.partition(" ")
     if without:
@@ -94,13 +94,23 @@ def test_singular_stiffness_is_an_error():
             condense(K, np.array([0]), backend)
 
 
+def test_rslab_refuses_what_is_not_definite():
+    pytest.importorskip("rslab")
+    loose = sp.diags([np.full(100, 2.0), np.full(99, -1.0)], [0, 1]).tolil()
+    loose[50, 49:52] = loose[49, 50] = 0.0  # one node held by nothing
+    for K in (loose.tocsr(), (loose - 3.0 * sp.eye(100)).tocsr()):
+        with pytest.raises(FecontactError, match=r"body is loose"):
+            factor.factorise(K, "rslab")
+
+
 def test_unknown_and_missing_backends(monkeypatch):
     K = sp.csr_matrix(np.eye(2))
     with pytest.raises(SolverNotFoundError, match=r"'cholmod'.*superlu"):
         condense(K, np.array([0]), "cholmod")
     monkeypatch.setattr(factor, "available_backends", lambda: ("superlu",))
-    with pytest.raises(MissingPackageError, match=r"pip install pypardiso"):
-        condense(K, np.array([0]), "pardiso")
+    for name, package in (("pardiso", "pypardiso"), ("rslab", "rslab")):
+        with pytest.raises(MissingPackageError, match=f"pip install {package}"):
+            condense(K, np.array([0]), name)
     assert condense(K, np.array([0]), "auto").stiffness[0, 0] == 1
 
 
