@@ -306,6 +306,22 @@ class _Balance:
         rho, largest = zip(*problem.each(follow), strict=True)
         return dq, sum(rho), max(largest)
 
+    def take_gap(self, at: GridIterate) -> Array:
+        """Gap on the set less a rigid motion (m,): beside this the preconditioner's single precision would lose it."""
+        problem, gap, images = self.problem, self.work.gap, self.work.images
+
+        def take(strip: slice) -> Array:
+            gap[strip] = (at.u[strip] + problem.g[strip] + problem.motion(at.q, strip)) * self.active[strip]
+            return np.einsum("kij,ij->k", images[:, strip], gap[strip])
+
+        motion = -self.inverse @ sum(problem.each(take))
+
+        def move(strip: slice) -> None:
+            gap[strip] += problem.motion(motion, strip) * self.active[strip]
+
+        problem.each(move)
+        return np.asarray(motion)
+
     def missing(self, p: Array) -> Array:
         """Factors (m,) of the images that make p balance the loads."""
         carried = sum(self.problem.each(lambda strip: self.problem.loads(p, strip)))
@@ -336,10 +352,7 @@ def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: f
         u += problem.compliance.apply(correction)
     closed = 0.3 * tolerance * _largest(problem, u)
 
-    def first_gap(strip: slice) -> None:
-        work.gap[strip] = (u[strip] + problem.g[strip] + problem.motion(q, strip)) * at.active[strip]
-
-    problem.each(first_gap)
+    q = q + balance.take_gap(at)
     dq, rho, largest = balance.precondition()
     work.d[...] = work.z
     first, steps, q = rho, 0, q + dq

@@ -26,7 +26,8 @@ from fecontact.bodies.halfspace.tangential import (
     is_coupled,
     tangential_compliance,
 )
-from fecontact.bodies.halfspace.tresca import TrescaProblem, onto_discs, solve_nested_tresca
+from fecontact.bodies.halfspace.tresca import TrescaProblem, onto_discs, solve_nested_tresca, solve_tresca
+from fecontact.bodies.halfspace.vector_fft import VectorConvolution
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SolverError
@@ -35,6 +36,10 @@ from fecontact.solvers import FrictionResiduals
 
 MOST_TURNS = 40
 """Turns of pressures and tractions; each reduces the error by about the product of mu and Dundurs' beta."""
+
+FIRST_TURN = 1e-3
+PER_TURN = 0.03
+"""Tolerance of the first turn; of others, relative to what the turn before left."""
 
 CERTIFIED = 1e-10
 """Tolerance of the certificate unless another is given; a quarter dearer than 1e-8."""
@@ -157,10 +162,16 @@ class Friction:
             self._made[level, shape] = tangential_compliance(replace(self.body, grid=grid), box, self.workers)
         return self._made[level, shape]
 
+    @cached_property
+    def lift(self) -> VectorConvolution | None:
+        """Normal displacements of the whole grid by tractions on it; None without coupling."""
+        whole = (slice(0, self.body.grid.shape[0]), slice(0, self.body.grid.shape[1]))
+        return tangential_compliance(self.body, whole, self.workers).lift if self.coupled else None
+
     def box(self, *pressures: Array) -> Box:
-        """Part of the grid with all cells that touch; the whole if coupled, for gaps are of the whole grid."""
+        """Part of the grid with all cells that touch; the whole if it is periodic."""
         shape = self.body.grid.shape
-        if self.body.periodic or self.coupled:
+        if self.body.periodic:
             return slice(0, shape[0]), slice(0, shape[1])
         touching = np.logical_or.reduce([p > 0 for p in pressures])
         out = []
@@ -188,27 +199,29 @@ def press_step(
     load = Load(step.force, step.approach, step.load_point)
     bent, turns, newton, nit = np.zeros(heights.shape), 0, 0, 0
     start: tuple[Array, Array | None] | None = None if last is None else (last.traction, None)
+    normal, several = None, friction.coupled and friction.mu > 0
+    tolerance = max(FIRST_TURN, friction.tolerance) if several else friction.tolerance
     while True:
-        normal = press(friction.body, heights + bent, load, friction.tolerance, symmetry, friction.workers)
+        normal = press(friction.body, heights + bent, load, tolerance, symmetry, friction.workers, start=normal)
         if not normal.active.any():
             raise InputError("Nothing is pressed: the surfaces do not touch at this approach. Increase it.")
         _check_holds(friction, normal, step)
         turn = _Turn(friction, normal, step, last)
-        at = turn.solve(heights, load, start)
+        at = turn.solve(heights, load, start, tolerance)
         turns, newton, nit = turns + 1, newton + at.newton, nit + at.nit
         start = turn.spread(at.q), at.m
         contact = turn.contact(heights, load, at.q, at.m)
         if contact.friction_residuals.within(friction.tolerance):
             report = TangentialReport(turns, newton, nit, time.perf_counter() - began)
             return replace(contact, tangential_solver=report)
-        coupled = friction.coupled
-        if not coupled or turns == MOST_TURNS or contact.friction_residuals.slip > friction.tolerance:
+        if not several or turns == MOST_TURNS or contact.friction_residuals.slip > tolerance:
             raise SolverError(
                 f"No certified answer with friction after {turns} turns of pressures and tractions and {newton} Newton "
                 f"steps ({contact.friction_residuals}; tolerance {friction.tolerance:.0e}). Take smaller steps, or "
                 "prescribe the shift instead of a force near sliding."
             )
-        bent = turn.compliance.normal_displacement(at.q)
+        bent = turn.lift(at.q)
+        tolerance = max(friction.tolerance, min(tolerance, PER_TURN * contact.friction_residuals.worst))
 
 
 def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) -> None:
@@ -289,7 +302,12 @@ class _Turn:
         loads = np.array([self.step.loads[j] for j in self.free], dtype=float).reshape(-1)
         return TrescaProblem(self.compliance, limit, c, self.rows[self.free], loads / self.normal.grid.area)
 
-    def solve(self, heights: Array, load: Load, start: tuple[Array, Array | None] | None) -> _Solved:
+    def lift(self, q: Array) -> Array:
+        """Normal displacements (nx, ny) by tractions on the box."""
+        lift = self.friction.lift
+        return np.zeros(self.normal.grid.shape) if lift is None else lift.apply(self.spread(q))[0]
+
+    def solve(self, heights: Array, load: Load, start: tuple[Array, Array | None] | None, tolerance: float) -> _Solved:
         """Tractions and motions, from tractions (2, nx, ny) and motions, or by superposition where it applies."""
         friction, m = self.friction, np.zeros(len(self.free))
         q = np.zeros((2, *self.compliance.shape))
@@ -303,7 +321,10 @@ class _Turn:
                 exact = self.contact(heights, load, q, m)
                 if exact.friction_residuals.within(friction.tolerance):
                     return _Solved(q, m, 0, 0)
-        at = solve_nested_tresca(self.problem, friction.compliance, q, m, 0.1 * friction.tolerance)
+        if start is not None and start[1] is not None:  # of the turn before: near, however fine the cells
+            at = solve_tresca(self.problem, q, m, 0.1 * tolerance)
+        else:
+            at = solve_nested_tresca(self.problem, friction.compliance, q, m, 0.1 * tolerance)
         return _Solved(at.q, at.m, at.newton, at.nit)
 
     def superposed(self, heights: Array, load: Load) -> tuple[Array, Array]:
@@ -349,8 +370,9 @@ class _Turn:
             [b if value is None else value for b, value in zip(self.before, self.step.motions, strict=True)]
         )
         motion[self.free] += m
-        normal, bent = self.normal, self.compliance.normal_displacement(q)
+        normal = self.normal
         if self.friction.coupled:
+            bent = self.lift(q)
             residuals = normal_residuals(self.friction.body, heights + bent, load, normal)
             normal = replace(normal, displacement=normal.displacement + bent, residuals=residuals)
         known = {name: getattr(normal, name) for name in normal.__dataclass_fields__}

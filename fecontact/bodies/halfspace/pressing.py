@@ -14,7 +14,7 @@ from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact, SolverReport
 from fecontact.bodies.halfspace.fft import Tally, padded, strips
 from fecontact.bodies.halfspace.grid import Grid
-from fecontact.bodies.halfspace.nested import GridLevel, compliance, solve_nested
+from fecontact.bodies.halfspace.nested import GridLevel, compliance, solve_level, solve_nested
 from fecontact.bodies.halfspace.smooth import Product
 from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arguments import flag
@@ -112,8 +112,12 @@ def press(
     symmetry: bool,
     workers: int | None,
     boxed: bool = True,
+    start: HalfSpaceContact | None = None,
 ) -> HalfSpaceContact:
-    """Solve one contact, see `HalfSpace.press`; without `boxed` contact may reach the border of a free grid."""
+    """Solve one contact, see `HalfSpace.press`; without `boxed` contact may reach the border of a free grid.
+
+    It starts from coarser grids, or from a contact nearby of the same symmetry.
+    """
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
     level = _level(body, z, allowed, load, symmetry)
@@ -123,7 +127,12 @@ def press(
         tally = Tally(body.grid.n_cells)
     if len(level.F):
         _check_load_point(body.grid, allowed, load.point)
-    at, n_levels, coarse = solve_nested(level, body.kernel, tolerance, tally, workers)
+    if start is not None and start.solver.symmetric == symmetric:
+        part = part_of(body.grid.shape, symmetric)
+        at = solve_level(level, start.pressure[part], start.active[part], tolerance, tally, workers)
+        n_levels, coarse = 1, start.coarse
+    else:
+        at, n_levels, coarse = solve_nested(level, body.kernel, tolerance, tally, workers)
     if not body.periodic and boxed:
         _check_box(body.grid, at.active, at.p, symmetric)
     operator = compliance(level, level.whole, tally, workers)

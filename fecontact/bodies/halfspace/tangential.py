@@ -7,7 +7,7 @@ counter-body, whose tractions are the reverse, the compliances along the surface
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.fft
@@ -17,6 +17,7 @@ from fecontact.bodies.halfspace.cerruti import cerruti
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.fft import padded
 from fecontact.bodies.halfspace.layered_shear import check_interfaces, point_difference, waves_difference
+from fecontact.bodies.halfspace.vector_fft import Kernels, VectorConvolution
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
@@ -76,78 +77,50 @@ class TangentialCompliance:
 
     Attributes
     ----------
-    shape : (int, int)
-        Cells of the box.
-    lengths : (int, int)
-        Lengths of the transforms.
-    xx, yy : arrays
-        Spectra of u_x by q_x and u_y by q_y.
-    xy : array or None
-        Spectrum of u_x by q_y and of u_y by q_x; None if Poisson's ratio is zero, where it and xx - yy vanish, and
-        there are no layers.
-    normal : pair of arrays, or None
-        Spectra of the normal displacement by q_x and by q_y; None without coupling.
-    inverse : three arrays
-        Spectra of the approximate inverse, as xx, yy and xy.
-    inverse_lengths : (int, int)
-        Lengths of its transforms, without padding.
+    tractions : VectorConvolution
+        u_x and u_y by q_x and q_y. Poisson's ratio zero and no layers: without u_x by q_y, and with one kernel.
+    lift : VectorConvolution or None
+        Normal displacement by q_x and q_y; None without coupling.
+    drag : VectorConvolution or None
+        u_x and u_y by pressures; None without coupling.
+    inverse : VectorConvolution
+        Approximate inverse of `tractions`, without padding, in single precision.
     own : float
         Displacement of a cell by a unit traction on itself, the scale of the finest waves.
     periodic : bool
-    workers : int, optional
     """
 
-    shape: tuple[int, int]
-    lengths: tuple[int, int]
-    xx: Array
-    yy: Array
-    xy: Array | None
-    normal: tuple[NDArray, NDArray] | None
-    inverse: tuple[Array, Array, Array]
-    inverse_lengths: tuple[int, int]
+    tractions: VectorConvolution
+    lift: VectorConvolution | None
+    drag: VectorConvolution | None
+    inverse: VectorConvolution
     own: float
     periodic: bool
-    workers: int | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells of the box."""
+        return self.tractions.shape
 
     def apply(self, q: Array) -> Array:
         """Tangential displacements (2, bx, by) by tangential tractions (2, bx, by)."""
-        if self.xy is None:
-            whole = zip((self.xx, self.yy), q, strict=True)
-            return np.stack([self._back(k * self._forward(v)) if v.any() else np.zeros(self.shape) for k, v in whole])
-        x, y = self._forward(q[0]), self._forward(q[1])
-        return np.stack([self._back(self.xx * x + self.xy * y), self._back(self.xy * x + self.yy * y)])
+        return self.tractions.apply(q)
+
+    def correct(self, change: Array) -> Array:
+        """The same in single precision, for a change of tractions."""
+        return self.tractions.rough.apply(change)
 
     def of_pressure(self, p: Array) -> Array:
         """Tangential displacements (2, bx, by) by pressures (bx, by)."""
-        if self.normal is None:
-            return np.zeros((2, *self.shape))
-        spectrum = self._forward(p)
-        return np.stack([self._back(-kernel * spectrum) for kernel in self.normal])
+        return np.zeros((2, *self.shape)) if self.drag is None else self.drag.apply(p[None])
 
     def normal_displacement(self, q: Array) -> Array:
         """Displacements (bx, by) into the half-space by tangential tractions (2, bx, by)."""
-        if self.normal is None:
-            return np.zeros(self.shape)
-        return self._back(self.normal[0] * self._forward(q[0]) + self.normal[1] * self._forward(q[1]))
+        return np.zeros(self.shape) if self.lift is None else self.lift.apply(q)[0]
 
     def precondition(self, s: Array) -> Array:
         """Approximate tractions by displacements (2, bx, by): the inverse in wave numbers, as if without end."""
-        xx, yy, xy = self.inverse
-        x, y = (self._forward(part, self.inverse_lengths) for part in s)
-        parts = (xx * x + xy * y, xy * x + yy * y)
-        return np.stack([self._back(part, self.inverse_lengths) for part in parts])
-
-    def _forward(self, values: Array, lengths: tuple[int, int] | None = None) -> Array:
-        """Spectrum of values (bx, by); rows of padding are not transformed."""
-        nx, ny = lengths or self.lengths
-        rows = scipy.fft.rfft(values, n=ny, axis=1, workers=self.workers)
-        return np.asarray(scipy.fft.fft(rows, n=nx, axis=0, overwrite_x=True, workers=self.workers))
-
-    def _back(self, spectrum: Array, lengths: tuple[int, int] | None = None) -> Array:
-        """Values (bx, by) of a spectrum, which is lost."""
-        ny = (lengths or self.lengths)[1]
-        rows = scipy.fft.ifft(spectrum, axis=0, overwrite_x=True, workers=self.workers)[: self.shape[0]]
-        return np.asarray(scipy.fft.irfft(rows, n=ny, axis=1, workers=self.workers)[:, : self.shape[1]])
+        return self.inverse.apply(s)
 
 
 def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None = None) -> TangentialCompliance:
@@ -188,18 +161,36 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
         xx_table, yy_table, xy_table = xx_table + more[0], yy_table + more[1], xy_table + more[2]
         x_table, y_table = x_table + more[3], y_table + more[4]
 
-    def spectrum(table: Array, signs: tuple[int, int]) -> Array:
-        return np.asarray(scipy.fft.rfft2(_extended(table, lengths, signs), workers=workers))
+    def spectrum(table: Array, signs: tuple[int, int]) -> NDArray:
+        found = scipy.fft.rfft2(_extended(table, lengths, signs), workers=workers)
+        return np.asarray(found.real if signs[0] == signs[1] else found)
 
     normal = None
     if is_coupled(body):
         normal = spectrum(x_table, (-1, 1)), spectrum(y_table, (1, -1))
-    xx = yy = spectrum(xx_table, (1, 1)).real
+    xx = yy = spectrum(xx_table, (1, 1))
     xy = None
     if constants.poisson != 0 or body.layers:
-        yy, xy = spectrum(yy_table, (1, 1)).real, spectrum(xy_table, (-1, -1)).real
-    inverse = _inverse(constants, shape, body.grid.cell)
-    return TangentialCompliance(shape, lengths, xx, yy, xy, normal, *inverse, float(both[0, 0]), False, workers)
+        yy, xy = spectrum(yy_table, (1, 1)), spectrum(xy_table, (-1, -1))
+    inverse = _inverse(constants, shape, body.grid.cell, workers)
+    return _compliance(
+        ((xx, xy), (xy, yy)), normal, inverse, VectorConvolution((), shape, lengths, workers), float(both[0, 0]), False
+    )
+
+
+def _compliance(
+    tractions: Kernels,
+    normal: tuple[NDArray, NDArray] | None,
+    inverse: VectorConvolution,
+    empty: VectorConvolution,
+    own: float,
+    periodic: bool,
+) -> TangentialCompliance:
+    """Compliance of kernels of tractions, and of normal displacements by tractions, on the cells of an empty one."""
+    lift = drag = None
+    if normal is not None:
+        lift, drag = replace(empty, kernels=(normal,)), replace(empty, kernels=tuple((-kernel,) for kernel in normal))
+    return TangentialCompliance(replace(empty, kernels=tractions), lift, drag, inverse, own, periodic)
 
 
 def is_coupled(body: SurfaceCompliance) -> bool:
@@ -256,30 +247,28 @@ def _periodic(body: SurfaceCompliance, constants: Elasticity, workers: int | Non
     xx, yy = along * cx**2 + across * cy**2, along * cy**2 + across * cx**2
     if body.layers and body.material is None:
         xx[0, 0] = yy[0, 0] = sum(layer.thickness / layer.material.shear_modulus for layer in body.layers)
-    return TangentialCompliance(
-        shape,
-        shape,
-        xx,
-        yy,
-        (along - across) * (odd_x / k) * (odd_y / k) if constants.poisson != 0 or body.layers else None,
+    xy = (along - across) * (odd_x / k) * (odd_y / k) if constants.poisson != 0 or body.layers else None
+    return _compliance(
+        ((xx, xy), (xy, yy)),
         (coupling * odd_x, coupling * odd_y) if is_coupled(body) else None,
-        *_inverse(constants, shape, body.grid.cell),
+        _inverse(constants, shape, body.grid.cell, workers),
+        VectorConvolution((), shape, shape, workers),
         constants.direct * math.sqrt(body.grid.area) * 4 * math.log(1 + math.sqrt(2)),
         True,
-        workers,
     )
 
 
 def _inverse(
-    constants: Elasticity, shape: tuple[int, int], cell: tuple[float, float]
-) -> tuple[tuple[Array, Array, Array], tuple[int, int]]:
-    """Inverse of the compliance in wave numbers, positive definite, and the lengths of its transforms."""
+    constants: Elasticity, shape: tuple[int, int], cell: tuple[float, float], workers: int | None
+) -> VectorConvolution:
+    """Inverse of the compliance in wave numbers, positive definite."""
     lengths = (padded(shape[0]), padded(shape[1]))
     kx, ky, k = _waves(lengths, cell)
     k[0, 0] = min(k[0, 1], k[1, 0]) / 2
     across = k / (2 * math.pi * (constants.direct + constants.poisson))
     more = (k / (2 * math.pi * constants.direct) - across) / k**2
-    return (across + more * kx**2, across + more * ky**2, more * kx * ky), lengths
+    xy = more * kx * ky
+    return VectorConvolution(((across + more * kx**2, xy), (xy, across + more * ky**2)), shape, lengths, workers).rough
 
 
 def _waves(shape: tuple[int, int], cell: tuple[float, float]) -> tuple[Array, Array, Array]:

@@ -5,6 +5,8 @@ Newton step keeps the cells that stick, whose slip is to vanish, and turns the t
 - r s outside the disc of radius f, n = z/|z| and t across it, q . n = f and s . t + D q . t = 0, D = (|z| - f)/(r f).
 In the unknowns left, two for a cell that sticks and one for a cell that slips, the matrix is that of the energy plus
 the diagonal D, symmetric and positive definite.
+
+The slip is recomputed after each Newton step; within it the changes are in single precision.
 """
 
 from __future__ import annotations
@@ -240,7 +242,7 @@ class _Linear:
 
     def product(self, d: Array) -> tuple[Array, Array]:
         """Displacements by a change d of tractions, and the matrix times d."""
-        u = self.problem.compliance.apply(d)
+        u = self.problem.compliance.correct(d)
         return u, self.project(u + self.D * d)
 
     def precondition(self, v: Array) -> Array:
@@ -288,7 +290,7 @@ def _solve_linear(
     inverse = np.asarray(np.linalg.pinv((gram + gram.T) / 2, rcond=1e-12, hermitian=True), dtype=float).reshape(k, k)
     missing = problem.F - np.tensordot(problem.B, at.q + change, 3)
     change = change + np.tensordot(inverse @ missing, images, 1)
-    u, m = problem.compliance.apply(change), at.m
+    u, m = problem.compliance.correct(change), at.m
     residual = linear.project(at.s + u + linear.D * (at.q + change - anchor))
     z, dm = _direction(linear, residual, rows, images, inverse)
     d, before, first, steps = z, 1.0, 0.0, 0

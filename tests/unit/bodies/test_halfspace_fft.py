@@ -8,6 +8,7 @@ from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import GridLevel, around, finer, start_on
 from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
+from fecontact.bodies.halfspace.vector_fft import VectorConvolution
 from fecontact.common.errors import InputError
 
 
@@ -76,6 +77,25 @@ def test_threads_make_no_difference(monkeypatch):
     one, two = (Convolution(spectrum, (40, 60), (False, False), Tally(1), workers=n) for n in (1, 2))
     assert np.array_equal(one.apply(p), two.apply(p))
     assert np.array_equal(one.rough().apply(p), two.rough().apply(p))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_fields_are_convolved_with_a_matrix_of_kernels(monkeypatch, threads):
+    monkeypatch.setattr("fecontact.bodies.halfspace.fft.STRIP", 200)
+    nx, ny, rng = 9, 7, np.random.default_rng(3)
+    full = rng.standard_normal((2, 2, 2 * nx, 2 * ny))  # kernels neither even nor odd, by offsets that wrap
+    kernels = tuple(tuple(np.fft.rfft2(one) for one in row) for row in full)
+    values = rng.standard_normal((2, nx, ny))
+    values[1] *= 1e-3
+    dx, dy = (np.subtract.outer(np.arange(n), np.arange(n)) for n in (nx, ny))
+    exact = np.einsum("jkacbd,kcd->jab", full[:, :, dx[:, :, None, None], dy[None, None]], values)
+    product = VectorConvolution(kernels, (nx, ny), (2 * nx, 2 * ny), threads)
+    assert np.abs(product.apply(values) - exact).max() < 1e-13 * np.abs(exact).max()  # rounding of a transform
+    assert 0 < np.abs(product.rough.apply(1e30 * values) / 1e30 - exact).max() < ROUGHNESS * np.abs(exact).max()
+    assert not product.apply(np.zeros((2, nx, ny))).any()
+    lone = VectorConvolution(((kernels[0][0], None), (None, None)), (nx, ny), (2 * nx, 2 * ny), threads).apply(values)
+    assert lone[0].any()
+    assert not lone[1].any()
 
 
 def test_tally_counts_transforms():
