@@ -45,9 +45,11 @@ class Motion:
     time : (n,) array
     kinetic, strain, potential : (n,) arrays
         Energies; the potential of dead loads is zero at the initial coordinates.
+    work, dissipated, rubbed : (n,) arrays
+        Work of what varies in time, energy lost to viscosity, and work of friction, from the start.
     momentum : (n, 3) array
     contact_force : (n, n_touches, 3) array
-        Resultant on each slave.
+        Resultant on each slave, with friction.
     penetration : (n,) array
         Largest penetration of a mean gap.
     nit : (n,) array
@@ -65,6 +67,7 @@ class Motion:
     potential: Array
     work: Array
     dissipated: Array
+    rubbed: Array
     momentum: Array
     contact_force: Array
     penetration: Array
@@ -81,7 +84,7 @@ class Motion:
     @property
     def drift(self) -> float:
         """Largest change of the total energy, neither work nor dissipated, relative to the largest kinetic energy."""
-        balance = self.energy - self.work + self.dissipated
+        balance = self.energy - self.work + self.dissipated + self.rubbed
         change = balance - balance[0]
         return float(np.abs(change).max() / max(self.kinetic.max(), np.finfo(float).tiny))
 
@@ -176,8 +179,6 @@ def move(
     given = assembly if callable(assembly) else _held_at(assembly, begin)
     first = given(0.0 if begin is None else begin.time)
     a = first.assembly
-    if any(t.friction for t in a.touches):
-        raise InputError("Motion has no friction yet; give contacts without it, or follow the equilibrium in statics.")
     load = np.zeros(a.n_dofs) if forces is None else np.asarray(forces, dtype=float)
     if load.shape != (a.n_dofs,):
         raise InputError(f"forces must hold {a.n_dofs} numbers; found the shape {load.shape}.")
@@ -275,11 +276,11 @@ def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: f
     # of the prescribed motion, from velocities one difference apart
     driven = (4 * rate(at, time + e, -e) - 3 * rate(at, time, -e) - rate(at, time + 2 * e, -e)) / (2 * e)
     acceleration = driven + a.accelerated(stage.load(q) - a.forces(q) - a.mass @ driven)
-    memory, stored = a.relaxed(q), 0.0
+    memory, stored, none = a.relaxed(q), 0.0, np.zeros((len(forces), 3))
     if start is not None and start.memory is not None:
         memory, stored = start.memory, start.stored
     applied = acting(stage, q, acceleration)
-    return Instant(time, q, v, acceleration, acceleration, forces, applied, memory, stored=stored)
+    return Instant(time, q, v, acceleration, acceleration, forces, applied, memory, none, none, stored=stored)
 
 
 def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
@@ -365,15 +366,16 @@ class _Record:
         conditions = a.conditions(now.q)
         finite = conditions.gap[np.isfinite(conditions.gap)]
         resultants = []
-        for touch, part, forces in zip(a.touches, conditions.parts, a.split(now.forces), strict=True):
+        each = zip(a.touches, conditions.parts, a.split(now.forces), a.split(now.tangential), strict=True)
+        for touch, part, forces, dragged in each:
             k = a.starts.index(touch.slave_start)
             moves = np.stack([a.solids[k].translation(e) for e in np.eye(3)])
-            resultants.append(moves @ a.part(part.G.T @ forces, k))
+            resultants.append(moves @ a.part(part.G.T @ forces, k) + dragged.sum(axis=0))
         potential = -float(load @ (now.q - a.q0))
         # the work of constant loads is the change of their potential
         work = now.work + potential - (self.rows[0][3] if self.rows else potential)
         figures = [now.time, kinetic, a.energy(now.q) + now.stored, potential, *a.momentum(now.v)]
-        figures += [float(max(0.0, -finite.min(initial=0.0))), float(now.nit), work, now.dissipated]
+        figures += [float(max(0.0, -finite.min(initial=0.0))), float(now.nit), work, now.dissipated, now.rubbed]
         self.rows.append(np.concatenate([figures, *resultants]))
         self.now = now
         if frame:
@@ -384,8 +386,8 @@ class _Record:
         """The figures by name."""
         rows = np.array(self.rows)
         return Motion(
-            success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 9], rows[:, 10], rows[:, 4:7],
-            rows[:, 11:].reshape(len(rows), -1, 3), rows[:, 7], rows[:, 8].astype(int),
+            success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 9], rows[:, 10], rows[:, 11],
+            rows[:, 4:7], rows[:, 12:].reshape(len(rows), -1, 3), rows[:, 7], rows[:, 8].astype(int),
             np.array(self.frames), np.array(self.frame_times), self.now,
         )  # fmt: skip
 
@@ -422,6 +424,8 @@ class _Record:
                 f"{file} is the record of another motion: it differs in {' and '.join(other)}. Choose another path, "
                 "delete the file, or continue with the original input."
             )
-        return cls(
-            rows, frames, times, replace(now, time=float(now.time), work=float(now.work), nit=int(now.nit)), prints
-        )
+        now = replace(
+            now, time=float(now.time), work=float(now.work), dissipated=float(now.dissipated),
+            stored=float(now.stored), rubbed=float(now.rubbed), nit=int(now.nit),
+        )  # fmt: skip
+        return cls(rows, frames, times, now, prints)

@@ -14,6 +14,9 @@ persistency condition (T. A. Laursen & V. Chawla, Int. J. Numer. Methods Eng. 40
 beginning of a step may carry a force, l >= 0, while its gap does not close further, g1 - g0 >= 0, l (g1 - g0) = 0. No
 work is done, and energy and momentum are conserved to the tolerance of the iterations; penetrations reach the motion of
 one step.
+
+**Friction** obeys Coulomb's law with the slip of the step, so that its work is never positive and what sticks does not
+move; where points stop, velocities jump (`stopping`).
 """
 
 from __future__ import annotations
@@ -27,7 +30,9 @@ import scipy.sparse as sp
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.banded import BandFactor, BandOrder
 from fecontact.ancf.newton import UnstableError, contact_step
+from fecontact.ancf.slip import Slips, SlipStart, slips
 from fecontact.ancf.stage import Stage, StageAt, Start, rate
+from fecontact.ancf.stopping import stopped
 from fecontact.ancf.viscosity import ViscousStep
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -64,6 +69,10 @@ class Instant:
         Work from the start of all loads, of supports that move, and of rigid bodies that move.
     memory : (n,) array
         Internal strains of visco-elastic solids.
+    tangential, owed : (n_multipliers, 3) arrays
+        Forces of friction, and slip owed to the next step, see `slip`.
+    rubbed : float
+        Work of friction from the start.
     dissipated, stored : float
         Energy lost to viscosity from the start, and that of its branches.
     nit : int
@@ -78,9 +87,12 @@ class Instant:
     forces: Array
     applied: Array
     memory: Array
+    tangential: Array
+    owed: Array
     work: float = 0.0
     dissipated: float = 0.0
     stored: float = 0.0
+    rubbed: float = 0.0
     nit: int = 0
 
     @property
@@ -92,9 +104,11 @@ class Instant:
         self, h: float, viscous: ViscousStep, q: Array, v: Array, a: Array, b: Array, forces: Array, applied: Array,
         work: float, nit: int,
     ) -> Instant:  # fmt: skip
-        """The state at the end of a step of length h."""
-        lost = self.dissipated + viscous.dissipated
-        return Instant(self.time + h, q, v, a, b, forces, applied, viscous.memory, work, lost, viscous.stored, nit)
+        """The state at the end of a step of length h, before friction is told."""
+        return Instant(
+            self.time + h, q, v, a, b, forces, applied, viscous.memory, self.tangential, self.owed, work,
+            self.dissipated + viscous.dissipated, viscous.stored, self.rubbed, nit,
+        )  # fmt: skip
 
 
 class Scheme(Protocol):
@@ -142,7 +156,8 @@ class GeneralisedAlpha:
         share = inertia * h**2 / 2
         q, forces = now.q + h * now.v + h**2 / 2 * now.b, now.forces
         q = q + end.jump(q)
-        c, kept = np.zeros_like(q), _Kept()
+        c, kept, since = np.zeros_like(q), _Kept(), _since(begin, now)
+        tangential = now.tangential
         for nit in range(1, MOST_ITERATIONS + 1):
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
             acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
@@ -154,9 +169,12 @@ class GeneralisedAlpha:
                 K = a.with_mass(a.step_tangent(q, h, 1.0), inertia)
                 less = _sum(end.load_tangent(q), 1.0, a.curvature(conditions, share * forces))
                 kept.renew(a, K, less, near)
-            change, pressing = kept.solved(a, rest, conditions.G, conditions.gap, near)
-            forces = pressing / share
-            c = a.accelerated(conditions.G.T @ forces) if len(near) else np.zeros_like(q)
+            slip = slips(a.touches, conditions.parts, q, since)
+            guess = share * forces, share * slip.of(tangential)
+            change, pressing, dragging = kept.solved(a, rest, conditions.G, conditions.gap, near, slip, guess)
+            forces, t = pressing / share, dragging / share
+            tangential = slip.everywhere(t, len(forces))
+            c = a.accelerated(conditions.G.T @ forces + slip.T.T @ t) if len(near) else np.zeros_like(q)
             q = q + change
             if _settled(a, change, q - now.q, kept.judged(a, change, tolerance)):
                 b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
@@ -164,7 +182,8 @@ class GeneralisedAlpha:
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
                 applied = acting(end, q, acceleration, viscous.forces)
                 work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(at, now, h, q, forces)
-                return now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
+                after = now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
+                return _rubbed(a, now, after, slip, slip.slip + slip.T @ change, t, h)
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -184,6 +203,7 @@ class EnergyMomentum:
         q, driven = q + end.jump(q), rate(at, now.time + h, RATE * h)
         before = begin.assembly.conditions(now.q)
         halfway, kept = half.assembly if _moved(begin, end) else None, _Kept()
+        since, forces, tangential = _since(begin, now), now.forces, now.tangential
         for nit in range(1, MOST_ITERATIONS + 1):
             middle = (now.q + q) / 2
             internal = np.concatenate(
@@ -199,30 +219,35 @@ class EnergyMomentum:
             active = (before.gap < 0) | (now.forces > 0)
             pressing = np.flatnonzero(active & np.isfinite(after.gap) & np.isfinite(before.gap))
             closing = np.where(np.isfinite(after.gap), after.gap, 0.0) - np.where(active, before.gap, 0.0)
-            G, done = after.G, closing
+            G, done, parts = after.G, closing, after.parts
             if len(pressing):
-                G = (halfway or a).conditions(middle).G
+                conditions = (halfway or a).conditions(middle)
+                G, parts = conditions.G, conditions.parts
                 if halfway is not None:
                     done = _finite(halfway.conditions(q).gap) - _finite(halfway.conditions(now.q).gap)
             G = _working(a, G, pressing, done, q - now.q)
             if not kept.serves(pressing):
                 K = a.with_mass(a.step_tangent(middle, h, 0.5), 2 / h**2)
                 kept.renew(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing)
-            change, forces = kept.solved(a, load - internal - inertia, G, closing, pressing)
+            slip = slips(a.touches, parts, q, since)
+            guess = forces, slip.of(tangential)
+            change, forces, t = kept.solved(a, load - internal - inertia, G, closing, pressing, slip, guess)
+            tangential = slip.everywhere(t, len(forces))
             moved = q - now.q
             q = q + change
             if _settled(a, change, q - now.q, kept.judged(a, change, tolerance)):
                 v = 2 / h * (q - now.q) - now.v
                 v = v - a.held(v) + driven
-                contact = G.T @ forces
+                contact = G.T @ forces + slip.T.T @ t
                 supports = a.held(internal - load - contact), a.held(inertia)
                 work = load @ (q - now.q) + supports[0] @ moved + h / 2 * supports[1] @ (v + now.v)
                 work += float(forces @ done) if halfway is not None else 0.0
                 applied = load + supports[0] + supports[1]
                 acceleration = (v - now.v) / h
-                return now.after(
+                end_of_step = now.after(
                     h, viscous, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
                 )
+                return _rubbed(a, now, end_of_step, slip, slip.slip + slip.T @ change, t, h)
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -269,15 +294,27 @@ class _Kept:
             except np.linalg.LinAlgError as error:
                 raise UnstableError("The tangent stiffness is not positive definite.") from error
 
-    def solved(self, a: Assembly, rest: Array, G: sp.csr_matrix, gap: Array, near: IntArray) -> tuple[Array, Array]:
-        """Change of all coordinates and the forces of all conditions."""
+    def solved(
+        self,
+        a: Assembly,
+        rest: Array,
+        G: sp.csr_matrix,
+        gap: Array,
+        near: IntArray,
+        slip: Slips,
+        guess: tuple[Array, Array],
+    ) -> tuple[Array, Array, Array]:
+        """Change of all coordinates, the forces of all conditions and those along the rows of slip."""
         Z, forces = a.free, np.zeros(len(gap))
         r = Z.T @ rest
         if self.factor is not None and not len(near):
-            return Z @ self.factor.solve(r[:, None])[:, 0], forces
+            return Z @ self.factor.solve(r[:, None])[:, 0], forces, np.zeros(len(slip.slip))
         assert self.K is not None
-        change, forces[near], _ = contact_step(self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], order=self.order)
-        return Z @ change, forces
+        rows = slip.rows(near, Z, np.zeros(a.n_dofs), *guess)
+        change, forces[near], dragging = contact_step(
+            self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], friction=rows, order=self.order
+        )
+        return Z @ change, forces, slip.spread(near, dragging)
 
     def judged(self, a: Assembly, change: Array, tolerance: float) -> float:
         """Tolerance of this change, smaller where an old tangent makes the error one of the first order."""
@@ -327,6 +364,25 @@ def _by_tools(at: StageAt, now: Instant, h: float, q: Array, forces: Array) -> f
         return 0.0
     gaps = (stage.assembly.conditions(q).gap for stage in (begin, end))
     return float(forces @ np.subtract(*map(_finite, gaps)))
+
+
+def _since(begin: Stage, now: Instant) -> SlipStart:
+    """Whence the slip of a step counts."""
+    return SlipStart(now.q, tuple(t.master.pose for t in begin.assembly.touches), now.owed)
+
+
+def _rubbed(a: Assembly, now: Instant, after: Instant, slip: Slips, s: Array, t: Array, h: float) -> Instant:
+    """The end of a step with what friction made of it: s (2 f,) is the slip, and t the forces along it.
+
+    Velocities jump where points stop; rigid bodies that move do work by friction, too.
+    """
+    owed, tangential = slip.owed(after.forces, t, s), slip.everywhere(t, len(after.forces))
+    if not t.any():
+        return replace(after, tangential=tangential, owed=owed)
+    moved = slip.T @ (after.q - now.q)
+    v, lost = stopped(a, after.v, slip, after.forces, t, (moved - s) / h, h)
+    rubbed, work = after.rubbed + lost - float(t @ s), after.work + float(t @ (moved - s))
+    return replace(after, v=v, tangential=tangential, owed=owed, rubbed=rubbed, work=work)
 
 
 def _widths(a: Assembly) -> Array:

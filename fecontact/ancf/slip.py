@@ -72,7 +72,7 @@ class FrictionEnd:
 
     def of(self, slips: Slips) -> Array:
         """Components (2 f,) of the tangential forces along the tangents of some slips."""
-        return slips.components(np.concatenate([np.zeros((0, 3)), *self.forces])[slips.points])
+        return slips.of(np.concatenate([np.zeros((0, 3)), *self.forces]))
 
 
 def unrubbed(touches: Sequence[ContactConstraints], q: Array) -> FrictionEnd:
@@ -111,6 +111,16 @@ class Slips:
     def components(self, vectors: Array) -> Array:
         """Components (2 f,) of vectors (f, 3)."""
         return np.einsum("fi,afi->af", vectors, self.frames).ravel()
+
+    def of(self, vectors: Array) -> Array:
+        """Components (2 f,) of vectors (n_multipliers, 3) at all conditions."""
+        return self.components(vectors[self.points])
+
+    def everywhere(self, components: Array, n: int) -> Array:
+        """Vectors (n, 3) at all n conditions of components (2 f,)."""
+        out = np.zeros((n, 3))
+        out[self.points] = self.vectors(components)
+        return out
 
     def _kept(self, near: IntArray) -> IntArray:
         return np.flatnonzero(np.isin(self.points, near))
@@ -154,22 +164,19 @@ class Slips:
     ) -> FrictionEnd:
         """End of a step at coordinates q (n_dofs,) under forces of all conditions and of these rows."""
         split = np.cumsum([t.n_multipliers for t in touches])[:-1]
-        forces, slip = np.zeros((2, len(normal), 3))
-        forces[self.points], slip[self.points] = self.vectors(tangential), self.vectors(self.slip)
+        forces, slip = (self.everywhere(x, len(normal)) for x in (tangential, self.slip))
         slip[normal <= 0] = 0.0
-        start = SlipStart(q, tuple(t.master.pose for t in touches), self._owed(normal, tangential))
+        start = SlipStart(q, tuple(t.master.pose for t in touches), self.owed(normal, tangential, self.slip))
         return FrictionEnd(
             tuple(np.split(forces, split)), tuple(np.split(slip, split)), self.defect(normal, tangential, size),
             -float(tangential @ self.slip), start,
         )  # fmt: skip
 
-    def _owed(self, normal: Array, tangential: Array) -> Array:
-        """Slip (n_multipliers, 3) of what sticks under these forces."""
+    def owed(self, normal: Array, tangential: Array, slip: Array) -> Array:
+        """Slip (n_multipliers, 3) of what sticks under these forces, out of slips (2 f,)."""
         size = np.linalg.norm(tangential.reshape(2, -1), axis=0)
         sticks = size < self.limit(normal) * (1 - ON_CONE)
-        owed = np.zeros((len(normal), 3))
-        owed[self.points[sticks]] = self.vectors(self.slip)[sticks]
-        return owed
+        return self.everywhere(slip * np.tile(sticks, 2), len(normal))
 
 
 def slips(touches: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q: Array, start: SlipStart) -> Slips:

@@ -220,8 +220,9 @@ class ContactConstraints:
 
     @property
     def pair(self) -> tuple[object, ...]:
-        """The two sides of the contact: faces, or the rigid body."""
-        return self.slave.named, self.slave_start, self.master.named
+        """The two sides of the contact, faces or the rigid body, and the friction between them."""
+        sides = self.slave.named, self.slave_start, self.master.named
+        return (*sides, self.friction) if self.friction else sides
 
     @property
     def n_multipliers(self) -> int:
