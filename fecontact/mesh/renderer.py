@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.mesh.facets import shapes_on_square
 
@@ -75,7 +76,7 @@ class Camera:
             if view not in VIEWS:
                 raise InputError(f"Unknown view {view!r}; expected one of {', '.join(VIEWS)} or (azimuth, elevation).")
             view = VIEWS[view]
-        azimuth, elevation = np.radians(view)
+        azimuth, elevation = np.radians(vector("the view", view, 2))
         eye = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
         right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
         return cls(np.stack([right, np.cross(eye, right), eye]))

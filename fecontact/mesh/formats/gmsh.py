@@ -40,6 +40,17 @@ N_NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 
 N_NODES |= {17: 20, 18: 15, 19: 13, 20: 9, 21: 10, 22: 12, 23: 15, 24: 15, 25: 21, 26: 4, 27: 5, 28: 6, 29: 20, 30: 35}
 N_NODES |= {31: 56, 36: 16, 37: 25, 38: 36, 39: 12, 90: 40, 91: 75, 92: 64, 93: 125, 118: 30, 119: 55}
 LINES = {1, 8, 26, 27, 28}
+#: Solids of higher order, in words; what to do about them.
+HIGHER = {
+    kind: f"{name} of order {order}, which is too high: write the file again at order 2 (gmsh -order 2)"
+    for name, kinds in {
+        "tetrahedra": {29: 3, 30: 4, 31: 5},
+        "wedges": {90: 3, 91: 4},
+        "hexahedra": {92: 3, 93: 4},
+        "pyramids": {118: 3, 119: 4},
+    }.items()
+    for kind, order in kinds.items()
+}
 POINT = 15
 #: Cells of sections.
 SHEETS = {2: "tri3", 3: "quad4", 9: "tri6", 10: "quad9", 16: "quad8"}
@@ -313,7 +324,7 @@ def _mesh(out: Contents, source: str) -> RawMesh:
     lines: dict[str, list[IntArray]] = {}
     for c in (c for c in out.cells if c.kind != POINT):
         if c.kind not in SOLIDS and c.kind not in FACETS and c.kind not in LINES:
-            left[f"cells of gmsh's type {c.kind}"] += len(c.ids)
+            left[HIGHER.get(c.kind, f"cells of gmsh's type {c.kind}")] += len(c.ids)
             continue
         dimension = 3 if c.kind in SOLIDS else 2 if c.kind in FACETS else 1
         what = ("curve", "surface", "volume")[dimension - 1]

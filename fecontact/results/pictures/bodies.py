@@ -15,10 +15,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from fecontact.common.arguments import known_options, text
+from fecontact.common.arguments import flag, items, known_options, label, text
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import among
-from fecontact.common.errors import MissingPackageError
+from fecontact.common.checks import among, finite, vector, whole
+from fecontact.common.errors import InputError, MissingPackageError
+from fecontact.common.errors import shown as shown_value
 from fecontact.common.figure import save_figure
 from fecontact.common.files import check_writable
 from fecontact.mesh.picture import PIXELS, framed
@@ -42,6 +43,8 @@ ONE_SIGN, TWO_SIGNS = "YlOrRd", "RdBu_r"
 AUTO, ROUNDING = 0.05, 1e-9
 #: Divisions per side of a curved face for pyvista, which draws flat faces only.
 SUBDIVISION = 6
+#: Pixels along a side of a drawing.
+LEAST_PIXELS, MOST_PIXELS = 16, 20_000
 
 
 def plot_solids(
@@ -98,11 +101,15 @@ def plot_solids(
     """
     if path is not None:
         check_writable(path)
+    flag("edges", edges)
+    for name, value in {"units": units, "length": length, "title": "" if title is None else title}.items():
+        label(name, value)
+    size = PIXELS if pixels is None else _size(pixels)
     shown = chosen(solids, bodies, cut)
     scale = _factor(shown, scale)
     points, facets, values = _skin(shown, field, scale)
     table, norm = _colours(field, values[np.unique(facets)], limits)
-    flat = view == "iso" and all(s.mesh.is_flat for s in shown)
+    flat = isinstance(view, str) and view == "iso" and all(s.mesh.is_flat for s in shown)
     camera = Camera.looking("-y" if flat else view)
     image = draw_facets(
         points,
@@ -110,7 +117,7 @@ def plot_solids(
         values,
         lambda v: table(norm(v))[:, :3],
         camera,
-        pixels or PIXELS,
+        size,
         edges,
         closed=True,
         veil=rigid,
@@ -144,6 +151,15 @@ def plot_bodies(result: SolvedScene, field: str = "von_mises", path: str | Path 
     return plot_solids(solids, field, path, rigid=rigid, **{**options, "scale": factor})
 
 
+def _size(pixels: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of a drawing, checked."""
+    two = items("pixels", pixels, "two whole numbers")
+    if len(two) != 2:
+        raise InputError(f"Pixels must be a width and a height; found {shown_value(pixels)}.")
+    width, height = (whole("each of pixels", n, least=LEAST_PIXELS, most=MOST_PIXELS) for n in two)
+    return width, height
+
+
 def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, IntArray, Array]:
     """Points, facets (counter-clockwise seen from outside) and nodal values of all bodies together."""
     points, facets, values = [], [], []
@@ -162,7 +178,7 @@ def _skin(solids: Sequence[Solid], field: str, scale: float) -> tuple[Array, Int
 def _factor(solids: Sequence[Solid], scale: float | str) -> float:
     """Factor of the displacements: as given, or a round one by which they are seen."""
     if not isinstance(scale, str):
-        return scale
+        return finite("the scale", scale)
     among("scale", scale, ("auto",))
     points = np.concatenate([s.mesh.points for s in solids])
     moved = np.concatenate([s.deformed(1.0) for s in solids]) - points
@@ -183,7 +199,7 @@ def _outwards(points: Array, faces: IntArray) -> IntArray:
 
 def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> tuple[Any, Normalize]:
     """Colour map and its limits for the values shown."""
-    low, high = limits if limits is not None else (float(values.min()), float(values.max()))
+    low, high = (values.min(), values.max()) if limits is None else vector("limits", limits, 2)
     signed = field.rpartition("_")[2] in (*COMPONENTS[3], *COMPONENTS[6])
     if signed and limits is None:
         high = max(abs(low), abs(high))
@@ -192,6 +208,7 @@ def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> t
         low = min(low, 0.0)
     if not high > low:
         high = low + 1.0
+    low, high = float(low), float(high)
     return colormaps[TWO_SIGNS if signed else TABLES.get(field, ONE_SIGN)], Normalize(low, high)
 
 

@@ -12,6 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fecontact.common.arguments import text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.fem.stress import VOIGT
@@ -221,6 +222,9 @@ def chosen(solids: Sequence[Solid], only: Sequence[str] | None, where: str | Non
         For an unknown body, or if no cell is left.
     """
     names = list(dict.fromkeys(s.name for s in solids))
+    only = None if only is None else texts("the bodies", only)
+    if where is not None:
+        text("the cut", where)
     if unknown := [n for n in only or () if n not in names]:
         raise InputError(f"There is no body {unknown[0]!r} to show; the bodies are: {', '.join(names)}.")
     left = [s for s in solids if not only or s.name in only]

@@ -75,6 +75,20 @@ def test_own_exports(kind, order, named, gmsh, tmp_path):
             assert len(np.unique(mesh.file_elements)) == n_cells
 
 
+def test_cells_of_order_three_are_refused_with_what_to_do(gmsh, tmp_path):
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    try:
+        build(gmsh, "hex", 3, named=True)
+        gmsh.write(str(tmp_path / "cubic.msh"))
+    finally:
+        gmsh.finalize()
+    with pytest.raises(fc.MeshError, match=r"holds 8 hexahedra of order 3, which is too high.*gmsh -order 2"):
+        fc.read_mesh(tmp_path / "cubic.msh")
+    # its surfaces are read by their corners
+    assert abs(fc.read_surface(tmp_path / "cubic.msh", "lid").areas.sum() - 1) < 1e-12
+
+
 def test_surfaces_of_an_iges_file_are_closed_to_a_solid(gmsh, tmp_path):
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)

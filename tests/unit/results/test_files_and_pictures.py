@@ -153,6 +153,11 @@ def test_sensels_feel_the_whole_force(pressed):
         ({"what": "gap", "style": "sensels"}, "Sensels feel pressure"),
         ({"pitch": -1.0}, "pitch of the sensels"),
         ({"contacts": [3]}, "There is no contact 3; the result has 1"),
+        ({"what": "von_mises", "pixels": (0, 10)}, "Each of pixels must be a whole number from 16"),
+        ({"what": "von_mises", "pixels": (99,)}, "Pixels must be a width and a height"),
+        ({"what": "von_mises", "limits": (0.0, 1.0, 2.0)}, "Limits must be two finite numbers"),
+        ({"what": "von_mises", "view": 30.0}, "The view must be two finite numbers"),
+        ({"what": "von_mises", "scale": None}, "scale must be a finite number"),
     ],
 )
 def test_maps_that_cannot_be_drawn_are_refused(pressed, options, message):
