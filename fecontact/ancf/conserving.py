@@ -6,6 +6,9 @@ with F_mid and E_mid the means of both states and dE = E_1 - E_0, so that Q . (q
 angular momentum are conserved too, since S* is symmetric (O. Gonzalez, Exact energy and momentum conserving algorithms
 for general models in nonlinear elasticity, Comput. Methods Appl. Mech. Engrg. 190, 2000; J. C. Simo & N. Tarnow, ZAMP
 43, 1992, for St. Venant-Kirchhoff, where S* is the mean of both stresses).
+
+A dilatation v that is projected in each cell has the energy lambda/2 (Pv)^2, whose change over a cell is the sum of
+lambda P(v_0 + v_1)/2 (v_1 - v_0), as P is self-adjoint; the derivative of v is corrected in the same way.
 """
 
 from __future__ import annotations
@@ -15,9 +18,9 @@ from typing import Protocol
 
 import numpy as np
 
-from fecontact.ancf.laws import InvertedError, Law
+from fecontact.ancf.laws import Dilatation, InvertedError, Law
 from fecontact.ancf.space import AncfSpace, GradientBatch, deformation_gradients
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 
 #: Change of strain, relative to the largest strain, below which the second term of S* is rounding.
 SMALLEST_CHANGE = 1e-6
@@ -47,6 +50,12 @@ class Elastic(Protocol):
 
     def rules(self) -> list[tuple[Iterable[GradientBatch], float, float]]:
         """Gauss rules, with the factors of lambda and mu in each."""
+
+    def dilatation(self, F: Array) -> Dilatation | None:
+        """The law's measure of volume where it is projected in each cell."""
+
+    def projected(self, values: Array, batch: GradientBatch) -> Array:
+        """Its projection."""
 
 
 def forces_between(solid: Elastic, q0: Array, q1: Array) -> Array:
@@ -84,11 +93,21 @@ def forces_between(solid: Elastic, q0: Array, q1: Array) -> Array:
             change = (C1 - C0) / 2
             size = (change * change).sum(axis=(2, 3))
             strain = max(np.abs(C0 - np.eye(3)).max(), np.abs(C1 - np.eye(3)).max()) / 2
-            missing = after - before - (S * change).sum(axis=(2, 3))
             large = size > max(SMALLEST_CHANGE * strain, ROUNDED_CHANGE) ** 2
-            S = S + np.where(large, missing / np.where(large, size, 1.0), 0.0)[..., None, None] * change
+            S = _discrete(S, after - before, change, large, size)
+            v, v0, v1 = (solid.dilatation(F) for F in (middle, F0, F1))
+            if v is not None and v0 is not None and v1 is not None:
+                # half the difference of projected squares: their mean times the change of v
+                pressure = solid.lame[batch.cells, None] * solid.projected((v0.value + v1.value) / 2, batch)
+                S = S + pressure[..., None, None] * _discrete(v.rate, v1.value - v0.value, change, large, size)
             P = (F0 + F1) / 2 @ S * batch.dV[..., None, None]
             n, n_q = batch.dV.shape
             G = batch.gradients.swapaxes(2, 3).reshape(n, 3 * n_q, -1)
             np.add.at(total, batch.functions, np.swapaxes(G, 1, 2) @ P.swapaxes(2, 3).reshape(n, 3 * n_q, 3))
     return solid.space.gather(total)
+
+
+def _discrete(rate: Array, difference: Array, change: Array, large: Mask, size: Array) -> Array:
+    """A derivative (.., 3, 3) at the middle, corrected along the change such that it gives the difference."""
+    missing = difference - (rate * change).sum(axis=(2, 3))
+    return np.asarray(rate + np.where(large, missing / np.where(large, size, 1.0), 0.0)[..., None, None] * change)

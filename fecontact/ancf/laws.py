@@ -1,7 +1,8 @@
 """Elastic laws of finite strain: energy, second Piola-Kirchhoff stress and its tangent at points.
 
 Every law takes Lame's constants and is the sum of a volumetric part with lambda and a part with mu, so that the two can
-be integrated at different points (see `solid`). Both laws tend to Hooke's for small strains.
+be integrated at different points (see `solid`). Both laws tend to Hooke's for small strains. The part with lambda is
+lambda/2 v^2 of a dilatation v, tr E or ln J, which can be projected in each cell against locking.
 """
 
 from __future__ import annotations
@@ -43,6 +44,25 @@ class Response:
     moduli: tuple[Array, Array, Array] | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Dilatation:
+    """A measure v of the change of volume, with lambda/2 v^2 in the energy.
+
+    Attributes
+    ----------
+    value : (...) array
+        v.
+    rate : (..., 3, 3) array
+        X = dv/dE.
+    bend : float
+        k of its second derivative -k (X_IK X_JL + X_IL X_JK).
+    """
+
+    value: Array
+    rate: Array
+    bend: float
+
+
 class Law(Protocol):
     """An isotropic hyperelastic law."""
 
@@ -74,6 +94,11 @@ class StVenantKirchhoff:
         if not tangent:
             return Response(energy, stress, None)
         return Response(energy, stress, None, (lame, shear, np.eye(3)))
+
+    def dilatation(self, F: Array) -> Dilatation:
+        """V = tr E."""
+        E = (np.swapaxes(F, -1, -2) @ F - np.eye(3)) / 2
+        return Dilatation(np.trace(E, axis1=-2, axis2=-1), np.broadcast_to(np.eye(3), F.shape), 0.0)
 
 
 @dataclass(frozen=True)
@@ -112,3 +137,8 @@ class NeoHookean:
         if not tangent:
             return Response(energy, stress, None)
         return Response(energy, stress, None, (lame, shear - lame * log, inverse))
+
+    def dilatation(self, F: Array) -> Dilatation:
+        """V = ln J."""
+        inverse, _ = inverse_3x3(np.swapaxes(F, -1, -2) @ F)
+        return Dilatation(np.log(determinant_3x3(F)), inverse, 1.0)

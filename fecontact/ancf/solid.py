@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,9 +23,10 @@ from numpy.typing import ArrayLike
 
 from fecontact.ancf.conserving import forces_between
 from fecontact.ancf.hexahedron import gauss
-from fecontact.ancf.laws import InvertedError, Law, Response, StVenantKirchhoff
+from fecontact.ancf.laws import Dilatation, InvertedError, Law, Response, StVenantKirchhoff
 from fecontact.ancf.member import Drawing
-from fecontact.ancf.space import BATCH, AncfSpace, GradientBatch, deformation_gradients
+from fecontact.ancf.space import AncfSpace, GradientBatch, deformation_gradients
+from fecontact.ancf.tangents import PAIRS, Pattern, element_tangents
 from fecontact.ancf.viscosity import Viscosity, viscous_response
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -37,20 +39,6 @@ from fecontact.mesh.element.hexahedron import CORNERS, EDGES
 NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])
 #: Bytes of shape functions cached between calls; larger models recompute them.
 KEPT_BYTES = 600_000_000
-
-
-#: Pairs (i, j) of components, i <= j, that tell a symmetric tangent, and the place of every (i, j) among them.
-PAIRS = np.array([0, 0, 0, 1, 1, 2]), np.array([0, 1, 2, 1, 2, 2])
-PAIR_OF = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-
-
-@dataclass(frozen=True, eq=False)
-class _Sum:
-    """Summation of the blocks of a batch of cells: their order, first index of each run, and its position."""
-
-    order: IntArray
-    first: IntArray
-    place: IntArray
 
 
 def linear_functions(X: Array) -> Array:
@@ -71,9 +59,11 @@ class AncfSolid:
     points : {2, 3, 4, 5}
         Gauss points per direction. Two leave 48 zero-energy modes in an element, the others six. Four are exact for
         the linear stiffness of a parallelepiped.
-    volumetric : int, optional
-        Points per direction, fewer than `points`, at which the part with lambda is integrated (selective reduced
-        integration), against locking of nearly incompressible material.
+    volumetric : int or "linear", optional
+        Against locking of nearly incompressible material. Points per direction, fewer than `points`, at which the part
+        with lambda is integrated (selective reduced integration); or ``"linear"``: the dilatation of the law, tr E or
+        ln J, is projected on 1, x, y, z in each cell, which keeps pressures accurate at any deformation (J. C. Simo,
+        R. L. Taylor & K. S. Pister, Comput. Methods Appl. Mech. Engrg. 51, 1985, with more functions than the mean).
     viscosity : Viscosity, optional
         For motion in time; statics has the elastic law only.
 
@@ -90,16 +80,18 @@ class AncfSolid:
     material: Material | Mapping[str, Material]
     law: Law = StVenantKirchhoff()  # noqa: RUF009
     points: int = 4
-    volumetric: int | None = None
+    volumetric: int | Literal["linear"] | None = None
     viscosity: Viscosity | None = None
 
     def __post_init__(self) -> None:
         if self.points not in (2, 3, 4, 5):
             raise InputError(f"points must be 2, 3, 4 or 5 per direction; found {self.points!r}.")
-        if self.volumetric is not None and not 1 <= self.volumetric < self.points:
+        if self.volumetric == "linear" and getattr(self.law, "dilatation", None) is None:
+            raise InputError("volumetric='linear' needs a law with a dilatation, such as NeoHookean().")
+        if self.volumetric not in (None, "linear", *range(1, self.points)):
             raise InputError(
-                f"volumetric must be None or a number of points from 1 to {self.points - 1}, fewer than points; "
-                f"found {self.volumetric!r}."
+                f"volumetric must be None, 'linear' or a number of points from 1 to {self.points - 1}, fewer than "
+                f"points; found {self.volumetric!r}."
             )
         _ = self._materials
 
@@ -152,6 +144,8 @@ class AncfSolid:
         """Gauss rules, with the factors of lambda and mu in each."""
         if self.volumetric is None:
             return [(self._batches(self.points), 1.0, 1.0)]
+        if self.volumetric == "linear":  # the part with lambda is that of `dilatation`
+            return [(self._batches(self.points), 0.0, 1.0)]
         return [(self._batches(self.points), 0.0, 1.0), (self._batches(self.volumetric), 1.0, 0.0)]
 
     def _respond(
@@ -160,7 +154,38 @@ class AncfSolid:
         """Deformation gradients (n_cells, n_q, 3, 3) and the response of the law."""
         F = deformation_gradients(e, batch)
         constants = lame * self.lame[batch.cells, None], shear * self.shear[batch.cells, None]
-        return F, self.law(F, *constants, tangent=tangent)
+        response = self.law(F, *constants, tangent=tangent)
+        v = self.dilatation(F)
+        if v is None:
+            return F, response
+        mean = self.projected(v.value, batch)
+        pressure = self.lame[batch.cells, None] * mean
+        stress = response.stress + pressure[..., None, None] * v.rate
+        moduli = None
+        if response.moduli is not None:
+            a, b, X = response.moduli
+            moduli = a, b - v.bend * pressure, X
+        return F, Response(response.energy + pressure * mean / 2, stress, None, moduli)
+
+    def dilatation(self, F: Array) -> Dilatation | None:
+        """The law's measure of volume where it is projected in each cell; None where it is not."""
+        return self.law.dilatation(F) if self.volumetric == "linear" else None  # type: ignore[attr-defined]
+
+    def projected(self, values: Array, batch: GradientBatch) -> Array:
+        """Projection on 1, x, y, z in each cell of values (n_cells, n_q) at the Gauss points, by least squares."""
+        coefficients = self._fit(batch) @ values[..., None]
+        return np.asarray((linear_functions(gauss(self.points)[0]) @ coefficients)[..., 0])
+
+    def _fit(self, batch: GradientBatch) -> Array:
+        """`linear_fit` of a batch, kept."""
+        first = int(batch.cells[0])
+        if first not in self._fits:
+            self._fits[first] = self.linear_fit(batch.dV)
+        return self._fits[first]
+
+    @cached_property
+    def _fits(self) -> dict[int, Array]:
+        return {}
 
     def energy(self, q: Array) -> float:
         """Strain energy at coordinates q (n_dofs,)."""
@@ -280,7 +305,16 @@ class AncfSolid:
         Components xx, yy, zz, xy, yz, xz, in world axes.
         """
         F = self.space.gradient_at(q, cells, X)
-        S = self.law(F, self.lame[cells], self.shear[cells], tangent=False).stress
+        v = self.dilatation(F)
+        S = self.law(F, self.lame[cells] * (v is None), self.shear[cells], tangent=False).stress
+        if v is not None:
+            each = self.space.spread(q)
+            fitted = [
+                self._fit(b) @ self.law.dilatation(deformation_gradients(each, b)).value[..., None]  # type: ignore[attr-defined]
+                for b in self._batches(self.points)
+            ]
+            mean = (linear_functions(X) * np.concatenate(fitted)[cells, :, 0]).sum(axis=1)
+            S = S + (self.lame[cells] * mean)[:, None, None] * v.rate
         sigma = F @ S @ F.swapaxes(1, 2) / determinant_3x3(F)[:, None, None]
         return np.asarray(sigma[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]])
 
@@ -300,7 +334,10 @@ class AncfSolid:
 
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces at coordinates q, symmetric."""
-        return self._tangent(q, lambda e, batch, lame, shear: self._respond(e, batch, lame, shear, tangent=True))
+        coupled = self.volumetric == "linear"
+        return self._tangent(
+            q, lambda e, batch, lame, shear: self._respond(e, batch, lame, shear, tangent=True), coupled
+        )
 
     def viscous_tangent(self, q: Array, h: float) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the viscous forces of a step of length h by its end, at its middle q.
@@ -316,22 +353,37 @@ class AncfSolid:
         )
 
     def _tangent(
-        self, q: Array, respond: Callable[[Array, GradientBatch, float, float], tuple[Array, Response]]
+        self,
+        q: Array,
+        respond: Callable[[Array, GradientBatch, float, float], tuple[Array, Response]],
+        coupled: bool = False,
     ) -> sp.csr_matrix:
         e = self.space.spread(q)
-        _, columns, sums = self._pattern
-        data = np.zeros((len(columns), 6))
+        pattern = self._pattern
+        data = pattern.zeros(6)
         for batches, lame, shear in self.rules():
-            for batch, how in zip(batches, sums, strict=True):
+            for k, batch in enumerate(batches):
                 F, response = respond(e, batch, lame, shear)
-                blocks = element_tangents(F, response, batch).reshape(-1, 6)
-                data[how.place] += np.add.reduceat(blocks[how.order], how.first, axis=0)
-        return self._assembled(data)
+                blocks = element_tangents(F, response, batch)
+                if coupled and response.moduli is not None:
+                    blocks = blocks + self._coupled(F, response.moduli[2], batch)
+                pattern.add(data, k, blocks)
+        return pattern.matrix(data)
+
+    def _coupled(self, F: Array, X: Array, batch: GradientBatch) -> Array:
+        """Blocks (n_cells, 32, 32, 6) of lambda (projection of dv) (projection of dv), with dv = X : dE."""
+        n, n_q, n_functions, _ = batch.gradients.shape
+        rate = (batch.gradients @ np.swapaxes(F @ X, 2, 3)).reshape(n, n_q, -1)
+        fitted = self._fit(batch) @ rate
+        B = linear_functions(gauss(self.points)[0])
+        moments = np.einsum("qi,eq,qj->eij", B, batch.dV * self.lame[batch.cells, None], B, optimize=True)
+        K = (np.swapaxes(fitted, 1, 2) @ moments @ fitted).reshape(n, n_functions, 3, n_functions, 3)
+        return np.stack([K[:, :, i, :, j] for i, j in zip(*PAIRS, strict=True)], axis=3)
 
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Linear stiffness (n_dofs, n_dofs) of the initial shape by Hooke's law, the limit of every law."""
-        return self._linear(self.rules())
+        return self.stiffness_of_linear_dilatation if self.volumetric == "linear" else self._linear(self.rules())
 
     @cached_property
     def stiffness_of_linear_dilatation(self) -> sp.csr_matrix:
@@ -355,28 +407,23 @@ class AncfSolid:
         return np.asarray(B @ (self.linear_fit(dV) @ gradients.reshape(*shape[:2], -1))).reshape(shape)
 
     def _linear(self, rules: Iterable[tuple[Iterable[GradientBatch], float, float]]) -> sp.csr_matrix:
-        _, columns, sums = self._pattern
-        data = np.zeros((len(columns), 6))
+        pattern = self._pattern
+        data = pattern.zeros(6)
         for batches, lame, shear in rules:
-            for batch, how in zip(batches, sums, strict=True):
+            for k, batch in enumerate(batches):
                 constants = lame * self.lame[batch.cells], shear * self.shear[batch.cells]
-                blocks = element_stiffness(batch, *constants)[..., *PAIRS].reshape(-1, 6)
-                data[how.place] += np.add.reduceat(blocks[how.order], how.first, axis=0)
-        return self._assembled(data)
+                pattern.add(data, k, element_stiffness(batch, *constants)[..., *PAIRS])
+        return pattern.matrix(data)
 
     @cached_property
     def scalar_mass(self) -> sp.csr_matrix:
         """Consistent mass (n_functions, n_functions) of one component: int rho S_a S_b dV."""
         X, W = gauss(5 if self.space.mesh.cells.shape[1] > 8 else 4)
-        pointer, columns, sums = self._pattern
-        data = np.zeros(len(columns))
-        for batch, how in zip(self.space.batches(X, W), sums, strict=True):
+        data = self._pattern.zeros()
+        for k, batch in enumerate(self.space.batches(X, W)):
             weighted = batch.S * (batch.dV * self.density[batch.cells, None])[..., None]
-            blocks = (np.swapaxes(weighted, 1, 2) @ batch.S).ravel()
-            data[how.place] += np.add.reduceat(blocks[how.order], how.first)
-        M = sp.csr_matrix((data, columns, pointer), shape=(len(pointer) - 1,) * 2)
-        T = self.space.joining
-        return M if T is None else (T.T @ M @ T).tocsr()
+            self._pattern.add(data, k, np.swapaxes(weighted, 1, 2) @ batch.S)
+        return self._pattern.scalar(data)
 
     @cached_property
     def mass(self) -> sp.csr_matrix:
@@ -384,80 +431,5 @@ class AncfSolid:
         return sp.kron(self.scalar_mass, sp.eye_array(3), format="csr")
 
     @cached_property
-    def _pattern(self) -> tuple[IntArray, IntArray, list[_Sum]]:
-        """Cached sparsity pattern of pairs of functions, and the summation of each batch into it."""
-        n = int(self.space.functions.max()) + 1
-        orders, firsts, keys = [], [], []
-        for start in range(0, len(self.space.functions), BATCH):
-            f = self.space.functions[start : start + BATCH]
-            k = (f[:, :, None] * n + f[:, None, :]).ravel()
-            orders.append(np.argsort(k, kind="stable"))
-            ordered = k[orders[-1]]
-            firsts.append(np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]])))
-            keys.append(ordered[firsts[-1]])
-        distinct = np.sort(np.concatenate(keys))
-        distinct = distinct[np.concatenate([[True], distinct[1:] != distinct[:-1]])]
-        rows, columns = np.divmod(distinct, n)
-        sums = [
-            _Sum(order.astype(np.int32), first, np.searchsorted(distinct, k))
-            for order, first, k in zip(orders, firsts, keys, strict=True)
-        ]
-        return np.searchsorted(rows, np.arange(n + 1)), columns, sums
-
-    @cached_property
-    def _rows(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Row pointers and columns of the pattern in single coordinates, and the order of the blocks' entries there."""
-        pointer, columns, _ = self._pattern
-        n = len(pointer) - 1
-        number = sp.csr_matrix((np.arange(len(columns)), columns, pointer), shape=(n, n))
-        other = number.T.tocsr()
-        other.sort_indices()
-        i, j = np.indices((3, 3))
-        upper, lower = np.arange(len(columns)), other.data
-        blocks = 6 * np.where(i <= j, upper[:, None, None], lower[:, None, None]) + PAIR_OF
-        K = sp.bsr_matrix((blocks.astype(float), columns, pointer), shape=(3 * n, 3 * n)).tocsr()
-        return K.indptr, K.indices, K.data.astype(np.int64)
-
-    def _assembled(self, blocks: Array) -> sp.csr_matrix:
-        """Symmetric matrix of the blocks (k, 6) of the pattern, see `PAIRS`."""
-        pointer, columns, order = self._rows
-        K = sp.csr_matrix((blocks.ravel()[order], columns, pointer), shape=(len(pointer) - 1,) * 2, copy=False)
-        if self.space.joining is None:
-            return K
-        T = sp.kron(self.space.joining, sp.eye_array(3), format="csr")
-        return (T.T @ K @ T).tocsr()
-
-
-def element_tangents(F: Array, response: Response, batch: GradientBatch) -> Array:
-    """Tangents (n_cells, 32 a, 32 b, 6) of cells, for the pairs (i, j) of `PAIRS`: K_ab^ji = K_ba^ij."""
-    n, n_q, n_functions, _ = batch.gradients.shape
-    A = (_by_moduli if response.moduli is not None else _by_tangent)(F, response)
-    for k in (0, 3, 5):
-        A[:, :, :, k, :] += response.stress
-    A *= batch.dV[:, :, None, None, None]
-    G = batch.gradients
-    Y = A.reshape(n, n_q, 18, 3) @ np.swapaxes(G, 2, 3)  # (J, ij), b
-    K = G.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q) @ Y.reshape(n, 3 * n_q, 6 * n_functions)
-    return np.ascontiguousarray(K.reshape(n, n_functions, 6, n_functions).swapaxes(2, 3))
-
-
-def _by_moduli(F: Array, response: Response) -> Array:
-    """F_iM D_MJNL F_jN (n, n_q, 3 J, 6 ij, 3 L): a (FX)_iJ (FX)_jL + b ((F X F^T)_ij X_JL + (FX)_iL (FX)_jJ)."""
-    assert response.moduli is not None
-    a, b, X = response.moduli
-    a, b = (np.broadcast_to(c, F.shape[:2])[..., None, None, None] for c in (a, b))
-    Y = F @ X
-    one, other = Y[:, :, PAIRS[0]], Y[:, :, PAIRS[1]]
-    # J first, then L; the pair between them
-    A = (a * one.swapaxes(2, 3)[..., None]) * other[:, :, None]
-    A += (b * other.swapaxes(2, 3)[..., None]) * one[:, :, None]
-    across = (Y @ np.swapaxes(F, 2, 3))[:, :, PAIRS[0], PAIRS[1]]
-    A += b * across[:, :, None, :, None] * np.broadcast_to(X, F.shape)[:, :, :, None, :]
-    return A
-
-
-def _by_tangent(F: Array, response: Response) -> Array:
-    """The same from a whole dS/dE."""
-    assert response.tangent is not None
-    A = np.einsum("eqiM,eqMJNL,eqjN->eqJijL", F, response.tangent, F, optimize=True)
-    return A[:, :, :, PAIRS[0], PAIRS[1]]
+    def _pattern(self) -> Pattern:
+        return Pattern(self.space.functions, self.space.joining)

@@ -112,7 +112,7 @@ def test_inertia_of_a_curved_body_is_that_of_its_shape():
 
 @pytest.mark.parametrize("mesh", [distorted(), distorted(curved=True)], ids=["distorted", "curved"])
 @pytest.mark.parametrize("law", LAWS, ids=["svk", "neo-hookean"])
-@pytest.mark.parametrize("volumetric", [None, 2])
+@pytest.mark.parametrize("volumetric", [None, 2, "linear"])
 def test_rigid_motions_cost_nothing(mesh, law, volumetric):
     space = AncfSpace(mesh)
     solid = AncfSolid(space, fc.Material(1.0, 0.3), law, volumetric=volumetric)
@@ -151,7 +151,7 @@ def test_finite_patch(mesh, law):
 
 
 @pytest.mark.parametrize("law", LAWS, ids=["svk", "neo-hookean"])
-@pytest.mark.parametrize("volumetric", [None, 2])
+@pytest.mark.parametrize("volumetric", [None, 2, "linear"])
 def test_forces_and_tangent_are_derivatives(law, volumetric):
     """Against central differences, whose error falls with the square of the step."""
     space = AncfSpace(distorted((2, 1, 1), (2.0, 1.0, 1.0)))
@@ -177,7 +177,7 @@ def test_forces_and_tangent_are_derivatives(law, volumetric):
 
 
 @pytest.mark.parametrize("law", LAWS, ids=["svk", "neo-hookean"])
-@pytest.mark.parametrize("volumetric", [None, 2])
+@pytest.mark.parametrize("volumetric", [None, 2, "linear"])
 def test_linear_stiffness_is_the_first_tangent(law, volumetric):
     space = AncfSpace(distorted(curved=True))
     solid = AncfSolid(space, fc.Material(1.0, 0.3), law, volumetric=volumetric)

@@ -1,5 +1,7 @@
 """Contact of bricks, equilibrium and motion: gradients by differences, balances, supports, restarts, bad input."""
 
+from dataclasses import replace
+
 import meshio
 import numpy as np
 import pytest
@@ -116,8 +118,9 @@ def test_gap_gradient_between_bricks_by_differences():
 
 
 @pytest.mark.parametrize("law", [StVenantKirchhoff(), NeoHookean()], ids=["svk", "neo"])
-def test_conserving_forces_do_the_work_of_the_energy_and_keep_momenta(law):
-    solid = brick(law=law)
+@pytest.mark.parametrize("volumetric", [None, "linear"])
+def test_conserving_forces_do_the_work_of_the_energy_and_keep_momenta(law, volumetric):
+    solid = replace(brick(law=law), volumetric=volumetric)
     rng = np.random.default_rng(0)
     q0, q1 = (solid.space.q0 + 0.03 * rng.standard_normal(solid.space.n_dofs) for _ in range(2))
     f = forces_between(solid, q0, q1)

@@ -1,0 +1,137 @@
+"""Tangents of elements, and the sparsity pattern into which they are summed, found once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.ancf.laws import Response
+from fecontact.ancf.space import BATCH, GradientBatch
+from fecontact.common.arrays import Array, IntArray
+
+#: Pairs (i, j) of components, i <= j, that tell a symmetric tangent, and the place of every (i, j) among them.
+PAIRS = np.array([0, 0, 0, 1, 1, 2]), np.array([0, 1, 2, 1, 2, 2])
+PAIR_OF = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+
+
+@dataclass(frozen=True, eq=False)
+class _Sum:
+    """Summation of the blocks of a batch of cells: their order, first index of each run, and its position."""
+
+    order: IntArray
+    first: IntArray
+    place: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Pairs of functions that meet in a cell.
+
+    Parameters
+    ----------
+    functions : (n_cells, 32) int array
+        Numbers of the cells' functions.
+    joining : (n_cell_functions, n_functions) csr_matrix or None
+        See `AncfSpace.joining`.
+    """
+
+    functions: IntArray
+    joining: sp.csr_matrix | None
+
+    @cached_property
+    def pairs(self) -> tuple[IntArray, IntArray, list[_Sum]]:
+        """Cached sparsity pattern of pairs of functions, and the summation of each batch into it."""
+        n = int(self.functions.max()) + 1
+        orders, firsts, keys = [], [], []
+        for start in range(0, len(self.functions), BATCH):
+            f = self.functions[start : start + BATCH]
+            k = (f[:, :, None] * n + f[:, None, :]).ravel()
+            orders.append(np.argsort(k, kind="stable"))
+            ordered = k[orders[-1]]
+            firsts.append(np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]])))
+            keys.append(ordered[firsts[-1]])
+        distinct = np.sort(np.concatenate(keys))
+        distinct = distinct[np.concatenate([[True], distinct[1:] != distinct[:-1]])]
+        rows, columns = np.divmod(distinct, n)
+        sums = [
+            _Sum(order.astype(np.int32), first, np.searchsorted(distinct, k))
+            for order, first, k in zip(orders, firsts, keys, strict=True)
+        ]
+        return np.searchsorted(rows, np.arange(n + 1)), columns, sums
+
+    @cached_property
+    def _rows(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Row pointers and columns of the pattern in single coordinates, and the order of the blocks' entries there."""
+        pointer, columns, _ = self.pairs
+        n = len(pointer) - 1
+        number = sp.csr_matrix((np.arange(len(columns)), columns, pointer), shape=(n, n))
+        other = number.T.tocsr()
+        other.sort_indices()
+        i, j = np.indices((3, 3))
+        upper, lower = np.arange(len(columns)), other.data
+        blocks = 6 * np.where(i <= j, upper[:, None, None], lower[:, None, None]) + PAIR_OF
+        K = sp.bsr_matrix((blocks.astype(float), columns, pointer), shape=(3 * n, 3 * n)).tocsr()
+        return K.indptr, K.indices, K.data.astype(np.int64)
+
+    def zeros(self, *width: int) -> Array:
+        """No entries yet, of the given width for each pair."""
+        return np.zeros((len(self.pairs[1]), *width))
+
+    def add(self, data: Array, batch: int, blocks: Array) -> None:
+        """Add the entries (n_cells, 32, 32, ...) of a batch, by number."""
+        how = self.pairs[2][batch]
+        flat = blocks.reshape(-1, *data.shape[1:])
+        data[how.place] += np.add.reduceat(flat[how.order], how.first, axis=0)
+
+    def scalar(self, data: Array) -> sp.csr_matrix:
+        """Matrix (n_functions, n_functions) of one entry per pair."""
+        pointer, columns, _ = self.pairs
+        M = sp.csr_matrix((data, columns, pointer), shape=(len(pointer) - 1,) * 2)
+        return M if self.joining is None else (self.joining.T @ M @ self.joining).tocsr()
+
+    def matrix(self, blocks: Array) -> sp.csr_matrix:
+        """Symmetric matrix (n_dofs, n_dofs) of the blocks (k, 6) of the pattern, see `PAIRS`."""
+        pointer, columns, order = self._rows
+        K = sp.csr_matrix((blocks.ravel()[order], columns, pointer), shape=(len(pointer) - 1,) * 2, copy=False)
+        if self.joining is None:
+            return K
+        T = sp.kron(self.joining, sp.eye_array(3), format="csr")
+        return (T.T @ K @ T).tocsr()
+
+
+def element_tangents(F: Array, response: Response, batch: GradientBatch) -> Array:
+    """Tangents (n_cells, 32 a, 32 b, 6) of cells, for the pairs (i, j) of `PAIRS`: K_ab^ji = K_ba^ij."""
+    n, n_q, n_functions, _ = batch.gradients.shape
+    A = (_by_moduli if response.moduli is not None else _by_tangent)(F, response)
+    for k in (0, 3, 5):
+        A[:, :, :, k, :] += response.stress
+    A *= batch.dV[:, :, None, None, None]
+    G = batch.gradients
+    Y = A.reshape(n, n_q, 18, 3) @ np.swapaxes(G, 2, 3)  # (J, ij), b
+    K = G.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q) @ Y.reshape(n, 3 * n_q, 6 * n_functions)
+    return np.ascontiguousarray(K.reshape(n, n_functions, 6, n_functions).swapaxes(2, 3))
+
+
+def _by_moduli(F: Array, response: Response) -> Array:
+    """F_iM D_MJNL F_jN (n, n_q, 3 J, 6 ij, 3 L): a (FX)_iJ (FX)_jL + b ((F X F^T)_ij X_JL + (FX)_iL (FX)_jJ)."""
+    assert response.moduli is not None
+    a, b, X = response.moduli
+    a, b = (np.broadcast_to(c, F.shape[:2])[..., None, None, None] for c in (a, b))
+    Y = F @ X
+    one, other = Y[:, :, PAIRS[0]], Y[:, :, PAIRS[1]]
+    # J first, then L; the pair between them
+    A = (a * one.swapaxes(2, 3)[..., None]) * other[:, :, None]
+    A += (b * other.swapaxes(2, 3)[..., None]) * one[:, :, None]
+    across = (Y @ np.swapaxes(F, 2, 3))[:, :, PAIRS[0], PAIRS[1]]
+    A += b * across[:, :, None, :, None] * np.broadcast_to(X, F.shape)[:, :, :, None, :]
+    return A
+
+
+def _by_tangent(F: Array, response: Response) -> Array:
+    """The same from a whole dS/dE."""
+    assert response.tangent is not None
+    A = np.einsum("eqiM,eqMJNL,eqjN->eqJijL", F, response.tangent, F, optimize=True)
+    return A[:, :, :, PAIRS[0], PAIRS[1]]
