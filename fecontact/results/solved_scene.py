@@ -52,7 +52,7 @@ class SolvedScene:
     solution : Solution
         Solution of the condensed problem.
     seconds : dict
-        Wall time by stage, and 'total'.
+        Wall time by stage of the last solve, 'before' it (earlier poses or meshes, estimates), and 'total'.
     memory : dict
         Peak resident memory of the process in MB, 'before' and by the end of each stage (`Stopwatch.memory`).
     rounds : int

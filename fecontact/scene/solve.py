@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -27,6 +29,9 @@ from fecontact.scene.settings import SEARCHES, Settings, renamed
 from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver
 from fecontact.surfaces.facet_surface import has_cells
+
+#: Share of the time of a solution above which what happened before its last solve is told.
+NOTICED = 0.05
 
 
 def solve_scene(
@@ -135,11 +140,25 @@ def solve_scene(
     given = {**arguments, "finite_motion": finite_motion}
     if accuracy is None and (max_dofs is not None or max_seconds is not None):
         raise InputError("max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.")
+    started = time.perf_counter()
     with progress_line("solve", progress), on_processes(model, processes):
         if accuracy is None:
-            return _solve_known(model, given, ())
-        refuse_nodal_values(pressures, tractions)
-        return solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
+            result = _solve_known(model, given, ())
+        else:
+            refuse_nodal_values(pressures, tractions)
+            result = solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
+    return _timed(result, time.perf_counter() - started)
+
+
+def _timed(result: ContactResult, elapsed: float) -> ContactResult:
+    """A result with the wall time of its whole solution; what its last solve does not account for comes first.
+
+    These are earlier poses of a finite motion, earlier meshes on the way to an accuracy, and estimates.
+    """
+    stages = {stage: seconds for stage, seconds in result.seconds.items() if stage != "total"}
+    rest = elapsed - sum(stages.values())
+    before = {"before": rest} if rest > NOTICED * elapsed else {}
+    return replace(result, seconds={**before, **stages, "total": elapsed})
 
 
 def refuse_with_friction(model: SceneModel, solver: str | CustomSolver) -> None:

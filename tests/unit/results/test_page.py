@@ -1,6 +1,7 @@
 """Results in a notebook, as a page and in one line."""
 
 import re
+import time
 from base64 import b64decode
 from html.parser import HTMLParser
 
@@ -130,3 +131,17 @@ def test_units_are_named_once_and_shown_everywhere(result):
 def test_units_that_are_no_names_are_refused(result, units):
     with pytest.raises(fc.InputError, match=r"[Uu]nit"):
         fc.Scene(result.scene.bodies, result.scene.contacts, units=units)
+
+
+def test_the_total_time_is_that_of_the_whole_solution(result):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).translated((-0.5, -0.5, -1.0))
+    body = fc.ElasticBody(mesh, CORK, contact="top", supports={"bottom": "xyz"})
+    ball = fc.RigidBody(fc.Sphere(1.0)).placed((0, 0, 0.02))
+    scene = fc.Scene([body, ball], [fc.Contact(body, ball)])
+    began = time.perf_counter()
+    posed = scene.solve(motions={ball: {"x": 0.1, "z": -0.05}}, finite_motion=True)
+    elapsed = time.perf_counter() - began
+    # several poses are solved, of which the stages are those of the last; arguments are checked outside
+    assert 0.5 * elapsed <= posed.seconds["total"] <= elapsed
+    assert abs(sum(v for k, v in posed.seconds.items() if k != "total") / posed.seconds["total"] - 1) <= 0.05
+    assert posed.seconds["before"] > 0
