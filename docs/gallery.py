@@ -32,6 +32,7 @@ SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     ("report_half_space", (), ("report_half_space",)),
     ("rough_block", (), ("rough_block",)),
     ("plain_faces", (), ("plain_faces",)),
+    ("belt_drive", (), ("belt_drive",)),
     ("bricks", (), ("bricks_circle", "bricks_ball", "bricks_strip", "bricks_bounce")),
 )
 #: Pictures wider than this are made smaller, pixels.

@@ -44,6 +44,14 @@ def test_bricks(tmp_path):
     assert (tmp_path / "bricks_bounce.pvd").exists()
 
 
+def test_belt_drive(tmp_path):
+    figures = load("belt_drive").main(n=12, turns=2, out=tmp_path)
+    # twelve elements for half a turn: of first order
+    assert abs(figures["tight / slack"] / figures["of Euler and Eytelwein"] - 1) < 5e-3
+    assert figures["defect of Coulomb's law"] < 1e-9
+    assert (tmp_path / "belt_drive.png").stat().st_size > 10_000
+
+
 def test_rough_block(tmp_path):
     found = load("rough_block").main(n=128, out=tmp_path)
     assert 0.5 < found["approach"] / found["half-space"] < 0.8  # the plate holds the rubber

@@ -124,3 +124,25 @@ def test_bad_friction_is_refused():
     for wrong in (-0.1, np.nan, "much"):
         with pytest.raises(fc.InputError, match="friction"):
             dragged(brick((1, 1, 1)), mu=wrong)
+
+
+def test_brick_on_brick_drags_it_along_with_mu_times_the_force():
+    """Upper brick dragged over a lower one of another mesh: friction is equal and opposite, and mu times the force."""
+    lower, upper = brick((3, 2, 1), size=(2.0, 1.4, 0.5), at=(-0.3, -0.2, -0.5)), brick((2, 2, 1))
+    a = Assembly.of([lower, upper], [{"bottom": "xyz"}, {"top": "xyz"}], [(1, "bottom", (0, "top"), MU)])
+    up, across = (np.concatenate([np.zeros(lower.n_dofs), upper.translation(e)]) for e in ([0, 0, 1.0], [1.0, 0, 0]))
+
+    def stage(x, z):
+        motion = x * across + z * up
+        return Stage(a, motion=motion - a.free @ (a.free.T @ motion))
+
+    pressed = equilibrium(lambda level: stage(0.0, -0.01 * level), steps=1)
+    path = equilibrium(lambda level: stage(0.05 * level, -0.01), steps=3, start=pressed.last)
+    assert path.success
+    normal, end = path.last.forces[0], path.last.friction
+    assert np.abs(np.linalg.norm(end.forces[0], axis=1) - MU * normal).max() < 1e-9 * normal.max()
+    held = [path.last.reactions[: lower.n_dofs] @ lower.translation(e) for e in np.eye(3)]
+    dragged_by = [path.last.reactions[lower.n_dofs :] @ upper.translation(e) for e in np.eye(3)]
+    assert held == pytest.approx(-np.array(dragged_by), abs=1e-9 * normal.sum())
+    # faces bend a little: normals lean by the strains
+    assert -held[0] == pytest.approx(MU * held[2], rel=0.02)
