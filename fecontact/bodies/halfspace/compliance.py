@@ -53,6 +53,8 @@ class SurfaceCompliance:
     periodic : bool
     bent : tuple of Bend
         Curvatures of the surfaces of the bodies that it represents, whose first effect is added; for free ones.
+    arrays : str, optional
+        Module whose arrays are transformed, see `array_module`.
     """
 
     grid: Grid
@@ -63,6 +65,7 @@ class SurfaceCompliance:
     self_ratio: float
     periodic: bool
     bent: tuple[Bend, ...] = ()
+    arrays: str | None = None
 
     def __post_init__(self) -> None:
         among("pressure", self.pressure, PRESSURES)
@@ -157,6 +160,11 @@ class JointCompliance:
     def periodic(self) -> bool:
         """False: both are free."""
         return False
+
+    @property
+    def arrays(self) -> str | None:
+        """Module whose arrays are transformed: that of the first part that has one."""
+        return self.parts[0].arrays or self.parts[1].arrays
 
     def kernel(self, level: int = 0) -> Array:
         """Kernel of the grid coarsened `level` times by two, see `nested.GridLevel.kernel`."""

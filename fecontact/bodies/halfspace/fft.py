@@ -17,11 +17,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from fecontact.bodies.halfspace.array_module import array_module, convolved
 from fecontact.common.arrays import Array
 from fecontact.common.threads import each
 
@@ -113,6 +115,9 @@ class Convolution:
         Threads, see `common.threads`.
     factor : float
         Factor of the products.
+    arrays : str, optional
+        Module whose arrays are transformed, see `array_module`; numpy's along axes of symmetry, for the standard of
+        arrays has no cosine transforms.
 
     Examples
     --------
@@ -133,6 +138,7 @@ class Convolution:
     product: bool = True
     workers: int | None = None
     factor: float = 1.0
+    arrays: str | None = None
     _lengths: Shape = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -159,6 +165,11 @@ class Convolution:
         (nx, ny), length, rows = self.shape, self._lengths[1], self._rows
         forward, backward = self._transforms(self.symmetric[1], True, 1)
 
+        if self.arrays is not None and not any(self.symmetric):
+            scaled = (values / scale).astype(self.spectrum.dtype)[None]
+            found = convolved(array_module(self.arrays), [[self._kernel]], scaled, self._lengths)[0]
+            return np.multiply(found, scale * self.factor, out=out, dtype=float)
+
         def into_rows(strip: slice) -> None:
             given = values[strip]
             if single:
@@ -181,6 +192,12 @@ class Convolution:
         if self.symmetric[1]:
             return np.empty((n, length), np.float32 if single else float)
         return np.empty((n, length // 2 + 1), np.complex64 if single else complex)
+
+    @cached_property
+    def _kernel(self) -> Any:
+        """The spectrum of all waves along x, as an array of the module."""
+        assert self.arrays is not None
+        return array_module(self.arrays).asarray(np.concatenate([self.spectrum, self.spectrum[-2:0:-1]]))
 
     def _columns(self, rows: NDArray) -> None:
         """Transform the columns, multiply by the spectrum, transform back, strip by strip and in place."""

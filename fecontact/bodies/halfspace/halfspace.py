@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import kernels
+from fecontact.bodies.halfspace.array_module import array_module
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
 from fecontact.bodies.halfspace.friction import CERTIFIED, PressStep
@@ -68,6 +69,9 @@ class HalfSpace(SurfaceBody):
         Seireg 1971).
     self_ratio : float
         With 'point': displacement under the force over that at the nearest neighbour.
+    arrays : str, optional
+        Module of another array library whose transforms are used, 'cupy' or 'array_api_compat.torch' for one: all that
+        follows the array API standard. The whole grid is then modelled, whatever its symmetry. None: numpy's.
     name : str, optional
 
     Attributes
@@ -104,6 +108,7 @@ class HalfSpace(SurfaceBody):
     against: Material | None
     pressure: str
     self_ratio: float
+    arrays: str | None
     name: str
     pose: Pose
     compliance: SurfaceCompliance = field(repr=False)
@@ -119,13 +124,17 @@ class HalfSpace(SurfaceBody):
         against: Material | None = None,
         pressure: str = "uniform",
         self_ratio: float = kernels.SELF_TERM_RATIO,
+        arrays: str | None = None,
         name: str = "half-space",
     ) -> None:
         for what, given in (("material", material), ("counter-body's material", against)):
             instance(f"the {what} of a half-space", given, (Material, type(None)))
         for layer in items("the layers of a half-space", layers, "Layer objects"):
             instance("each of the layers of a half-space", layer, Layer)
+        if arrays is not None:
+            array_module(text("arrays, the name of a module,", arrays))
         fields = {
+            "arrays": arrays,
             "material": material,
             "grid": Grid(size, shape),
             "periodic": flag("periodic", periodic),
@@ -141,7 +150,9 @@ class HalfSpace(SurfaceBody):
         object.__setattr__(
             self,
             "compliance",
-            SurfaceCompliance(self.grid, material, self.layers, against, pressure, self_ratio, self.periodic),
+            SurfaceCompliance(
+                self.grid, material, self.layers, against, pressure, self_ratio, self.periodic, arrays=arrays
+            ),
         )
 
     @overload

@@ -54,6 +54,8 @@ class GridLevel:
     symmetric : (bool, bool)
     smooth : tuple of Term
         Additions to the compliance, over the modelled part.
+    arrays : str, optional
+        Module whose arrays are transformed, see `array_module`.
     """
 
     kernel: Array
@@ -64,6 +66,7 @@ class GridLevel:
     F: Array
     symmetric: Even
     smooth: tuple[Term, ...] = ()
+    arrays: str | None = None
 
     @property
     def whole(self) -> tuple[slice, slice]:
@@ -78,7 +81,7 @@ def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, worker
     if not level.periodic:
         cells = _cells(shape, level.symmetric)
         spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (padded(cells[0]), padded(cells[1])))
-    convolution = Convolution(spectrum, shape, level.symmetric, tally, workers=workers)
+    convolution = Convolution(spectrum, shape, level.symmetric, tally, workers=workers, arrays=level.arrays)
     return Corrected(convolution, tuple(term.part(part) for term in level.smooth)) if level.smooth else convolution
 
 
@@ -92,7 +95,7 @@ def preconditioner(level: GridLevel, part: tuple[slice, slice], tally: Tally, wo
         spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (halves[0], halves[1]))
     largest = float(spectrum.max())
     inverse = 1 / np.where(spectrum > 1e-9 * largest, spectrum, largest)
-    return Convolution(inverse, shape, level.symmetric, tally, product=False, workers=workers)
+    return Convolution(inverse, shape, level.symmetric, tally, product=False, workers=workers, arrays=level.arrays)
 
 
 def _cells(shape: tuple[int, int], symmetric: Even) -> tuple[int, int]:

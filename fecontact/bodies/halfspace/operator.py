@@ -68,7 +68,7 @@ class CellModel:
         grid, spectrum = self.body.grid, self.body.kernel()
         if not self.body.periodic:
             spectrum = kernel_spectrum(spectrum, (padded(grid.shape[0]), padded(grid.shape[1])))
-        convolution = Convolution(spectrum, self.shape, self.mirrored, Tally(grid.n_cells))
+        convolution = Convolution(spectrum, self.shape, self.mirrored, Tally(grid.n_cells), arrays=self.body.arrays)
         return Corrected(convolution, self.smooth) if self.smooth else convolution
 
     def plus(self, other: CellModel) -> CellModel | None:
@@ -209,7 +209,8 @@ def _solve(
     rows = (rows / scale[:, None]).reshape(problem.m, *shape)
     allowed, g = allowed.reshape(shape), g.reshape(shape)
     # a smooth term is symmetric only where planes of symmetry make it so: such a grid is a part already
-    found = (False, False) if model.smooth or any(model.mirrored) else even_axes(g, allowed, rows)
+    apart = model.smooth or any(model.mirrored) or body.arrays is not None
+    found = (False, False) if apart else even_axes(g, allowed, rows)
     part = part_of(shape, found)
     level = GridLevel(
         kernel=body.kernel(),
@@ -220,6 +221,7 @@ def _solve(
         F=problem.F / scale / body.grid.area / 2 ** sum(found),
         symmetric=found if any(found) else model.mirrored,
         smooth=model.smooth,
+        arrays=body.arrays,
     )
     at, *_ = solve_nested(level, body.kernel, tolerance, Tally(4 * body.grid.n_cells))
     return replace(at, p=unfold(at.p, found)), at.q / scale

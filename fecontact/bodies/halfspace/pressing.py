@@ -179,7 +179,7 @@ def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetr
     """
     grid = body.grid
     point = load.point
-    even = even_axes(z, allowed, np.empty((0, *grid.shape))) if symmetry else (False, False)
+    even = even_axes(z, allowed, np.empty((0, *grid.shape))) if symmetry and body.arrays is None else (False, False)
     symmetric = (even[0] and not (point and point[0]), even[1] and not (point and point[1]))
     part = part_of(grid.shape, symmetric)
     rows = []
@@ -202,6 +202,7 @@ def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetr
         B=rows[0][None, *part] if len(rows) == 1 else np.array([row[part] for row in rows]).reshape(-1, *z[part].shape),
         F=F,
         symmetric=symmetric,
+        arrays=body.arrays,
     )
 
 

@@ -172,9 +172,14 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
     xy = None
     if constants.poisson != 0 or body.layers:
         yy, xy = spectrum(yy_table, (1, 1)), spectrum(xy_table, (-1, -1))
-    inverse = _inverse(constants, shape, body.grid.cell, workers)
+    inverse = replace(_inverse(constants, shape, body.grid.cell, workers), arrays=body.arrays)
     return _compliance(
-        ((xx, xy), (xy, yy)), normal, inverse, VectorConvolution((), shape, lengths, workers), float(both[0, 0]), False
+        ((xx, xy), (xy, yy)),
+        normal,
+        inverse,
+        VectorConvolution((), shape, lengths, workers, arrays=body.arrays),
+        float(both[0, 0]),
+        False,
     )
 
 
@@ -251,8 +256,8 @@ def _periodic(body: SurfaceCompliance, constants: Elasticity, workers: int | Non
     return _compliance(
         ((xx, xy), (xy, yy)),
         (coupling * odd_x, coupling * odd_y) if is_coupled(body) else None,
-        _inverse(constants, shape, body.grid.cell, workers),
-        VectorConvolution((), shape, shape, workers),
+        replace(_inverse(constants, shape, body.grid.cell, workers), arrays=body.arrays),
+        VectorConvolution((), shape, shape, workers, arrays=body.arrays),
         constants.direct * math.sqrt(body.grid.area) * 4 * math.log(1 + math.sqrt(2)),
         True,
     )

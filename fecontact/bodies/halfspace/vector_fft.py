@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from fecontact.bodies.halfspace.array_module import array_module, convolved
 from fecontact.bodies.halfspace.fft import CACHE_LINE, Shape, strips
 from fecontact.common.arrays import Array
 from fecontact.common.threads import each
@@ -36,6 +38,8 @@ class VectorConvolution:
         Threads, see `common.threads`.
     factor : float
         Factor of the results.
+    arrays : str, optional
+        Module whose arrays are transformed, see `array_module`.
 
     Examples
     --------
@@ -51,6 +55,7 @@ class VectorConvolution:
     lengths: Shape
     workers: int | None = None
     factor: float = 1.0
+    arrays: str | None = None
 
     @cached_property
     def rough(self) -> VectorConvolution:
@@ -65,6 +70,13 @@ class VectorConvolution:
     def _single(self) -> bool:
         return any(k is not None and k.dtype in (np.float32, np.complex64) for row in self.kernels for k in row)
 
+    @cached_property
+    def _there(self) -> list[list[Any]]:
+        """The kernels as arrays of the module."""
+        assert self.arrays is not None
+        asarray = array_module(self.arrays).asarray
+        return [[None if kernel is None else asarray(kernel) for kernel in row] for row in self.kernels]
+
     def apply(self, values: Array) -> Array:
         """Results (j, nx, ny) of values (k, nx, ny)."""
         scale = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
@@ -75,6 +87,11 @@ class VectorConvolution:
         made = [j for j, row in enumerate(self.kernels) if any(row[k] is not None for k in given)]
         (nx, ny), length = self.shape, self.lengths[1]
         real, kind = (np.float32, np.complex64) if self._single else (float, complex)
+        if self.arrays is not None:
+            scaled_all = (values / scale).astype(real)
+            found = convolved(array_module(self.arrays), [self._there[j] for j in made], scaled_all, self.lengths)
+            out[made] = scale * self.factor * found
+            return out
         rows = np.empty((max(len(self.kernels), len(values)), nx, length // 2 + 1), kind)
 
         def into_rows(strip: slice) -> None:

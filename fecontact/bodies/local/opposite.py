@@ -37,7 +37,13 @@ class FacingHalfSpace(HalfSpace):
 
     def __init__(self, half: HalfSpace, window: Window) -> None:
         super().__init__(
-            half.material, window.grid.size, window.grid.shape, layers=half.layers, against=half.against, name=half.name
+            half.material,
+            window.grid.size,
+            window.grid.shape,
+            layers=half.layers,
+            against=half.against,
+            arrays=half.arrays,
+            name=half.name,
         )
         for key, value in {"pose": half.pose, "window": window}.items():
             object.__setattr__(self, key, value)
