@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -58,6 +58,12 @@ class Sizes:
         if centres is not None and (centres.ndim != 2 or not len(centres)):
             raise InputError(f"near must be points of shape (3,) or (n, 3); found shape {centres.shape}.")
         return cls(size, element, centres, near_size, growth)
+
+    def measured(self, middle: Array, unit: float) -> Sizes:
+        """The same in another unit, from another origin (3,)."""
+        size, near_size = (None if s is None else s / unit for s in (self.size, self.near_size))
+        near = None if self.near is None else (self.near - middle) / unit
+        return replace(self, size=size, near=near, near_size=near_size)
 
     @property
     def is_quadratic(self) -> bool:

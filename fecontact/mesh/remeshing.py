@@ -58,8 +58,16 @@ def tetrahedra_within(
     MeshError
         If gmsh fails; its message is passed on.
     """
-    what = f"gmsh, which was to mesh {source},"
-    return run_apart(what, _meshed, points, triangles, shells, sizes, source)
+    middle, unit = _unit(points)
+    what, given = f"gmsh, which was to mesh {source},", ((points - middle) / unit, triangles, shells)
+    mesh, part = run_apart(what, _meshed, *given, sizes.measured(middle, unit), source)
+    return replace(mesh, points=unit * mesh.points + middle), part
+
+
+def _unit(points: Array) -> tuple[Array, float]:
+    """Middle (3,) of points and diagonal of their box: gmsh has tolerances in units of length."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2, float(np.linalg.norm(high - low))
 
 
 def facets_of_size(
@@ -77,7 +85,10 @@ def facets_of_size(
         The part between sharp edges that each new and each old triangle belongs to.
     notes : tuple of str
     """
-    return run_apart(f"gmsh, which was to mesh {source},", _remeshed, points, triangles, sizes, source)
+    middle, unit = _unit(points)
+    what, given = f"gmsh, which was to mesh {source},", ((points - middle) / unit, triangles)
+    x, new, part_of_new, part, notes = run_apart(what, _remeshed, *given, sizes.measured(middle, unit), source)
+    return unit * x + middle, new, part_of_new, part, notes
 
 
 def _meshed(points: Array, triangles: IntArray, shells: Shells, sizes: Sizes, source: str) -> tuple[Mesh, IntArray]:

@@ -80,6 +80,24 @@ def test_the_size_is_that_of_the_facets(ball):
     assert abs(np.median(side) / 0.2 - 1) < 0.1
 
 
+@pytest.fixture(scope="module")
+def ellipsoid():
+    points, triangles = geodesic(4)
+    points = points * [1.0, 0.8, 0.5]
+    return points, triangles, fc.mesh_solid(surface(points, triangles), size=0.5, element="tet4")
+
+
+def test_the_unit_and_the_place_do_not_matter(ellipsoid):
+    """The same cells in a unit of 2^-23, which rounds nothing; far away as many, and the same volume."""
+    points, triangles, mesh = ellipsoid
+    small = fc.mesh_solid(surface(2.0**-23 * points, triangles), size=2.0**-24, element="tet4")
+    assert (small.cells == mesh.cells).all()
+    assert np.allclose(2.0**23 * small.points, mesh.points, atol=1e-9)
+    far = fc.mesh_solid(surface(1e3 * points + [4e3, -2e3, 1e3], triangles), size=500.0, element="tet4")
+    assert abs(len(far.cells) / len(mesh.cells) - 1) < 0.1
+    assert abs(moments_of_volume(far)[0] / moments_of_volume(mesh)[0] / 1e9 - 1) < 5e-3
+
+
 @pytest.mark.parametrize("element", ["tet4", "hex20"])
 def test_edges_and_planes_of_a_block_stay(element, tmp_path):
     """From a file; the divergence theorem of its triangles gives the volume to rounding, whatever the elements."""
