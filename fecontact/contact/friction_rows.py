@@ -5,8 +5,8 @@ over samples, so that friction is equal and opposite on both.
 
 Slip is counted from the end of the last load step, in the master's axes: with X a point of the slave there, by the
 poses, and d its displacement against the master's, the slip is the tangential part of X + d - (X + d)_last. A common
-motion of both bodies thus is no slip, however large (Laursen & Simo, Int. J. Numer. Methods Eng. 36 (1993) 3451). The
-slip of a step is the chord of its path.
+motion of both bodies thus is no slip, however large (Laursen & Simo, Int. J. Numer. Methods Eng. 36 (1993) 3451). A
+point that was open then slips from where it touches. The slip of a step is the chord of its path.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ import scipy.sparse as sp
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
 from fecontact.contact.interface import Interface, UnilateralConstraints
+from fecontact.contact.slip_path import screw_paths, touching_points
 from fecontact.solvers import ComplementarityProblem
 from fecontact.solvers.friction_problem import FrictionProblem
 
@@ -48,6 +49,8 @@ class TangentialRows(UnilateralConstraints):
         Pose of the slave's axes in the master's at the end of the last load step; by default the present one.
     moved : (n, 3) array, optional
         Displacements d then, in the master's axes; zero by default.
+    pressed : (n,) bool array, optional
+        Points that were pressed then; none by default.
     """
 
     interface: Interface
@@ -55,6 +58,7 @@ class TangentialRows(UnilateralConstraints):
     mu: float
     since: Pose | None = None
     moved: Array | None = None
+    pressed: Mask | None = None
 
     @cached_property
     def normals(self) -> Array:
@@ -81,13 +85,25 @@ class TangentialRows(UnilateralConstraints):
     @cached_property
     def gap(self) -> Array:
         """Slip (k n,) of undeformed bodies: their motion since the last step, less the last displacement."""
-        pairing = self.interface.pairing
         by = np.zeros((self.n_points, 3)) if self.moved is None else -self.moved
         if self.since is not None:
-            centres = pairing.average @ (pairing.slave_weights @ self.interface.slave_nodes)
-            turned, shifted = pairing.rotation - self.since.rotation, pairing.translation - self.since.translation
-            by = by + centres @ turned.T + shifted
+            by = by + self._moved_by_poses(self.since)
         return np.einsum("kni,ni->kn", self.tangents, by @ self.interface.master.pose.rotation.T).ravel()
+
+    def _moved_by_poses(self, since: Pose) -> Array:
+        """Motion (n, 3) of the points by the poses since the last step, or since they touch, in the master's axes."""
+        pairing = self.interface.pairing
+        now = Pose(pairing.rotation, pairing.translation)
+        centres = pairing.average @ (pairing.slave_weights @ self.interface.slave_nodes)
+        whole = centres @ (now.rotation - since.rotation).T + now.translation - since.translation
+        if not whole.any():
+            return np.asarray(whole)
+        paths = screw_paths(centres, since, now)
+        normals = self.normals @ self.interface.master.pose.rotation
+        before = 0.0 if self.moved is None else np.einsum("ni,ni->n", self.moved, normals)
+        pressed = np.zeros(self.n_points, bool) if self.pressed is None else self.pressed
+        touching = touching_points(paths, self.interface.gap + before, normals, pressed)
+        return np.asarray(whole - (touching - paths[0]))
 
     def displaced(self, slip: Array, opening: Array) -> Array:
         """Displacement (n, 3) of the slave against the master in the master's axes, without that of the poses.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
 from fecontact.contact.interface import UnilateralConstraints
 
@@ -26,18 +26,22 @@ class Moved:
     by : (n, 3) array
         Since the unloaded state, in the master's axes, which carry it along where both bodies turn. Without the rigid
         motion that poses have.
+    pressed : (n,) bool array
+        Points with a normal force.
     """
 
     nodes: IntArray
     by: Array
+    pressed: Mask
 
-    def at(self, nodes: IntArray) -> Array:
-        """Displacement (m, 3) at nodes (m,); zero where it is not known."""
-        out = np.zeros((len(nodes), 3))
+    def at(self, nodes: IntArray) -> tuple[Array, Mask]:
+        """Displacement (m, 3) at nodes (m,) and whether they were pressed; zero and no where it is not known."""
+        out, pressed = np.zeros((len(nodes), 3)), np.zeros(len(nodes), bool)
         known = np.isin(nodes, self.nodes)
         order = np.argsort(self.nodes)
-        out[known] = self.by[order[np.searchsorted(self.nodes, nodes[known], sorter=order)]]
-        return out
+        place = order[np.searchsorted(self.nodes, nodes[known], sorter=order)]
+        out[known], pressed[known] = self.by[place], self.pressed[place]
+        return out, pressed
 
 
 @one_line
@@ -82,7 +86,7 @@ class StepEnd:
         """The same in lists, for a file."""
         return {
             "poses": [[p.rotation.tolist(), p.translation.tolist()] for p in self.poses],
-            "moved": {str(k): [m.nodes.tolist(), m.by.tolist()] for k, m in self.moved.items()},
+            "moved": {str(k): [m.nodes.tolist(), m.by.tolist(), m.pressed.tolist()] for k, m in self.moved.items()},
             "chosen": [c.tolist() for c in self.chosen],
             "forces": self.forces.tolist(),
             "motion": self.motion.tolist(),
@@ -94,8 +98,8 @@ class StepEnd:
         return cls(
             tuple(Pose(np.array(q), np.array(t)) for q, t in given["poses"]),
             {
-                int(k): Moved(np.array(n, dtype=np.int64), np.reshape(m, (-1, 3)))
-                for k, (n, m) in given["moved"].items()
+                int(k): Moved(np.array(n, dtype=np.int64), np.reshape(m, (-1, 3)), np.array(pressed, dtype=bool))
+                for k, (n, m, pressed) in given["moved"].items()
             },
             [np.array(c, dtype=np.int64) for c in given["chosen"]],
             np.array(given["forces"], dtype=float),

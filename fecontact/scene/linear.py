@@ -118,7 +118,10 @@ def solved(
     result = make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds, fields)
     if frictional is None:
         return result
-    moved = {each.place: Moved(each.interface.pairing.nodes, fields[each.place].moved) for each in friction}
+    moved = {
+        each.place: Moved(each.interface.pairing.nodes, fields[each.place].moved, fields[each.place].touching)
+        for each in friction
+    }
     poses = tuple(body.pose for body in model.bodies)
     end = StepEnd(poses, moved, chosen, frictional.forces, frictional.q)
     return replace(result, friction=frictional, step_end=end)
@@ -161,8 +164,8 @@ def tangential_rows(
             rows = TangentialRows(paired, k, contact.friction)
             if past is not None:
                 slave, master = (past.poses[number[id(body)]] for body in (paired.slave, paired.master))
-                moved = past.moved[k].at(paired.pairing.nodes) if k in past.moved else None
-                rows = replace(rows, since=slave.relative_to(master), moved=moved)
+                moved, pressed = past.moved[k].at(paired.pairing.nodes) if k in past.moved else (None, None)
+                rows = replace(rows, since=slave.relative_to(master), moved=moved, pressed=pressed)
             out.append(rows)
     return out
 
