@@ -297,8 +297,13 @@ def _density(material: Material) -> float:
     return 0.0 if material.density is None else material.density
 
 
-def _plate(shape: Shape, corners: Array, divisions: tuple[int, int]) -> tuple[Array, IntArray, Array]:
-    """Vectors of the nodes, elements and their lengths of a rectangular plate from three corners (o, along x, y)."""
+def _plate(
+    shape: Shape, corners: Array, divisions: tuple[int, int], radius: float | None
+) -> tuple[Array, IntArray, Array]:
+    """Vectors of the nodes, elements and their lengths of a rectangular plate from three corners (o, along x, y).
+
+    A plate with a radius is rolled along y round an axis along x, on the side of its normal.
+    """
     o, a, b = (np.asarray(c, dtype=float) for c in corners)
     nx, ny = divisions
     x, y = a - o, b - o
@@ -307,16 +312,30 @@ def _plate(shape: Shape, corners: Array, divisions: tuple[int, int]) -> tuple[Ar
     i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
     nodes = o + i.reshape(-1, 1) / nx * x + j.reshape(-1, 1) / ny * y
     ex, ey = x / np.linalg.norm(x), y / np.linalg.norm(y)
-    axes = [ex, ey, np.cross(ex, ey)][: shape.per_node - 1]
-    vectors = np.stack([nodes, *(np.broadcast_to(e, nodes.shape) for e in axes)], axis=1)
+    ez = np.cross(ex, ey)
+    normals, along = np.broadcast_to(ez, nodes.shape), np.broadcast_to(ey, nodes.shape)
+    if radius is not None:
+        lengths(radius=radius)
+        angle = ((nodes - o) @ ey / radius)[:, None]
+        centre = nodes - ((nodes - o) @ ey)[:, None] * ey + radius * ez
+        normals, along = np.cos(angle) * ez - np.sin(angle) * ey, np.cos(angle) * ey + np.sin(angle) * ez
+        nodes = centre - radius * normals
+    axes = [np.broadcast_to(ex, nodes.shape), along, normals][: shape.per_node - 1]
+    vectors = np.stack([nodes, *axes], axis=1)
     first = (np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)).ravel()
     cells = first[:, None] + np.array([0, ny + 1, ny + 2, 1])
     box = np.tile([np.linalg.norm(x) / nx, np.linalg.norm(y) / ny, 1.0], (len(cells), 1))
     return vectors, cells, box
 
 
-def plate(corners: Sequence[ArrayLike], divisions: tuple[int, int], material: Material, thickness: float) -> Structure:
-    """A thin rectangular plate (Kirchhoff), with two gradients at each node.
+def plate(
+    corners: Sequence[ArrayLike],
+    divisions: tuple[int, int],
+    material: Material,
+    thickness: float,
+    radius: float | None = None,
+) -> Structure:
+    """A thin rectangular plate or cylindrical shell (Kirchhoff), with two gradients at each node.
 
     Parameters
     ----------
@@ -325,6 +344,8 @@ def plate(corners: Sequence[ArrayLike], divisions: tuple[int, int], material: Ma
     divisions : (int, int)
     material : Material
     thickness : float
+    radius : float, optional
+        Of a cylindrical shell: the plate is rolled along y towards its normal, x cross y, and free of stress so.
 
     Examples
     --------
@@ -333,7 +354,7 @@ def plate(corners: Sequence[ArrayLike], divisions: tuple[int, int], material: Ma
     81
     """
     lengths(thickness=thickness)
-    vectors, cells, box = _plate(shapes.PLATE, np.asarray(corners, dtype=float), divisions)
+    vectors, cells, box = _plate(shapes.PLATE, np.asarray(corners, dtype=float), divisions, radius)
     area = box[:, 0] * box[:, 1]
     inside, weights = _rule(4, 4)
     inertia = (inside, _density(material) * thickness * weights, area)
@@ -360,7 +381,7 @@ def thick_plate(
     """
     lengths(thickness=thickness)
     among("approach", approach, ("surface", "continuum"))
-    vectors, cells, box = _plate(shapes.THICK_PLATE, np.asarray(corners, dtype=float), divisions)
+    vectors, cells, box = _plate(shapes.THICK_PLATE, np.asarray(corners, dtype=float), divisions, None)
     box[:, 2] = thickness
     area = box[:, 0] * box[:, 1]
     solid, weights = _rule(4, 4, 2, across=(False, True))
