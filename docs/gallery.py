@@ -16,6 +16,9 @@ PAGE = ROOT / "docs" / "gallery.md"
 IMAGES = ROOT / "docs" / "images" / "gallery"
 #: Examples with their arguments and the pictures shown of each, from the shortest script to the largest scene.
 SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
+    ("coated_rough", (), ("coated_rough",)),
+    ("step_on_plane", (), ("step_on_plane",)),
+    ("own_model", (), ("own_model",)),
     ("block_on_plane", (), ("block_on_plane",)),
     ("two_spheres", (), ("two_spheres",)),
     ("scene_file", (), ()),
@@ -51,8 +54,20 @@ def chapter(name: str, arguments: tuple[str, ...], pictures: tuple[str, ...]) ->
             save_smaller(Path(folder) / "out" / f"{picture}.png", IMAGES / f"{picture}.png")
     called = " ".join([f"examples/{name}.py", *arguments])
     shown = "\n".join(f"![{picture.replace('_', ' ')}](images/gallery/{picture}.png)\n" for picture in pictures)
-    parts = [f"## {title.rstrip('.')}", about, shown.rstrip(), f"[`python {called}`](../examples/{name}.py) prints"]
-    return "\n\n".join(part for part in parts if part) + f"\n\n```text\n{said.strip()}\n```\n"
+    parts = [f"## {title.rstrip('.')}", about, shown.rstrip(), _code(name), _said(called, name, said.strip())]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _code(name: str) -> str:
+    """The script, folded."""
+    inside = f"```{{literalinclude}} ../examples/{name}.py\n:language: python\n```"
+    return f"<details><summary>The code, {name}.py</summary>\n\n{inside}\n\n</details>"
+
+
+def _said(called: str, name: str, said: str) -> str:
+    """What the script prints, folded."""
+    told = f"[`python {called}`](../examples/{name}.py) prints"
+    return f"{told}\n\n<details><summary>its tables</summary>\n\n```text\n{said}\n```\n\n</details>"
 
 
 def save_smaller(source: Path, target: Path) -> None:

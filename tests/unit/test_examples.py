@@ -29,6 +29,30 @@ def test_block_on_plane(tmp_path):
     assert 0 < result.n_active < result.n_candidates  # an edge has lifted
 
 
+def test_coated_rough(tmp_path):
+    contact = load("coated_rough").main(n=64, out=tmp_path)
+    assert abs(contact.force / 100.0 - 1) < 1e-9
+    assert contact.pressure.max() > 1.2 * contact.pressure.sum() / contact.active.sum()  # asperities stand out
+    assert (tmp_path / "coated_rough.png").stat().st_size > 10_000
+
+
+@pytest.mark.usefixtures("gmsh")
+def test_step_on_plane(tmp_path):
+    result = load("step_on_plane").main(size=8.0, out=tmp_path)
+    assert abs(result.contacts[0].total_force / 8000.0 - 1) < 1e-9  # equilibrium
+    # a cone of some 30 degrees to either side of the washer's rim, through the flange of 5 mm
+    assert 100 < result.contacts[0].edge_area < 900
+    assert (tmp_path / "step_on_plane.png").stat().st_size > 10_000
+
+
+def test_own_model(tmp_path):
+    example = load("own_model")
+    result = example.main(n=4, out=tmp_path)
+    assert result.solution.solver == "projected_gauss_seidel"
+    assert result.residuals().worst < 1e-10
+    assert (tmp_path / "own_model.png").stat().st_size > 10_000
+
+
 def test_bricks(tmp_path):
     figures = load("bricks").main(small=True, out=tmp_path)
     # a slender solid differs from the elastica by 1e-3
