@@ -23,7 +23,7 @@ The eight-node brick (`hexahedron`) on any mesh of hexahedra. Coordinates are a 
 Equilibrium is forces(q) = Q; motion is mass q'' + forces(q) = Q. With contact and large deformation:
 
 =============================  =======================================================================================
-`Assembly.of(solids, ..)`      solids with supports and contacts, against rigid bodies or each other
+`Assembly.of(solids, ..)`      solids with supports and contacts, against rigid bodies or each other, and friction
 `equilibrium(stage)`           statics: Newton's method with contact, load steps that adapt
 `move(assembly, until, step)`  dynamics by `GeneralisedAlpha` or `EnergyMomentum`; `save_motion` writes a PVD series
 =============================  =======================================================================================

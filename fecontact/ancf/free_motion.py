@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.common.arrays import Array
@@ -24,17 +23,15 @@ def free_motions(a: Assembly, q: Array) -> Array:
     Returns
     -------
     (n_free, k) array
-        Orthonormal, in the free directions of the assembly.
+        Independent, of about unit length, in the free directions of the assembly.
     """
     out = [np.zeros((a.free.shape[1], 0))]
     for k in _held_by_friction(a):
         rows = slice(a.starts[k], a.starts[k + 1])
         modes, block = _modes(a, q, k), a.free[rows]
-        held = modes - block @ (block.T @ modes)
-        _, singular, V = np.linalg.svd(held, full_matrices=False)
+        _, singular, V = np.linalg.svd(_resisted(a, modes, k), full_matrices=False)
         out.append(block.T @ (modes @ V[singular < FREE].T))
-    loose = np.concatenate(out, axis=1)
-    return scipy.linalg.orth(loose) if loose.shape[1] else loose
+    return np.concatenate(out, axis=1)
 
 
 def _modes(a: Assembly, q: Array, k: int) -> Array:
@@ -51,11 +48,18 @@ def _modes(a: Assembly, q: Array, k: int) -> Array:
 
 
 def _sized(a: Assembly, modes: Array, k: int) -> Array:
-    """Modes (n_dofs, 6) of a solid scaled to one, without those that do not move it."""
-    size = np.linalg.norm(modes / a.lengths[a.starts[k] : a.starts[k + 1], None], axis=0)
+    """Modes (n_dofs, 6) of a solid scaled to unit length, without those that do not move it."""
+    size = np.linalg.norm(a.lengths[a.starts[k] : a.starts[k + 1], None] * modes, axis=0)
     # a straight line does not turn about itself
-    modes = modes[:, size > 1e-12 * size.max()]
-    return np.asarray(modes / np.linalg.norm(modes, axis=0))
+    moving = size > 1e-12 * size.max()
+    return np.asarray(modes[:, moving] / size[moving])
+
+
+def _resisted(a: Assembly, modes: Array, k: int) -> Array:
+    """The part of a solid's modes that supports resist, as lengths."""
+    rows = slice(a.starts[k], a.starts[k + 1])
+    block = a.free[rows]
+    return np.asarray(a.lengths[rows, None] * (modes - block @ (block.T @ modes)))
 
 
 def _held_by_friction(a: Assembly) -> list[int]:
@@ -74,8 +78,8 @@ def check_supports(a: Assembly) -> bool:
     """
     free, rubbing = False, _held_by_friction(a)
     for k, solid in enumerate(a.solids):
-        modes, block = _sized(a, solid.rigid_modes, k), a.free[a.starts[k] : a.starts[k + 1]]
-        loose = int((np.linalg.svd(modes - block @ (block.T @ modes), compute_uv=False) < FREE).sum())
+        modes = _sized(a, solid.rigid_modes, k)
+        loose = int((np.linalg.svd(_resisted(a, modes, k), compute_uv=False) < FREE).sum())
         if loose and k not in rubbing:
             raise InputError(
                 f"Solid {k + 1} is free in {loose} rigid motions; statics needs supports against all six, or friction. "

@@ -39,7 +39,7 @@ from fecontact.solvers.friction_problem import ON_CONE, FrictionProblem, frictio
 
 #: Coordinates up to which a dense solution is faster than a sparse one.
 SMALL = 300
-#: Gradient of the active conditions along a free motion from which they resist it, relative to a unit motion.
+#: Resistance of the active conditions to free motions, relative to the largest, from which it is one.
 RESISTED = 1e-6
 #: Largest difference from the transpose, relative to the largest entry, that is rounding.
 SYMMETRIC = 1e-12
@@ -161,7 +161,8 @@ def _held(
             both = np.tile(sticking, 2)
             rows = sp.csr_matrix(sp.vstack([rows, friction.T[both]]))
             start = np.concatenate([start, friction.slip[both]])
-        if W.shape[1] and np.linalg.matrix_rank(rows @ W, RESISTED) < W.shape[1]:
+        resisted = rows @ W
+        if W.shape[1] and np.linalg.matrix_rank(resisted, RESISTED * np.abs(resisted).max()) < W.shape[1]:
             break
         weight = K.diagonal().max() / rows.power(2).sum(axis=1).max()
         added = sp.csr_matrix(K + weight * (rows.T @ rows))

@@ -79,6 +79,21 @@ def test_it_slides_with_the_right_force(solid):
     assert path.last.friction.dissipated == pytest.approx(mu * normal * 0.02 * slid, rel=1e-3)
 
 
+def test_units_do_not_matter():
+    """The same block in micrometres and other units of force: as many iterations, the same forces."""
+    found = []
+    for length, force in ((1.0, 1.0), (1e6, 1e-4)):
+        mesh = fc.shapes.block((length, length, 0.5 * length), (1, 1, 1), element="hex8")
+        material = fc.Material(E=1e3 * force / length**2, nu=0.3, density=1.0 / length**3)
+        small = AncfSolid(AncfSpace(mesh), material, points=3)
+        a = on_slope(small, 1.05 * math.tan(ANGLE))
+        load = a.gravity(9.81 * force * DOWN)
+        path = equilibrium(lambda level, a=a, load=load: Stage(a, forces=load), steps=1)
+        found.append((path.last.nit, path.last.friction.forces[0] / force))
+    assert found[0][0] == found[1][0]
+    assert found[1][1] == pytest.approx(found[0][1], abs=1e-9)
+
+
 def test_without_friction_a_free_block_is_refused(solid):
     a = on_slope(solid, 0.0)
     with pytest.raises(fc.InputError, match="or friction"):
