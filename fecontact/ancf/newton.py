@@ -126,8 +126,9 @@ def contact_step(
     >>> change.round(12).tolist(), forces.round(12).tolist()
     ([0.5, -0.5], [6.0])
     """
-    if loose is None and order is None and not G.shape[0] and len(r) <= SMALL:
-        return _dense(K, r), np.zeros(0), np.zeros(0)
+    rows = G.shape[0] + (0 if friction is None else friction.T.shape[0])
+    if loose is None and not rows and (order is not None or len(r) <= SMALL):
+        return _plain(K, r, order), np.zeros(0), np.zeros(0)
     pressing = np.zeros(len(gap), bool) if pressing is None else pressing
     try:
         if loose is None:
@@ -175,9 +176,11 @@ def _held(
     raise UnstableError("The tangent stiffness is not positive definite, even with the active contacts.")
 
 
-def _dense(K: sp.csr_matrix, r: Array) -> Array:
-    """K^-1 r of a few coordinates without contact."""
+def _plain(K: sp.csr_matrix, r: Array, order: BandOrder | None) -> Array:
+    """K^-1 r without contact, by a band or of a few coordinates."""
     try:
+        if order is not None:
+            return order.factor(K.data).solve(r[:, None])[:, 0]
         return np.asarray(scipy.linalg.solve(K.toarray(), r, assume_a="pos", check_finite=False))
     except np.linalg.LinAlgError as error:
         raise UnstableError("The tangent stiffness is not positive definite.") from error

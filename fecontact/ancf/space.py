@@ -248,7 +248,9 @@ class AncfSpace:
             dS = np.concatenate([first, slopes], axis=2).reshape(len(cells), N_FUNCTIONS, n_q, 3).swapaxes(1, 2)
             J = np.einsum("cai,cqaj->cqij", self._cell_q0[cells], dS, optimize=True)
             inverse, det = inverse_3x3(J)
-            yield GradientBatch(cells, self.functions[cells], self.values(cells, N), dS @ inverse, det * W)
+            # functions last in memory, as all products with the gradients want them
+            gradients = np.ascontiguousarray((dS @ inverse).swapaxes(2, 3)).swapaxes(2, 3)
+            yield GradientBatch(cells, self.functions[cells], self.values(cells, N), gradients, det * W)
 
     def points_at(self, q: Array, cells: IntArray, X: Array) -> Array:
         """Positions (n, 3) of material points, given by cell (n,) and reference coordinates (n, 3)."""
@@ -376,6 +378,6 @@ def _refuse_outside(points: Array, found: IntArray) -> None:
 def deformation_gradients(e: Array, batch: GradientBatch) -> Array:
     """F = dr/dX (n_cells, n_q, 3, 3) of coordinates e (n_cell_functions, 3)."""
     n, n_q, n_functions, _ = batch.gradients.shape
-    G = batch.gradients.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q)
-    F = np.swapaxes(e[batch.functions], 1, 2) @ G
+    G = batch.gradients.swapaxes(2, 3).reshape(n, 3 * n_q, n_functions)
+    F = np.swapaxes(e[batch.functions], 1, 2) @ np.swapaxes(G, 1, 2)
     return np.ascontiguousarray(F.reshape(n, 3, n_q, 3).swapaxes(1, 2))

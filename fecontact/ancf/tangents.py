@@ -19,10 +19,9 @@ PAIR_OF = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 @dataclass(frozen=True, eq=False)
 class _Sum:
-    """Summation of the blocks of a batch of cells: their order, first index of each run, and its position."""
+    """Summation of the entries of a batch of cells: its matrix, and the places of the sums in the pattern."""
 
-    order: IntArray
-    first: IntArray
+    matrix: sp.csr_matrix
     place: IntArray
 
 
@@ -56,10 +55,12 @@ class Pattern:
         distinct = np.sort(np.concatenate(keys))
         distinct = distinct[np.concatenate([[True], distinct[1:] != distinct[:-1]])]
         rows, columns = np.divmod(distinct, n)
-        sums = [
-            _Sum(order.astype(np.int32), first, np.searchsorted(distinct, k))
-            for order, first, k in zip(orders, firsts, keys, strict=True)
-        ]
+        ones, sums = np.ones(max(map(len, orders))), []  # the same for all batches
+        for order, first, k in zip(orders, firsts, keys, strict=True):
+            pointer = np.append(first, len(order)).astype(np.int32)
+            entries = ones[: len(order)], order.astype(np.int32), pointer
+            S = sp.csr_matrix(entries, shape=(len(first), len(order)), copy=False)
+            sums.append(_Sum(S, np.searchsorted(distinct, k)))
         return np.searchsorted(rows, np.arange(n + 1)), columns, sums
 
     @cached_property
@@ -83,8 +84,7 @@ class Pattern:
     def add(self, data: Array, batch: int, blocks: Array) -> None:
         """Add the entries (n_cells, 32, 32, ...) of a batch, by number."""
         how = self.pairs[2][batch]
-        flat = blocks.reshape(-1, *data.shape[1:])
-        data[how.place] += np.add.reduceat(flat[how.order], how.first, axis=0)
+        data[how.place] += how.matrix @ blocks.reshape(-1, *data.shape[1:])
 
     def scalar(self, data: Array) -> sp.csr_matrix:
         """Matrix (n_functions, n_functions) of one entry per pair."""
@@ -105,21 +105,24 @@ class Pattern:
 def element_tangents(F: Array, response: Response, batch: GradientBatch) -> Array:
     """Tangents (n_cells, 32 a, 32 b, 6) of cells, for the pairs (i, j) of `PAIRS`: K_ab^ji = K_ba^ij."""
     n, n_q, n_functions, _ = batch.gradients.shape
-    A = (_by_moduli if response.moduli is not None else _by_tangent)(F, response)
+    A = (_by_moduli if response.moduli is not None else _by_tangent)(F, response, batch.dV)
+    stress = response.stress * batch.dV[..., None, None]
     for k in (0, 3, 5):
-        A[:, :, :, k, :] += response.stress
-    A *= batch.dV[:, :, None, None, None]
-    G = batch.gradients
-    Y = A.reshape(n, n_q, 18, 3) @ np.swapaxes(G, 2, 3)  # (J, ij), b
-    K = G.swapaxes(1, 2).reshape(n, n_functions, 3 * n_q) @ Y.reshape(n, 3 * n_q, 6 * n_functions)
+        A[:, :, :, k, :] += stress
+    G = np.swapaxes(batch.gradients, 2, 3)
+    Y = A.reshape(n, n_q, 18, 3) @ G  # (J, ij), b
+    K = np.swapaxes(G.reshape(n, 3 * n_q, n_functions), 1, 2) @ Y.reshape(n, 3 * n_q, 6 * n_functions)
     return np.ascontiguousarray(K.reshape(n, n_functions, 6, n_functions).swapaxes(2, 3))
 
 
-def _by_moduli(F: Array, response: Response) -> Array:
-    """F_iM D_MJNL F_jN (n, n_q, 3 J, 6 ij, 3 L): a (FX)_iJ (FX)_jL + b ((F X F^T)_ij X_JL + (FX)_iL (FX)_jJ)."""
+def _by_moduli(F: Array, response: Response, dV: Array) -> Array:
+    """The weighted F_iM D_MJNL F_jN (n, n_q, 3 J, 6 ij, 3 L).
+
+    a (FX)_iJ (FX)_jL + b ((F X F^T)_ij X_JL + (FX)_iL (FX)_jJ)
+    """
     assert response.moduli is not None
     a, b, X = response.moduli
-    a, b = (np.broadcast_to(c, F.shape[:2])[..., None, None, None] for c in (a, b))
+    a, b = ((c * dV)[..., None, None, None] for c in (a, b))
     Y = F @ X
     one, other = Y[:, :, PAIRS[0]], Y[:, :, PAIRS[1]]
     # J first, then L; the pair between them
@@ -130,8 +133,8 @@ def _by_moduli(F: Array, response: Response) -> Array:
     return A
 
 
-def _by_tangent(F: Array, response: Response) -> Array:
+def _by_tangent(F: Array, response: Response, dV: Array) -> Array:
     """The same from a whole dS/dE."""
     assert response.tangent is not None
     A = np.einsum("eqiM,eqMJNL,eqjN->eqJijL", F, response.tangent, F, optimize=True)
-    return A[:, :, :, PAIRS[0], PAIRS[1]]
+    return A[:, :, :, PAIRS[0], PAIRS[1]] * dV[:, :, None, None, None]
