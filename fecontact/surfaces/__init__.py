@@ -1,4 +1,4 @@
-"""Surfaces for projection: faces of bodies, rigid shapes, height maps, rough and measured surfaces."""
+"""Surfaces for projection: faces of bodies, rigid shapes, height maps, rough and measured surfaces; solids in them."""
 
 from fecontact.surfaces.rigid.heightmap import FunctionSurface, HeightMap
 from fecontact.surfaces.rigid.rough import RoughSurface, detrend, self_affine
