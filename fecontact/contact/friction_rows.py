@@ -90,20 +90,62 @@ class TangentialRows(UnilateralConstraints):
             by = by + self._moved_by_poses(self.since)
         return np.einsum("kni,ni->kn", self.tangents, by @ self.interface.master.pose.rotation.T).ravel()
 
-    def _moved_by_poses(self, since: Pose) -> Array:
-        """Motion (n, 3) of the points by the poses since the last step, or since they touch, in the master's axes."""
+    @cached_property
+    def _paths(self) -> Array | None:
+        """Positions (k, n, 3) of the points during the step, in the master's axes; None where no pose has changed."""
         pairing = self.interface.pairing
         now = Pose(pairing.rotation, pairing.translation)
-        centres = pairing.average @ (pairing.slave_weights @ self.interface.slave_nodes)
-        whole = centres @ (now.rotation - since.rotation).T + now.translation - since.translation
-        if not whole.any():
-            return np.asarray(whole)
-        paths = screw_paths(centres, since, now)
+        if self.since is None or not self._shifts(self.since).any():
+            return None
+        return screw_paths(self._centres, self.since, now)
+
+    @cached_property
+    def _centres(self) -> Array:
+        """The points (n, 3) in the slave's axes."""
+        pairing = self.interface.pairing
+        return np.asarray(pairing.average @ (pairing.slave_weights @ self.interface.slave_nodes))
+
+    def _shifts(self, since: Pose) -> Array:
+        """Motion (n, 3) of the points by the poses since the last step, in the master's axes."""
+        pairing = self.interface.pairing
+        turned, shifted = pairing.rotation - since.rotation, pairing.translation - since.translation
+        return np.asarray(self._centres @ turned.T + shifted)
+
+    def _moved_by_poses(self, since: Pose) -> Array:
+        """The same, of points that were open since they touch."""
+        shifts = self._shifts(since)
+        if self._paths is None:
+            return shifts
         normals = self.normals @ self.interface.master.pose.rotation
         before = 0.0 if self.moved is None else np.einsum("ni,ni->n", self.moved, normals)
-        pressed = np.zeros(self.n_points, bool) if self.pressed is None else self.pressed
-        touching = touching_points(paths, self.interface.gap + before, normals, pressed)
-        return np.asarray(whole - (touching - paths[0]))
+        touching = touching_points(self._paths, self.interface.gap + before, normals, self._pressed)
+        return np.asarray(shifts - (touching - self._paths[0]))
+
+    @property
+    def _pressed(self) -> Mask:
+        return np.zeros(self.n_points, bool) if self.pressed is None else self.pressed
+
+    def detour(self, touching: Mask, least: float) -> float:
+        """Largest excess of the path of a point over its slip, the chord in its tangent plane; relative to the longest.
+
+        Parameters
+        ----------
+        touching : (n,) bool array
+            Points that touch now; those that did at the last step, too, are judged.
+        least : float
+            Length such as the largest displacement. Paths out of the tangent plane, as round a bore, count by what they
+            exceed it: rolling points come and go by as much.
+        """
+        kept = self._pressed & touching
+        if self._paths is None or not kept.any():
+            return 0.0
+        normals = (self.normals @ self.interface.master.pose.rotation)[kept]
+        steps = np.diff(self._paths[:, kept], axis=0)
+        along = steps - np.einsum("kni,ni->kn", steps, normals)[..., None] * normals
+        chord = np.linalg.norm(along.sum(axis=0), axis=1)
+        lengths, planar = (np.linalg.norm(each, axis=2).sum(axis=0) for each in (steps, along))
+        excess = max(float((planar - chord).max()), float((lengths - chord).max()) - least)
+        return excess / max(float(lengths.max()), least)
 
     def displaced(self, slip: Array, opening: Array) -> Array:
         """Displacement (n, 3) of the slave against the master in the master's axes, without that of the poses.

@@ -38,6 +38,8 @@ class FrictionFields:
         the poses; the next load step counts slip from it.
     resultants : (n, 3) array
         As `forces`; of a body of revolution, sums over rings.
+    detour : float
+        Largest share by which a point's path during the step exceeds the chord, which its slip is.
     """
 
     mu: float
@@ -48,6 +50,7 @@ class FrictionFields:
     sliding: Mask
     moved: Array = field(repr=False)
     resultants: Array = field(repr=False)
+    detour: float = 0.0
 
     @property
     def traction(self) -> Array:
@@ -130,5 +133,6 @@ def friction_fields(
             sliding=sliding,
             moved=each.displaced(moved, state.gaps[each.place] - each.interface.gap),
             resultants=forces if extent is None else extent.mean(forces),
+            detour=each.detour(touching, state.scale),
         )
     return out

@@ -29,6 +29,7 @@ from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd
+from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import KEYED, CarriedScene
@@ -42,6 +43,12 @@ from fecontact.solvers import TOLERANCE
 
 #: Halvings of a step that has no certified solution.
 HALVINGS = 5
+#: Excess of the path of a point over its chord from which a step is cut: a turn on the spot by 0.22 rad.
+CURVED = 2e-3
+#: Change of a prescribed rotation (radians) from which a step is cut at once: poses do not tell whole turns.
+LARGEST_TURN = 3.0
+#: Advice where even the parts of a cut step turn too far.
+SMALLER = "Give smaller load steps."
 
 
 @one_line
@@ -350,10 +357,15 @@ def _solved_step(
     past = None if before is None or before.step_end is None else replace(before.step_end, forces=np.zeros(0))
     poses = () if past is None else carried_poses(way.model, given, step, past.poses)
     try:
+        if way.finite_motion and _largest_turn(given, step) > LARGEST_TURN:
+            raise SolverError(f"A body turns by more than {LARGEST_TURN:g} rad. {SMALLER}")
         found = way.solved(step, past, poses)
         if before is not None and _coupling(found) != _coupling(before):
             # loads may suggest another coupling, whose points have no past
             found = way.coupled_as(before).solved(step, past, poses)
+        detour = max((c.friction.detour for c in found.contacts if c.friction is not None), default=0.0)
+        if detour > CURVED:
+            raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
     except SolverError as error:
         if isinstance(error, SupportError) or depth == HALVINGS:
             raise
@@ -365,6 +377,16 @@ def _solved_step(
         for part in _solved_step(way, start, end, before, depth + 1):
             before = part
             yield part
+
+
+def _largest_turn(given: Mapping[str, Any], step: Mapping[str, Any]) -> float:
+    """Largest change (radians) of a prescribed rotation vector from one step to the next."""
+    one, other = (loads.get("motions") or {} for loads in (given, step))
+    turns = [
+        np.linalg.norm([other.get(b, {}).get(c, 0.0) - one.get(b, {}).get(c, 0.0) for c in COMPONENTS[3:]])
+        for b in {**one, **other}
+    ]
+    return float(max(turns, default=0.0))
 
 
 def _coupling(result: ContactResult) -> list[tuple[str, str]]:

@@ -63,3 +63,23 @@ def test_rolling_by_many_widths_is_no_slip(n_steps: int) -> None:
     assert max(shares[:-1]) < 0.2
     assert abs(shares[-1] - 1) < 1e-3  # normals of the contact lean by up to its half width over the radius
     assert rolled.dissipated[1:].max() < 2e-3 * slid.dissipated[1:].max()
+
+
+@pytest.mark.parametrize(("turn", "cuts"), [(0.2, 1), (2 * np.pi, 32), (13.0, None)])
+def test_spins_on_the_spot_are_cut(turn: float, cuts: int | None) -> None:
+    """A block pressed on a floor and turned: the work of friction is its torque times the turn, of whole turns, too."""
+    block = fc.ElasticBody(
+        fc.shapes.block((1.0, 1.0, 0.5), (1, 1, 1)).translated((-0.5, -0.5, 0.0)), fc.Material(E=1.0, nu=0.0), "bottom",
+        {"top": "xyz"}, name="block",
+    )  # fmt: skip
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor, friction=0.3)])
+    steps = [{"motions": {block: {"z": -0.01, "rz": a}}} for a in (0.0, 0.5, 0.5 + turn)]
+    if cuts is None:
+        with pytest.raises(fc.SolverError, match="Give smaller load steps"):
+            scene.solve_path(steps, finite_motion=True)
+        return
+    path = scene.solve_path(steps, finite_motion=True)
+    assert path.cuts[2] == cuts
+    torque = abs(path[2].reaction(block)[5])
+    assert abs(path.dissipated[2, 0] / (torque * turn) - 1) < 0.01
