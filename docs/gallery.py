@@ -29,6 +29,7 @@ SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     ("knee", (), ("knee_0", "knee_60")),
     ("knee", ("menisci",), ("knee_0_menisci",)),
     ("hip_joint", (), ("hip_joint_cartilage",)),
+    ("gait", (), ("gait/0002", "gait/0014")),
     ("hip_stem", (), ("hip_stem_pressure", "hip_stem_stress")),
     ("patella", (), ("patella", "patella_stress")),
     ("half_space", (), ("half_space",)),

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from fecontact import surfaces
     from fecontact.analytic import hertz
     from fecontact.ancf.body import AncfBody
+    from fecontact.app.joint.joint import Joint
+    from fecontact.app.joint.knee_angles import GroodSuntay
+    from fecontact.app.joint.motion_file import read_motion
     from fecontact.app.scene_file.scene_file import read_scene
     from fecontact.bodies import (
         AssembledBody,
@@ -79,9 +82,11 @@ __all__ = [
     "FecontactError",
     "FrictionContact",
     "FrictionPath",
+    "GroodSuntay",
     "HalfSpace",
     "HalfSpaceContact",
     "InputError",
+    "Joint",
     "Layer",
     "LocalBody",
     "Material",
@@ -109,6 +114,7 @@ __all__ = [
     "mesh_solid",
     "pick",
     "read_mesh",
+    "read_motion",
     "read_scene",
     "read_section",
     "read_surface",
@@ -134,9 +140,11 @@ _PLACES = {
     "FecontactError": "fecontact.common.errors:FecontactError",
     "FrictionContact": "fecontact.bodies:FrictionContact",
     "FrictionPath": "fecontact.bodies:FrictionPath",
+    "GroodSuntay": "fecontact.app.joint.knee_angles:GroodSuntay",
     "HalfSpace": "fecontact.bodies:HalfSpace",
     "HalfSpaceContact": "fecontact.bodies:HalfSpaceContact",
     "InputError": "fecontact.common.errors:InputError",
+    "Joint": "fecontact.app.joint.joint:Joint",
     "Layer": "fecontact.bodies:Layer",
     "LocalBody": "fecontact.bodies:LocalBody",
     "WindowedBody": "fecontact.bodies:WindowedBody",
@@ -164,6 +172,7 @@ _PLACES = {
     "mesh_solid": "fecontact.surfaces.solid:mesh_solid",
     "pick": "fecontact.mesh.pick",
     "read_mesh": "fecontact.mesh.read:read_mesh",
+    "read_motion": "fecontact.app.joint.motion_file:read_motion",
     "read_scene": "fecontact.app.scene_file.scene_file:read_scene",
     "read_section": "fecontact.mesh.read_section:read_section",
     "read_surface": "fecontact.mesh.read_surface:read_surface",

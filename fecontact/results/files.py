@@ -23,6 +23,9 @@ from fecontact.results.solved_scene import SolvedScene
 from fecontact.results.window_patches import on_window, window_patches
 from fecontact.surfaces.facet_surface import with_nodes
 
+#: Suffixes of a result's files.
+WRITERS = (".vtu", ".json", ".csv")
+
 
 def save_result(result: SolvedScene, path: str | Path, summary: Callable[[], dict[str, Any]]) -> Path:
     """Write a result; the suffix decides.
@@ -32,12 +35,12 @@ def save_result(result: SolvedScene, path: str | Path, summary: Callable[[], dic
     InputError
         If the suffix is unknown or the path cannot be written.
     """
-    writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, summary()), ".csv": save_csv}
     path = file_path("the path of a result", path)
     suffix = path.suffix.lower()
-    if suffix not in writers:
-        raise InputError(f"Unknown file type {suffix!r} for a result; expected one of {', '.join(writers)}.")
+    if suffix not in WRITERS:
+        raise InputError(f"Unknown file type {suffix!r} for a result; expected one of {', '.join(WRITERS)}.")
     check_writable(path)
+    writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, summary()), ".csv": save_csv}
     return writers[suffix](result, path)
 
 

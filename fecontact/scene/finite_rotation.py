@@ -92,7 +92,9 @@ def solve_finite(
     )
 
 
-def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch) -> ContactResult:
+def follow(
+    result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch, history: SearchHistory | None = None
+) -> ContactResult:
     """The result of small motions, or one with updated poses where the error of linearised motions is too large.
 
     If the motions do not converge, the best of the results, with a warning.
@@ -105,11 +107,13 @@ def follow(result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch
         Arguments of `Scene.solve` of that result.
     timer : Stopwatch
         Timer of the result, also used for further steps.
+    history : SearchHistory, optional
+        After that result: what it has needed is predicted for the further steps.
     """
     best, least = _judged(result)
     if least <= BEARABLE:
         return best
-    path = _Path(result.scene, arguments, timer)
+    path = _Path(result.scene, arguments, timer, history=history)
     path.begin(best)
     return _followed(path, best, least)
 
@@ -238,10 +242,17 @@ class _Path:
     depth = 5
 
     def __init__(
-        self, scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch, past: StepEnd | None = None
+        self,
+        scene: SceneModel,
+        arguments: Mapping[str, Any],
+        timer: Stopwatch,
+        past: StepEnd | None = None,
+        history: SearchHistory | None = None,
     ) -> None:
         motions = arguments.get("motions") or {}
-        self._scene, self._guide, self._watch = scene, SearchHistory(), timer
+        self._scene, self._watch = scene, timer
+        self._guide = SearchHistory(() if history is None else history.search_radii)
+        self._guide.settle()  # the poses are moved by the predicted motion
         # the unloaded state of bodies with friction is that of the poses given
         self._past = past or (StepEnd(tuple(b.pose for b in scene.bodies)) if scene.has_friction else None)
         self._start = [_prescribed(body, motions) for body in scene.bodies]

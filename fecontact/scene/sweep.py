@@ -33,7 +33,7 @@ from fecontact.scene.local_search import SearchHistory
 from fecontact.scene.search_radius import near_nodes
 from fecontact.scene.sending import packed_case, packed_scene, solved_there
 from fecontact.scene.settings import renamed
-from fecontact.scene.sweep_case import Case, Posed, fingerprints, finished, naming, summary_of
+from fecontact.scene.sweep_case import Case, Posed, files_of, fingerprints, finished, naming, summary_of
 from fecontact.scene.workers import FreshInterpreters
 
 
@@ -54,8 +54,9 @@ def run_sweep(
     ----------
     scene : SceneModel
     cases : sequence of mappings
-        Arguments of `Scene.solve`, and optionally ``name`` (default: a number) and ``poses``, a mapping of Body to
-        Pose.
+        Arguments of `Scene.solve`, and optionally ``name`` (default: a number), ``poses``, a mapping of Body to Pose,
+        and ``save``, one or several files for the result: those of `ContactResult.save`, or a picture of the pressure
+        (.png, .pdf, .svg). They are written where and when the case is solved.
     path : str or Path, optional
         File of JSON lines, one per case, written as cases are done. Cases already in it are not solved again, so that
         an interrupted sweep is resumed. Every row has a fingerprint of its model, case and settings; a row of the same
@@ -124,6 +125,7 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
     posed, loadings = {}, {}
     for name, case in left.items():
         with naming(name):
+            files_of(case)
             posed[name] = Posed.of(scene, case)
             loadings[name] = posed[name].loading()
     lead = max(left, key=lambda name: loadings[name].magnitude)

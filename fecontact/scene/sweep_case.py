@@ -10,7 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import items
+from fecontact.common.checks import among
 from fecontact.common.errors import FecontactError, InputError
+from fecontact.common.files import check_writable
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import read_rows
 from fecontact.common.one_line import one_line
@@ -18,6 +21,8 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
+from fecontact.results.files import WRITERS
+from fecontact.results.result import ContactResult
 from fecontact.scene.carried import KEYED
 from fecontact.scene.finite_rotation import follow
 from fecontact.scene.local_search import SearchHistory, solve_local_case
@@ -53,7 +58,7 @@ class Posed:
     def of(cls, scene: SceneModel, case: Case) -> Posed:
         """The posed scene of a case."""
         now = posed_scene(scene, case.get("poses"))
-        return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in ("name", "poses")}))
+        return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in ("name", "poses", "save")}))
 
     def loading(self) -> Loading:
         """Its loads, sorted and checked, and its settings checked with them."""
@@ -63,22 +68,52 @@ class Posed:
         return make_loading(self.scene.bodies, **{k: self.arguments.get(k) for k in (*KEYED, "gravity")})
 
 
+#: Suffixes of pictures among the files of a case.
+PICTURES = (".png", ".pdf", ".svg")
+
+
+def files_of(case: Case) -> list[Path]:
+    """Files that a case is to write.
+
+    Raises
+    ------
+    InputError
+        If one of them cannot be written, or has an unknown suffix.
+    """
+    given = case.get("save") or ()
+    paths = [given] if isinstance(given, str | Path) else items("the files of a case", given, "paths")
+    files = [check_writable(path) for path in paths]
+    for path in files:
+        among("the suffix of a case's file", path.suffix.lower(), (*WRITERS, *PICTURES))
+    return files
+
+
 def summary_of(scene: SceneModel, case: Case, history: SearchHistory) -> dict[str, Any]:
-    """`ContactResult.summary` of a case, with local search by default."""
+    """`ContactResult.summary` of a case, with local search by default; writes its files."""
+    result = _solved(scene, case, history)
+    for path in files_of(case):
+        if path.suffix.lower() in PICTURES:
+            result.plot("pressure", path)
+        else:
+            result.save(path)
+    return result.summary()
+
+
+def _solved(scene: SceneModel, case: Case, history: SearchHistory) -> ContactResult:
     posed = Posed.of(scene, case)
     arguments = {"search": "local", **posed.arguments}
     finite = arguments.get("finite_motion", "auto")
     apart = arguments["search"] == "global" or finite is True or arguments.get("accuracy") is not None
     if apart or has_open_windows(posed.scene):
-        return solve_scene(posed.scene, **arguments).summary()
+        return solve_scene(posed.scene, **arguments)
     if scene.has_friction:
         refuse_with_friction(scene, arguments.get("solver", "auto"))
     small = {k: v for k, v in arguments.items() if k not in _OTHER}
     timer = Stopwatch()
     result = solve_local_case(posed.scene, small, history, timer)
     if finite == "auto" and not scene.has_friction:
-        result = follow(result, {**small, "search": "local"}, timer)
-    return check_rest(result).summary()
+        result = follow(result, {**small, "search": "local"}, timer, history)
+    return check_rest(result)
 
 
 @contextmanager
@@ -106,7 +141,7 @@ def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict
     out = {}
     for name, case in cases.items():
         try:
-            given = {k: fingerprint(numbered(v, bodies)) for k, v in case.items() if k != "name"}
+            given = {k: fingerprint(numbered(v, bodies)) for k, v in case.items() if k not in ("name", "save")}
         except RecursionError:
             raise InputError(f"Case {name!r} has a list or mapping that holds itself; give plain values.") from None
         said = {k: v for k, v in given.items() if v not in nothing and v != fingerprint(usual.get(k))}

@@ -184,6 +184,25 @@ def test_hip_joint(tmp_path):
     assert rows[0]["peak"] < rows[1]["peak"]
 
 
+def test_gait(tmp_path):
+    example = load("gait")
+    table = example.main(n=5, poses=2, out=tmp_path)
+    _, _, forces = example.gait(2)
+    assert np.allclose(table.column("force_z"), -forces[:, 2], rtol=1e-8)
+    # strained by a fifth or more, and said so
+    assert (table.column("max_pressure") > 0.5).all()
+    assert (tmp_path / "gait" / "0001.png").stat().st_size > 2000
+    # resumed from the file of rows: the same table
+    assert str(example.main(n=5, poses=2, out=tmp_path)) == str(table)
+    # what poses predict for each other, and for their own further steps, changes the time and not the result
+    joint = fc.Joint(example.condyle(5), example.plateau(5), example.THICKNESS, example.CARTILAGE)
+    _, (_, pose), (_, force) = example.gait(2)
+    femur, tibia = joint.bodies
+    here = femur.placed(pose.translation, pose.rotation)
+    alone = fc.Scene([here, tibia], [fc.Contact(here, tibia)]).solve({here: force}, free={here: "x y"})
+    assert abs(alone.contacts[0].max_pressure / table.column("max_pressure")[1] - 1) < 1e-6
+
+
 def test_hip_stem(tmp_path):
     example = load("hip_stem")
     figures = example.main(sectors=8, n=2, out=tmp_path)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
@@ -64,8 +65,8 @@ def draw_field(
     drawn = axes.tripcolor(
         Triangulation(xy[:, 0], xy[:, 1], triangles), shades, shading="gouraud", cmap=COLOURS[what], **limits
     )
-    for side in _facet_sides(contact, projection, shown):
-        axes.plot(*side.T, color="0.4", linewidth=0.3, alpha=0.6)
+    sides = list(_facet_sides(contact, projection, shown))
+    axes.add_collection(LineCollection(sides, colors="0.4", linewidths=0.3, alpha=0.6), autolim=False)
     labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
     label = names.after(labels[what], "length" if what == "gap" else "stress")
     axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if cut_off else "neither")

@@ -277,3 +277,21 @@ def test_rows_of_a_sweep_of_flexion_are_those_of_whole_surfaces_solved_alone():
         for name in ("area", "max_pressure", "mean_pressure"):
             assert abs(part[name] / whole[name] - 1) < 1e-9
         assert row["n_active"] == alone.n_active
+
+
+def test_cases_write_their_files_and_those_that_cannot_are_refused_before_any_is_solved(tmp_path):
+    plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball")
+    scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
+    loads = {"forces": {ball: (0, 0, -20.0)}}
+    rows = tmp_path / "rows.jsonl"
+    for wrong, told in (("a.txt", "suffix"), ("none/a.csv", "does not exist")):
+        with pytest.raises(fc.InputError, match=f"Case '1'.*{told}"):
+            scene.sweep([loads, {**loads, "save": tmp_path / wrong}], rows)
+    assert not rows.exists()
+    (row,) = scene.sweep([{**loads, "save": [tmp_path / "a.csv", tmp_path / "a.png"]}], rows)
+    assert (tmp_path / "a.png").stat().st_size > 2000
+    points = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True)
+    assert abs(abs(points["force"] @ points["nz"]) - 20.0) < 1e-9
+    # files are no part of the case: the row is taken as it is
+    assert scene.sweep([{**loads, "save": str(tmp_path / "b.csv")}], rows) == [row]
+    assert not (tmp_path / "b.csv").exists()

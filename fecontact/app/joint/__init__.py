@@ -1,0 +1,1 @@
+"""Joints: two layers of cartilage on bones along a path of poses."""
