@@ -18,9 +18,9 @@ from fecontact.common.units import Units
 #: Columns of the printed table: name, kind of unit, format.
 _PRINTED = (
     ("time", "", ".4g"),
-    ("force_x", "force", ".1f"),
-    ("force_y", "force", ".1f"),
-    ("force_z", "force", ".1f"),
+    ("force_x", "force", "z.1f"),
+    ("force_y", "force", "z.1f"),
+    ("force_z", "force", "z.1f"),
     ("area", "area", ".4g"),
     ("max_pressure", "stress", ".4g"),
     ("mean_pressure", "stress", ".4g"),
