@@ -55,7 +55,7 @@ def run_sweep(
     scene : SceneModel
     cases : sequence of mappings
         Arguments of `Scene.solve`, and optionally ``name`` (default: a number), ``poses``, a mapping of Body to Pose,
-        and ``save``, one or several files for the result: those of `ContactResult.save`, or a picture of the pressure
+        and ``save``, a list of files for the result: those of `ContactResult.save`, or a picture of the pressure
         (.png, .pdf, .svg). They are written where and when the case is solved.
     path : str or Path, optional
         File of JSON lines, one per case, written as cases are done. Cases already in it are not solved again, so that

@@ -80,9 +80,7 @@ def files_of(case: Case) -> list[Path]:
     InputError
         If one of them cannot be written, or has an unknown suffix.
     """
-    given = case.get("save") or ()
-    paths = [given] if isinstance(given, str | Path) else items("the files of a case", given, "paths")
-    files = [check_writable(path) for path in paths]
+    files = [check_writable(path) for path in items("the files of a case", case.get("save") or (), "paths")]
     for path in files:
         among("the suffix of a case's file", path.suffix.lower(), (*WRITERS, *PICTURES))
     return files

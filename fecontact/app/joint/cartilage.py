@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody
@@ -37,8 +39,9 @@ def cartilage_body(
         Elements through the thickness.
     name : str
     """
-    given = thickness_between(bone, thickness) if isinstance(thickness, SurfaceMesh) else thickness
-    mesh = extrude(bone, given, layers)
+    if getattr(thickness, "facets", None) is not None:
+        thickness = thickness_between(bone, cast(SurfaceMesh, thickness))
+    mesh = extrude(bone, cast(Thickness, thickness), layers)
     return ElasticBody(mesh, material, contact="top", supports={"base": "xyz"}, name=name)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -173,10 +173,10 @@ def _both(given: Any) -> tuple[Any, Any]:
 
 def _pose(k: int, given: Pose | ArrayLike) -> Pose:
     """A pose, or a matrix (4, 4) as one."""
-    if isinstance(given, Pose):
-        return given
     matrix = array_of(given)
-    if matrix is None or matrix.shape != (4, 4) or not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
+    if matrix is None:
+        return instance(f"pose {k}, where it is no matrix (4, 4),", cast(Pose, given), Pose)
+    if matrix.shape != (4, 4) or not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
         raise InputError(
             f"Pose {k} must be a fecontact.Pose or a matrix (4, 4) whose last row is 0 0 0 1; found {shown(given)}."
         )

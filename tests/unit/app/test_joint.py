@@ -219,6 +219,7 @@ def test_without_forces_the_bone_stays_where_it_is(joint):
     [
         ({"poses": []}, "at least one pose"),
         ({"poses": [np.eye(3)]}, r"Pose 0 must be .* matrix \(4, 4\)"),
+        ({"poses": ["up"]}, "Pose 0"),
         ({"poses": [2 * np.eye(4)]}, "last row is 0 0 0 1"),
         ({"forces": [[0, 0, 1], [0, 0, 1]]}, "one vector"),
         ({"moments": "up"}, "array of numbers"),

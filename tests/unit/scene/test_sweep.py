@@ -286,12 +286,12 @@ def test_cases_write_their_files_and_those_that_cannot_are_refused_before_any_is
     rows = tmp_path / "rows.jsonl"
     for wrong, told in (("a.txt", "suffix"), ("none/a.csv", "does not exist")):
         with pytest.raises(fc.InputError, match=f"Case '1'.*{told}"):
-            scene.sweep([loads, {**loads, "save": tmp_path / wrong}], rows)
+            scene.sweep([loads, {**loads, "save": [tmp_path / wrong]}], rows)
     assert not rows.exists()
     (row,) = scene.sweep([{**loads, "save": [tmp_path / "a.csv", tmp_path / "a.png"]}], rows)
     assert (tmp_path / "a.png").stat().st_size > 2000
     points = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True)
     assert abs(abs(points["force"] @ points["nz"]) - 20.0) < 1e-9
     # files are no part of the case: the row is taken as it is
-    assert scene.sweep([{**loads, "save": str(tmp_path / "b.csv")}], rows) == [row]
+    assert scene.sweep([{**loads, "save": [str(tmp_path / "b.csv")]}], rows) == [row]
     assert not (tmp_path / "b.csv").exists()
