@@ -25,6 +25,9 @@ from fecontact.results.resultants import Region, part_of, region_numbers, sides_
 from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
+#: Faces across a contact from which on its edge is located within them.
+FACES_ACROSS = 2.0
+
 
 @one_line
 @dataclass(frozen=True, eq=False)
@@ -225,8 +228,11 @@ class ContactFields:
     def edge_area(self) -> float:
         """Area with the edge located within the faces, that of `outline`.
 
-        More accurate than `area`, the sum of whole points.
+        More accurate than `area`, the sum of whole points; that it is where fewer than `FACES_ACROSS` faces lie across
+        the contact, on which no edge is located.
         """
+        if not self.error_estimate.faces_across >= FACES_ACROSS:
+            return self.area
         return self.outline.area
 
     @cached_property

@@ -21,12 +21,13 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
         f"{result.rounds} round(s)"
     )
     lines += [f"  compliance of {name} by {how}" for name, how in result.condensation.items()]
+    square = units.behind("length", "²")
     for c in result.contacts:
         lines += [
             f"{c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]} ({c.note})",
             f"  force on {c.slave.name:<12} {_numbers(c.force)}{units.behind('force')}",
             f"  moment                {_numbers(c.moment)}{units.behind('moment')}",
-            f"  area                  {_area(c):>13.6g}{units.behind('length', '²')}   in {len(c.regions)} region(s)",
+            f"  area                  {c.edge_area:>13.6g}{square}   in {len(c.regions)} region(s)",
             f"  pressure max, mean    {c.max_pressure:>13.6g} {_mean(c):>13.6g}{units.behind('stress')}",
         ]
         if c.active.any():
@@ -36,7 +37,7 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
             f = c.friction
             lines += [
                 f"  friction, mu {f.mu:<9g} {_numbers(f.force)}{units.behind('force')}",
-                f"  area stuck, sliding   {f.stick_area:>13.6g} {f.slip_area:>13.6g}{units.behind('length', '²')}",
+                f"  area stuck, sliding   {f.stick_area:>13.6g} {f.slip_area:>13.6g}{square}",
                 f"  work of friction      {f.dissipated:>13.6g}{units.behind('moment')}   in this step",
             ]
         if len(c.regions) > 1:
@@ -65,14 +66,9 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
     return "\n".join(lines)
 
 
-def _area(contact: ContactFields) -> float:
-    """Area within the outline, as pictures have it; zero without contact."""
-    return contact.edge_area if contact.active.any() else 0.0
-
-
 def _mean(contact: ContactFields) -> float:
-    area = _area(contact)
-    return contact.total_force / area if area > 0 else 0.0
+    """Mean pressure over the area that is shown."""
+    return contact.total_force / contact.edge_area if contact.edge_area > 0 else 0.0
 
 
 def _numbers(v: Array) -> str:

@@ -142,7 +142,7 @@ class ContactResult(SolvedScene):
                     "force": c.force.tolist(),
                     "moment": c.moment.tolist(),
                     "area": c.area,
-                    "outline_area": c.edge_area if c.active.any() else 0.0,
+                    "outline_area": c.edge_area,
                     "max_pressure": c.max_pressure,
                     "mean_pressure": c.mean_pressure,
                     "error_estimate": c.error_estimate.summary(),

@@ -193,3 +193,18 @@ def test_loops_follow_every_segment_once():
     assert sorted(map(sorted, loops)) == [[0, 1, 2, 4], [3, 7, 8]]
     assert all(np.array_equal(end[c], np.roll(start[c], -1)) for c in _loops(start, end))
     assert _loops(start[:0], end[:0]) == []
+
+
+@pytest.mark.parametrize(("force", "across", "located"), [(0.001, 1.7, False), (0.01, 2.9, True)])
+def test_no_edge_is_located_on_fewer_than_two_faces(force, across, located):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (8, 8, 4)).translated((-0.5, -0.5, -1.0))
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"bottom": "xyz"})
+    ball = fc.RigidBody(fc.Sphere(1.0)).placed((0.02, 0.013, 0.0))
+    (contact,) = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(forces={ball: (0, 0, -force)}).contacts
+    assert abs(contact.error_estimate.faces_across - across) <= 0.1
+    assert contact.edge_area == (contact.outline.area if located else contact.area)
+    # a block of 20 x 20 faces, where both have seven or three faces across
+    fine = {0.001: 0.0232, 0.01: 0.1088}[force]
+    assert abs(contact.edge_area / fine - 1) <= (0.01 if located else 0.3)
+    if not located:  # what the outline would have been: two thirds of it
+        assert abs(contact.outline.area / fine - 1) > 0.3
