@@ -96,7 +96,7 @@ class Layer:
             raise MeshError(
                 f"The layer folds on {len(folded)} of {len(self.facets)} facets, the first of them facet {folded[0]} "
                 f"near {place(self.centre(folded[0]))}: it is too thick for a concave part or a sharp edge of the "
-                "surface. Make it thinner or smooth the surface."
+                "surface. Make it thinner or smooth the surface (fc.repair_surface)."
             )
         crossing = self.crossing(thickness)
         if len(crossing):

@@ -92,7 +92,7 @@ def _refuse_crossing(points: Array, triangles: IntArray, source: str) -> None:
         raise MeshError(
             f"{source} runs through itself: {len(np.unique(crossing))} of its {len(triangles)} facets cross others, "
             f"facets {a} and {b} near {place(points[triangles[a]].mean(axis=0))}. Take out what lies inside: join "
-            "parts that overlap to one, and smooth folds."
+            "parts that overlap to one, and smooth folds (fc.repair_surface)."
         )
 
 
