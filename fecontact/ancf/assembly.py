@@ -87,7 +87,7 @@ class Constants:
         return kept(K), kept.order
 
     @cached_property
-    def _masses(self) -> list[tuple[Any, Array | None]]:
+    def _masses(self) -> list[tuple[Any, Any, Array | None]]:
         """Pattern of the first tangent, and the mass in it."""
         return []
 
@@ -98,9 +98,10 @@ class Constants:
             M = self.mass.tocoo()
             place = np.asarray(ones[M.row, M.col]).ravel().astype(np.int64) - 1
             data: Array | None = np.bincount(place, M.data, K.nnz).astype(float) if (place >= 0).all() else None
-            self._masses.append((K.indices, data))
-        indices, mass = self._masses[0]
-        return mass if K.indices is indices or np.array_equal(K.indices, indices) else None
+            self._masses.append((K.indptr, K.indices, data))
+        pointer, indices, mass = self._masses[0]
+        same = K.indices is indices or (np.array_equal(K.indptr, pointer) and np.array_equal(K.indices, indices))
+        return mass if same else None
 
     @cached_property
     def mass_factor(self) -> spla.SuperLU:
