@@ -34,6 +34,7 @@ SHOWN: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     ("patella", (), ("patella", "patella_stress")),
     ("half_space", (), ("half_space",)),
     ("report_half_space", (), ("report_half_space",)),
+    ("beam_on_half_space", (), ("beam_on_half_space",)),
     ("rough_block", (), ("rough_block",)),
     ("plain_faces", (), ("plain_faces",)),
     ("belt_drive", (), ("belt_drive",)),

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 import fecontact as fc
 from fecontact.app.spheres.spheres import solve_spheres
+from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
 from fecontact.results.pictures.draw import draw_field
-from fecontact.results.pictures.figure import save_figure
 
 
 def patch(pressure: str, n: int = 3) -> fc.ContactResult:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.ancf.slender import Joints, line
 
 FOLDER = Path(__file__).parents[2] / "examples"
 
@@ -231,6 +232,45 @@ def test_cartilage(tmp_path):
     assert abs(solid / half - 1) < 0.05
     assert springs / half > 1.5
     assert (tmp_path / "cartilage.csv").read_text().count("\n") == 3
+
+
+def lifted_by_steps(ratio, n, example):
+    """Half the contact length by steps, as by Conway & Farnham: the bar by elements, all rectangles within it bonded.
+
+    The stiffness of line elements, without the influence of forces on a cantilever; the first length whose last
+    rectangle is pressed and the next one would be pulled.
+    """
+    x, sunk = example.settlement(n)
+    nodes = np.concatenate([[0.0], x, [example.HALF]])
+    stiff = ratio * example.SOFT.E
+    bar = line(np.stack([nodes, 0 * nodes, 0 * nodes], axis=1), EA=stiff, EI=stiff * example.SIDE**4 / 12)
+    joints = Joints([bar])
+    # by symmetry level in the middle, where half the force acts
+    free = joints.free([joints.flat(), joints.pinned((0, 0), [(1, 0, 0)]), joints.guided((0, 0), 1)])
+    free = free[:, np.asarray(abs(free[1::3]).sum(axis=0)).ravel() > 0]  # nothing along
+    K = (free.T @ bar.tangent(bar.q0) @ free).toarray()
+    across = free.toarray().reshape(*bar.vectors.shape, -1)[:, 0, 1]  # deflections of the nodes
+    for m in range(2, n):
+        B = across[1 : m + 1]
+        system = np.block([[K, B.T], [B, -sunk[:m, :m]]])
+        right = np.concatenate([across[0] * example.FORCE / 2, np.zeros(m)])
+        forces = np.linalg.solve(system, right)[-m:]
+        if forces[-1] < 0:
+            return x[m - 2] + x[0]
+    return example.HALF
+
+
+def test_beam_on_half_space(tmp_path):
+    """Contact lengths against steps with beam elements; they do not depend on the load."""
+    example = load("beam_on_half_space")
+    found = example.main(ratios=(100.0, 1000.0), n=80, out=tmp_path)
+    for ratio, rest in found.items():
+        assert abs(2 * rest.forces.sum() / example.FORCE - 1) < 1e-12
+        assert rest.contact == pytest.approx(lifted_by_steps(ratio, 80, example), abs=1e-12)
+        assert example.press(ratio, 80, force=7 * example.FORCE).contact == rest.contact
+    # a strip without end, whose settlement is as wide as it is long, would give the third root of the rigidity
+    assert 10 ** (1 / 4) < found[1000.0].contact / found[100.0].contact < 10 ** (1 / 3)
+    assert (tmp_path / "beam_on_half_space.png").stat().st_size > 10_000
 
 
 def test_report_half_space(tmp_path):
