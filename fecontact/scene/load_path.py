@@ -47,6 +47,8 @@ HALVINGS = 5
 CURVED = 2e-3
 #: Change of a prescribed rotation (radians) from which a step is cut at once: poses do not tell whole turns.
 LARGEST_TURN = 3.0
+#: Format of the rows of a file; those of another one are refused.
+ROW_FORMAT = 2
 #: Advice where even the parts of a cut step turn too far.
 SMALLER = "Give smaller load steps."
 
@@ -229,7 +231,7 @@ def _followed(
     way: _Way, steps: Sequence[Mapping[str, Any]], path: str | Path | None, progress: bool | None
 ) -> LoadPath:
     """The path on the meshes given."""
-    settings = {"finite_motion": way.finite_motion, "tolerance": way.tolerance}
+    settings = {"finite_motion": way.finite_motion, "tolerance": way.tolerance, "format": ROW_FORMAT}
     prints = [] if path is None else step_prints(way.model, steps, settings)
     rows = [] if path is None else rows_before(path, prints)
     done: list[_Done] = []

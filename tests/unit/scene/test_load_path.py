@@ -260,9 +260,10 @@ def test_a_step_is_of_another_path_if_one_before_it_changed(tmp_path) -> None:
     file.write_text("".join(lines[1:]))
     with pytest.raises(fc.InputError, match="the steps before"):
         scene.solve_path([drag, drag, press], file)
-    file.write_text('{"name": "1", "fingerprint": {}}\n')
-    with pytest.raises(fc.InputError, match="another model or case"):
-        scene.solve_path([press], file)
+    for earlier in ('{"name": "1", "fingerprint": {}}\n', lines[0].replace('"format"', '"old"')):
+        file.write_text(earlier)
+        with pytest.raises(fc.InputError, match="another model or case"):
+            scene.solve_path([press], file)
 
 
 def test_loads_half_way_between_two_steps() -> None:
