@@ -129,7 +129,8 @@ def readable(app: Sphinx, what: str, name: str, thing: object, options: object, 
 
 
 def escaped(line: str) -> str:
-    """Escape the bars of a line outside backticks, which would be substitutions."""
+    """Make links of names of pages, and escape the bars outside backticks, which would be substitutions."""
+    line = re.sub(r"\bdocs/([\w/-]+)\.md", r":doc:`\1 </\1>`", line)
     return re.sub(r"\|(?=[^`]*(?:`[^`]*`[^`]*)*$)", r"\\|", line)
 
 

@@ -68,8 +68,8 @@ def _code(name: str) -> str:
 
 def _said(called: str, name: str, said: str) -> str:
     """What the script prints, folded."""
-    told = f"[`python {called}`](../examples/{name}.py) prints"
-    return f"{told}\n\n<details><summary>its tables</summary>\n\n```text\n{said}\n```\n\n</details>"
+    told = f"Run: [`python {called}`](../examples/{name}.py)"
+    return f"<details><summary>What it prints</summary>\n\n```text\n{said}\n```\n\n</details>\n\n{told}"
 
 
 def save_smaller(source: Path, target: Path) -> None:
