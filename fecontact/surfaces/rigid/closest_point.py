@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.surfaces.facet_surface import Projection
 
 Heights = Callable[[Array, Array], Array]
@@ -45,7 +45,7 @@ def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: flo
         f = heights(x, y)
         known = np.isfinite(f)
         f = np.where(known, f, 0.0)
-        fx, fy, fxx, fxy, fyy = (np.where(known, d, 0.0) for d in derivatives(x, y))
+        fx, fy, fxx, fxy, fyy = _finite(derivatives(x, y), known)
         lift = f - Z
         gx, gy = x - X + lift * fx, y - Y + lift * fy
         gauss = (1 + fx**2, fx * fy, 1 + fy**2)
@@ -60,12 +60,17 @@ def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: flo
     f = heights(x, y)
     outside = ~np.isfinite(f)
     f = np.where(outside, 0.0, f)
-    fx, fy = (np.where(outside, 0.0, d) for d in derivatives(x, y)[:2])
+    fx, fy = _finite(derivatives(x, y)[:2], ~outside)
     normals = np.stack([fx, fy, -np.ones_like(fx)], axis=1)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     projection = np.stack([x, y, f], axis=1)
     gap = np.einsum("ni,ni->n", points - projection, normals)
     return Projection(points - gap[:, None] * normals, normals, gap, outside)
+
+
+def _finite(derivatives: Sequence[Array], known: Mask) -> list[Array]:
+    """Derivatives with zeros off the surface, and at its rim, across which there are none."""
+    return [np.where(known & np.isfinite(d), d, 0.0) for d in derivatives]
 
 
 def differences(heights: Heights, step: float) -> Derivatives:
@@ -83,13 +88,13 @@ def differences(heights: Heights, step: float) -> Derivatives:
         h = step
         f = heights(x, y)
         e, w, n, s = heights(x + h, y), heights(x - h, y), heights(x, y + h), heights(x, y - h)
-        corners = heights(x + h, y + h) - heights(x + h, y - h) - heights(x - h, y + h) + heights(x - h, y - h)
-        with np.errstate(invalid="ignore"):
+        ne, se, nw, sw = heights(x + h, y + h), heights(x + h, y - h), heights(x - h, y + h), heights(x - h, y - h)
+        with np.errstate(invalid="ignore"):  # beyond the rim heights are infinite
             return (
                 (e - w) / (2 * h),
                 (n - s) / (2 * h),
                 (e - 2 * f + w) / h**2,
-                corners / (4 * h**2),
+                (ne - se - nw + sw) / (4 * h**2),
                 (n - 2 * f + s) / h**2,
             )
 

@@ -178,3 +178,16 @@ def test_a_map_of_three_by_three_heights_is_a_parabola_and_projects_as_one():
     found, exact = heights.project(points), fc.surfaces.Paraboloid(4.0, 6.0).project(points)
     assert np.allclose(found.points, exact.points, atol=1e-9)
     assert np.allclose(found.gap, exact.gap, atol=1e-9)
+
+
+def test_a_surface_that_ends_is_one_where_it_is():
+    # a paraboloid with a rim presses as the whole one does while it touches inside the rim; no warning of numpy's
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (6, 6, 2)).translated((-0.5, -0.5, -1.0))
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"bottom": "xyz"})
+    pressures = []
+    for rim in (0.35, np.inf):
+        heights = FunctionSurface(lambda x, y, rim=rim: np.where(np.hypot(x, y) < rim, (x**2 + y**2) / 2, np.inf), 1.0)
+        ball = fc.RigidBody(heights)
+        result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(forces={ball: (0, 0, -0.01)})
+        pressures.append(result.contacts[0].max_pressure)
+    assert abs(pressures[0] / pressures[1] - 1) <= 1e-9
