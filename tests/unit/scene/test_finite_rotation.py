@@ -116,7 +116,7 @@ def followed(monkeypatch, first, errors, away=(), rest=()):
     class Path:
         originals = ("the body",)
 
-        def __init__(self, scene, arguments, timer):
+        def __init__(self, scene, arguments, timer, history=None):
             pass
 
         def begin(self, result):
