@@ -183,6 +183,7 @@ def _towards_edge(core: int, rings: int, edge: float) -> Array:
     def radius_of_core(ratio: float) -> float:
         return 1.0 - edge * (ratio ** np.arange(rings)).sum()
 
-    ratio = scipy.optimize.brentq(lambda q: radius_of_core(q) - core * edge * q**rings, 1e-3, 1e3)
+    most = min(1e3, 10.0 ** (300 / rings))  # its power is still a number
+    ratio = scipy.optimize.brentq(lambda q: radius_of_core(q) - core * edge * q**rings, 1e-3, most)
     widths = edge * ratio ** np.arange(rings)[::-1]
     return np.concatenate([radius_of_core(ratio) + np.concatenate([[0.0], np.cumsum(widths)[:-1]]), [1.0]])

@@ -130,7 +130,7 @@ def test_a_belt_on_two_pulleys():
     # the turn is the slip of the pulley that slides, and its work; the other holds
     slid, held = (-(f * s).sum() for f, s in zip(end.friction.forces, end.friction.slip, strict=True))
     assert slid == pytest.approx(0.01 * (tight - slack), rel=0.05)
-    assert 0 <= held < 1e-2 * slid
+    assert -1e-9 * slid <= held < 1e-2 * slid  # rounding of a work that may be zero
 
 
 def test_a_plate_pressed_on_a_ball():

@@ -50,7 +50,9 @@ def test_singular(random_problem, solver: str, seed: int, n: int, m: int, share:
     solution = solve(problem, solver)
     assert_conditions(problem, solution)
     # the gap and the energy are unique where the forces are not
-    other = solve(problem, "osqp")
+    other = attempt(problem, "osqp")
+    if not other.success:  # on some linear programmes, S = 0, its steps do not settle
+        other = solve(problem, "wolfe")
     assert np.abs(problem.S @ (solution.forces - other.forces)).max() <= 1e-8 * max(np.abs(problem.g).max(), 1)
     scale = max(abs(energy(problem, other.forces)), 1.0)
     assert abs(energy(problem, solution.forces) - energy(problem, other.forces)) <= 1e-8 * scale
