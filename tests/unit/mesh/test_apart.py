@@ -27,7 +27,9 @@ def test_a_crash_is_told_with_the_last_words_and_ends_that_process_alone(capfd):
 
 def test_an_interruption_ends_the_process(tmp_path):
     """The child does not outlive the parent, and its folder is removed."""
-    program = "import time; from fecontact.mesh.apart import run_apart; run_apart('sleep', time.sleep, 60)"
+    # a shell's job in the background ignores interruptions, and what it starts inherits that
+    heard = "import signal, time; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    program = f"{heard}; from fecontact.mesh.apart import run_apart; run_apart('sleep', time.sleep, 60)"
     parent = subprocess.Popen(
         [sys.executable, "-c", program], env={**os.environ, "TMPDIR": str(tmp_path)}, stderr=subprocess.PIPE
     )
