@@ -49,7 +49,7 @@ def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
 
     Examples
     --------
-    >>> run("circle", {"elements": 10}).error < 0.2
+    >>> run("circle", {"elements": 20}).error < 0.02
     True
     """
     among("problem", name, _RUN)

@@ -160,6 +160,7 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
             found = _judged(problem, at, tolerance)
         at = replace(at, history=(*at.history, found.left))
         if found.closes(tolerance):
+            carry(problem, at.p)  # what preconditioning in single precision has left of the loads, some 1e-11 of them
             return replace(at, converged=True)
         changed = found.pulling or found.entering
         if found.pulling:
