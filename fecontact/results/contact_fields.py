@@ -235,6 +235,11 @@ class ContactFields:
             return self.area
         return self.outline.area
 
+    @property
+    def edge_mean_pressure(self) -> float:
+        """Total force over `edge_area`, as tables and pictures show it; zero without contact."""
+        return self.total_force / self.edge_area if self.edge_area > 0 else 0.0
+
     @cached_property
     def recovered(self) -> RecoveredField:
         """Continuous pressure that is smooth inside and a square root at the edge; see `results.recovered_field`.

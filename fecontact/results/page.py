@@ -105,7 +105,7 @@ def _summary(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str])
             _vector(c.force),
             f"{c.edge_area:.5g}" if c.active.any() else "no contact",
             f"{c.max_pressure:.5g}",
-            f"{c.total_force / c.edge_area if c.edge_area > 0 else 0.0:.5g}",
+            f"{c.edge_mean_pressure:.5g}",
             str(c.error_estimate) if c.active.any() else "",
             _vector(c.centre_of_pressure) if c.active.any() else "",
         )

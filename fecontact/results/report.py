@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from fecontact.common.arrays import Array
 from fecontact.common.stopwatch import peak_memory as peak_memory
-from fecontact.results.contact_fields import ContactFields
 from fecontact.results.model_size import model_size
 from fecontact.results.solved_scene import SolvedScene
 
@@ -28,7 +27,7 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
             f"  force on {c.slave.name:<12} {_numbers(c.force)}{units.behind('force')}",
             f"  moment                {_numbers(c.moment)}{units.behind('moment')}",
             f"  area                  {c.edge_area:>13.6g}{square}   in {len(c.regions)} region(s)",
-            f"  pressure max, mean    {c.max_pressure:>13.6g} {_mean(c):>13.6g}{units.behind('stress')}",
+            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.edge_mean_pressure:>13.6g}{units.behind('stress')}",
         ]
         if c.active.any():
             lines.append(f"  error of {c.error_estimate}")
@@ -64,11 +63,6 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
     lines.append(f"Peak MB:   {needed} (of the process, by the end of each stage)")
     lines += [f"{'Saved:' if k == 0 else '':<11}{text}" for k, text in enumerate(model_size(result))]
     return "\n".join(lines)
-
-
-def _mean(contact: ContactFields) -> float:
-    """Mean pressure over the area that is shown."""
-    return contact.total_force / contact.edge_area if contact.edge_area > 0 else 0.0
 
 
 def _numbers(v: Array) -> str:

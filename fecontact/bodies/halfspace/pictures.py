@@ -76,19 +76,23 @@ def draw_map(
     limit: float | None = None,
 ) -> None:
     """Draw values (nx, ny) on the cells."""
+    drawn = _draw_cells(axes, grid, values, names, cmap=colours, vmax=limit)
+    axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if limit is not None else "neither")
+
+
+def _draw_cells(axes: Any, grid: Grid, values: Array, names: Units, **colours: Any) -> Any:
+    """Values (nx, ny) as an image on axes along the grid."""
     half = (grid.size[0] / 2, grid.size[1] / 2)
-    drawn = axes.imshow(
+    axes.set_xlabel(names.after("x", "length"))
+    axes.set_ylabel(names.after("y", "length"))
+    return axes.imshow(
         values.T,
         origin="lower",
         extent=(-half[0], half[0], -half[1], half[1]),
-        cmap=colours,
-        vmax=limit,
         aspect="equal" if max(half) < 4 * min(half) else "auto",
         interpolation="nearest",
+        **colours,
     )
-    axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if limit is not None else "neither")
-    axes.set_xlabel(names.after("x", "length"))
-    axes.set_ylabel(names.after("y", "length"))
 
 
 def section(contact: Pressed, y: float = 0.0, depth: float | None = None) -> tuple[Array, Array, Array]:
@@ -152,18 +156,9 @@ def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
 def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:
     """Draw what sticks, slips and is open, with arrows along the tractions."""
     grid = contact.grid
-    half = (grid.size[0] / 2, grid.size[1] / 2)
     state = np.where(contact.slipping, 2, np.where(contact.active, 1, 0))
-    axes.imshow(
-        state.T,
-        origin="lower",
-        extent=(-half[0], half[0], -half[1], half[1]),
-        cmap=ListedColormap(list(COLOURS.values())),
-        vmin=-0.5,
-        vmax=2.5,
-        aspect="equal" if max(half) < 4 * min(half) else "auto",
-        interpolation="nearest",
-    )
+    shades = ListedColormap(list(COLOURS.values()))
+    _draw_cells(axes, grid, state, names, cmap=shades, vmin=-0.5, vmax=2.5)
     every = tuple(max(1, n // ARROWS) for n in grid.shape)
     some = (slice(every[0] // 2, None, every[0]), slice(every[1] // 2, None, every[1]))
     x, y = np.meshgrid(grid.x[some[0]], grid.y[some[1]], indexing="ij")
@@ -172,8 +167,6 @@ def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:
     if drawn.any():
         axes.quiver(x[drawn], y[drawn], tx[drawn], ty[drawn], color="black", width=0.004)
     axes.legend(handles=[Patch(color=c, label=n) for n, c in COLOURS.items()], loc="upper right", fontsize="small")
-    axes.set_xlabel(names.after("x", "length"))
-    axes.set_ylabel(names.after("y", "length"))
 
 
 def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units | None = None) -> Figure:

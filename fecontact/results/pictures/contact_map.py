@@ -76,10 +76,11 @@ def draw_field(
 def scale_top(contact: ContactFields) -> float:
     """Upper end of a scale of pressures: the peak, or where that is a matter of the mesh, what most of the area keeps.
 
-    Towards a sharp edge the pressure has no bound (`results.singular`), and its nodal peak would leave all else pale.
+    A curve shows all of its values. Towards a sharp edge the pressure has no bound (`results.singular`), and its nodal
+    peak would leave all else of a map pale.
     """
     peak = contact.max_pressure
-    if contact.singular_edge is None or not contact.active.any():
+    if contact.is_curve or contact.singular_edge is None or not contact.active.any():
         return peak
     pressure, area = contact.pressure[contact.active], contact.weights[contact.active]
     order = np.argsort(pressure)
@@ -103,7 +104,8 @@ def draw_sensels(
     x, y = (low[k] + side * np.arange(felt.shape[k] + 1) for k in range(2))
     drawn = axes.pcolormesh(x, y, seen.T, cmap=table, vmin=0.0, vmax=highest, edgecolors="white", linewidth=0.3)
     label = names.after("pressure on sensels", "stress")
-    axes.figure.colorbar(drawn, ax=axes, label=f"{label}, pitch {names.number(side, 'length')}")
+    more = "max" if felt.max() > highest * (1 + ROUNDING) else "neither"
+    axes.figure.colorbar(drawn, ax=axes, label=f"{label}, pitch {names.number(side, 'length')}", extend=more)
     axes.set_facecolor("0.93")
     _frame(axes, projection, map_window(contact, projection), names)
 

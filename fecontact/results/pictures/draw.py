@@ -159,12 +159,11 @@ def _title(contact: ContactFields, units: Units) -> str:
     head = f"{contact.slave.name}.{contact.surfaces[0]} on {contact.master.name}.{contact.surfaces[1]}"
     if not contact.active.any():
         return f"{head}\nno contact"
-    area = contact.edge_area
-    mean = contact.total_force / area if area > 0 else 0.0
     return (
         f"{head}\nforce {units.number(float(np.linalg.norm(contact.force)), 'force')}, "
-        f"area {units.number(area, 'length', '²')}, "
-        f"peak {units.number(contact.max_pressure, 'stress')}, mean {units.number(mean, 'stress')}"
+        f"area {units.number(contact.edge_area, 'length', '²')}, "
+        f"peak {units.number(contact.max_pressure, 'stress')}, "
+        f"mean {units.number(contact.edge_mean_pressure, 'stress')}"
     )
 
 

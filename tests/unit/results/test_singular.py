@@ -8,6 +8,7 @@ import pytest
 import fecontact as fc
 from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
+from fecontact.results.pictures.contact_map import scale_top
 from fecontact.results.singular import wedge_eigenvalue
 from fecontact.surfaces import FlatPunch
 
@@ -48,6 +49,8 @@ def test_pressure_found_grows_with_the_order_reported(E):
     slope, _ = np.polyfit(np.log(distance[chosen]), np.log(contact.pressure[chosen]), 1)
     peak = contact.error_estimate.unbounded
     assert peak.body == "upper"
+    # a curve is drawn up to its highest node
+    assert scale_top(contact) == contact.max_pressure
     assert np.allclose(peak.point, (1, 0, 0), atol=1e-12)
     # farther off the regular part counts; under a nearly rigid end by 0.02
     assert abs(peak.exponent + slope) < 0.03
