@@ -131,13 +131,17 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
 
 def _friction(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", choices=STUDIES, help="; ".join(f"{name}: {what}" for name, what in STUDIES.items()))
-    parser.add_argument("--radius", type=float, default=10.0, help="of the ball or the roller, on a plane")
+    parser.add_argument(
+        "--radius", type=float, default=10.0, help="of the ball or the roller, on a plane; side of the block"
+    )
     parser.add_argument("--E", type=float, default=210e3, help="Young's modulus of both bodies")
     parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio of both bodies")
     parser.add_argument("--force", type=float, default=100.0, help="normal force; per length of a roller")
     parser.add_argument("--friction", type=float, default=0.3, help="Coulomb's mu")
     parser.add_argument("--tangential", type=float, help="tangential force; 0.6 of what friction holds unless given")
-    parser.add_argument("--cells", type=int, metavar="N", help="along a side; 128 (carter: 32 across the contact)")
+    parser.add_argument(
+        "--cells", type=int, metavar="N", help="along a side; 128 (carter: 32 across the contact; block: 8)"
+    )
     _json(parser)
     parser.add_argument(
         "--plot", metavar="FILE", help="tractions, stick and slip, loop or creep beside the closed form"
@@ -230,9 +234,9 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         _halfspace,
     ),
     "friction": (
-        "a ball or a roller in partial slip, fretting or rolling, on a half-space",
-        "Drag a ball or a roller on a half-space of its own material, with Coulomb friction, and compare with "
-        "the closed form. Any consistent units.",
+        "a ball or a roller in partial slip, fretting or rolling, on a half-space; a block on a plane",
+        "Drag a ball or a roller on a half-space of its own material, or a block on a rigid plane, with Coulomb "
+        "friction, and compare with the closed form. Any consistent units.",
         _friction,
     ),
     "ancf": (

@@ -1,4 +1,4 @@
-"""Figures of a study of friction."""
+"""Figures of a study of friction beside those of a closed form."""
 
 from __future__ import annotations
 
@@ -11,27 +11,25 @@ from fecontact.bodies import FrictionPath
 
 @dataclass(frozen=True, eq=False)
 class StudyFigures:
-    """The path of a study, and its figures beside those of the closed form; made by `studies.run`.
+    """Figures of a study.
 
     Attributes
     ----------
     name, source : str
         Name of the study, and of the closed form.
-    path : FrictionPath
-    exact : RoundSlip or RollingSlip
-        The closed form.
     figures : dict of str to (float, float or None)
         Figures found, each with its exact value where there is one.
-    rolls : bool
-        Whether a roller rolls along x, or a ball is dragged.
+    setting : str
+        What was solved, in a few words.
+    worst_residual : float
+        Largest residual of all steps.
     """
 
     name: str
     source: str
-    path: FrictionPath
-    exact: Any
     figures: dict[str, tuple[float, float | None]]
-    rolls: bool = False
+    setting: str
+    worst_residual: float
 
     @cached_property
     def errors(self) -> dict[str, float]:
@@ -50,19 +48,37 @@ class StudyFigures:
             "figures": {name: found for name, (found, _) in self.figures.items()},
             "exact": {name: exact for name, (_, exact) in self.figures.items() if exact is not None},
             "errors": self.errors,
-            **self.path.as_dict(),
         }
 
     def __str__(self) -> str:
-        last = self.path.last
         lines = [
-            f"{self.name}, friction {last.friction:g}, {last.grid.shape[0]} x {last.grid.shape[1]} cells, "
-            f"{len(self.path.contacts)} step(s)",
+            f"{self.name}, {self.setting}",
             f"beside: {self.source}",
-            f"  {'':26}{'found':>14}{'exact':>14}{'error':>11}",
+            f"  {'':32}{'found':>14}{'exact':>14}{'error':>11}",
         ]
         for name, (found, exact) in self.figures.items():
             compared = "" if exact is None else f"{exact:>14.6g}{self.errors[name]:>+11.1e}"
-            lines.append(f"  {name:26}{found:>14.6g}{compared}")
-        worst = max(contact.friction_residuals.worst for contact in self.path.contacts)
-        return "\n".join([*lines, f"worst residual of a step: {worst:.1e}"])
+            lines.append(f"  {name:32}{found:>14.6g}{compared}")
+        return "\n".join([*lines, f"worst residual of a step: {self.worst_residual:.1e}"])
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpaceFigures(StudyFigures):
+    """Figures of a ball or a roller on a half-space, and its path.
+
+    Attributes
+    ----------
+    path : FrictionPath
+    exact : RoundSlip or RollingSlip
+        The closed form.
+    rolls : bool
+        Whether a roller rolls along x, or a ball is dragged.
+    """
+
+    path: FrictionPath
+    exact: Any
+    rolls: bool = False
+
+    def as_dict(self) -> dict[str, Any]:
+        """All figures for scripts, with a row per step."""
+        return {**super().as_dict(), **self.path.as_dict()}

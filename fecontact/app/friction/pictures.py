@@ -9,14 +9,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fecontact.analytic.friction import RoundSlip
-from fecontact.app.friction.figures import StudyFigures
+from fecontact.app.friction.figures import HalfSpaceFigures
 from fecontact.bodies import FrictionPath
 from fecontact.bodies.halfspace.pictures import draw_stick_slip
 from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
 
 
-def plot_study(study: StudyFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
+def plot_study(study: HalfSpaceFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
     """Tractions over x beside the closed form, and a map of stick and slip, a loop, or the creep while rolling."""
     names = units or Units()
     figure = Figure(figsize=(11.6, 5.0), layout="constrained")
@@ -32,7 +32,7 @@ def plot_study(study: StudyFigures, path: str | Path | None = None, units: Units
     return save_figure(figure, path)
 
 
-def draw_tractions(axes: Any, study: StudyFigures, names: Units) -> None:
+def draw_tractions(axes: Any, study: HalfSpaceFigures, names: Units) -> None:
     """Draw tractions and their limit along the middle of the grid, beside the closed form."""
     last, exact = study.path.last, study.exact
     middle, period = last.grid.shape[1] // 2, last.grid.size[0]
@@ -61,7 +61,7 @@ def _draw_loop(axes: Any, path: FrictionPath, exact: RoundSlip, names: Units) ->
     axes.legend()
 
 
-def _draw_creep(axes: Any, study: StudyFigures, names: Units) -> None:
+def _draw_creep(axes: Any, study: HalfSpaceFigures, names: Units) -> None:
     """Draw the creepage over the distance rolled, with the steady one."""
     contacts = study.path.contacts[1:]
     at = np.array([contact.position[0] for contact in contacts])

@@ -1,4 +1,4 @@
-"""Ready studies of friction: equal elastic bodies as half-spaces, beside closed forms."""
+"""Ready studies of friction beside closed forms: equal bodies as half-spaces, a block on a plane."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from fecontact.analytic import friction, hertz
-from fecontact.app.friction.figures import StudyFigures
+from fecontact.app.friction.block import BlockStudy, block_study
+from fecontact.app.friction.figures import HalfSpaceFigures
 from fecontact.bodies import FrictionPath, HalfSpace, PressStep
 from fecontact.common import checks
 from fecontact.common.arrays import Array
@@ -28,14 +29,14 @@ PERIOD = 16.0
 ROLLED = 2.0
 """Distance a roller rolls in widths of its contact; it then rolls steadily to 1e-3."""
 
-CELLS = {"mindlin": 128, "fretting": 128, "carter": 32}
+CELLS = {"mindlin": 128, "fretting": 128, "carter": 32, "block": 8}
 
 BRANCH = 8
 """Steps of a branch of a fretting cycle."""
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionStudy(StudyFigures):
+class FrictionStudy(HalfSpaceFigures):
     """A study, with methods to draw and save it."""
 
     def save(self, path: str | Path) -> Path:
@@ -104,12 +105,12 @@ class Setting:
         return [PressStep(force=self.force, tangential=(float(share) * self.drag, 0.0)) for share in shares]
 
 
-def run(name: str, options: Mapping[str, Any]) -> FrictionStudy:
+def run(name: str, options: Mapping[str, Any]) -> FrictionStudy | BlockStudy:
     """Run a study.
 
     Parameters
     ----------
-    name : {'mindlin', 'fretting', 'carter'}
+    name : {'mindlin', 'fretting', 'carter', 'block'}
     options : mapping
         Options of ``fecontact friction --help``: radius, E, nu, force, friction, tangential and cells.
 
@@ -124,11 +125,21 @@ def run(name: str, options: Mapping[str, Any]) -> FrictionStudy:
     >>> abs(found.errors["shift"]) < 1e-3
     True
     """
-    checks.among("study", name, _RUN)
+    checks.among("study", name, CELLS)
     cells = options.get("cells") or CELLS[name]
     material, mu = Material(options["E"], options["nu"]), options["friction"]
-    setting = Setting(material, options["radius"], options["force"], mu, options.get("tangential"), cells)
-    return _RUN[name](setting)
+    if name == "block":
+        return block_study(material, options["radius"], options["force"], mu, options.get("tangential"), cells)
+    return _RUN[name](Setting(material, options["radius"], options["force"], mu, options.get("tangential"), cells))
+
+
+def _study(name: str, source: str, path: FrictionPath, exact: Any, figures: Any, rolls: bool = False) -> FrictionStudy:
+    """A study of a path, with its setting and its worst residual."""
+    last = path.last
+    cells = " x ".join(map(str, last.grid.shape))
+    setting = f"friction {last.friction:g}, {cells} cells, {len(path.contacts)} step(s)"
+    worst = max(contact.friction_residuals.worst for contact in path.contacts)
+    return FrictionStudy(name, source, figures, setting, worst, path, exact, rolls)
 
 
 def _mindlin(setting: Setting) -> FrictionStudy:
@@ -143,7 +154,7 @@ def _mindlin(setting: Setting) -> FrictionStudy:
         "tractions, L2 difference": (_round_difference(path, exact), 0.0),
         "traction across, over mu p0": (float(np.abs(last.traction[1]).max()) / setting.mu / exact.contact.p0, None),
     }
-    return FrictionStudy("ball in partial slip", _source("Cattaneo, Mindlin", setting), path, exact, figures)
+    return _study("ball in partial slip", _source("Cattaneo, Mindlin", setting), path, exact, figures)
 
 
 def _round_difference(path: FrictionPath, exact: friction.RoundSlip) -> float:
@@ -170,7 +181,7 @@ def _fretting(setting: Setting) -> FrictionStudy:
         "shift without force": (float(path.shift[middle, 0]), float(exact.shift_in_cycle(path.tangential[middle, 0]))),
         "greatest work per area": (float(path.work.max()), None),
     }
-    return FrictionStudy("fretting of a ball", _source("Mindlin & Deresiewicz", setting), path, exact, figures)
+    return _study("fretting of a ball", _source("Mindlin & Deresiewicz", setting), path, exact, figures)
 
 
 @dataclass(frozen=True)
@@ -208,7 +219,7 @@ def _carter(setting: Setting) -> FrictionStudy:
         "half-width of stick": (last.stick_area / width / 2, exact.c),
         "tractions, L2 difference": (float(np.linalg.norm(found - known) / np.linalg.norm(known)), 0.0),
     }
-    return FrictionStudy("roller", "Carter", path, exact, figures, rolls=True)
+    return _study("roller", "Carter", path, exact, figures, rolls=True)
 
 
 _RUN: dict[str, Callable[[Setting], FrictionStudy]] = {"mindlin": _mindlin, "fretting": _fretting, "carter": _carter}

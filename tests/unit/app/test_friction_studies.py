@@ -24,6 +24,17 @@ PLAIN = {"radius": 10.0, "E": 2.0, "nu": 0.0, "force": 1e-3, "friction": 0.3}
         ),
         ("fretting", 32, {"energy per cycle": 0.01, "shift at the ends": 1e-3, "shift without force": 0.01}),
         ("carter", 12, {"creepage": 0.06, "half-width of contact": 0.03, "tractions, L2 difference": 0.06}),
+        # statics, to round-off; what is left of the elastic slide in its last step
+        (
+            "block",
+            2,
+            {
+                "friction under the pull": 1e-12,
+                "slip in 10,000 steps of this load": 1e-15,
+                "friction when all slides": 1e-8,
+                "work of friction of a slide": 1e-6,
+            },
+        ),
     ],
 )
 def test_studies_find_their_closed_form(name, cells, most):
@@ -34,11 +45,11 @@ def test_studies_find_their_closed_form(name, cells, most):
     assert "worst residual" in str(found)
 
 
-@pytest.mark.parametrize("name", ["mindlin", "fretting", "carter"])
-def test_files_and_pictures(name, tmp_path, capsys):
+@pytest.mark.parametrize(("name", "cells"), [("mindlin", "12"), ("fretting", "12"), ("carter", "12"), ("block", "2")])
+def test_files_and_pictures(name, cells, tmp_path, capsys):
     files = {kind: tmp_path / f"out.{kind}" for kind in ("json", "png", "csv")}
     where = ["--json", str(files["json"]), "--plot", str(files["png"]), "--csv", str(files["csv"])]
-    assert main(["friction", name, "--cells", "12", "--units", "mm", "N", "MPa", *where]) == 0
+    assert main(["friction", name, "--cells", cells, "--units", "mm", "N", "MPa", *where]) == 0
     assert "beside" in capsys.readouterr().out
     told = json.loads(files["json"].read_text(encoding="utf-8"))
     assert set(told["exact"]) <= set(told["figures"])
@@ -72,9 +83,19 @@ def test_refusals(change, told):
         run("mindlin", {**PLAIN, "cells": 16, **change})
 
 
+def test_a_block_is_refused_what_friction_cannot_hold():
+    found = run("block", {**PLAIN, "cells": 2})
+    assert "at least mu = 0.315" in found.refusal
+    assert "along (" in str(found)
+    with pytest.raises(InputError, match="slides as a whole"):
+        run("block", {**PLAIN, "cells": 2, "tangential": 1.0})
+    with pytest.raises(InputError, match="number of cells"):
+        run("block", {**PLAIN, "cells": 1})
+
+
 def test_unknown_studies_are_named():
-    with pytest.raises(InputError, match="'mindlin', 'fretting', 'carter'"):
-        run("block", PLAIN)
+    with pytest.raises(InputError, match="'mindlin', 'fretting', 'carter', 'block'"):
+        run("belt", PLAIN)
 
 
 def test_the_command_tells_what_is_wrong(capsys):
