@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from scipy.sparse import csc_array
 
 from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers import (
@@ -48,6 +49,41 @@ def scaled_rows(problem: FrictionProblem) -> tuple[object, FrictionRows]:
     return scale(given.S, given.g, given.B, given.F, together), rows
 
 
+def cone_programmes(problem: FrictionProblem, rounds: int = 80) -> np.ndarray:
+    """Forces (N,) by the fixed point of Acary & Cadoux (2013): gaps widened by mu |s| make Coulomb's law associated.
+
+    Each round minimises the complementary energy with the slip of the last one: r . S r / 2 + (g + mu |s| e_n) . r
+    over forces within the cones, subject to B r = F; its multipliers are the rigid motion.
+    """
+    clarabel = pytest.importorskip("clarabel")
+    rows, points, tangents, mu = problem.rows, problem.points, problem.tangents, problem.mu
+    n, k = rows.n, tangents.shape[1]
+    cones = np.zeros((len(points), 1 + k, n))
+    at = np.arange(len(points))
+    cones[at, 0, points] = -mu
+    for j in range(k):
+        cones[at, 1 + j, tangents[:, j]] = -1
+    A = csc_array(np.concatenate([rows.B, cones.reshape(-1, n)]))
+    b = np.concatenate([rows.F, np.zeros(len(points) * (1 + k))])
+    kinds = [clarabel.ZeroConeT(len(rows.F))] if len(rows.F) else []
+    kinds += [clarabel.SecondOrderConeT(1 + k)] * len(points)
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
+    slip = np.zeros(len(points))
+    for _ in range(rounds):
+        widened = rows.g.copy()
+        widened[points] += mu * slip
+        P = csc_array(np.triu(rows.S))
+        found = clarabel.DefaultSolver(P, widened, A, b, kinds, settings).solve()
+        forces = np.asarray(found.x)
+        moved = rows.S @ forces + rows.g + rows.B.T @ np.asarray(found.z)[: len(rows.F)]
+        last, slip = slip, np.linalg.norm(moved[tangents], axis=1)
+        if np.abs(slip - last).max() <= 1e-10 * max(np.abs(moved).max(), 1e-300):
+            break
+    return forces
+
+
 @pytest.mark.parametrize("k", [1, 2])
 @pytest.mark.parametrize("loaded", [False, True])
 @pytest.mark.parametrize("mu", [0.1, 0.3, 0.8, 2.0])
@@ -79,6 +115,17 @@ def test_sweeps_find_the_same_forces() -> None:
         assert swept.status == "solved"
         exact = solve_friction(problem).forces
         assert np.abs(scaled.forces(swept.x) - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("k", [1, 2])
+@pytest.mark.parametrize("loaded", [False, True])
+@pytest.mark.parametrize("mu", [0.2, 0.6])
+def test_cone_programmes_find_the_same_forces(k: int, loaded: bool, mu: float) -> None:
+    """A method and a solver of others. Tolerance: an interior point method ends near 1e-8 at the edge of stick."""
+    problem = random_problem(np.random.default_rng(5), 12, k, mu, loaded)
+    found, other = solve_friction(problem), cone_programmes(problem)
+    assert (np.linalg.norm(found.tangential, axis=1) > 0.99 * mu * found.forces[:12]).any()  # something slides
+    assert np.abs(found.forces - other).max() <= 1e-6 * np.abs(other).max()
 
 
 def test_newton_is_quadratic_at_the_end() -> None:
