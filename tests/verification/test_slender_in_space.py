@@ -4,55 +4,136 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
+from exact_rod import cantilever
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
 from fecontact.ancf import Assembly, GeneralisedAlpha, Stage, equilibrium, move
-from fecontact.ancf.slender import Joints, beam, plate, straight
+from fecontact.ancf.slender import Joints, beam, plate, straight, strip, thick_plate
+from fecontact.ancf.slender.kinds import rectangle_torsion
+
+#: The Princeton beam of aluminium 7075: length, width and height of its section, material, in SI units.
+PRINCETON = 0.508, 12.377e-3, 3.2024e-3, fc.Material(E=71.7e9, nu=0.31)
+
+
+def clamped_beam(bar, force, steps=1):
+    """Tip and section's axes of a `beam` clamped at its first node, at every load step."""
+    joints = Joints([bar])
+    held = [joints.pinned((0, 0)), joints.guided((0, 0), 2), joints.guided((0, 0), 3)]
+    f = np.zeros(bar.vectors.shape)
+    f[-1, 0] = force
+    assembly = Assembly([bar], joints.free(held))
+    path = equilibrium(lambda level: Stage(assembly, level * f.ravel()), steps=steps)
+    assert path.success
+    return [(bar.positions(state.q)[-1], bar.gradients(state.q)[-1].T) for state in path.states if state.level > 0]
+
+
+def rigidities(width, height, material, torsion):
+    """(EA, GA2, GA3) and (GJ, EI2, EI3) of a rectangle; y along the width."""
+    E, G, A = material.E, material.shear_modulus, width * height
+    return (E * A, 5 / 6 * G * A, 5 / 6 * G * A), (G * torsion, E * width * height**3 / 12, E * height * width**3 / 12)
+
+
+def test_exact_rod_against_the_elastica(row):
+    """The reference of the tests below: a cantilever under a force across it, P L^2 / (E I) = 4."""
+    tip, _ = cantilever(1.0, (0.0, 0.0, 4.0), (1e9, 1e9, 1e9), (1.0, 1.0, 1.0))
+    row("exact rod, end force", "tip across, of the length", 0.66996, tip[2], 1e-5)
+    row("exact rod, end force", "tip short, of the length", 0.32894, 1 - tip[0], 1e-5)
+
+
+@pytest.mark.parametrize("force", [4.448, 8.896, 13.345])
+def test_princeton_beam(force, row):
+    """A flat bar under a weight at its tip, in seven positions from upright to flat: it bends both ways and twists.
+
+    Experiment: E. H. Dowell & J. J. Traybar, AMS reports 1194 and 1257, Princeton 1975. Data: O. A. Bauchau et al.,
+    Multibody Syst. Dyn. 37 (2016). Reference: the exact rod, with the same torsion constant. Ten elements; the linear
+    turn of their sections makes the angles converge with the second power.
+    """
+    length, width, height, material = PRINCETON
+    bar = beam(straight((0, 0, 0), (length, 0, 0), 10), material, width=width, height=height)
+    stretch, bend = rigidities(width, height, material, rectangle_torsion(width, height))
+    off, twists = [], []
+    for angle in np.radians(np.arange(0, 91, 15)):
+        weight = force * np.array([0.0, -np.cos(angle), np.sin(angle)])
+        known, frame = cantilever(length, weight, stretch, bend)
+        ((tip, axes),) = clamped_beam(bar, weight)
+        off.append(np.linalg.norm(tip - known) / np.linalg.norm(known - [length, 0, 0]))
+        twists.append([np.degrees(np.arctan2(A[2, 1], A[1, 1])) for A in (axes, frame)])
+    found, known = np.array(twists).T
+    case = f"Princeton beam, {force} N, 0 to 90 degrees"
+    row(case, "tip off, of its deflection", 0.0, max(off), 0.004, dofs=120)
+    row(case, "twist off, of the largest", 0.0, np.abs(found - known).max() / known.max(), 0.01, dofs=120)
+
+
+def test_princeton_beam_beside_another_program(row):
+    """The exact rod beside beams of ANSYS, at 0, 45 and 90 degrees under the larger weights.
+
+    Source: L. Obrezkov, A. Mikkola & M. K. Matikainen, Nonlinear Dyn. 109 (2022), by Exudyn's test ANCFBeamTest. The
+    program's torsion is another, which tells where the bar twists.
+    """
+    length, width, height, material = PRINCETON
+    stretch, bend = rigidities(width, height, material, rectangle_torsion(width, height))
+    known = {
+        8.896: ((1.071418e-2, 0.0), (8.837226e-3, 0.108988), (0.0, 0.146246)),
+        13.345: ((1.606424e-2, 0.0), (1.518618e-2, 0.156467), (0.0, 0.200678)),
+    }
+    for force, tips in known.items():
+        for angle, (down, across) in zip(np.radians([0.0, 45.0, 90.0]), tips, strict=True):
+            tip, _ = cantilever(length, (0.0, -force * np.cos(angle), force * np.sin(angle)), stretch, bend)
+            off = np.hypot(-tip[1] - down, tip[2] - across) / np.hypot(down, across)
+            row(f"Princeton beam, {force} N, {np.degrees(angle):.0f} degrees", "rod off ANSYS", 0.0, off, 0.0015)
 
 
 def test_forty_five_degree_bend(row):
     """A curved cantilever, an eighth of a circle, bent and twisted out of its plane by a dead force at its tip.
 
-    Sources: K. J. Bathe & S. Bolourchi, Int. J. Numer. Methods Eng. 14 (1979): tip at (15.9, 47.2, 53.4) under 600; J.
-    C. Simo & L. Vu-Quoc, Comput. Methods Appl. Mech. Engrg. 58 (1986): (15.79, 47.23, 53.37), and (22.33, 58.84, 40.08)
-    under 300; M. A. Crisfield, same journal 81 (1990): (15.61, 46.84, 53.71). They lie 0.6 % of the radius apart.
+    Sources: K. J. Bathe & S. Bolourchi, Int. J. Numer. Methods Eng. 14 (1979): displacements (-13.4, -23.5, 53.4) under
+    600, as the test decks of OpenFAST and Kratos have them; J. C. Simo & L. Vu-Quoc, Comput. Methods Appl. Mech. Engrg.
+    58 (1986), eight elements, as Exudyn's has them. The torsion constant is that of those decks, 1/6; the exact rod
+    with it lies 0.2 % of the radius off Simo & Vu-Quoc.
     """
     a = np.linspace(0, np.pi / 4, 17)
-    nodes = 100 * np.stack([1 - np.cos(a), np.sin(a), 0 * a], axis=1)
-    tangents = np.stack([np.sin(a), np.cos(a), 0 * a], axis=1)
-    bend = beam(nodes, fc.Material(E=1e7, nu=0.0), width=1.0, height=1.0, tangents=tangents)
-    joints = Joints([bend])
-    held = [joints.pinned((0, 0)), joints.guided((0, 0), 2), joints.guided((0, 0), 3)]
-    f = np.zeros(bend.vectors.shape)
-    f[-1, 0, 2] = 600.0
-    assembly = Assembly([bend], joints.free(held))
-    path = equilibrium(lambda level: Stage(assembly, level * f.ravel()), steps=2)
-    assert path.success
-    for state, known in zip(path.states, [(22.33, 58.84, 40.08), (15.79, 47.23, 53.37)], strict=True):
-        off = float(np.linalg.norm(bend.positions(state.q)[-1] - known)) / 100
-        row(f"45-degree bend, force {600 * state.level:.0f}", "tip off, of the radius", 0.0, off, 0.005, dofs=204)
+    nodes = 100 * np.stack([np.sin(a), 1 - np.cos(a), 0 * a], axis=1)
+    tangents = np.stack([np.cos(a), np.sin(a), 0 * a], axis=1)
+    material = fc.Material(E=1e7, nu=0.0)
+    bend = beam(nodes, material, width=1.0, height=1.0, tangents=tangents, torsion=1 / 6)
+    published = {300: (58.84, 22.33, 40.08), 600: (47.23, 15.79, 53.37)}
+    found = clamped_beam(bend, (0.0, 0.0, 600.0), steps=2)
+    for (tip, _), (force, simo) in zip(found, published.items(), strict=True):
+        exact, _ = cantilever(25 * np.pi, (0, 0, force), *rigidities(1.0, 1.0, material, 1 / 6), curvature=(0, 0, 0.01))
+        case = f"45-degree bend, force {force}"
+        row(case, "tip off the exact rod, of the radius", 0.0, np.linalg.norm(tip - exact) / 100, 0.002, dofs=204)
+        row(case, "tip off Simo & Vu-Quoc, of the radius", 0.0, np.linalg.norm(tip - simo) / 100, 0.003, dofs=204)
+    moved = tip - nodes[-1]
+    row(case, "tip off Bathe & Bolourchi", 0.0, np.linalg.norm(moved - [-23.5, -13.4, 53.4]) / 100, 0.003, dofs=204)
 
 
-def test_plate_strip_under_an_end_force(row):
-    """A cantilever plate lifted at its end; with nu = 0 the elastica under a force across, P L^2 / (E I) = 4.
+@pytest.mark.parametrize(("make", "most"), [(plate, 0.002), (thick_plate, 0.003), (strip, 0.01)])
+def test_strip_under_an_end_force(make, most, row):
+    """A cantilever of eight elements lifted at its end; with nu = 0 the elastica, P L^2 / (E I) = 4.
 
-    Source: K. Mattiasson, Int. J. Numer. Methods Eng. 17 (1981): the tip at 0.66996 L across, 0.32894 L short; K. Y.
-    Sze, X. H. Liu & S. H. Lo, Finite Elem. Anal. Des. 40 (2004), section 3.1, for shells: 6.698, 3.286 of L = 10.
+    Source: K. Mattiasson, Int. J. Numer. Methods Eng. 17 (1981), which the exact rod meets; K. Y. Sze, X. H. Liu & S.
+    H. Lo, Finite Elem. Anal. Des. 40 (2004), section 3.1, for shells: 6.698, 3.286 of L = 10, as MBDyn's decks have it.
     """
-    sheet = plate([(0, 0, 0), (10, 0, 0), (0, 1, 0)], (8, 1), fc.Material(E=1.2e6, nu=0.0), 0.1)
-    joints = Joints([sheet])
-    across = [(0, 1, 0), (0, 0, 1)]
-    held = [joints.pinned((0, k)) for k in (0, 1)] + [joints.guided((0, k), 2) for k in (0, 1)]
-    held += [joints.guided((0, k), 1, across) for k in (0, 1)]
+    material = fc.Material(E=1.2e6, nu=0.0)
+    if make is strip:
+        sheet = strip(straight((0, 0, 0), (10, 0, 0), 8), material, width=1.0, height=0.1)
+        ends, last, up = [0], [-1], 1
+    else:
+        sheet = make([(0, 0, 0), (10, 0, 0), (0, 1, 0)], (8, 1), material, 0.1)
+        ends, last, up = [0, 1], [-2, -1], 2
+    joints, across = Joints([sheet]), [(0, 1, 0), (0, 0, 1)]
+    held = [joints.pinned((0, k)) for k in ends] + [joints.guided((0, k), 2) for k in ends]
+    held += [joints.flat()] if make is strip else [joints.guided((0, k), 1, across) for k in ends]
+    held += [joints.guided((0, k), 3) for k in ends if make is thick_plate]
     f = np.zeros(sheet.vectors.shape)
-    f[-2:, 0, 2] = 2.0
+    f[last, 0, up] = 4.0 / len(last)
     assembly = Assembly([sheet], joints.free(held))
     path = equilibrium(lambda level: Stage(assembly, level * f.ravel()), steps=3)
     assert path.success
-    tip = sheet.positions(path.last.q)[-1] / 10
-    row("plate strip, end force, 8 x 1", "tip across, of the length", 0.66996, tip[2], 0.002, dofs=162)
-    row("plate strip, end force, 8 x 1", "tip short, of the length", 0.32894, 1 - tip[0], 0.002, dofs=162)
+    tip, case = sheet.positions(path.last.q)[-1] / 10, f"{sheet.name}, end force, 8 elements"
+    row(case, "tip across, of the length", 0.66996, tip[up], most, dofs=sheet.n_dofs)
+    row(case, "tip short, of the length", 0.32894, 1 - tip[0], most * 2, dofs=sheet.n_dofs)
 
 
 def pinched(n, radius, length, thickness, E, nu, force, diaphragms):
@@ -82,10 +163,10 @@ def pinched(n, radius, length, thickness, E, nu, force, diaphragms):
 def test_pinched_cylinders(row):
     """Two opposite forces on a cylinder with free ends, bent without stretch, and with rigid diaphragms.
 
-    Sources: for free ends T. Belytschko et al., Comput. Methods Appl. Mech. Engrg. 51 (1985): 0.1139, and S. Timoshenko
-    & S. Woinowsky-Krieger, Theory of Plates and Shells, section 122: 0.1084 if nothing stretches; for diaphragms R. H.
-    MacNeal & R. L. Harder, Finite Elem. Anal. Des. 1 (1985): 1.8248e-5. Adini's functions do not conform and may be too
-    soft.
+    Sources: for free ends 0.1139, H. Takemoto & R. D. Cook, Int. J. Numer. Methods Eng. 7 (1973), by ANSYS's manual of
+    verification, VM6; for diaphragms R. H. MacNeal & R. L. Harder, Finite Elem. Anal. Des. 1 (1985), 1.8248e-5, which
+    is 164.24 P / (E t) of G. M. Lindberg, M. D. Olson & G. R. Cowper (1969), by decks of Kratos and OpenSees. Adini's
+    functions do not conform and may be too soft.
     """
     free = pinched(8, 4.953, 10.35, 0.094, 10.5e6, 0.3125, 100.0, diaphragms=False)
     row("pinched cylinder, free ends, 8 x 8", "deflection", 0.1139, free, 0.01, dofs=729)

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.ancf.member import Drawing
 from fecontact.ancf.slender.axis import axes_of
-from fecontact.ancf.slender.structure import BETWEEN
+from fecontact.ancf.slender.nodal import BETWEEN, Nodal
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths
 from fecontact.common.errors import InputError
@@ -36,7 +36,7 @@ ARCH = np.array([[4.0, -1.0], [-1.0, 4.0]])
 
 
 @dataclass(frozen=True, eq=False)
-class CorotationalBeam:
+class CorotationalBeam(Nodal):
     """A straight beam along nodes in order, in the plane x, y.
 
     Supports and joints take (x, y, angle) as the one vector of a node: a pin holds the directions x and y of it.
@@ -114,16 +114,6 @@ class CorotationalBeam:
         return "corotational beam"
 
     @property
-    def n_dofs(self) -> int:
-        """Coordinates."""
-        return self.vectors.size
-
-    @property
-    def q0(self) -> Array:
-        """Initial coordinates (n_dofs,)."""
-        return self.vectors.ravel()
-
-    @property
     def extent(self) -> float:
         """Largest extent of its nodes."""
         return float(np.ptp(self._nodes, axis=0).max())
@@ -144,11 +134,6 @@ class CorotationalBeam:
     def translation(self, direction: Array) -> Array:
         """Change (n_dofs,) of the coordinates by a translation (3,); what leaves the plane is none."""
         return np.tile([direction[0], direction[1], 0.0], len(self._nodes))
-
-    @property
-    def is_slender(self) -> bool:
-        """Yes."""
-        return True
 
     @property
     def rigid_modes(self) -> Array:
@@ -247,9 +232,6 @@ class CorotationalBeam:
     def forces_between(self, q0: Array, q1: Array) -> Array:
         """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy, see `BETWEEN`."""
         return np.sum([w * self.forces(q0 + x * (q1 - q0)) for x, w in BETWEEN], axis=0, dtype=float)
-
-    def check_inverted(self, q: Array) -> None:
-        """A beam has no volume to turn inside out."""
 
     def drawn(self, q: Array) -> Drawing:
         """Its chords."""

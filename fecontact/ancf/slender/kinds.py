@@ -48,6 +48,11 @@ def _rule(nx: int, ny: int = 1, nz: int = 1, across: tuple[bool, bool] = (False,
     return points, weights
 
 
+def _at_nodes(shape: Shape) -> tuple[Array, Array]:
+    """Nodes (n, 3) of the unit box and their equal weights (n,)."""
+    return np.array(shape.nodes), np.full(len(shape.nodes), 1 / len(shape.nodes))
+
+
 def line(
     points: ArrayLike | Sequence[ArrayLike],
     *,
@@ -237,7 +242,10 @@ def rectangle_torsion(width: float, height: float) -> float:
 
 
 def _elastic_line(material: Material, width: float, height: float, J: float, size: Array) -> list[Part]:
-    """Stretch with strains of the section; shear at two points; bending and torsion by the section's gradients.
+    """Stretch; strains of the section at nodes; shear at two points; bending and torsion by the section's gradients.
+
+    Gradients across are linear between nodes and so shorten where the section turns: with a unit length inside, an
+    element could not bend. Their strains count at its nodes, where neighbours share them.
 
     With a linear turn of the section and a cubic axis, shear at two points leaves the axis one free form in each
     element. The change of shear along the axis resists it, with the rigidity of bending, so that the linear part of the
@@ -247,7 +255,7 @@ def _elastic_line(material: Material, width: float, height: float, J: float, siz
     shear_rigidity = 5 / 6 * G * A
     one, two = _rule(3, across=(True, True)), _rule(2, across=(True, True))
     # the section's strains have moduli of their own: nothing couples them to bending
-    section = Products((((0.5, 0, 0),), ((0.5, 1, 1),), ((0.5, 2, 2),), ((1.0, 1, 2),)), (0.5, 0.5, 0.5, 0.0))
+    section = green_lagrange((0, 1))
     shear = Products((((1.0, 0, 1),), ((1.0, 0, 2),)), (0.0, 0.0))
     # of r_x, r_y, r_z, r_xy, r_xz
     turns = Products((((1.0, 0, 3),), ((1.0, 0, 4),), ((0.5, 2, 3), (-0.5, 1, 4))), (0.0, 0.0, 0.0))
@@ -255,7 +263,8 @@ def _elastic_line(material: Material, width: float, height: float, J: float, siz
     change = Products((((1.0, 3, 1), (1.0, 0, 4)), ((1.0, 3, 2), (1.0, 0, 5))), (0.0, 0.0))
     bending = E * A * np.array([width**2, height**2]) / 12
     return [
-        Part((X, Y, Z), section, A * np.diag([E, E, E, G]), *one, size),
+        Part((X,), green_lagrange((0,)), A * E * np.eye(1), *one, size),
+        Part((Y, Z), section, A * np.diag([E, E, G]), *_at_nodes(shapes.BEAM), size),
         Part((X, Y, Z), shear, shear_rigidity * np.eye(2), *two, size),
         Part((X, Y, Z, XY, XZ), turns, np.diag([*bending, G * J]), *two, size),
         *(
@@ -275,13 +284,13 @@ def _flat_line(material: Material, width: float, height: float, size: Array) -> 
     """The elastic line in a plane, see `_elastic_line`."""
     E, A, G = material.E, width * height, material.shear_modulus
     one, two = _rule(3, across=(True, False)), _rule(2, across=(True, False))
-    section = Products((((0.5, 0, 0),), ((0.5, 1, 1),)), (0.5, 0.5))
     # r_x . r_y is the shear, r_x . r_xy the turn of the section
     product = Products((((1.0, 0, 1),),), (0.0,))
     change = Products((((1.0, 2, 1), (1.0, 0, 3)),), (0.0,))
     bending = E * A * height**2 / 12
     return [
-        Part((X, Y), section, A * E * np.eye(2), *one, size),
+        Part((X,), green_lagrange((0,)), A * E * np.eye(1), *one, size),
+        Part((Y,), green_lagrange((0,)), A * E * np.eye(1), *_at_nodes(shapes.STRIP), size),
         Part((X, Y), product, 5 / 6 * G * A * np.eye(1), *two, size),
         Part((X, XY), product, bending * np.eye(1), *two, size),
         Part((X, Y, XX, XY), change, bending * np.eye(1), *one, size * _short(bending, 5 / 6 * G * A, size)),
@@ -398,12 +407,12 @@ def _middle_surface(material: Material, thickness: float, area: Array) -> list[P
     """A thin plate's parts, the strain of the gradient across, and its shear against the middle surface.
 
     The gradient across is bilinear and the surface's normal is not, so that their shear is taken in the middle of an
-    element; its change within the element is resisted with the rigidity of bending, so that nothing locks.
+    element; its change within the element is resisted with the rigidity of bending, so that nothing locks. Its length
+    counts at the nodes, see `_elastic_line`.
     """
     flat = _in_plane(material)
     four, middle = _rule(4, 4, across=(False, True)), _rule(1, 1, across=(False, True))
     thin = _thin(material, thickness, four, area)
-    stretch = Products((((0.5, 0, 0),),), (0.5,))
     shear = Products((((1.0, 0, 2),), ((1.0, 1, 2),)), (0.0, 0.0))
     # of r_x, r_y, r_z, r_xx, r_yy, r_xy, r_xz, r_yz
     change = Products(
@@ -413,7 +422,7 @@ def _middle_surface(material: Material, thickness: float, area: Array) -> list[P
     sheared = 5 / 6 * thickness * material.shear_modulus
     return [
         *thin,
-        Part((Z,), stretch, thickness * material.E * np.eye(1), *four, area),
+        Part((Z,), green_lagrange((0,)), thickness * material.E * np.eye(1), *_at_nodes(shapes.THICK_PLATE), area),
         Part((X, Y, Z), shear, sheared * np.eye(2), *middle, area),
         Part((X, Y, Z, XX, YY, XY, XZ, YZ), change, thickness**3 / 12 * flat, *four, area),
     ]

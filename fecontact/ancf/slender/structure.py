@@ -16,15 +16,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.member import Drawing
+from fecontact.ancf.slender.nodal import BETWEEN, Nodal
 from fecontact.ancf.slender.shapes import Order, Shape
 from fecontact.ancf.slender.strains import Measure
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-
-#: Gauss points and weights of the straight step between two states: the mean of the forces there does the work of the
-#: energy's change, to the sixth power of the strains of a step. Source: the average vector field of R. I. McLachlan,
-#: G. R. W. Quispel & N. Robidoux, Phil. Trans. R. Soc. A 357 (1999).
-BETWEEN = tuple(((1 + x) / 2, w / 2) for x, w in zip(*np.polynomial.legendre.leggauss(3), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +49,7 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Structure:
+class Structure(Nodal):
     """Elements of one shape, joined at their nodes.
 
     Parameters
@@ -98,16 +94,6 @@ class Structure:
         """Of its elements."""
         return self.shape.name
 
-    @property
-    def n_dofs(self) -> int:
-        """Coordinates."""
-        return self.vectors.size
-
-    @property
-    def q0(self) -> Array:
-        """Initial coordinates (n_dofs,)."""
-        return self.vectors.ravel()
-
     def positions(self, q: Array) -> Array:
         """Nodes (n_nodes, 3)."""
         return q.reshape(self.vectors.shape)[:, 0]
@@ -139,11 +125,6 @@ class Structure:
         arms = self.vectors.copy()
         arms[:, 0] -= point
         return np.cross(axis, arms).ravel()
-
-    @property
-    def is_slender(self) -> bool:
-        """Yes."""
-        return True
 
     @property
     def rigid_modes(self) -> Array:
@@ -302,9 +283,6 @@ class Structure:
         """Elastic forces (n_dofs,) whose work from q0 to q1 is the change of energy, see `BETWEEN`."""
         x, w = np.array(BETWEEN).T
         return self._forces(q0 + x[:, None] * (q1 - q0), w)
-
-    def check_inverted(self, q: Array) -> None:
-        """Slender elements have no volume to turn inside out."""
 
     def drawn(self, q: Array) -> Drawing:
         """Nine points along the axis of every element; the corners of plates."""
