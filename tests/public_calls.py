@@ -198,7 +198,9 @@ def public_calls(folder: Path) -> dict[str, Call]:
             surfaces=("bottom", "surface"),
             swap="auto",
             coupling="auto",
-            friction=0.0,
+            friction=(0.1, 0.3),
+            friction_axis=(1.0, 0.0, 0.0),
+            axis_of="slave",
             use=lambda c: fc.Scene([body, floor], [c]).solve(**pressed),
         ),
         "Spring": of(

@@ -159,6 +159,8 @@ def friction(value: float, infinite: bool = False) -> float:
     (0.3, inf)
     """
     found = number(value)
+    if (pair := array_of(value)) is not None and pair.shape == (2,):
+        raise InputError(f"Friction is the same in all directions here: give one coefficient; found {shown(value)}.")
     if not 0 <= found <= math.inf or (math.isinf(found) and not infinite):
         expected = "zero or positive" + ("" if infinite else " and finite")
         raise InputError(f"The friction (Coulomb's mu) must be {expected}; found {shown(value)}.")

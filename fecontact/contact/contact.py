@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.arguments import texts
-from fecontact.common.checks import among, friction
+from fecontact.common.arrays import Array
+from fecontact.common.checks import among, array_of, friction, positives, vector
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
+from fecontact.contact.lay import Lay
+
+#: Largest ratio of two coefficients of friction: slip in one direction is certified more loosely by as much.
+MOST_UNLIKE = 1e3
 
 
 @one_line
@@ -30,10 +39,19 @@ class Contact:
     coupling : {'auto', 'nodal', 'mortar'}
         'nodal': forces on slave nodes; 'mortar': non-negative multipliers and weighted gaps over the exact overlap;
         'auto': nodal where faces match or nest and on rigid surfaces, mortar elsewhere.
-    friction : float
-        Coulomb's coefficient of friction, from 0 (the default, frictionless) to inf (rough: what touches sticks).
-        Friction depends on the order of loads, see `Scene.solve_path`; `Scene.solve` is one step from the unloaded
-        state.
+    friction : float or (float, float)
+        Coulomb's coefficient of friction, from 0 (the default, frictionless) to inf (rough: what touches sticks); or
+        two, along `friction_axis` and across (orthotropic, see `contact.lay`). Friction depends on the order of loads,
+        see `Scene.solve_path`; `Scene.solve` is one step from the unloaded state.
+    friction_axis : (3,) array, optional
+        Direction of the first of two coefficients, such as that of grooves, in the axes of a body, with which it turns.
+        Points take its projection on their tangent planes.
+    axis_of : {'slave', 'master'}
+        That body.
+
+    Raises
+    ------
+    InputError
 
     Examples
     --------
@@ -49,10 +67,12 @@ class Contact:
     surfaces: tuple[str, str] | None = None
     swap: str = "auto"
     coupling: str = "auto"
-    friction: float = 0.0
+    friction: float | tuple[float, float] = 0.0
+    friction_axis: ArrayLike | None = None
+    axis_of: str = "slave"
 
     def __post_init__(self) -> None:
-        friction(self.friction, infinite=True)
+        among("axis_of", self.axis_of, ("slave", "master"))
         among("coupling", self.coupling, ("auto", "nodal", "mortar"))
         among("swap", self.swap, ("auto", "never"))
         for body in (self.slave, self.master):
@@ -74,3 +94,53 @@ class Contact:
         assert self.surfaces is not None
         self.slave.surface(self.surfaces[0])
         self.master.surface(self.surfaces[1])
+        self._check_friction()
+
+    def _check_friction(self) -> None:
+        """Refuse senseless coefficients, an axis without a pair of them, and a pair in a section."""
+        given = array_of(self.friction)
+        if given is None or given.ndim == 0:
+            friction(self.friction, infinite=True)  # type: ignore[arg-type]
+            if self.friction_axis is not None or self.axis_of != "slave":
+                raise InputError(
+                    "friction_axis and axis_of are of two coefficients of friction; found one. Give friction=(along, "
+                    "across), or leave them out."
+                )
+            return
+        pair = positives("the coefficients of friction", self.friction, 2)
+        if max(pair) > MOST_UNLIKE * min(pair):
+            raise InputError(
+                f"Two coefficients of friction may differ by a factor of {MOST_UNLIKE:g}; found {pair[0]:g} and "
+                f"{pair[1]:g}."
+            )
+        if self.friction_axis is None:
+            raise InputError("Two coefficients of friction need friction_axis, the direction of the first.")
+        if not vector("friction_axis", self.friction_axis).any():
+            raise InputError("friction_axis is zero; give the direction of the first coefficient of friction.")
+        for body in (self.slave, self.master):
+            if body.out_of_plane is not None:
+                raise InputError(
+                    f"{body.name!r} is a section, in which points slip along one line: give one coefficient of "
+                    f"friction instead of {pair}."
+                )
+        object.__setattr__(self, "friction", pair)
+
+    def turned_over(self) -> Self:
+        """The same contact with the sides swapped."""
+        axis_of = {"slave": "master", "master": "slave"}[self.axis_of] if self.friction_axis is not None else "slave"
+        one, other = self.surfaces or ("", "")
+        return replace(self, slave=self.master, master=self.slave, surfaces=(other, one), axis_of=axis_of)
+
+    @property
+    def mu(self) -> float:
+        """The coefficient of friction; of two the larger one."""
+        return float(np.max(self.friction))
+
+    @property
+    def lay(self) -> Lay | None:
+        """Direction of two coefficients of friction in world axes, by the present pose; None with one."""
+        if self.friction_axis is None:
+            return None
+        body = self.slave if self.axis_of == "slave" else self.master
+        axis: Array = body.pose.rotation @ vector("friction_axis", self.friction_axis)
+        return Lay(np.array(self.friction), axis / np.linalg.norm(axis), body.name)

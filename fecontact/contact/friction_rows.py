@@ -21,14 +21,18 @@ import scipy.sparse as sp
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
 from fecontact.contact.interface import Interface, UnilateralConstraints
+from fecontact.contact.lay import Lay
 from fecontact.contact.slip_path import screw_paths, touching_points
 from fecontact.solvers import ComplementarityProblem
 from fecontact.solvers.friction_problem import FrictionProblem
 
 #: Sine of the angle between a normal and the common axis of reference below which another axis is taken.
 NEARLY_PARALLEL = 0.1
+#: Compliance of a point in one direction, relative to that in others, that is rounding.
+HELD = 1e-10
 
 
 @one_line
@@ -44,7 +48,9 @@ class TangentialRows(UnilateralConstraints):
     place : int
         Its number among the interfaces of the problem.
     mu : float
-        Coefficient of friction; may be infinite.
+        Coefficient of friction; may be infinite. With a lay the larger one.
+    lay : Lay, optional
+        Direction of two coefficients: slip along each is scaled by its share of the larger one, forces inversely.
     since : Pose, optional
         Pose of the slave's axes in the master's at the end of the last load step; by default the present one.
     moved : (n, 3) array, optional
@@ -56,6 +62,7 @@ class TangentialRows(UnilateralConstraints):
     interface: Interface
     place: int
     mu: float
+    lay: Lay | None = None
     since: Pose | None = None
     moved: Array | None = None
     pressed: Mask | None = None
@@ -70,12 +77,32 @@ class TangentialRows(UnilateralConstraints):
 
     @cached_property
     def tangents(self) -> Array:
-        """Unit vectors (k, n, 3) in world axes, orthogonal to the points' mean normals; one in a section."""
+        """Vectors (k, n, 3) in world axes, orthogonal to each other and to the points' mean normals; one in a section.
+
+        Of unit length, with a lay of those of its scaled slips. Forces are sums of these vectors.
+        """
         normals, turn = self.normals, self.interface.slave.pose.rotation
+        if self.lay is not None:
+            return self.lay.tangents(normals)
         if self.interface.slave_surface.out_of_plane is not None:
             return np.asarray(np.cross(turn[:, 1], normals))[None]
         first = _across(normals)
         return np.stack([first, np.cross(normals, first)])
+
+    def check_lay(self, touching: Mask) -> None:
+        """Refuse points that touch (n,) where a lay has no direction in the surface."""
+        if self.lay is not None:
+            self.lay.check(self.normals, self.interface.slave.pose.to_world(self._centres), touching)
+
+    def slip_vectors(self, slip: Array) -> Array:
+        """Vectors (n, 3) in world axes of slips (k, n) along the tangents."""
+        return np.einsum("kn,kni->ni", slip / (self.tangents**2).sum(axis=2), self.tangents)
+
+    def mu_along(self, slip: Array) -> Array:
+        """Coefficient of friction (n,) in the direction of slips (k, n) along the tangents; `mu` without slip."""
+        length = np.linalg.norm(self.slip_vectors(slip), axis=1)
+        ratio = np.divide(np.linalg.norm(slip, axis=0), length, out=np.ones(len(length)), where=length > 0)
+        return np.asarray(self.mu * ratio)
 
     @property
     def n_points(self) -> int:
@@ -156,7 +183,7 @@ class TangentialRows(UnilateralConstraints):
         opening : (n,) array
             Change of the gap.
         """
-        along = np.einsum("kn,kni->ni", slip - self.gap.reshape(slip.shape), self.tangents)
+        along = self.slip_vectors(slip - self.gap.reshape(slip.shape))
         return np.asarray((along + opening[:, None] * self.normals) @ self.interface.master.pose.rotation)
 
     @property
@@ -217,6 +244,11 @@ def friction_problem(
     chosen : sequence of int arrays
         Chosen pairs of each interface.
     friction : sequence of TangentialRows
+
+    Raises
+    ------
+    InputError
+        If a lay is oblique to a plane of symmetry.
     """
     first = np.cumsum([0] + [len(c) for c in chosen])
     start, points, tangents, mu = int(first[-1]), [], [], []
@@ -228,6 +260,9 @@ def friction_problem(
         start += k * count
     rows = np.concatenate(tangents)
     S = np.array(condensed.S)
+    for each, pairs in zip(friction, tangents, strict=True):
+        if each.lay is not None:
+            _check_mirrored(each.lay, S[pairs[:, :, None], pairs[:, None]])
     # a direction held on both sides, as on a plane of symmetry, has no compliance: its force is zero by symmetry
     diagonal = S.diagonal()
     held = np.zeros(len(S), bool)
@@ -236,6 +271,16 @@ def friction_problem(
     S[held, held] = diagonal.mean()
     given = ComplementarityProblem(S, condensed.g, condensed.B, condensed.F)
     return FrictionProblem(given, np.concatenate(points), rows, np.concatenate(mu))
+
+
+def _check_mirrored(lay: Lay, compliance: Array) -> None:
+    """Refuse a lay oblique to a plane of symmetry: of compliances (n, 2, 2) of points, one on it is singular."""
+    scale = np.diagonal(compliance, axis1=1, axis2=2).min(axis=1)
+    if (np.linalg.eigvalsh(compliance)[:, 0] < HELD * scale).any():
+        raise InputError(
+            f"A point is held in a direction oblique to the lay of {lay.body!r}, as on a plane of symmetry, whose "
+            "mirror image would have another lay. Give an axis along the plane or across, or model both halves."
+        )
 
 
 def _across(normals: Array) -> Array:

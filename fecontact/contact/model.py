@@ -69,7 +69,7 @@ class SceneModel:
     @property
     def has_friction(self) -> bool:
         """Whether a contact has friction."""
-        return any(contact.friction > 0 for contact in self.contacts)
+        return any(contact.mu > 0 for contact in self.contacts)
 
     def interfaces(self, loading: Loading) -> tuple[Interface, ...]:
         """The contacts, paired over their whole surfaces as suits a load; kept for the next one that they suit."""

@@ -22,8 +22,8 @@ class FrictionFields:
 
     Attributes
     ----------
-    mu : float
-        Coefficient of friction.
+    mu : float or (float, float)
+        Coefficient of friction, or those along and across the axis of orthotropic friction.
     forces : (n, 3) array
         Tangential forces.
     weights : (n,) array
@@ -38,11 +38,13 @@ class FrictionFields:
         the poses; the next load step counts slip from it.
     resultants : (n, 3) array
         As `forces`; of a body of revolution, sums over rings.
+    mu_along_slip : (n,) array
+        Coefficient in the direction of a point's slip: the work of friction over pressure and length of the slip.
     detour : float
         Largest share by which a point's path during the step exceeds the chord, which its slip is.
     """
 
-    mu: float
+    mu: float | tuple[float, float]
     forces: Array
     weights: Array
     slip: Array
@@ -50,6 +52,7 @@ class FrictionFields:
     sliding: Mask
     moved: Array = field(repr=False)
     resultants: Array = field(repr=False)
+    mu_along_slip: Array = field(repr=False)
     detour: float = 0.0
 
     @property
@@ -85,7 +88,7 @@ class FrictionFields:
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON; an infinite coefficient as "rough"."""
         return {
-            "mu": self.mu if np.isfinite(self.mu) else "rough",
+            "mu": self.mu if np.isfinite(self.mu).all() else "rough",
             "force": self.force.tolist(),
             "stick_area": self.stick_area,
             "slip_area": self.slip_area,
@@ -99,8 +102,13 @@ class FrictionFields:
 
     @property
     def work_density(self) -> Array:
-        """The same by area (n,); wear depth by Archard's law is this times the wear coefficient over mu."""
+        """The same by area (n,)."""
         return -np.einsum("ni,ni->n", self.traction, self.slip)
+
+    @property
+    def rubbed(self) -> Array:
+        """Integral of the pressure over the length of slip (n,); times Archard's coefficient the wear depth."""
+        return self.work_density / self.mu_along_slip
 
 
 def friction_fields(
@@ -113,8 +121,7 @@ def friction_fields(
     if solution is None:
         return {}
     out, start = {}, 0
-    slips = state.gaps[len(chosen) :]
-    for each, slip in zip(friction, slips, strict=True):
+    for each, slip in zip(friction, state.gaps[len(chosen) :], strict=True):
         points = chosen[each.place]
         n, k, here = each.n_points, len(each.tangents), slice(start, start + len(points))
         start += len(points)
@@ -122,17 +129,18 @@ def friction_fields(
         force[points] = solution.tangential[here]
         touching, sliding = np.zeros(n, bool), np.zeros(n, bool)
         touching[points], sliding[points] = solution.touching[here], solution.sliding[here]
-        forces = np.einsum("nk,kni->ni", force, each.tangents)
+        forces, slips = np.einsum("nk,kni->ni", force, each.tangents), each.slip_vectors(moved)
         extent = each.interface.slave_surface.out_of_plane
         out[each.place] = FrictionFields(
-            mu=each.mu,
+            mu=each.mu if each.lay is None else (float(each.lay.mu[0]), float(each.lay.mu[1])),
             forces=forces,
             weights=each.interface.pairing.weights,
-            slip=np.einsum("kn,kni->ni", moved, each.tangents),
+            slip=slips,
             touching=touching,
             sliding=sliding,
             moved=each.displaced(moved, state.gaps[each.place] - each.interface.gap),
             resultants=forces if extent is None else extent.mean(forces),
+            mu_along_slip=each.mu_along(moved),
             detour=each.detour(touching, state.scale),
         )
     return out

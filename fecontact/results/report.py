@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from fecontact.common.arrays import Array
 from fecontact.common.stopwatch import peak_memory as peak_memory
 from fecontact.results.model_size import model_size
@@ -34,8 +36,9 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
             lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}{units.behind('length')}")
         if c.friction is not None:
             f = c.friction
+            mu = ", ".join(f"{each:g}" for each in np.atleast_1d(f.mu))
             lines += [
-                f"  friction, mu {f.mu:<9g} {_numbers(f.force)}{units.behind('force')}",
+                f"  friction, mu {mu:<9} {_numbers(f.force)}{units.behind('force')}",
                 f"  area stuck, sliding   {f.stick_area:>13.6g} {f.slip_area:>13.6g}{square}",
                 f"  work of friction      {f.dissipated:>13.6g}{units.behind('moment')}   in this step",
             ]

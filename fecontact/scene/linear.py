@@ -92,7 +92,7 @@ def solved(
             complete = all(len(w) == len(c) for w, c in zip(wider, chosen, strict=True))
             if rounds == MOST_ROUNDS or complete or _slides_within(error, condensed, chosen):
                 if friction:
-                    raise slides(error, loading) from error
+                    raise slides(error, loading, friction) from error
                 raise
             chosen, start = wider, None
             continue
@@ -115,6 +115,8 @@ def solved(
                 "Check the loads and the initial gap."
             )
     fields = friction_fields(friction, chosen, frictional, state)
+    for each in friction:
+        each.check_lay(fields[each.place].touching)
     result = make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds, fields)
     if frictional is None:
         return result
@@ -160,8 +162,8 @@ def tangential_rows(
     number = {id(body): k for k, body in enumerate(model.bodies)}
     for k, (contact, interface) in enumerate(zip(model.contacts, interfaces, strict=False)):
         paired = interface.as_contact
-        if contact.friction > 0 and paired is not None:
-            rows = TangentialRows(paired, k, contact.friction)
+        if contact.mu > 0 and paired is not None:
+            rows = TangentialRows(paired, k, contact.mu, contact.lay)
             if past is not None:
                 slave, master = (past.poses[number[id(body)]] for body in (paired.slave, paired.master))
                 moved, pressed = past.moved[k].at(paired.pairing.nodes) if k in past.moved else (None, None)
@@ -183,9 +185,12 @@ def _slides_within(error: InfeasibleLoadError, condensed: CondensedProblem, chos
     return not any(_outside(c, w, state.scale).any() for c, w in zip(chosen, state.gaps, strict=False))
 
 
-def slides(error: InfeasibleLoadError, loading: Loading) -> SupportError:
+def slides(error: InfeasibleLoadError, loading: Loading, friction: Sequence[TangentialRows]) -> SupportError:
     """Error that names the motion that friction cannot hold."""
-    return SupportError(f"{'; '.join(motion_texts(error.direction, loading))}. {error}")
+    text = f"{'; '.join(motion_texts(error.direction, loading))}. {error}"
+    if any(each.lay is not None for each in friction):
+        text += " Of two coefficients mu is the larger one, with their ratio as given."
+    return SupportError(text)
 
 
 def _from_known(

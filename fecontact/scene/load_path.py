@@ -108,9 +108,9 @@ class LoadPath:
         positive("the coefficient of wear", coefficient)
         whole("the number of the contact", contact, 0, len(self.steps[0].contacts) - 1)
         found = [result.contacts[contact].friction for result in self.steps]
-        if any(f is None or not 0 < f.mu < np.inf for f in found):
+        if any(f is None or np.isinf(f.mu).any() for f in found):
             raise InputError(f"Contact {contact} has no finite friction: Archard's law needs its work.")
-        return np.asarray(sum(coefficient * f.work_density / f.mu for f in found if f is not None))
+        return np.asarray(sum(coefficient * f.rubbed for f in found if f is not None))
 
     def __str__(self) -> str:
         lines = [f"{'step':>4}  {'normal':>12}  {'friction':>12}  {'stick area':>12}  {'slip area':>12}  {'work':>12}"]
@@ -280,12 +280,12 @@ class _Way:
         """The same with the contacts coupled as in a result: by the same sides and points."""
         contacts = [
             replace(
-                contact, slave=one, master=other, surfaces=interface.surfaces, swap="never",
+                contact if result.given(interface.slave) is contact.slave else contact.turned_over(),
+                swap="never",
                 coupling=interface.pairing.coupling,
             )
             for contact, interface in zip(self.model.contacts, result.interfaces, strict=True)
-            for one, other in [(result.given(interface.slave), result.given(interface.master))]
-        ]  # fmt: skip
+        ]
         return replace(self, model=replace(self.model, contacts=contacts))
 
 

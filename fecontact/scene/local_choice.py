@@ -42,7 +42,7 @@ def _meshed(contact: Contact) -> tuple[ElasticBody, ...]:
 
 def _told(contact: Contact, loading: Loading) -> str:
     """The sentence."""
-    if contact.friction > 0:
+    if contact.mu > 0:
         return "no local body, since it gives along its normal only and this contact has friction."
     try:
         windows = [_window(body, contact, loading) for body in _meshed(contact)]

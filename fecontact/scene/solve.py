@@ -170,7 +170,7 @@ def refuse_with_friction(model: SceneModel, solver: str | CustomSolver) -> None:
     """
     if solver != "auto":
         raise InputError(f"Friction has a solver of its own: leave solver out; found solver={solver!r}.")
-    for body in {b for c in model.contacts if c.friction > 0 for b in (c.slave, c.master)}:
+    for body in {b for c in model.contacts if c.mu > 0 for b in (c.slave, c.master)}:
         if body.is_foundation or has_cells(body.surface(body.contact[0])):
             raise InputError(
                 f"{body.name!r} gives along its normal only, so friction on it has no slip to judge. Give an elastic "

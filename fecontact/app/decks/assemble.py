@@ -73,7 +73,7 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
         )
     loads = [_loads(deck, step, made, rigid) for step in deck.steps]
     bodies: list[ElasticBody | RigidBody] = [*(m.body for m in made), *rigid.values()]
-    friction = any(c.friction > 0 for c in contacts)
+    friction = any(c.mu > 0 for c in contacts)
     several = len(loads) > 1
     names = [step.name for step in deck.steps]
     return SceneFile(

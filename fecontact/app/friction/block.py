@@ -83,7 +83,7 @@ class BlockStudy(StudyFigures):
         assert contact.friction is not None
         draw_friction(left, contact, contact.friction, units)
         left.set_title("held by friction: sticks and slides")
-        _draw_drag(right, self.shift, self.friction, contact.friction.mu * contact.total_force, units)
+        _draw_drag(right, self.shift, self.friction, float(np.max(contact.friction.mu)) * contact.total_force, units)
         figure.suptitle(f"{self.name}, {self.setting}")
         return save_figure(figure, path)
 

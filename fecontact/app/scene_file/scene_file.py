@@ -173,7 +173,8 @@ def _contact(table: Table, bodies: Mapping[str, AnyBody | None]) -> Contact | No
         table.fault("surfaces", f"must be two names, the slave's first; found {names!r}.")
     swap = table.text("swap", ("auto", "never")) or "auto"
     coupling = table.text("coupling", ("auto", "nodal", "mortar")) or "auto"
-    friction = _friction(table)
+    friction, axis = _friction(table), table.numbers("friction_axis", 3)
+    axis_of = table.text("axis_of", ("slave", "master")) or "slave"
     table.finish()
     if table.faulty:
         return None
@@ -181,14 +182,18 @@ def _contact(table: Table, bodies: Mapping[str, AnyBody | None]) -> Contact | No
     if one is None or other is None:
         return None
     surfaces = None if names is None else (names[0], names[1])
-    return table.attempt(lambda: Contact(one, other, surfaces, swap, coupling, friction))
+    return table.attempt(lambda: Contact(one, other, surfaces, swap, coupling, friction, axis, axis_of))
 
 
-def _friction(table: Table) -> float:
-    """Coefficient of friction; the word "rough" for an infinite one."""
-    if table.values.get("friction") == "rough":
+def _friction(table: Table) -> float | tuple[float, float]:
+    """Coefficient of friction; the word "rough" for an infinite one, or two."""
+    given = table.values.get("friction")
+    if given == "rough":
         table.text("friction")
         return math.inf
+    if isinstance(given, list):
+        pair = table.numbers("friction", 2)
+        return 0.0 if pair is None else (pair[0], pair[1])
     return table.number("friction") or 0.0
 
 

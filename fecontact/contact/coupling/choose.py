@@ -116,7 +116,7 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
     """
     assert contact.surfaces is not None
     given = CouplingChoice(
-        contact.slave, contact.master, contact.surfaces, search_radius=search_radius, friction=contact.friction > 0
+        contact.slave, contact.master, contact.surfaces, search_radius=search_radius, friction=contact.mu > 0
     )
     surface = contact.slave.surface(contact.surfaces[0])
     if facets_of(surface) is None:

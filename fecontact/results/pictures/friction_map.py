@@ -25,8 +25,8 @@ def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFie
     order = np.argsort(contact.points[:, k])
     place = contact.points[order, k]
     along = np.linalg.norm(friction.traction, axis=1) * np.sign(friction.traction[:, k])
-    if np.isfinite(friction.mu):
-        limit = friction.mu * contact.pressure[order]
+    if np.isfinite(friction.mu_along_slip).all():
+        limit = (friction.mu_along_slip * contact.pressure)[order]
         axes.fill_between(place, -limit, limit, color="0.9", label="up to mu times the pressure")
     axes.plot(place, along[order], color="0.4", linewidth=1.0)
     for chosen, colour, name in _states(friction):
