@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import fecontact as fc
-from fecontact.app.joint.path_table import PathTable
+from fecontact.results.case_table import CaseTable
 
 CARTILAGE = fc.Material(E=10.0, nu=0.45)  # MPa; mm and N throughout
 THICKNESS = 2.0
@@ -67,7 +67,7 @@ def gait(poses: int) -> tuple[np.ndarray, list[fc.Pose], np.ndarray]:
     return share, [fc.Pose(turn, (0.0, 0.0, HEIGHT)) for turn in turned], forces
 
 
-def main(n: int = 25, poses: int = 20, out: str | Path = "out", processes: int = 1) -> PathTable:
+def main(n: int = 25, poses: int = 20, out: str | Path = "out", processes: int = 1) -> CaseTable:
     folder = Path(out)
     joint = fc.Joint(condyle(n), plateau(n), THICKNESS, CARTILAGE, units=("mm", "N", "MPa"))
     print(*(body.describe() for body in joint.bodies), sep="\n")

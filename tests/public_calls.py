@@ -280,7 +280,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "Scene.sweep": of(scene.sweep, cases=[pressed], path=None, processes=1, executor=None, progress=None),
         "a case": of(lambda case: scene.sweep([case]), case=pressed),
         "case name": of(
-            lambda name, poses: scene.sweep([{**pressed, "name": name, "poses": poses}]), name="a", poses={}
+            lambda **k: scene.sweep([{**pressed, **k}]), name="a", poses={}, parameters={"angle": 1.0}, save=[]
         ),
         "case pose": of(lambda key, pose: scene.sweep([{**pressed, "poses": {key: pose}}]), key=body, pose=fc.Pose()),
         "result.plot": of(result.plot, what="pressure", path=None),

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
-from fecontact.app.scene_file.cases import table_of
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.common.errors import InputError
@@ -157,8 +156,8 @@ def solve(options: argparse.Namespace) -> int:
 
 
 def _sweep(scene: SceneFile, to: str | None) -> int:
-    rows = scene.sweep()
-    remarks = _show(_titled(scene, table_of(rows)), {"cases": rows}, to)
+    table = scene.sweep()
+    remarks = _show(_titled(scene, table), {"cases": list(table)}, to)
     for output in scene.outputs:
         say(f"wrote {output.path}", remarks)
     return 0

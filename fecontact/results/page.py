@@ -87,6 +87,11 @@ def notebook_cell(result: SolvedScene, warnings: Sequence[str], notes: Sequence[
     return _wrapped(_summary(result, warnings, notes) + _image(plot_result(result, "pressure")))
 
 
+def table_cell(columns: Sequence[str], rows: Iterable[Sequence[str]], remarks: Iterable[str]) -> str:
+    """HTML of a table in a notebook, with remarks below."""
+    return _wrapped(_table(columns, rows) + "".join(f'<p class="note">{escape(text)}</p>' for text in remarks))
+
+
 def _wrapped(body: str) -> str:
     return f'<style>{STYLE}</style><div class="fecontact">{body}</div>'
 

@@ -28,6 +28,8 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.search.radius import plain_facets
 from fecontact.contact.springs import spring_rows
 from fecontact.fem.model import Model
+from fecontact.results.case_table import CaseTable
+from fecontact.scene.case_given import loads_of, parameters_of
 from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import SearchHistory
 from fecontact.scene.search_radius import near_nodes
@@ -44,7 +46,7 @@ def run_sweep(
     processes: int = 1,
     executor: Executor | None = None,
     progress: bool | None = None,
-) -> list[dict[str, Any]]:
+) -> CaseTable:
     """Solve all cases; with friction, each is one load step from the unloaded state.
 
     The case with the largest load is solved first. From its contact the nodes that all cases may touch are estimated,
@@ -55,8 +57,9 @@ def run_sweep(
     scene : SceneModel
     cases : sequence of mappings
         Arguments of `Scene.solve`, and optionally ``name`` (default: a number), ``poses``, a mapping of Body to Pose,
-        and ``save``, a list of files for the result: those of `ContactResult.save`, or a picture of the pressure
-        (.png, .pdf, .svg). They are written where and when the case is solved.
+        ``parameters``, a mapping of names to numbers that belong to the case, such as an angle or a time, for columns
+        of the table, and ``save``, a list of files for the result: those of `ContactResult.save`, or a picture of the
+        pressure (.png, .pdf, .svg). They are written where and when the case is solved.
     path : str or Path, optional
         File of JSON lines, one per case, written as cases are done. Cases already in it are not solved again, so that
         an interrupted sweep is resumed. Every row has a fingerprint of its model, case and settings; a row of the same
@@ -74,10 +77,11 @@ def run_sweep(
 
     Returns
     -------
-    list of dict
-        `ContactResult.summary` of each case with its ``name`` and ``fingerprint``, in the order of the cases. Results
-        do not depend on the process; figures of the solve (candidates, rounds, iterations, seconds, memory) depend on
-        the previous case. Rows of the file are in order of completion.
+    CaseTable
+        As a sequence, `ContactResult.summary` of each case with its ``name``, ``parameters``, ``loads`` and
+        ``fingerprint``, in the order of the cases. Results do not depend on the process; figures of the solve
+        (candidates, rounds, iterations, seconds, memory) depend on the previous case. Rows of the file are in order of
+        completion.
 
     Raises
     ------
@@ -101,6 +105,14 @@ def run_sweep(
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise InputError(f"The executor must have submit, as those of concurrent.futures do; found {shown(executor)}.")
     prints = fingerprints(scene, named)
+    parameters = {}
+    for name, case in named.items():
+        with naming(name):
+            parameters[name] = parameters_of(case)
+
+    def given(name: str) -> dict[str, Any]:
+        return {"parameters": parameters[name], "loads": loads_of(named[name])}
+
     done = finished(path, prints)
     left = {name: case for name, case in named.items() if name not in done}
     rows = _solved(scene, left, processes, executor) if left else ()
@@ -108,10 +120,11 @@ def run_sweep(
     with nullcontext() if path is None else sole_writer(path), line_of_cases as line:
         for name, row in rows:
             line.update()
-            done[name] = {"name": name, **row, "fingerprint": prints[name]}
+            done[name] = {"name": name, **row, **given(name), "fingerprint": prints[name]}
             if path is not None:
                 append_row(path, done[name])
-    return [done[name] for name in named]
+    contacts = tuple((contact.slave.name, contact.master.name) for contact in scene.contacts)
+    return CaseTable(tuple({**done[name], **given(name)} for name in named), contacts, scene.unit_names)
 
 
 Rows = Iterator[tuple[str, dict[str, Any]]]

@@ -34,6 +34,8 @@ from fecontact.scene.windows import has_open_windows
 from fecontact.solvers import TOLERANCE
 
 Case = Mapping[str, Any]
+#: What a case has besides poses and the arguments of `Scene.solve`; its result does not depend on it.
+OF_CASES = ("name", "parameters", "save")
 #: Arguments of `Scene.solve` that are not loads, and those that are not settings of the solver.
 _OTHER = ("search", "finite_motion", "accuracy", "max_dofs", "max_seconds")
 
@@ -58,7 +60,7 @@ class Posed:
     def of(cls, scene: SceneModel, case: Case) -> Posed:
         """The posed scene of a case."""
         now = posed_scene(scene, case.get("poses"))
-        return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in ("name", "poses", "save")}))
+        return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in (*OF_CASES, "poses")}))
 
     def loading(self) -> Loading:
         """Its loads, sorted and checked, and its settings checked with them."""
@@ -139,7 +141,7 @@ def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict
     out = {}
     for name, case in cases.items():
         try:
-            given = {k: fingerprint(numbered(v, bodies)) for k, v in case.items() if k not in ("name", "save")}
+            given = {k: fingerprint(numbered(v, bodies)) for k, v in case.items() if k not in OF_CASES}
         except RecursionError:
             raise InputError(f"Case {name!r} has a list or mapping that holds itself; give plain values.") from None
         said = {k: v for k, v in given.items() if v not in nothing and v != fingerprint(usual.get(k))}

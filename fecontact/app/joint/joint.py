@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.app.joint.cartilage import cartilage_body
-from fecontact.app.joint.path_table import PathTable
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import instance, items
@@ -26,6 +25,7 @@ from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.mesh.extrude import Thickness
 from fecontact.mesh.surface_mesh import SurfaceMesh
+from fecontact.results.case_table import CaseTable
 from fecontact.scene.scene import Scene
 
 
@@ -105,7 +105,7 @@ class Joint:
         maps: str | Path | None = None,
         processes: int = 1,
         progress: bool | None = None,
-    ) -> PathTable:
+    ) -> CaseTable:
         """Solve for the contact in every pose of a path.
 
         Parameters
@@ -151,15 +151,14 @@ class Joint:
         folder = None if maps is None else make_folder(maps)
         cases: list[dict[str, Any]] = []
         for k, pose in enumerate(path_poses):
-            case: dict[str, Any] = {"name": f"{k:04d}", "poses": {moving: pose}}
+            case: dict[str, Any] = {"name": f"{k:04d}", "poses": {moving: pose}, "parameters": {"time": when[k]}}
             case |= {what: {key.get(what, moving): rows[k]} for what, rows in loads.items() if rows is not None}
             if free:
                 case["free"] = {moving: free}
             if folder is not None:
                 case["save"] = [folder / f"{k:04d}.csv", folder / f"{k:04d}.png"]
             cases.append(case)
-        rows = self.scene.sweep(cases, path, processes=processes, progress=progress)
-        return PathTable.of(rows, when.tolist(), moving.name, self.scene.unit_names)
+        return self.scene.sweep(cases, path, processes=processes, progress=progress)
 
 
 def _both(given: Any) -> tuple[Any, Any]:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.app.scene_file.bodies import AnyBody
-from fecontact.app.scene_file.cases import save_cases
 from fecontact.app.scene_file.outputs import Output, write_output
+from fecontact.results.case_table import CaseTable
 from fecontact.results.result import ContactResult
 from fecontact.scene.load_path import LoadPath
 from fecontact.scene.scene import Scene
@@ -57,12 +57,12 @@ class SceneFile:
         """Solve the steps of a load path, see `Scene.solve_path`."""
         return self.scene.solve_path(self.steps, **self.options)
 
-    def sweep(self) -> list[dict[str, Any]]:
-        """Solve all cases and write their files; returns one summary each, see `sweep.run_sweep`."""
-        rows = self.scene.sweep([{**self.options, **case} for case in self.cases])
+    def sweep(self) -> CaseTable:
+        """Solve all cases and write their files, see `sweep.run_sweep`."""
+        table = self.scene.sweep([{**self.options, **case} for case in self.cases])
         for output in self.outputs:
-            save_cases(output.path, rows)
-        return rows
+            table.save(output.path)
+        return table
 
     def write(self, result: ContactResult) -> list[Path]:
         """Write all outputs; returns their paths."""

@@ -8,9 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fecontact.app.scene_file.cases import CASE_FILES
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
 from fecontact.common.files import check_writable, save_json, write_atomically
+from fecontact.results.case_table import TABLE_FILES
 from fecontact.results.result import ContactResult
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -39,7 +39,7 @@ def read_outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: b
     out: list[Output] = []
     taken: dict[Path, str] = {}
     if sweep and (others := sorted(set(table.values) - {"cases"})):
-        table.fault(others[0], "belongs to a single case; a sweep has cases (.csv, .jsonl) as its output.")
+        table.fault(others[0], "belongs to a single case; a sweep has cases (.csv, .json, .jsonl) as its output.")
     if not sweep and "cases" in table:
         table.fault("cases", "needs the cases of a sweep, [[cases]].")
     for kind in ("cases",) if sweep else (*FILES, *CONTACT_PICTURES, *BODY_PICTURES):
@@ -53,7 +53,7 @@ def read_outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: b
         if file is None:
             continue
         path = folder / file
-        suffixes = CASE_FILES if sweep else FILES.get(kind, PICTURES)
+        suffixes = TABLE_FILES if sweep else FILES.get(kind, PICTURES)
         if path.suffix.lower() not in suffixes:
             entry.fault(key, f"must end in {' or '.join(suffixes)}; found {file!r}.")
         elif path in taken:

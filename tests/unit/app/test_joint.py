@@ -196,7 +196,8 @@ def test_a_path_gives_a_table_and_maps_and_goes_on_where_it_stopped(joint, tmp_p
     again = joint.follow(matrices, forces, times=[0.0, 0.1, 0.2], path=path, maps=maps)
     assert str(again) == str(table)
     assert not list(maps.iterdir())
-    assert str(table).splitlines()[0].split()[:5] == ["time", "force_x", "N", "force_y", "N"]
+    assert str(table).splitlines()[0].split()[:4] == ["case", "time", "forces", "moving"]
+    assert "moving on fixed: forces on moving" in str(table)
     saved = np.genfromtxt(table.save(tmp_path / "table.csv"), delimiter=",", names=True)
     assert np.allclose(saved["mean_pressure"], [0.5, 1.0, 2.0])
     assert any("20.0 %" in warning for warning in table.warnings["0002"])

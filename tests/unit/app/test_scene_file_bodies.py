@@ -189,7 +189,7 @@ def test_a_sweep(suffix, write, tmp_path, capsys):
     text = (tmp_path / f"out.{suffix}").read_text()
     if suffix == "csv":
         table = list(csv.DictReader(text.splitlines()))
-        assert [float(row["half on ball: force z"]) for row in table] == forces
+        assert [float(row["force_z"]) for row in table] == forces
     else:
         assert [json.loads(line)["contacts"][0]["force"][2] for line in text.splitlines()] == forces
     assert main(["solve", str(path), "--dry-run"]) == 0

@@ -72,7 +72,7 @@ def test_a_row_of_the_former_keyword_is_that_of_the_new_one(tmp_path: Path) -> N
     path = tmp_path / "rows.jsonl"
     rows = scene.sweep([{**loads, "search": "global"}], path)
     with pytest.warns(DeprecationWarning, match="is now search"):
-        assert scene.sweep([{**loads, "whole": True}], path) == rows
+        assert list(scene.sweep([{**loads, "whole": True}], path)) == list(rows)
 
 
 @pytest.mark.parametrize("search", ["near", True, None])

@@ -134,7 +134,7 @@ def test_rows_of_another_model_or_case_are_refused_by_name(model, case, what, tm
     rows = scene.sweep([first], path)
     scene, ball, same = pressed()
     again = scene.sweep([{**same, "gravity": None, "solver": "auto", "forces": {}}], path)
-    assert again == json.loads(json.dumps(rows))
+    assert list(again) == json.loads(json.dumps(list(rows)))
     scene, ball, other = pressed(**model)
     case = {k: {ball: v} if k in ("motions", "poses") else v for k, v in case.items()}
     with pytest.raises(fc.InputError, match=r"row 'a' in .*sweep\.jsonl is of another model or case") as caught:
@@ -293,5 +293,5 @@ def test_cases_write_their_files_and_those_that_cannot_are_refused_before_any_is
     points = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True)
     assert abs(abs(points["force"] @ points["nz"]) - 20.0) < 1e-9
     # files are no part of the case: the row is taken as it is
-    assert scene.sweep([{**loads, "save": [str(tmp_path / "b.csv")]}], rows) == [row]
+    assert list(scene.sweep([{**loads, "save": [str(tmp_path / "b.csv")]}], rows)) == [row]
     assert not (tmp_path / "b.csv").exists()
