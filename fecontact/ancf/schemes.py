@@ -154,9 +154,10 @@ class GeneralisedAlpha:
         inertia = (1 - am) / ((1 - af) * beta * h**2)
         # contact changes q by h^2/2 c and v by h c, with M c = G^T l: the tangent scales it accordingly
         share = inertia * h**2 / 2
-        q, forces = now.q + h * now.v + h**2 / 2 * now.b, now.forces
+        c, forces = _accelerated_by_contact(begin.assembly, now), now.forces
+        q = now.q + h * now.v + h**2 / 2 * (now.b + c)
         q = q + end.jump(q)
-        c, kept, since = np.zeros_like(q), _Kept(), _since(begin, now)
+        kept, since = _Kept(), _since(begin, now)
         tangential = now.tangential
         for nit in range(1, MOST_ITERATIONS + 1):
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
@@ -355,6 +356,15 @@ def _same_supports(one: Assembly, other: Assembly) -> bool:
 
 def _finite(gap: Array) -> Array:
     return np.where(np.isfinite(gap), gap, 0.0)
+
+
+def _accelerated_by_contact(a: Assembly, now: Instant) -> Array:
+    """Accelerations (n_dofs,) by the contact forces of a state; what is at rest is predicted to stay there."""
+    if not now.forces.any():
+        return np.zeros_like(now.q)
+    parts = a.conditions(now.q)
+    slip = slips(a.touches, parts.parts, now.q, SlipStart(now.q, tuple(t.master.pose for t in a.touches), now.owed))
+    return a.accelerated(parts.G.T @ now.forces + slip.T.T @ slip.of(now.tangential))
 
 
 def _by_tools(at: StageAt, now: Instant, h: float, q: Array, forces: Array) -> float:

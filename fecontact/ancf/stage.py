@@ -81,6 +81,14 @@ class Stage:
             out.append((load, space, slice(a.starts[load.solid], a.starts[load.solid + 1])))
         return out
 
+    def acts_as(self, other: Stage) -> bool:
+        """Whether the same loads and motions act on the same assembly; loads that follow are not compared."""
+        pairs = (self.forces, other.forces), (self.motion, other.motion)
+        same = all(
+            one is two or (one is not None and two is not None and np.array_equal(one, two)) for one, two in pairs
+        )
+        return same and self.assembly is other.assembly and not (self.follow or other.follow)
+
     def load(self, q: Array) -> Array:
         """Generalised forces (n_dofs,) of all loads at coordinates q."""
         total = np.zeros(self.assembly.n_dofs) if self.forces is None else np.array(self.forces, dtype=float)

@@ -6,7 +6,8 @@ linearised contact problem of `newton.contact_step`; a line search on the exact 
     U(q) - f . q + m sum max(0, -g_k(q)),    m > max l_k
 
 (Nocedal & Wright 2006, section 18.4; m is not a stiffness: the minimum does not depend on it) ensures convergence.
-Where a level fails, the load step is reduced; the last equilibrium is kept.
+Where a level fails, the load step is reduced; the last equilibrium is kept. A level with the loads of the last one has
+its state, which is certified, not solved.
 
 A start state need not be in equilibrium at its level: its residual is added as a load, and as a motion of the supports,
 which decreases linearly with the level and is zero at the end.
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -63,7 +65,7 @@ class State:
     energy : float
         Strain energy.
     nit : int
-        Newton iterations of this level.
+        Newton iterations of this level; 0 where the loads of the last one left nothing to do.
     residual : float
         Residual force, relative to the largest force; above the tolerance only where it is rounding.
     penetration : float
@@ -184,6 +186,7 @@ def equilibrium(
     friction = unrubbed(stage(level).assembly.touches, q) if begun is None else begun.friction
     forces = None if begun is None else _joined(begun.forces)
     states: list[State] = [] if begun is None else [begun]
+    balanced: Stage | None = None
     if begun is not None:
         stage = _fading(stage, begun, tolerance)
     cuts, trouble = 0, ""
@@ -191,8 +194,11 @@ def equilibrium(
         while level < 1 - 1e-12:
             goal = min(1.0, level + step)
             goal = 1.0 if goal > 1 - 1e-9 else goal
+            now = stage(goal)
             try:
-                state = _balanced(stage(goal), goal, q, forces, friction, tolerance)
+                same = balanced is not None and now.acts_as(balanced)
+                still = _unmoved(now, goal, states[-1], tolerance) if same else None
+                state = _balanced(now, goal, q, forces, friction, tolerance) if still is None else still
             except (UnstableError, InvertedError, SolverError) as error:
                 cuts, step, trouble = cuts + 1, step / 2, str(error)
                 if step < SMALLEST_STEP:
@@ -204,7 +210,7 @@ def equilibrium(
                 continue
             bar.update(goal - level)
             states.append(state)
-            level, q, forces, friction = goal, state.q, _joined(state.forces), state.friction
+            level, q, forces, friction, balanced = goal, state.q, _joined(state.forces), state.friction, now
             if state.nit <= EASY:
                 step = min(2 * step, 1.0 / steps)
     return Path(True, f"Full load reached in {len(states) - (begun is not None)} steps.", tuple(states), cuts)
@@ -215,8 +221,22 @@ def _joined(forces: tuple[Array, ...]) -> Array:
     return np.concatenate([np.zeros(0), *forces])
 
 
-def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
-    """Residual loads and motions (n_dofs,) of a state, and the largest force in its balance.
+class _Missing(NamedTuple):
+    """What a state misses at a stage: residual loads and motions (n_dofs,), and the largest force in its balance.
+
+    With its contact conditions, the slip since its end, where rigid bodies have been moved, and tangential forces.
+    """
+
+    rest: Array
+    motion: Array
+    largest: float
+    conditions: Conditions
+    slip: Slips
+    tangential: Array
+
+
+def _missing(stage: Stage, state: State) -> _Missing:
+    """What a state misses.
 
     Contact forces count for any pose of the rigid bodies, which takes effect at once.
 
@@ -238,25 +258,17 @@ def _missing(stage: Stage, state: State) -> tuple[Array, Array, float]:
     a.check_inverted(state.q)
     Z, conditions, internal = a.free, a.conditions(state.q), a.forces(state.q)
     load, motion = stage.load(state.q), -stage.jump(state.q)
-    slip, tangential = _slip_of(a, conditions, state)
+    slip = slips(a.touches, conditions.parts, state.q, state.friction.start)
+    tangential = state.friction.of(slip)
     rest = internal - load - conditions.G.T @ _joined(state.forces) - slip.T.T @ tangential
     largest = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
-    return Z @ (Z.T @ rest), motion, largest
-
-
-def _slip_of(a: Assembly, conditions: Conditions, state: State) -> tuple[Slips, Array]:
-    """Slip of a state since its end, where rigid bodies have been moved, and its tangential forces."""
-    slip = slips(a.touches, conditions.parts, state.q, state.friction.start)
-    return slip, state.friction.of(slip)
+    return _Missing(Z @ (Z.T @ rest), motion, largest, conditions, slip, tangential)
 
 
 def _distance(stage: Stage, state: State) -> float:
     """Largest relative residual of a state at a stage, as `equilibrium` compares it with its tolerance."""
-    rest, motion, largest = _missing(stage, state)
-    a = stage.assembly
-    conditions, forces = a.conditions(state.q), _joined(state.forces)
-    gap = conditions.gap
-    slip, tangential = _slip_of(a, conditions, state)
+    rest, motion, largest, conditions, slip, tangential = _missing(stage, state)
+    a, forces, gap = stage.assembly, _joined(state.forces), conditions.gap
     slid = np.linalg.norm(slip.slip.reshape(2, -1), axis=0)[forces[slip.points] > 0].max(initial=0.0)
     off = max(
         -gap.min(initial=0.0), gap[forces > 0].max(initial=0.0), np.abs(a.lengths * motion).max(initial=0.0), slid
@@ -266,7 +278,7 @@ def _distance(stage: Stage, state: State) -> float:
 
 def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> Callable[[float], Stage]:
     """Stages with the residual of a state at its level added, decreasing linearly to zero at level 1."""
-    rest, motion, largest = _missing(stage(begun.level), begun)
+    rest, motion, largest, *_ = _missing(stage(begun.level), begun)
     a = stage(begun.level).assembly
     rest = rest if _largest(a, rest) > tolerance * largest else np.zeros_like(rest)
     motion = motion if np.abs(a.lengths * motion).max(initial=0.0) > tolerance * a.size else np.zeros_like(motion)
@@ -281,6 +293,17 @@ def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> 
         return replace(plain, forces=forces, motion=share * motion + (0.0 if plain.motion is None else plain.motion))
 
     return at
+
+
+def _unmoved(stage: Stage, level: float, last: State, tolerance: float) -> State | None:
+    """The last state at a further level of the same loads, without slip, if it is still certified.
+
+    It costs one evaluation of the residual. The defect of Coulomb's law without slip is at most that with slip.
+    """
+    if _distance(stage, last) > tolerance:
+        return None
+    still = replace(last.friction, slip=tuple(np.zeros_like(s) for s in last.friction.slip), dissipated=0.0)
+    return replace(last, level=level, nit=0, friction=still)
 
 
 def _balanced(

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from brick_friction_cases import creep_at_rest, creep_in_motion, creep_in_shakes
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, EnergyMomentum, GeneralisedAlpha, Stage, equilibrium, move
@@ -94,3 +95,15 @@ def test_a_belt_carries_a_block_along(solid, row):
     row("block on a belt", "momentum in the last third", MASS * speed, motion.momentum[-8:, 0].mean(), 0.03)
     row("block on a belt", "energy, work and friction, drift", 0.0, motion.drift, 1e-9)
     row("block on a belt", "work of friction", MASS * speed**2 / 2, motion.rubbed[-1], 0.05)
+
+
+def test_nothing_creeps(row):
+    """A block that friction holds on a slope. Source: statics; penalties creep by a share of the first slip a step.
+
+    1e4 steps of each: tests/benchmarks/bench_brick_friction.py.
+    """
+    row("block at rest on a slope", "motion in 200 static steps over the first slip", 0.0, creep_at_rest(200), 1e-12)
+    row("block at rest on a slope", "drift in 30 static shakes over the swing", 0.0, creep_in_shakes(30), 1e-9)
+    for scheme in SCHEMES:
+        name = f"block at rest on a slope, {type(scheme).__name__}"
+        row(name, "motion of its feet in 40 steps over the first slip", 0.0, creep_in_motion(40, scheme), 1e-9)
