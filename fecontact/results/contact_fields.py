@@ -328,6 +328,11 @@ class ContactFields:
         return values
 
     @property
+    def loaded_facets(self) -> Mask:
+        """Facets (n_facets,) with a loaded node."""
+        return np.asarray((self.at_nodes @ self.forces > 0)[self.facets].any(axis=1))
+
+    @property
     def is_curve(self) -> bool:
         """Whether the contact is between sections: facets are sides of three nodes."""
         return self.facets.shape[1] == 3

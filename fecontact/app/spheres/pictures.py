@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from fecontact.app.spheres.figures import SpheresFigures
 from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
-from fecontact.results.pictures.contact_map import FINENESS, draw_field
+from fecontact.results.field_map import FINENESS
+from fecontact.results.pictures.contact_map import draw_field
 from fecontact.results.pictures.section_curve import draw_curve
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,19 +15,18 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.field_map import FINENESS, ROUNDING, Ground, local_points, shades_of
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.pictures.friction_map import draw_arrows, draw_friction_curve
 from fecontact.results.pictures.map_projection import MapProjection, facet_planes, map_of
 
 COLOURS = {"pressure": "magma_r", "gap": "viridis", "friction": "Greys"}
-#: Cells per side into which a facet is divided for a smooth picture.
-FINENESS = 6
 #: Share of the largest pressure above which a sensel shows its pressure.
 FELT = 0.02
 #: Sensels across a contact by default, and colour steps, as for pressure-sensitive films.
 SENSELS, STEPS = 24, 13
-#: Share of the area whose pressures a scale shows where the peak is unbounded; peaks this close to a scale are on it.
-MOST, ROUNDING = 0.95, 1e-9
+#: What a map is drawn of.
+Drawn = ContactFields | Ground
 #: Room about a contact, relative to its extent.
 MARGIN = 1.3
 
@@ -52,40 +52,57 @@ def draw_field(
     """Draw a nodal field of a contact with smooth shading, the facets' edges and a scale up to `top`."""
     names = units or Units()
     projection = map_of(contact)
-    beyond = values.max(initial=0.0) if what == "gap" else 0.0
-    shown = _shown(contact, projection)
-    triangles, xy, shades = _shaded(contact, projection, shown, None if what == "pressure" else values, beyond)
-    low, high = map_window(contact, projection, margin)
+    window = map_window(contact, projection, margin)
+    limits = (0.0, top or values.max(initial=0.0) or 1.0)
+    shades = shades_of(contact, what, values)
     if what == "gap":
-        seen = shades[((xy >= low) & (xy <= high)).all(axis=1)]
-        limits = {"vmin": float(seen.min()), "vmax": float(seen.max())} if len(seen) else {}
-    else:
-        limits = {"vmin": 0.0, "vmax": top or values.max(initial=0.0) or 1.0}
-    cut_off = what != "gap" and values.max(initial=0.0) > limits["vmax"] * (1 + ROUNDING)
+        limits = seen_range(contact, shades, projection, window)
+    drawn = draw_shades(axes, contact, shades, what, limits, projection, window, names)
+    cut_off = what != "gap" and values.max(initial=0.0) > limits[1] * (1 + ROUNDING)
+    axes.figure.colorbar(drawn, ax=axes, label=scale_label(what, names), extend="max" if cut_off else "neither")
+
+
+def scale_label(what: str, units: Units) -> str:
+    """Label of a scale."""
+    labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
+    return units.after(labels[what], "length" if what == "gap" else "stress")
+
+
+def seen_range(
+    contact: Drawn, shades: Array, projection: MapProjection, window: tuple[Array, Array]
+) -> tuple[float, float]:
+    """Least and largest of the shades (n_facets, n_q) within a window; 0 and 1 where there are none."""
+    shown = _shown(contact, projection)
+    xy = _sample_places(contact, projection, shown)
+    seen = shades[shown].reshape(-1)[((xy >= window[0]) & (xy <= window[1])).all(axis=1)]
+    return (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 1.0)
+
+
+def draw_shades(
+    axes: Any,
+    contact: Drawn,
+    shades: Array,
+    what: str,
+    limits: tuple[float, float],
+    projection: MapProjection,
+    window: tuple[Array, Array],
+    units: Units,
+) -> Any:
+    """Draw shades (n_facets, n_q) of `field_map.local_points` and the facets' edges; returns what has the colours."""
+    shown = _shown(contact, projection)
+    xy = _sample_places(contact, projection, shown)
     drawn = axes.tripcolor(
-        Triangulation(xy[:, 0], xy[:, 1], triangles), shades, shading="gouraud", cmap=COLOURS[what], **limits
+        Triangulation(xy[:, 0], xy[:, 1], _sample_triangles(len(shown))),
+        shades[shown].reshape(-1),
+        shading="gouraud",
+        cmap=COLOURS[what],
+        vmin=limits[0],
+        vmax=limits[1],
     )
     sides = list(_facet_sides(contact, projection, shown))
     axes.add_collection(LineCollection(sides, colors="0.4", linewidths=0.3, alpha=0.6), autolim=False)
-    labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
-    label = names.after(labels[what], "length" if what == "gap" else "stress")
-    axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if cut_off else "neither")
-    _frame(axes, projection, (low, high), names)
-
-
-def scale_top(contact: ContactFields) -> float:
-    """Upper end of a scale of pressures: the peak, or where that is a matter of the mesh, what most of the area keeps.
-
-    A curve shows all of its values. Towards a sharp edge the pressure has no bound (`results.singular`), and its nodal
-    peak would leave all else of a map pale.
-    """
-    peak = contact.max_pressure
-    if contact.is_curve or contact.singular_edge is None or not contact.active.any():
-        return peak
-    pressure, area = contact.pressure[contact.active], contact.weights[contact.active]
-    order = np.argsort(pressure)
-    share = np.cumsum(area[order]) / area.sum()
-    return float(pressure[order[int(np.argmax(share >= MOST * (1 - ROUNDING)))]])
+    _frame(axes, projection, window, units)
+    return drawn
 
 
 def draw_sensels(
@@ -134,26 +151,37 @@ def draw_regions(axes: Any, contact: ContactFields, units: Units | None = None) 
     """Outline the connected regions of a contact, mark their centres of pressure, and number them if there are more."""
     if not contact.active.any():
         return
-    projection = map_of(contact)
-    for curve in contact.outline.curves:
-        x, y = projection.of_facets(np.append(curve.points, curve.points[:1], axis=0)[None])[0].T
+    regions = [(r.centre_of_pressure, float(np.linalg.norm(r.force))) for r in contact.regions]
+    draw_outlines(axes, map_of(contact), [c.points for c in contact.outline.curves], regions, units or Units())
+
+
+def draw_outlines(
+    axes: Any,
+    projection: MapProjection,
+    curves: Sequence[Array],
+    regions: Sequence[tuple[Array, float]],
+    units: Units,
+) -> None:
+    """Draw closed curves (n, 3), and centres (3,) of regions with, if there are more, their forces."""
+    for curve in curves:
+        x, y = projection.of_facets(np.append(curve, curve[:1], axis=0)[None])[0].T
         axes.plot(x, y, color="tab:blue", linewidth=1.2)
-    for k, region in enumerate(contact.regions, start=1):
-        x, y = projection.flat(region.centre_of_pressure)
+    for k, (centre, force) in enumerate(regions, start=1):
+        x, y = projection.flat(centre)
         axes.plot(x, y, "+", color="tab:cyan", markersize=9, markeredgewidth=1.6)
-        if len(contact.regions) > 1:
-            size = (units or Units()).number(float(np.linalg.norm(region.force)), "force")
+        if len(regions) > 1:
+            size = units.number(force, "force")
             box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
             axes.annotate(f"{k}: {size}", (x, y), (7, 7), textcoords="offset points", fontsize="small", bbox=box)
 
 
-def map_window(contact: ContactFields, projection: MapProjection, margin: float = MARGIN) -> tuple[Array, Array]:
+def map_window(contact: Drawn, projection: MapProjection, margin: float = MARGIN) -> tuple[Array, Array]:
     """Lower and upper corner (2,) of the picture: the facets in contact and a margin, or all facets."""
     shown = _shown(contact, projection)
     flat = projection.of_facets(contact.nodes[contact.facets[shown]])
     every = flat.reshape(-1, 2)
     low, high = every.min(axis=0), every.max(axis=0)
-    loaded = (contact.at_nodes @ contact.forces > 0)[contact.facets[shown]].any(axis=1)
+    loaded = contact.loaded_facets[shown]
     here = flat[loaded].reshape(-1, 2)
     if len(here) < 2:
         return low, high
@@ -188,30 +216,28 @@ def _round_length(value: float) -> float:
     return float(f"{choices[np.argmin(np.abs(np.log(choices / value)))]:.3g}")
 
 
-def _shown(contact: ContactFields, projection: MapProjection) -> IntArray:
+def _shown(contact: Drawn, projection: MapProjection) -> IntArray:
     """Numbers of the facets that have a place on the map; all, if none has."""
     middles, normals, _ = facet_planes(contact)
     shown = np.flatnonzero(projection.shows(middles, normals))
     return shown if len(shown) else np.arange(len(middles))
 
 
-def _shaded(
-    contact: ContactFields, projection: MapProjection, shown: IntArray, values: Array | None, beyond: float
-) -> tuple[Array, Array, Array]:
-    """Facets divided into triangles with interpolated values; without values the recovered pressure."""
-    t = np.linspace(0.0, 1.0, FINENESS + 1)
-    local = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
-    N, _ = shapes_on_square(contact.facets, local)
-    points = projection.of_facets((N @ contact.nodes[contact.facets])[shown]).reshape(-1, 2)
-    shades = contact.recovered.at(local) if values is None else contact.interpolated(values, local, beyond)
-    index = np.arange(len(local)).reshape(FINENESS + 1, FINENESS + 1)
+def _sample_places(contact: Drawn, projection: MapProjection, shown: IntArray) -> Array:
+    """Places (n, 2) of the samples in some facets, one facet after the other."""
+    N, _ = shapes_on_square(contact.facets, local_points(contact.facets))
+    return projection.of_facets((N @ contact.nodes[contact.facets])[shown]).reshape(-1, 2)
+
+
+def _sample_triangles(n_facets: int) -> IntArray:
+    """Triangles (n, 3) between the samples of each of so many facets."""
+    index = np.arange((FINENESS + 1) ** 2).reshape(FINENESS + 1, FINENESS + 1)
     a, b, c, d = (index[i : i + FINENESS, j : j + FINENESS].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     cell = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-    starts = len(local) * np.arange(len(shown))
-    return (starts[:, None, None] + cell).reshape(-1, 3), points, shades.reshape(len(contact.facets), -1)[shown].ravel()
+    return np.asarray((index.size * np.arange(n_facets)[:, None, None] + cell).reshape(-1, 3))
 
 
-def _facet_sides(contact: ContactFields, projection: MapProjection, shown: IntArray) -> Array:
+def _facet_sides(contact: Drawn, projection: MapProjection, shown: IntArray) -> Array:
     """The four curved sides of each facet as polylines (4 n_facets, n, 2)."""
     t = np.linspace(0.0, 1.0, FINENESS + 1)
     zero, one = np.zeros_like(t), np.ones_like(t)

@@ -15,20 +15,19 @@ from fecontact.common.errors import InputError
 from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.field_map import FIELDS, scale_top
 from fecontact.results.pictures.contact_map import (
     draw_field,
     draw_friction,
     draw_regions,
     draw_sensels,
     map_window,
-    scale_top,
 )
 from fecontact.results.pictures.convergence import draw_convergence
 from fecontact.results.pictures.map_projection import map_of
 from fecontact.results.pictures.section_curve import draw_curve
 from fecontact.results.solved_scene import SolvedScene
 
-FIELDS = ("pressure", "gap", "friction")
 STYLES = ("smooth", "sensels")
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.field_map import Ground
 
 #: Cosine of the turn of a face from the mean normal up to which a contact is shown flat: lengths are 30 % short there.
 FLAT = 0.7
@@ -180,10 +181,10 @@ class SphereMap:
         return np.asarray(towards > np.cos(FAR_SIDE * np.pi) * np.linalg.norm(middles - self.centre, axis=1))
 
 
-def map_of(contact: ContactFields) -> MapProjection:
+def map_of(contact: ContactFields | Ground) -> MapProjection:
     """Map of a contact: flat if its loaded faces are nearly flat, else of the cylinder or sphere that fits them."""
     middles, normals, areas = facet_planes(contact)
-    loaded = (contact.at_nodes @ contact.forces > 0)[contact.facets].any(axis=1)
+    loaded = contact.loaded_facets
     near = loaded if loaded.any() else np.ones(len(loaded), bool)
     mean = _unit(areas[near] @ normals[near])
     if (normals[near] @ mean).min() >= FLAT:
@@ -196,7 +197,7 @@ def map_of(contact: ContactFields) -> MapProjection:
     return FlatMap(_axes_across(mean), mean)
 
 
-def facet_planes(contact: ContactFields) -> tuple[Array, Array, Array]:
+def facet_planes(contact: ContactFields | Ground) -> tuple[Array, Array, Array]:
     """Middles (n, 3), unit normals (n, 3) out of the slave and areas (n,) of the facets, by their diagonals."""
     corners = contact.nodes[contact.facets[:, :4]]
     area = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) / 2

@@ -6,14 +6,18 @@ from typing import Any
 
 import numpy as np
 
+from fecontact.common.arrays import Array
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.field_map import FieldMap, line_points, shades_of, values_of
 
-#: Points per side of a section for its curve, and margin beyond the contact.
-FINENESS, MARGIN = 16, 1.35
+#: Margin beyond the contact.
+MARGIN = 1.35
+#: What a curve is drawn of.
+Drawn = ContactFields | FieldMap
 
 
-def along_axis(contact: ContactFields) -> int:
+def along_axis(contact: Drawn) -> int:
     """The coordinate (0: x, 2: z) of the horizontal axis: that of the curve's largest extent."""
     extent = np.ptp(contact.points[contact.active] if contact.active.any() else contact.points, axis=0)
     return 2 if extent[2] > extent[0] else 0
@@ -31,11 +35,22 @@ def draw_curve(axes: Any, contact: ContactFields, what: str, units: Units, top: 
     top : float, optional
         Largest pressure of the scale.
     """
-    values = getattr(contact, what)
+    values = values_of(contact, what)
+    draw_field_curve(axes, contact, values, shades_of(contact, what, values), what, units, top)
+
+
+def draw_field_curve(
+    axes: Any,
+    contact: Drawn,
+    values: Array,
+    field: Array,
+    what: str,
+    units: Units,
+    top: float | None,
+) -> None:
+    """Draw a field of sections by its values (n,) at the contact points and those of `shades_of`."""
     k = along_axis(contact)
-    s = np.linspace(0.0, 1.0, FINENESS)
-    place = contact.line_points(s)[..., k]
-    field = contact.interpolated(values, s[:, None])
+    place = line_points(contact)[..., k]
     broken = np.full((len(place), 1), np.nan)
     axes.plot(
         np.concatenate([place, broken], axis=1).ravel(),
@@ -59,7 +74,7 @@ def draw_curve(axes: Any, contact: ContactFields, what: str, units: Units, top: 
     axes.legend(loc="best", fontsize="small")
 
 
-def curve_window(contact: ContactFields, k: int) -> tuple[float, float]:
+def curve_window(contact: Drawn, k: int) -> tuple[float, float]:
     """Limits of a picture: the contact and a margin, within the curve; the whole curve without contact."""
     place = contact.points[:, k]
     low, high = float(place.min()), float(place.max())
@@ -70,7 +85,7 @@ def curve_window(contact: ContactFields, k: int) -> tuple[float, float]:
     return max(low, float(touched.min()) - search_radius), min(high, float(touched.max()) + search_radius)
 
 
-def axis_name(contact: ContactFields, k: int) -> str:
+def axis_name(contact: Drawn, k: int) -> str:
     """Name of the horizontal axis."""
     if k == 2:
         return "z"

@@ -8,7 +8,7 @@ import pytest
 import fecontact as fc
 from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
-from fecontact.results.pictures.contact_map import scale_top
+from fecontact.results.field_map import scale_top
 from fecontact.results.singular import wedge_eigenvalue
 from fecontact.surfaces import FlatPunch
 
