@@ -15,6 +15,7 @@ from fecontact.ancf.banded import BandOrder, Reduction
 from fecontact.ancf.faces import Faces
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.member import Member
+from fecontact.ancf.patterns import Places, has_pattern, with_data
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.supports import hold
 from fecontact.ancf.touch import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
@@ -74,34 +75,49 @@ class Constants:
 
     @cached_property
     def _reductions(self) -> list[Reduction | None]:
-        """Of the first pattern that was reduced."""
+        """That of the first tangent's pattern."""
         return []
 
     def reduced(self, K: sp.csr_matrix) -> tuple[sp.csr_matrix, BandOrder | None]:
         """Z^T K Z of a tangent (n_dofs, n_dofs) and the order of its band; the pattern is worked out once."""
-        if not self._reductions:
+        fits = self._places(K) is not None
+        if fits and not self._reductions:
             self._reductions.append(Reduction.of(K, self.free))
-        kept = self._reductions[0]
-        if kept is None or not kept.fits(K):
-            return sp.csr_matrix(self.free.T @ K @ self.free), None
-        return kept(K), kept.order
+        kept = self._reductions[0] if fits else None
+        return (sp.csr_matrix(self.free.T @ K @ self.free), None) if kept is None else (kept(K), kept.order)
 
     @cached_property
-    def _masses(self) -> list[tuple[Any, Any, Array | None]]:
-        """Pattern of the first tangent, and the mass in it."""
+    def _patterns(self) -> list[Places]:
+        """That of the first tangent."""
         return []
 
-    def mass_in(self, K: sp.csr_matrix) -> Array | None:
-        """Entries of the mass at those of a tangent; None where they lie elsewhere or the pattern is another."""
-        if not self._masses:
-            ones = sp.csr_matrix((np.arange(1.0, K.nnz + 1), K.indices, K.indptr), shape=K.shape)
-            M = self.mass.tocoo()
-            place = np.asarray(ones[M.row, M.col]).ravel().astype(np.int64) - 1
-            data: Array | None = np.bincount(place, M.data, K.nnz).astype(float) if (place >= 0).all() else None
-            self._masses.append((K.indptr, K.indices, data))
-        pointer, indices, mass = self._masses[0]
-        same = K.indices is indices or (np.array_equal(K.indptr, pointer) and np.array_equal(K.indices, indices))
-        return mass if same else None
+    def _places(self, K: sp.csr_matrix) -> Places | None:
+        """Places in a tangent's pattern; None where it is not that of the first."""
+        if not self._patterns:
+            self._patterns.append(Places.of(K))
+        kept = self._patterns[0]
+        return kept if has_pattern(K, kept.indices, kept.indptr) else None
+
+    @cached_property
+    def _mass_entries(self) -> Array | None:
+        """The mass at the entries of the first tangent; None where it has others."""
+        return self._patterns[0].entries(self.mass)
+
+    def with_mass(self, K: sp.csr_matrix, inertia: float) -> sp.csr_matrix:
+        """A tangent (n_dofs, n_dofs) with a multiple of the mass, in the tangent's pattern if it fits."""
+        mass = None if self._places(K) is None else self._mass_entries
+        return sp.csr_matrix(K + inertia * self.mass) if mass is None else with_data(K, K.data + inertia * mass)
+
+    def lessened(self, K: sp.csr_matrix, less: sp.csr_matrix) -> sp.csr_matrix:
+        """A tangent less another matrix, in the tangent's pattern if it fits: faces have the coordinates of cells."""
+        places = self._places(K)
+        data = None if places is None else places.entries(less)
+        return sp.csr_matrix(K - less) if data is None else with_data(K, K.data - data)
+
+    @cached_property
+    def no_rows(self) -> sp.csr_matrix:
+        """Gradient (0, n_dofs) of no conditions."""
+        return sp.csr_matrix((0, self.starts[-1]))
 
     @cached_property
     def mass_factor(self) -> spla.SuperLU:
@@ -299,13 +315,6 @@ class Assembly:
         """Consistent mass (n_dofs, n_dofs)."""
         return self.constants.mass
 
-    def with_mass(self, K: sp.csr_matrix, inertia: float) -> sp.csr_matrix:
-        """A tangent (n_dofs, n_dofs) with a multiple of the mass, in the tangent's pattern if it fits."""
-        kept = self.constants.mass_in(K)
-        if kept is None:
-            return sp.csr_matrix(K + inertia * self.mass)
-        return sp.csr_matrix((K.data + inertia * kept, K.indices, K.indptr), shape=K.shape, copy=False)
-
     def accelerated(self, forces: Array) -> Array:
         """Accelerations (n_dofs,) due to forces; the mass is constant and factorised once."""
         return np.asarray(self.free @ self.constants.mass_factor.solve(self.free.T @ forces))
@@ -322,7 +331,7 @@ class Assembly:
         """Contact conditions at coordinates q."""
         parts = tuple(t.at(q) for t in self.touches)
         gap = np.concatenate([p.gap for p in parts]) if parts else np.zeros(0)
-        G = sp.vstack([p.G for p in parts], format="csr") if parts else sp.csr_matrix((0, self.n_dofs))
+        G = sp.vstack([p.G for p in parts], format="csr") if parts else self.constants.no_rows
         return Conditions(parts, gap, G)
 
     def split(self, forces: Array) -> list[Array]:

@@ -14,6 +14,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from fecontact.ancf.patterns import with_data
 from fecontact.common.arrays import Array, IntArray
 
 #: Operations of a factor above which a sparse one is faster.
@@ -106,8 +107,6 @@ class Reduction:
 
     Attributes
     ----------
-    indices, indptr : int arrays
-        Pattern of K.
     entries : (k, nnz) csr_matrix
         Entries of Z^T K Z from those of K.
     pattern : (n_free, n_free) csr_matrix
@@ -115,8 +114,6 @@ class Reduction:
     order : BandOrder or None
     """
 
-    indices: IntArray
-    indptr: IntArray
     entries: sp.csr_matrix
     pattern: sp.csr_matrix
     order: BandOrder | None
@@ -148,15 +145,8 @@ class Reduction:
         rows, columns = np.divmod(found, max(free, 1))
         pointer = np.searchsorted(rows, np.arange(free + 1))
         pattern = sp.csr_matrix((np.ones(len(found)), columns, pointer), shape=(free, free))
-        return cls(K.indices, K.indptr, entries, pattern, BandOrder.of(pattern))
-
-    def fits(self, K: sp.csr_matrix) -> bool:
-        """Whether K has this pattern."""
-        if K.indices is self.indices:
-            return True
-        return np.array_equal(K.indptr, self.indptr) and np.array_equal(K.indices, self.indices)
+        return cls(entries, pattern, BandOrder.of(pattern))
 
     def __call__(self, K: sp.csr_matrix) -> sp.csr_matrix:
         """Z^T K Z, with explicit zeros where the pattern has entries."""
-        p = self.pattern
-        return sp.csr_matrix((self.entries @ K.data, p.indices, p.indptr), shape=p.shape, copy=False)
+        return with_data(self.pattern, self.entries @ K.data)

@@ -167,7 +167,7 @@ class GeneralisedAlpha:
             rest = end.load(q) - a.forces(q) - viscous.forces - a.mass @ acceleration - share * (a.mass @ c)
             near = np.flatnonzero(conditions.gap < REACH * _widths(a))
             if not kept.serves(near):
-                K = a.with_mass(a.step_tangent(q, h, 1.0), inertia)
+                K = a.constants.with_mass(a.step_tangent(q, h, 1.0), inertia)
                 less = _sum(end.load_tangent(q), 1.0, a.curvature(conditions, share * forces))
                 kept.renew(a, K, less, near)
             slip = slips(a.touches, conditions.parts, q, since)
@@ -228,7 +228,7 @@ class EnergyMomentum:
                     done = _finite(halfway.conditions(q).gap) - _finite(halfway.conditions(now.q).gap)
             G = _working(a, G, pressing, done, q - now.q)
             if not kept.serves(pressing):
-                K = a.with_mass(a.step_tangent(middle, h, 0.5), 2 / h**2)
+                K = a.constants.with_mass(a.step_tangent(middle, h, 0.5), 2 / h**2)
                 kept.renew(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing)
             slip = slips(a.touches, parts, q, since)
             guess = forces, slip.of(tangential)
@@ -285,10 +285,8 @@ class _Kept:
 
     def renew(self, a: Assembly, K: sp.csr_matrix, less: sp.csr_matrix | None, near: IntArray) -> None:
         """Take the tangent K (n_dofs, n_dofs) less another matrix."""
-        self.K, self.order = a.constants.reduced(K)
+        self.K, self.order = a.constants.reduced(K if less is None else a.constants.lessened(K, less))
         self.factor = None
-        if less is not None:
-            self.K, self.order = sp.csr_matrix(self.K - a.free.T @ less @ a.free), None
         if self.order is not None and not len(near):
             try:
                 self.factor = self.order.factor(self.K.data)

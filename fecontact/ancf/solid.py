@@ -262,7 +262,7 @@ class AncfSolid:
         """No."""
         return False
 
-    @property
+    @cached_property
     def rigid_modes(self) -> Array:
         """Changes (n_dofs, 6) of the coordinates by the rigid motions about the middle of the mesh's points."""
         return self.space.rigid_modes(self.space.mesh.points.mean(axis=0))

@@ -26,10 +26,11 @@ from tqdm import tqdm
 from fecontact.ancf.assembly import Assembly, Conditions
 from fecontact.ancf.free_motion import check_supports, free_motions
 from fecontact.ancf.laws import InvertedError
+from fecontact.ancf.line_search import searched
 from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, unsymmetric_step
-from fecontact.ancf.slip import FrictionEnd, Slips, SlipStart, slips, unrubbed
+from fecontact.ancf.slip import FrictionEnd, Slips, slips, unrubbed
 from fecontact.ancf.stage import Stage, Start
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
@@ -37,7 +38,6 @@ from fecontact.common.one_line import one_line
 MOST_ITERATIONS = 30
 #: Whole steps without a search, where there is no contact.
 MOST_WHOLE_STEPS = 15
-MOST_HALVINGS = 10
 #: Smallest load step, as a share of the whole load.
 SMALLEST_STEP = 1e-4
 #: Iterations up to which the next load step is enlarged.
@@ -260,7 +260,7 @@ def _missing(stage: Stage, state: State) -> _Missing:
     load, motion = stage.load(state.q), -stage.jump(state.q)
     slip = slips(a.touches, conditions.parts, state.q, state.friction.start)
     tangential = state.friction.of(slip)
-    rest = internal - load - conditions.G.T @ _joined(state.forces) - slip.T.T @ tangential
+    rest = internal - load - _of_contact(a, conditions, slip, _joined(state.forces), tangential)
     largest = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
     return _Missing(Z @ (Z.T @ rest), motion, largest, conditions, slip, tangential)
 
@@ -342,40 +342,31 @@ def _iterated(
     tangential = before.of(slip)
     forces = np.zeros(len(conditions.gap)) if guess is None else guess
     widths = np.concatenate([np.zeros(0), *(t.widths for t in a.touches)])
-    floats = check_supports(a)
+    floats, rounded = check_supports(a), 0.0
     for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
         near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
         K = a.tangent(q)
-        (free, order), r = a.constants.reduced(K), load - internal - (K @ jump if jump.any() else 0.0)
-        for less in (stage.load_tangent(q), a.curvature(conditions, forces)):
-            if less is not None:
-                free, order, r = sp.csr_matrix(free - Z.T @ less @ Z), None, r + less @ jump
-        G = conditions.G[near]
-        if a.touches or not stage.follow or is_symmetric(free):
-            free = sp.csr_matrix((free + free.T) / 2) if stage.follow else free
-            change, pressing, dragging = contact_step(
-                free, Z.T @ r, sp.csr_matrix(G @ Z), conditions.gap[near] + G @ jump, forces[near] > 0,
-                slip.rows(near, Z, jump, forces, tangential), free_motions(a, q) if floats else None, order,
-            )  # fmt: skip
-        else:
-            change, pressing, dragging = unsymmetric_step(free, Z.T @ r), np.zeros(0), np.zeros(0)
+        change, pressing, dragging = _newton_step(
+            stage, q, K, load - internal, jump, conditions, slip, near, (forces, tangential), floats
+        )
         forces, tangential = np.zeros(len(conditions.gap)), slip.spread(near, dragging)
         forces[near] = pressing
-        direction = jump + Z @ change
+        direction, found = jump + Z @ change, None
         if whole_steps:
             q = q + direction
         else:
             # no energy to lower under prescribed motions and loads without a potential
             driven = bool(jump.any() or stage.follow)
-            q = _searched(a, q, direction, load, internal, conditions, slip, forces, since, driven)
+            q, found = searched(a, q, direction, load, internal, conditions, slip, forces, since, driven)
         load, jump = stage.load(q), stage.jump(q)
         jump[np.abs(a.lengths * jump) < 1e-14 * a.size] = 0.0
-        conditions, internal = a.conditions(q), a.forces(q)
-        slip = slips(a.touches, conditions.parts, q, since)
-        rest = load - internal + conditions.G.T @ forces + slip.T.T @ tangential
+        conditions, internal = found or a.conditions(q), a.forces(q)
+        slip = slips(a.touches, conditions.parts, q, since) if a.touches else slip
+        rest = load - internal + _of_contact(a, conditions, slip, forces, tangential)
         scale = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
         unbalanced = _largest(a, Z @ (Z.T @ rest))
-        balanced = unbalanced <= tolerance * scale or unbalanced <= ROUNDING * _largest(a, abs(K) @ np.abs(q))
+        rounded = rounded or ROUNDING * _largest(a, abs(K) @ np.abs(q))
+        balanced = unbalanced <= max(tolerance * scale, rounded)
         penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
         open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
         friction = slip.defect(forces, tangential, a.size)
@@ -389,57 +380,48 @@ def _iterated(
     raise UnstableError(f"Newton's iterations did not settle in {whole_steps or MOST_ITERATIONS} steps.")
 
 
+def _newton_step(
+    stage: Stage,
+    q: Array,
+    K: sp.csr_matrix,
+    rest: Array,
+    jump: Array,
+    conditions: Conditions,
+    slip: Slips,
+    near: IntArray,
+    guess: tuple[Array, Array],
+    floats: bool,
+) -> tuple[Array, Array, Array]:
+    """Change of the free coordinates beside the jump of supports, contact forces of near conditions and those along T.
+
+    The guess has forces of all conditions and those along their rows of slip. Contact takes the symmetric part of the
+    tangent of loads that follow.
+    """
+    a, Z, of_loads = stage.assembly, stage.assembly.free, stage.load_tangent(q)
+    if of_loads is not None and a.touches:
+        of_loads = sp.csr_matrix((of_loads + of_loads.T) / 2)
+    for less in (of_loads, a.curvature(conditions, guess[0])):
+        K = K if less is None else a.constants.lessened(K, less)
+    r = Z.T @ (rest - K @ jump if jump.any() else rest)
+    free, order = a.constants.reduced(K)
+    if not a.touches:
+        if of_loads is None or is_symmetric(free):
+            return contact_step(free, r, conditions.G @ Z, conditions.gap, order=order)
+        return unsymmetric_step(free, r), np.zeros(0), np.zeros(0)
+    G = conditions.G[near]
+    rows = slip.rows(near, Z, jump, *guess) if len(slip.slip) else None
+    loose = free_motions(a, q) if floats else None
+    gap = conditions.gap[near] + G @ jump
+    return contact_step(free, r, sp.csr_matrix(G @ Z), gap, guess[0][near] > 0, rows, loose, order)
+
+
+def _of_contact(a: Assembly, conditions: Conditions, slip: Slips, forces: Array, tangential: Array) -> Array:
+    """Generalised forces (n_dofs,) of contact and friction."""
+    if not a.touches:
+        return np.zeros(a.n_dofs)
+    return np.asarray(conditions.G.T @ forces + slip.T.T @ tangential)
+
+
 def _largest(a: Assembly, forces: Array) -> float:
     """Largest generalised force, in units of force."""
     return float(np.abs(forces / a.lengths).max(initial=0.0))
-
-
-def _searched(
-    a: Assembly,
-    q: Array,
-    direction: Array,
-    load: Array,
-    internal: Array,
-    conditions: Conditions,
-    slip: Slips,
-    forces: Array,
-    since: SlipStart,
-    driven: bool,
-) -> Array:
-    """New coordinates, after a share of the step that lowers the penalty function.
-
-    With friction its work mu l |s| under the present normal forces is added, of which the step is a minimiser. Under
-    prescribed motions the energy may rise; then only inversion shortens the step, as under loads that follow.
-    """
-    weight = 2 * float(forces.max(initial=0.0))
-    limit = slip.limit(forces)
-
-    def rubbed(s: Array) -> float:
-        size = np.linalg.norm(s.reshape(2, -1), axis=0)
-        return float(np.multiply(limit, size, out=np.zeros(len(size)), where=np.isfinite(limit)).sum())
-
-    def merit(x: Array, c: Conditions, s: Array) -> float:
-        penetrated = float(np.maximum(-c.gap, 0.0).sum())
-        return a.energy(x) - float(load @ x) + weight * penetrated + rubbed(s)
-
-    before = None if driven else merit(q, conditions, slip.slip)
-    slope = float((internal - load) @ direction) - weight * float(np.maximum(-conditions.gap, 0.0).sum())
-    slope += rubbed(slip.slip + slip.T @ direction) - rubbed(slip.slip)
-    tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
-    share = 1.0
-    for _ in range(MOST_HALVINGS):
-        trial = q + share * direction
-        try:
-            if before is None:
-                a.energy(trial)
-                return trial
-            if tiny:
-                return trial
-            c = a.conditions(trial)
-            s = slips(a.touches, c.parts, trial, since).slip
-            if merit(trial, c, s) <= before + 1e-4 * share * min(slope, 0.0):
-                return trial
-        except InvertedError:
-            pass
-        share /= 2
-    raise UnstableError("No share of Newton's step lowers the energy.")

@@ -19,10 +19,13 @@ PAIR_OF = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 @dataclass(frozen=True, eq=False)
 class _Sum:
-    """Summation of the entries of a batch of cells: its matrix, and the places of the sums in the pattern."""
+    """Summation of the entries of a batch of cells: its matrix, and the places of the sums in the pattern.
+
+    The only batch has all places, and a slice costs a tenth of a list of them.
+    """
 
     matrix: sp.csr_matrix
-    place: IntArray
+    place: IntArray | slice
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +63,7 @@ class Pattern:
             pointer = np.append(first, len(order)).astype(np.int32)
             entries = ones[: len(order)], order.astype(np.int32), pointer
             S = sp.csr_matrix(entries, shape=(len(first), len(order)), copy=False)
-            sums.append(_Sum(S, np.searchsorted(distinct, k)))
+            sums.append(_Sum(S, np.searchsorted(distinct, k) if len(orders) > 1 else slice(None)))
         return np.searchsorted(rows, np.arange(n + 1)), columns, sums
 
     @cached_property
@@ -106,35 +109,46 @@ def element_tangents(F: Array, response: Response, batch: GradientBatch) -> Arra
     """Tangents (n_cells, 32 a, 32 b, 6) of cells, for the pairs (i, j) of `PAIRS`: K_ab^ji = K_ba^ij."""
     n, n_q, n_functions, _ = batch.gradients.shape
     A = (_by_moduli if response.moduli is not None else _by_tangent)(F, response, batch.dV)
-    stress = response.stress * batch.dV[..., None, None]
+    stress = _points_last(response.stress, batch.dV) * batch.dV.ravel()
     for k in (0, 3, 5):
-        A[:, :, :, k, :] += stress
+        A[:, k] += stress
     G = np.swapaxes(batch.gradients, 2, 3)
-    Y = A.reshape(n, n_q, 18, 3) @ G  # (J, ij), b
+    Y = np.ascontiguousarray(A.reshape(54, -1).T).reshape(n, n_q, 18, 3) @ G  # (J, ij), b
     K = np.swapaxes(G.reshape(n, 3 * n_q, n_functions), 1, 2) @ Y.reshape(n, 3 * n_q, 6 * n_functions)
     return np.ascontiguousarray(K.reshape(n, n_functions, 6, n_functions).swapaxes(2, 3))
 
 
+def _points_last(tensors: Array, dV: Array) -> Array:
+    """Tensors (3, 3, n_cells n_q) at all points, from those that broadcast over dV (n_cells, n_q)."""
+    every = np.broadcast_to(tensors, (*dV.shape, 3, 3))
+    return np.ascontiguousarray(every.reshape(-1, 9).T).reshape(3, 3, -1)
+
+
 def _by_moduli(F: Array, response: Response, dV: Array) -> Array:
-    """The weighted F_iM D_MJNL F_jN (n, n_q, 3 J, 6 ij, 3 L).
+    """The weighted F_iM D_MJNL F_jN (3 J, 6 ij, 3 L, n_cells n_q); with the points last, all products are of long rows.
 
     a (FX)_iJ (FX)_jL + b ((F X F^T)_ij X_JL + (FX)_iL (FX)_jJ)
     """
     assert response.moduli is not None
     a, b, X = response.moduli
-    a, b = ((c * dV)[..., None, None, None] for c in (a, b))
-    Y = F @ X
-    one, other = Y[:, :, PAIRS[0]], Y[:, :, PAIRS[1]]
+    a, b = ((np.broadcast_to(c, dV.shape) * dV).ravel() for c in (a, b))
+    plain = _points_last(F, dV)
+    Y = plain if np.ndim(X) == 2 and np.array_equal(X, np.eye(3)) else _points_last(F @ X, dV)
+    one, other = Y[PAIRS[0]], Y[PAIRS[1]]
     # J first, then L; the pair between them
-    A = (a * one.swapaxes(2, 3)[..., None]) * other[:, :, None]
-    A += (b * other.swapaxes(2, 3)[..., None]) * one[:, :, None]
-    across = (Y @ np.swapaxes(F, 2, 3))[:, :, PAIRS[0], PAIRS[1]]
-    A += b * across[:, :, None, :, None] * np.broadcast_to(X, F.shape)[:, :, :, None, :]
+    A = (a * one.swapaxes(0, 1))[:, :, None] * other
+    A += (b * other.swapaxes(0, 1))[:, :, None] * one
+    across = b * (one * plain[PAIRS[1]]).sum(axis=1)
+    if Y is not plain:
+        A += across[:, None] * _points_last(X, dV)[:, None]
+        return A
+    for k in range(3):
+        A[k, :, k] += across
     return A
 
 
 def _by_tangent(F: Array, response: Response, dV: Array) -> Array:
     """The same from a whole dS/dE."""
     assert response.tangent is not None
-    A = np.einsum("eqiM,eqMJNL,eqjN->eqJijL", F, response.tangent, F, optimize=True)
-    return A[:, :, :, PAIRS[0], PAIRS[1]] * dV[:, :, None, None, None]
+    A = np.einsum("eqiM,eqMJNL,eqjN->JijLeq", F, response.tangent, F, optimize=True) * dV
+    return A[:, PAIRS[0], PAIRS[1]].reshape(3, 6, 3, -1)

@@ -269,12 +269,10 @@ class ContactConstraints:
         turns = self.master.turns(touching.projection.chosen(used)) if len(used) else None
         if turns is None or not turns.any():
             return None
-        H = turns * pressing[used, None, None]
-        N = self.slave.quadrature[0][used]
-        wide = sp.kron(N, sp.eye_array(3), format="csr")
-        local = wide.T @ sp.block_diag(list(H), format="csr") @ wide
-        before, after = self.slave_start, self.n_dofs - self.slave_start - local.shape[0]
-        return sp.csr_matrix(sp.block_diag([sp.csr_matrix((before,) * 2), local, sp.csr_matrix((after,) * 2)]))
+        each = np.arange(len(used))
+        H = sp.bsr_matrix((turns * pressing[used, None, None], each, np.arange(len(used) + 1)))
+        wide = _components(self.slave.quadrature[0][used], self.slave_start, self.n_dofs)
+        return sp.csr_matrix(wide.T @ H @ wide)
 
     @cached_property
     def areas(self) -> Array:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import meshio
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact.ancf import (
@@ -347,3 +348,20 @@ def test_bad_contacts_are_refused():
         Assembly.of([solid], [{}, {}])
     with pytest.raises(fc.InputError, match="rho"):
         GeneralisedAlpha(1.5)
+
+
+def test_contact_with_a_curved_tool_keeps_the_band():
+    """The second derivative B of the gaps lies in the pattern of the tangent, and Z^T (K - B) Z in its band."""
+    mesh = fc.shapes.block((3.0, 1.0, 1.0), (3, 1, 1), element="hex8").translated((0.0, -0.5, -1.0))
+    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), points=3)
+    a = Assembly.of([solid], [{"x_min": "xyz"}], [(0, "top", fc.RigidBody(fc.Sphere(2.0)).placed((2.0, 0.0, -0.1)))])
+    K, conditions = a.tangent(a.q0), a.conditions(a.q0)
+    B = a.curvature(conditions, np.ones(len(conditions.gap)))
+    found, order = a.constants.reduced(a.constants.lessened(K, B))
+    assert order is not None
+    assert abs(B).max() > 1e-3
+    assert abs(found - a.free.T @ (K - B) @ a.free).max() < 1e-14 * abs(K).max()
+    elsewhere = sp.csr_matrix(([1.0], ([0], [a.n_dofs - 1])), shape=K.shape)  # no cell has both
+    found, order = a.constants.reduced(a.constants.lessened(K, elsewhere))
+    assert order is None
+    assert abs(found - a.free.T @ (K - elsewhere) @ a.free).max() < 1e-14 * abs(K).max()
