@@ -177,7 +177,7 @@ class Faces:
         tree = cKDTree(rows @ q.reshape(-1, 3))
         _, near = tree.query(points, k=min(TRIED * 4, len(each)))
         near = near.reshape(len(points), -1)
-        start = np.take_along_axis(near, _first_of_each(each[near]), axis=1)
+        start = np.take_along_axis(near, first_of_each(each[near]), axis=1)
         facet, n = each[start], start.shape[1]
         local, distance2 = polynomials.closest(np.repeat(points, n, axis=0), facet.ravel(), start=where[start.ravel()])
         distance = np.sqrt(distance2).reshape(-1, n)
@@ -200,8 +200,8 @@ class Faces:
         return Projection(x, normals, gap, outside, None, each, local)
 
 
-def _first_of_each(faces: IntArray) -> IntArray:
-    """Columns (n, TRIED) of the first occurrence of each face in a row, padded by the first column."""
+def first_of_each(faces: IntArray) -> IntArray:
+    """Columns (n, TRIED) of the first occurrence of each face (n, m) in a row, padded by the first column."""
     n, m = faces.shape
     new = np.ones((n, m), bool)
     for k in range(1, m):

@@ -10,6 +10,8 @@ from fecontact.common.errors import InputError
 
 #: Share of a rigid motion that supports resist, below which it is free.
 FREE = 1e-8
+#: Motion of a combination of rigid motions, relative to each of them, that is rounding.
+STILL = 1e-12
 
 
 def free_motions(a: Assembly, q: Array) -> Array:
@@ -48,11 +50,14 @@ def _modes(a: Assembly, q: Array, k: int) -> Array:
 
 
 def _sized(a: Assembly, modes: Array, k: int) -> Array:
-    """Modes (n_dofs, 6) of a solid scaled to unit length, without those that do not move it."""
-    size = np.linalg.norm(a.lengths[a.starts[k] : a.starts[k + 1], None] * modes, axis=0)
-    # a straight line does not turn about itself
-    moving = size > 1e-12 * size.max()
-    return np.asarray(modes[:, moving] / size[moving])
+    """Independent combinations of modes (n_dofs, 6) of a solid, of unit length, without what does not move it."""
+    lengths = a.lengths[a.starts[k] : a.starts[k + 1], None]
+    size = np.linalg.norm(lengths * modes, axis=0)
+    # a straight line does not turn about itself, whichever way it lies
+    modes = modes[:, size > STILL * size.max()] / size[size > STILL * size.max()]
+    _, singular, V = np.linalg.svd(lengths * modes, full_matrices=False)
+    moving = singular > STILL
+    return np.asarray(modes @ V[moving].T / singular[moving])
 
 
 def _resisted(a: Assembly, modes: Array, k: int) -> Array:

@@ -4,6 +4,7 @@ from fecontact.ancf.joints import Joints
 from fecontact.ancf.slender.axis import straight
 from fecontact.ancf.slender.corotational import CorotationalBeam
 from fecontact.ancf.slender.kinds import beam, line, plate, strip, thick_plate
+from fecontact.ancf.slender.members import touching_members
 from fecontact.ancf.slender.structure import Part, Structure
 from fecontact.ancf.slender.trace import touching
 
@@ -19,4 +20,5 @@ __all__ = [
     "strip",
     "thick_plate",
     "touching",
+    "touching_members",
 ]

@@ -65,7 +65,8 @@ class Shape:
         for powers in self.powers:
             column = np.ones(len(points))
             for x, p, d in zip(points.T, powers, order, strict=True):
-                column = column * (math.perm(p, d) * x ** max(p - d, 0))
+                if p or d:
+                    column = column * (math.perm(p, d) * x ** max(p - d, 0))
             columns.append(column)
         return np.stack(columns, axis=1)
 
@@ -89,10 +90,19 @@ class Shape:
             Number of derivatives along each axis.
         """
         unit = self._monomials(points, order) @ self._coefficients
+        scale = self._sized(lengths) / np.prod(lengths ** np.array(order), axis=1)[:, None]
+        return np.asarray(unit[None] * scale[:, None])
+
+    def functions_each(self, lengths: Array, points: Array, order: Order = (0, 0, 0)) -> Array:
+        """Derivatives (n, n_functions) at a point (n, 3) of each element (n, 3), by coordinates of the unit box."""
+        return np.asarray(self._monomials(points, order) @ self._coefficients * self._sized(lengths))
+
+    def _sized(self, lengths: Array) -> Array:
+        """Factors (n_elements, n_functions): one, and for gradients the length along them."""
         scale = np.ones((len(lengths), self.n_functions))
         for k, d in enumerate(self.gradients):
             scale[:, k + 1 :: self.per_node] = lengths[:, [d]]
-        return np.asarray(unit[None] * (scale / np.prod(lengths ** np.array(order), axis=1)[:, None])[:, None])
+        return scale
 
 
 _ENDS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))

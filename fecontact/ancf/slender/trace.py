@@ -121,9 +121,15 @@ def touching(
     if not 0 <= number(offset) < np.inf:
         raise InputError(f"offset must be a radius or half a thickness, zero or positive; found {offset!r}.")
     s = structures[number_of]
-    chosen = np.arange(len(s.cells)) if elements is None else np.unique(np.asarray(elements, dtype=np.int64))
-    if not len(chosen) or chosen[0] < 0 or chosen[-1] >= len(s.cells):
-        raise InputError(f"Structure {number_of} has {len(s.cells)} elements, counted from 0; found {elements!r}.")
+    chosen = chosen_elements(s, number_of, elements)
     start = sum(each.n_dofs for each in structures[:number_of])
     n_dofs = sum(each.n_dofs for each in structures)
     return ContactConstraints(Trace(s, chosen, float(offset)), start, RigidMaster(body), n_dofs, friction)
+
+
+def chosen_elements(s: Structure, number_of: int, elements: Sequence[int] | None) -> IntArray:
+    """Sorted numbers (n,) of the elements given, or of all; a structure is named by its number in errors."""
+    chosen = np.arange(len(s.cells)) if elements is None else np.unique(np.asarray(elements, dtype=np.int64))
+    if not len(chosen) or chosen[0] < 0 or chosen[-1] >= len(s.cells):
+        raise InputError(f"Structure {number_of} has {len(s.cells)} elements, counted from 0; found {elements!r}.")
+    return chosen

@@ -1,0 +1,261 @@
+"""Contact of slender members with each other: along lines of closest points, and at crossings.
+
+Skins lie at distances r, radii or half thicknesses, from axes or middle surfaces; the gap of two points is their
+distance less both. Every element of the slave has one multiplier. Where the other member runs along it, this is its
+mean gap over Gauss points; where it crosses, the gap of the two points that are closest to each other (P. Wriggers & G.
+Zavarise, Commun. Numer. Methods Eng. 13, 1997). Lines of contact are for small angles, points for large ones (C. Meier,
+W. A. Wall & A. Popp, Comput. Methods Appl. Mech. Engrg. 315, 2017); which it is follows from the angle and from how
+much a mean gap would leave open, see `pairs`. Ends of axes have a multiplier each, and touch as balls do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.ancf.slender.closest import Middle
+from fecontact.ancf.slender.pairs import (
+    AT_NODE,
+    Pairs,
+    Sides,
+    crossings,
+    facing,
+    functions,
+    joined,
+    positions,
+    second_derivatives,
+)
+from fecontact.ancf.slender.structure import Structure
+from fecontact.ancf.slender.trace import POINTS, Trace, chosen_elements
+from fecontact.ancf.touch import ContactConstraints, ContactGaps, Master
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import number
+from fecontact.common.errors import InputError
+from fecontact.surfaces.facet_surface import Projection
+
+
+@dataclass(frozen=True, eq=False)
+class MemberMaster(Master):
+    """A slender member that others may touch.
+
+    Attributes
+    ----------
+    middle : Middle
+    offset : float
+        Distance of its skin.
+    """
+
+    middle: Middle
+    offset: float
+
+    @property
+    def start(self) -> int:
+        """Its first coordinate."""
+        return self.middle.start
+
+    @property
+    def named(self) -> tuple[int, float]:
+        """First coordinate and distance of the skin."""
+        return self.start, self.offset
+
+    def project(self, q: Array, points: Array) -> Projection:
+        """Feet of points (n, 3) on its skin."""
+        y = self.middle.at(q, *self.middle.project(q, points))[0]
+        return self.seen(points, y, np.zeros(len(y), bool))
+
+    def seen(self, x: Array, y: Array, hidden: Mask) -> Projection:
+        """Projection of points (n, 3) whose closest points (n, 3) on the axis or middle surface are known."""
+        w = x - y
+        distance = np.linalg.norm(w, axis=1)
+        normals = np.divide(w, distance[:, None], out=np.zeros_like(w), where=distance[:, None] > 0)
+        return Projection(y + self.offset * normals, normals, distance - self.offset, hidden)
+
+
+@dataclass(frozen=True, eq=False)
+class MemberGaps(ContactGaps):
+    """Contact conditions of two members at some coordinates.
+
+    Attributes
+    ----------
+    pairs : Pairs
+    q : (n_dofs,) array
+    """
+
+    pairs: Pairs
+    q: Array
+
+
+@dataclass(frozen=True, eq=False)
+class MemberContact(ContactConstraints):
+    """Contact of a member with another; multipliers of the slave's elements, then of ends of slave and master."""
+
+    slave: Trace
+    master: MemberMaster
+
+    @cached_property
+    def sides(self) -> Sides:
+        """Slave and master."""
+        return Middle(self.slave.structure, self.slave_start), self.master.middle
+
+    @cached_property
+    def reach(self) -> float:
+        """Distance of the axes or middle surfaces where the skins touch."""
+        return self.slave.offset + self.master.offset
+
+    @cached_property
+    def _along(self) -> tuple[IntArray, Array]:
+        """Elements (n,) of the Gauss points of the slave and their coordinates (n, n_axes)."""
+        x, k = (1 + np.polynomial.legendre.leggauss(POINTS)[0]) / 2, self.sides[0].n_axes
+        grid = np.stack(np.meshgrid(*[x] * k, indexing="ij"), axis=-1).reshape(-1, k)
+        elements = self.slave.elements
+        return elements.repeat(len(grid)), np.tile(grid, (len(elements), 1))
+
+    @cached_property
+    def _ends(self) -> list[tuple[IntArray, Array]]:
+        """Elements and coordinates (n, n_axes) of the ends of both axes; plates have none."""
+        own, other = self.sides
+        return [self._ends_of(own, self.slave.elements), self._ends_of(other, np.arange(len(other.structure.cells)))]
+
+    @staticmethod
+    def _ends_of(middle: Middle, elements: IntArray) -> tuple[IntArray, Array]:
+        if middle.n_axes > 1:
+            return np.zeros(0, np.int64), np.zeros((0, middle.n_axes))
+        k, side = np.nonzero(middle.ends[elements])
+        return elements[k], side[:, None].astype(float)
+
+    @property
+    def n_multipliers(self) -> int:
+        """Elements of the slave, and ends."""
+        return len(self.slave.elements) + sum(len(each) for each, _ in self._ends)
+
+    @cached_property
+    def areas(self) -> Array:
+        """Lengths or areas (n_multipliers,) of elements; the element's length at an end."""
+        ends = [m.structure.lengths[each, 0] for m, (each, _) in zip(self.sides, self._ends, strict=True)]
+        return np.concatenate([self.slave.quadrature[2], *ends])
+
+    @cached_property
+    def widths(self) -> Array:
+        """Lengths (n_multipliers,) of elements, at least the distance of the axes."""
+        own = self.slave.widths
+        return np.maximum(np.concatenate([own, self.areas[len(own) :]]), self.reach)
+
+    def at(self, q: Array) -> MemberGaps:
+        """Gaps and gradients at coordinates q (n_dofs,) of all members."""
+        along = facing(self.sides, q, *self._along)
+        crossed = along.chosen(np.zeros(0, np.int64))
+        if all(m.n_axes == 1 for m in self.sides):
+            crossed = crossings(self.sides, q, along, self.reach)
+        pairs = joined([along, crossed, *self._at_ends(q)])
+        projection = self.master.seen(*positions(self.sides, pairs, q), pairs.hidden)
+        means = self._means(crossed.each[0], pairs.hidden)
+        gap = means @ np.where(pairs.hidden, 0.0, projection.gap - self.slave.offset)
+        gap[np.diff(means.indptr) == 0] = np.inf
+        G = sp.csr_matrix(means @ self._rows(pairs, projection.normals))
+        return MemberGaps(gap, G, projection, means, pairs, q)
+
+    def _at_ends(self, q: Array) -> tuple[Pairs, Pairs]:
+        """Ends of both axes, as balls; an end of the master that faces one of the slave is seen from there already."""
+        own = facing(self.sides, q, *self._ends[0])
+        other = facing(self.sides, q, *self._ends[1], of_master=True)
+        twice = self.sides[0].at_end(other.each[0], other.local[0], AT_NODE)
+        return replace(own, hidden=np.zeros(len(own.hidden), bool)), replace(other, hidden=twice)
+
+    def _means(self, crossed: IntArray, hidden: Mask) -> sp.csr_matrix:
+        """A (n_multipliers, n_pairs) without hidden pairs: means of elements, crossings in their place, and ends."""
+        A = self.slave.quadrature[1]
+        n, m = A.shape
+        rows = np.searchsorted(self.slave.elements, crossed)
+        whole = np.ones(n)
+        whole[rows] = 0.0
+        single = sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(n, len(rows)))
+        ends = sp.eye_array(len(hidden) - m - len(rows))
+        A = sp.block_diag([sp.hstack([sp.diags_array(whole) @ A, single]), ends], format="csr")
+        A = sp.csr_matrix(A @ sp.diags_array((~hidden).astype(float)))
+        A.eliminate_zeros()
+        share = np.asarray(A.sum(axis=1)).ravel()
+        return sp.csr_matrix(sp.diags_array(np.divide(1.0, share, where=share > 0, out=share * 0)) @ A)
+
+    def _rows(self, pairs: Pairs, normals: Array) -> sp.csr_matrix:
+        """Gradients (n_pairs, n_dofs) of the distances."""
+        B, dofs = functions(self.sides, pairs)
+        values = B[:, :, None] * normals[:, None, :]
+        row = np.arange(len(B)).repeat(values[0].size)
+        return sp.csr_matrix((values.ravel(), (row, dofs.ravel())), shape=(len(B), self.n_dofs))
+
+    def curvature(self, touching: ContactGaps, forces: Array) -> sp.csr_matrix | None:
+        """Second derivative (n_dofs, n_dofs) of forces . gap; None where nothing presses."""
+        pressing = touching.means.T @ forces
+        used = np.flatnonzero(pressing)
+        if not len(used):
+            return None
+        here = cast(MemberGaps, touching)
+        H, dofs = second_derivatives(self.sides, here.pairs.chosen(used), here.q, here.projection.normals[used])
+        H *= pressing[used, None, None]
+        rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+        return sp.csr_matrix((H.ravel(), (rows.ravel(), columns.ravel())), shape=(self.n_dofs,) * 2)
+
+
+def touching_members(
+    structures: Sequence[Structure],
+    slave: int,
+    master: int,
+    *,
+    offsets: tuple[float, float],
+    elements: Sequence[int] | None = None,
+) -> MemberContact:
+    """Contact between two of several structures.
+
+    Parameters
+    ----------
+    structures : sequence of Structure
+        All members of the assembly, in order.
+    slave, master : int
+        The two that touch, counted from 0. Multipliers are those of the slave's elements: where both run along each
+        other it should have the longer ones, or pressures alternate. Of a plate and another member, the plate is the
+        master.
+    offsets : (float, float)
+        Distances of the skins of slave and master from axes or middle surfaces: radii, or half thicknesses.
+    elements : sequence of int, optional
+        Elements of the slave that may touch; all unless given.
+
+    Raises
+    ------
+    InputError
+        For unknown structures or elements, a member on itself, offsets that are negative, not numbers or both zero, a
+        plate as the slave of a line, or members that overlap by more than half the sum of the offsets.
+
+    Examples
+    --------
+    >>> from fecontact.ancf.slender import line, straight
+    >>> one = line(straight((-1, 0, 0.1), (1, 0, 0.1), 5), EA=1.0, EI=1.0)
+    >>> other = line(straight((0, -1, 0), (0, 1, 0), 4), EA=1.0, EI=1.0)
+    >>> contact = touching_members([one, other], 0, 1, offsets=(0.05, 0.04))
+    >>> float(contact.at(np.concatenate([one.q0, other.q0])).gap[2].round(12))
+    0.01
+    """
+    for k in (slave, master):
+        if not 0 <= k < len(structures):
+            raise InputError(f"There are {len(structures)} structures, counted from 0; found {k}.")
+    if slave == master:
+        raise InputError(f"Structure {slave} cannot touch itself; give what touches as structures of their own.")
+    if len(offsets) != 2 or not all(0 <= number(r) < np.inf for r in offsets) or sum(offsets) == 0:
+        raise InputError(f"offsets must be two radii or half thicknesses, not both zero; found {offsets!r}.")
+    one, starts = structures[slave], np.cumsum([0] + [s.n_dofs for s in structures])
+    trace = Trace(one, chosen_elements(one, slave, elements), float(offsets[0]))
+    middle = Middle(structures[master], int(starts[master]))
+    if Middle(one, 0).n_axes > middle.n_axes:
+        raise InputError(f"A {one.name} cannot be the slave of a {middle.structure.name}: exchange slave and master.")
+    contact = MemberContact(trace, int(starts[slave]), MemberMaster(middle, float(offsets[1])), int(starts[-1]))
+    overlap = -contact.at(np.concatenate([s.q0 for s in structures])).gap.min()
+    if overlap > contact.reach / 2:
+        raise InputError(
+            f"Structures {slave} and {master} overlap by {overlap:.4g} at the start, more than half the sum of their "
+            f"offsets, {contact.reach:.4g}: it is open on which side of each other they are. Move them apart."
+        )
+    return contact
