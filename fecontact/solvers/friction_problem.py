@@ -180,6 +180,8 @@ class FrictionProblem:
         bound = np.where(rough, size, limit)
         spent = np.where(rough, 0.0, limit) * slipped
         given = np.where(rough, 0.0, np.einsum("fk,fk->f", t, s))
+        # the rounding of slip counts by the limits, which exceed the forces under much friction
+        work = max(every.work, every.gap * float(np.where(rough, 0.0, limit).sum()))
         return FrictionResiduals(
             normal.penetration,
             normal.tension,
@@ -187,7 +189,7 @@ class FrictionProblem:
             normal.equilibrium,
             cone=largest(ratio(np.maximum(size - bound, 0.0), every.force)),
             slip=largest(ratio(moved, every.force)),
-            dissipation=float(ratio(np.array([abs((spent + given).sum())]), max(spent.sum(), NO_WORK * every.work))[0]),
+            dissipation=float(ratio(np.array([abs((spent + given).sum())]), max(spent.sum(), NO_WORK * work))[0]),
         )
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from brick_friction_cases import creep_at_rest, creep_in_motion, creep_in_shakes
+from brick_friction_cases import creep_at_rest, creep_in_motion, creep_in_shakes, elastic_cycle, random_walk
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, EnergyMomentum, GeneralisedAlpha, Stage, equilibrium, move
@@ -107,3 +107,29 @@ def test_nothing_creeps(row):
     for scheme in SCHEMES:
         name = f"block at rest on a slope, {type(scheme).__name__}"
         row(name, "motion of its feet in 40 steps over the first slip", 0.0, creep_in_motion(40, scheme), 1e-9)
+
+
+def test_energy_of_random_walks(row):
+    """Coulomb's law, Signorini's and the balance of forces in every step of random walks at large deformation.
+
+    Source: the second law and maximum dissipation; all worked out anew from positions and forces. A walk where nothing
+    slides is elastic: back at its begin everything is as it was. 100 walks: tests/benchmarks/bench_brick_friction.py.
+    """
+    walks = [random_walk(seed) for seed in range(8)]
+    worst = {name: max(walk[name] for walk in walks) for name in walks[0]}
+    row("random walks of a brick", "least work of a step over the largest", 0.0, -min(w["work"] for w in walks), 1e-12)
+    row("random walks of a brick", "excess over the cones over the largest force", 0.0, worst["cone"], 1e-9)
+    row("random walks of a brick", "penetration, or gap under a force, over the size", 0.0, worst["gap"], 1e-9)
+    row("random walks of a brick", "defect of maximum dissipation", 0.0, worst["dissipation"], 1e-9)
+    row(
+        "random walks of a brick",
+        "forces and moments, over the largest",
+        0.0,
+        max(worst["force"], worst["moment"]),
+        1e-8,
+    )
+    assert min(w["slides"] for w in walks) > 0.05
+    assert min(w["open"] for w in walks) > 0.01
+    cycles = np.max([elastic_cycle(seed) for seed in range(3)], axis=0)
+    for name, found in zip(("motion over that of the cycle", "change of the forces", "work"), cycles, strict=True):
+        row("elastic cycles of a brick on a rough floor", name, 0.0, found, 1e-8)

@@ -194,6 +194,15 @@ def test_dissipation_tells_forces_that_do_not_oppose_slip() -> None:
     assert found.slip > 0.1
 
 
+def test_rounding_of_what_sticks_is_no_dissipation() -> None:
+    """Eight points that stick under much friction, with slips of the rounding of their forces; larger ones count."""
+    points, tangents = np.arange(8), np.arange(8, 16)[:, None]
+    g = np.repeat([-1.0, 0.3], 8)
+    problem = FrictionProblem(ComplementarityProblem(np.eye(16), g), points, tangents, np.full(8, 50.0))
+    assert problem.residuals(np.repeat([1.0, -0.3 * (1 + 1e-15)], 8), np.zeros(0)).worst < 1e-10
+    assert problem.residuals(np.repeat([1.0, -0.3 * (1 + 1e-12)], 8), np.zeros(0)).dissipation > 1e-9
+
+
 def test_a_drag_beyond_friction_is_refused_with_the_friction_that_holds() -> None:
     rows = ComplementarityProblem(np.eye(2), np.zeros(2), np.eye(2), np.array([1.0, 0.31]))
     with pytest.raises(InfeasibleLoadError, match=r"at least mu = 0\.31") as caught:
