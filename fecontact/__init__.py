@@ -64,6 +64,8 @@ if TYPE_CHECKING:
     from fecontact.mesh.read_surface import read_surface
     from fecontact.mesh.section_mesh import SectionMesh
     from fecontact.mesh.surface_mesh import SurfaceMesh
+    from fecontact.results.case_table import CaseTable
+    from fecontact.results.dividing_plane import DividingPlane
     from fecontact.results.result import ContactResult
     from fecontact.scene.scene import Scene
     from fecontact.solvers import available_solvers
@@ -75,8 +77,10 @@ __all__ = [
     "AssembledBody",
     "AxisymmetricBody",
     "Body",
+    "CaseTable",
     "Contact",
     "ContactResult",
+    "DividingPlane",
     "ElasticBody",
     "ElasticLayer",
     "FecontactError",
@@ -133,8 +137,10 @@ _PLACES = {
     "AssembledBody": "fecontact.bodies:AssembledBody",
     "AxisymmetricBody": "fecontact.bodies:AxisymmetricBody",
     "Body": "fecontact.bodies:Body",
+    "CaseTable": "fecontact.results.case_table:CaseTable",
     "Contact": "fecontact.contact.contact:Contact",
     "ContactResult": "fecontact.results.result:ContactResult",
+    "DividingPlane": "fecontact.results.dividing_plane:DividingPlane",
     "ElasticBody": "fecontact.bodies:ElasticBody",
     "ElasticLayer": "fecontact.bodies:ElasticLayer",
     "FecontactError": "fecontact.common.errors:FecontactError",

@@ -50,6 +50,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
     rough = fc.Scene([body, floor], [fc.Contact(body, floor, friction=0.3)])
     pressed: Mapping[str, Any] = {"motions": {body: {"z": -0.01}}}
     result = scene.solve(**pressed)
+    table = scene.sweep([pressed], keep="pressure")
     path = rough.solve_path([pressed])
     flat = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), soft, "bottom", held)
     surface = fc.SurfaceMesh.of(cube, "top")
@@ -277,7 +278,25 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "a step": of(lambda step: rough.solve_path([step]), step=pressed),
         "LoadPath.motions": of(path.motions, body=body),
         "LoadPath.wear_depth": of(path.wear_depth, contact=0, coefficient=1.0),
-        "Scene.sweep": of(scene.sweep, cases=[pressed], path=None, processes=1, executor=None, progress=None),
+        "Scene.sweep": of(
+            scene.sweep,
+            cases=[pressed],
+            path=None,
+            processes=1,
+            executor=None,
+            progress=None,
+            keep=(),
+            split=None,
+            save=None,
+        ),
+        "CaseTable": of(table.column, name="area"),
+        "CaseTable.save": of(table.save, path=folder / "table.csv"),
+        "CaseTable.plot": of(lambda quantity, **k: table.plot(quantity, **k), quantity="area", over="area", path=None),
+        "CaseTable.montage": of(table.montage, what="pressure", path=None, contact=0, cases=[0]),
+        "CaseTable.animate": of(
+            table.animate, path=folder / "table.gif", what="pressure", contact=0, cases=[0], rate=5
+        ),
+        "DividingPlane": of(fc.DividingPlane, point=(0, 0, 0), normal=(1, 0, 0), body=None, sides=("a", "b")),
         "a case": of(lambda case: scene.sweep([case]), case=pressed),
         "case name": of(
             lambda **k: scene.sweep([{**pressed, **k}]), name="a", poses={}, parameters={"angle": 1.0}, save=[]

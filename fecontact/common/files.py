@@ -159,8 +159,9 @@ def _plain(value: Any) -> Any:
 
 
 def write_collection(path: Path, files: Sequence[Path], times: Sequence[float]) -> Path:
-    """Write the PVD file that lists files beside it with their times."""
-    pairs = zip(files, times, strict=True)
-    lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(file.name)}/>' for file, time in pairs]
+    """Write the PVD file that lists files, by their paths from it, with their times."""
+    found = [Path(os.path.relpath(file, path.parent)).as_posix() for file in files]
+    pairs = zip(found, times, strict=True)
+    lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(file)}/>' for file, time in pairs]
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
     return write_atomically(path, head + "\n".join(lines) + "\n  </Collection>\n</VTKFile>\n")

@@ -13,36 +13,24 @@ from typing import Any, overload
 
 import numpy as np
 
-from fecontact.common.arguments import file_path
+from fecontact.common.arguments import file_path, items, texts
 from fecontact.common.arrays import Array
-from fecontact.common.checks import among
-from fecontact.common.files import check_writable, save_json, write_atomically
+from fecontact.common.checks import among, whole
+from fecontact.common.errors import InputError
+from fecontact.common.files import check_writable, save_json, write_atomically, write_collection
 from fecontact.common.units import Units
-from fecontact.results.page import table_cell
+from fecontact.results.case_figures import FIGURES, GIVEN, contact_labels, row_figures
+from fecontact.results.field_map import FIELDS, FieldMap
 
 #: Suffixes of files of a table.
 TABLE_FILES = (".csv", ".json", ".jsonl")
-#: Figures of a contact by name, with the kind and power of their units.
-FIGURES: dict[str, tuple[str, str]] = {
-    **{f"force_{axis}": ("force", "") for axis in "xyz"},
-    "force": ("force", ""),
-    "area": ("length", "²"),
-    "max_pressure": ("stress", ""),
-    "mean_pressure": ("stress", ""),
-    **{f"centre_{axis}": ("length", "") for axis in "xyz"},
-    "regions": ("", ""),
-    "pressure_error": ("", ""),
-    "stick_area": ("length", "²"),
-    "slip_area": ("length", "²"),
-    "dissipated": ("moment", ""),
-}
-#: Figures of a case as a whole.
-WHOLE = ("case", "status", "residual", "iterations", "seconds", "warnings")
 #: Figures of a contact that are printed.
 PRINTED = ("force_x", "force_y", "force_z", "area", "max_pressure", "mean_pressure", "regions")
-#: Kinds of units of what is given, by the first word.
-GIVEN = {"forces": "force", "moments": "moment", "motions": "length", "poses": "length", "pressures": "stress"}
-#: Component of a vector, relative to its largest, that is shown as zero.
+#: Of a side of a plane.
+OF_SIDES = ("force", "area", "max_pressure")
+#: Maps in a montage at most.
+MOST_MAPS = 100
+#: Figure, relative to the largest of its column, that is shown as zero.
 ROUNDING = 1e-9
 
 
@@ -58,6 +46,8 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         Names of the bodies of each contact as given. Forces in columns are on the first of them, whichever is the
         slave.
     units : Units
+    maps : tuple of dict
+        Fields of the contacts of each case by name, of those that were kept.
 
     Examples
     --------
@@ -76,6 +66,7 @@ class CaseTable(Sequence[Mapping[str, Any]]):
     rows: tuple[Mapping[str, Any], ...]
     contacts: tuple[tuple[str, str], ...]
     units: Units
+    maps: tuple[Mapping[str, tuple[FieldMap, ...]], ...] = ()
 
     def __len__(self) -> int:
         """Number of cases."""
@@ -102,7 +93,7 @@ class CaseTable(Sequence[Mapping[str, Any]]):
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Label of each contact."""
-        return tuple(f"{one} on {other}" for one, other in self.contacts)
+        return contact_labels(self.contacts)
 
     @property
     def warnings(self) -> dict[str, list[str]]:
@@ -115,11 +106,13 @@ class CaseTable(Sequence[Mapping[str, Any]]):
 
         Given: parameters by their names, loads and poses as ``forces ball z``. Contacts: names of `FIGURES`, with
         several contacts after the label of each, ``femur on tibia: area``; of sides of a plane, ``medial: force_z``. A
-        figure that a case has not is NaN.
+        figure that a case has not is NaN; components of loads that are zero in all cases are left out.
         """
-        lines = [self._figures(row) for row in self.rows]
+        lines = [row_figures(row, self.contacts) for row in self.rows]
         names = dict.fromkeys(name for line in lines for name in line)
-        return {name: np.array([line.get(name, np.nan) for line in lines], float) for name in names}
+        found = {name: np.array([line.get(name, np.nan) for line in lines], float) for name in names}
+        idle = {name for row in self.rows for name in row.get("loads", {}) if not found[name].any()}
+        return {name: values for name, values in found.items() if name not in idle}
 
     def column(self, name: str) -> Array:
         """Figures (n,) of one name, see `figures`.
@@ -132,23 +125,10 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         among("column", name, self.figures)
         return self.figures[name]
 
-    def _figures(self, row: Mapping[str, Any]) -> dict[str, Any]:
-        """All numbers of a row by the name of their column; None stands for a figure without value."""
-        out = {**row.get("parameters", {}), **row.get("loads", {})}
-        for label, (first, _), contact in zip(self.labels, self.contacts, row["contacts"], strict=True):
-            head = f"{label}: " if len(self.contacts) > 1 else ""
-            sign = 1.0 if contact["slave"] == first else -1.0
-            out |= {f"{head}{name}": value for name, value in _of_contact(contact, sign).items()}
-            for side, part in contact.get("sides", {}).items():
-                found = _resultant(part, sign, part["area"])
-                out |= {f"{head}{side}: {name}": value for name, value in found.items()}
-        out |= {f"{spring['name']}: tension": spring["tension"] for spring in row["springs"]}
-        plain = [value for value in row["residuals"].values() if not isinstance(value, Mapping)]
-        out |= {"residual": max(plain), "iterations": row["iterations"], "seconds": row["seconds"]["total"]}
-        return out | {"warnings": len(row["warnings"])}
-
     def save(self, path: str | Path) -> Path:
-        """Write the table; the suffix decides: .csv (`to_csv`), .json (`to_json`), .jsonl (a row in each line).
+        """Write the table; the suffix decides.
+
+        .csv (`to_csv`), .json (`to_json`), .jsonl (a row in each line), .pvd (`to_pvd`).
 
         Raises
         ------
@@ -157,7 +137,9 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         """
         path = file_path("the path of a table", path)
         suffix = path.suffix.lower()
-        among("suffix of a file of a table", suffix, TABLE_FILES)
+        among("suffix of a file of a table", suffix, (*TABLE_FILES, ".pvd"))
+        if suffix == ".pvd":
+            return self.to_pvd(path)
         if suffix == ".jsonl":
             return write_atomically(path, "".join(json.dumps(row) + "\n" for row in self.rows))
         return self.to_csv(path) if suffix == ".csv" else self.to_json(path)
@@ -176,28 +158,204 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         """Write all rows, ``{"cases": [...]}``."""
         return save_json(path, {"cases": list(self.rows)})
 
+    def to_pvd(self, path: str | Path, over: str | None = None) -> Path:
+        """Write the collection of the files .vtu that the cases have written, for ParaView.
+
+        Parameters
+        ----------
+        path : str or Path
+        over : str, optional
+            Column that gives the times; ``time`` where there is one, else the cases are numbered.
+
+        Raises
+        ------
+        InputError
+            If a case has no such file, or no time.
+        """
+        files = [[f for f in row.get("files", ()) if Path(f).suffix.lower() == ".vtu"] for row in self.rows]
+        if missing := [name for name, found in zip(self.names, files, strict=True) if not found]:
+            raise InputError(f"Case {missing[0]!r} has written no .vtu file: sweep with save='NAME_{{name}}.vtu'.")
+        over = "time" if over is None and "time" in self.figures else over
+        times = np.arange(len(self), dtype=float) if over is None else self.column(over)
+        if not np.isfinite(times).all():
+            raise InputError(f"Not all cases have a figure {over!r}, which is to be the time.")
+        return write_collection(check_writable(path), [Path(found[-1]) for found in files], times.tolist())
+
+    def plot(
+        self,
+        *quantities: str,
+        over: str | None = None,
+        path: str | Path | None = None,
+    ) -> Any:
+        """Draw columns over the cases or over another column, a panel for each; a matplotlib figure.
+
+        Parameters
+        ----------
+        *quantities : str
+            Columns, or figures of all contacts and sides, such as "max_pressure"; force, area and largest pressure
+            unless given.
+        over : str, optional
+            Column of the horizontal axis, such as a parameter; the cases in their order unless given.
+        path : str or Path, optional
+            File to write; the suffix decides the format.
+
+        Raises
+        ------
+        InputError
+            If there is no such column, or no case.
+        """
+        from fecontact.results.pictures.case_pictures import plot_columns
+
+        if not self.rows:
+            raise InputError("There are no cases to draw.")
+        chosen = texts("the quantities", quantities) or ("force", "area", "max_pressure")
+        panels = {self.headed(name).replace("_", " "): self._curves(name) for name in chosen}
+        label, place = ("", np.arange(len(self), dtype=float)) if over is None else (over, self.column(over))
+        return plot_columns(panels, (label and self.headed(label), place), self.names, path)
+
+    def _curves(self, name: str) -> dict[str, Array]:
+        """Columns of a figure: that of this name, or those of all contacts and sides."""
+        found = {c: values for c, values in self.figures.items() if c == name or c.endswith(f": {name}")}
+        if not found:
+            among("column", name, self.figures)
+        return {c.removesuffix(f": {name}") if c != name else "whole": values for c, values in found.items()}
+
+    def fields(
+        self, what: str = "pressure", contact: int = 0, cases: Sequence[int | str] | None = None
+    ) -> list[FieldMap]:
+        """Fields of a contact that were kept, one for each case.
+
+        Parameters
+        ----------
+        what : {'pressure', 'gap', 'friction'}
+        contact : int
+            Number of the contact in the scene.
+        cases : sequence of int or str, optional
+            Numbers or names; all unless given.
+
+        Raises
+        ------
+        InputError
+            If there is no such contact or case, or the field was not kept.
+        """
+        among("field of a contact", what, FIELDS)
+        whole("the number of the contact", contact, 0, len(self.contacts) - 1)
+        out = []
+        for k in self._numbers(cases):
+            kept = self.maps[k] if self.maps else {}
+            if what not in kept:
+                raise InputError(
+                    f"The {what} of case {self.names[k]!r} is not in memory: sweep with keep=({what!r},). Cases that "
+                    "were finished in an earlier run, whose rows come from a file, have none."
+                )
+            out.append(kept[what][contact])
+        return out
+
+    def _numbers(self, cases: Sequence[int | str] | None) -> list[int]:
+        """Numbers of some cases."""
+        given = range(len(self)) if cases is None else items("cases", cases, "numbers or names")
+        out = []
+        for case in given:
+            if isinstance(case, str):
+                among("case", case, self.names)
+            found = self.names.index(case) if isinstance(case, str) else whole("the number of a case", case, 0)
+            if found >= len(self):
+                raise InputError(f"There is no case {found}; the table has {len(self)} (0, 1, ...).")
+            out.append(found)
+        if not out:
+            raise InputError("No case is to be drawn.")
+        return out
+
+    def montage(
+        self,
+        what: str = "pressure",
+        path: str | Path | None = None,
+        *,
+        contact: int = 0,
+        cases: Sequence[int | str] | None = None,
+    ) -> Any:
+        """Draw the maps of a contact in all cases, with one scale; a matplotlib figure.
+
+        Parameters
+        ----------
+        what : {'pressure', 'gap', 'friction'}
+            A field that was kept, ``scene.sweep(..., keep="pressure")``.
+        path : str or Path, optional
+            File to write; the suffix decides the format.
+        contact : int
+            Number of the contact in the scene.
+        cases : sequence of int or str, optional
+            Numbers or names of the cases; all unless given.
+
+        Raises
+        ------
+        InputError
+            If there is no such contact or case, the field was not kept, or there are more cases than fit.
+        """
+        from fecontact.results.pictures.case_pictures import plot_montage
+
+        maps, names = self.fields(what, contact, cases), [self.names[k] for k in self._numbers(cases)]
+        if len(maps) > MOST_MAPS:
+            raise InputError(f"{len(maps)} maps do not fit into a picture: choose at most {MOST_MAPS} by cases=.")
+        return plot_montage(maps, names, f"{what}, {self.labels[contact]}", self.units, path)
+
+    def animate(
+        self,
+        path: str | Path,
+        what: str = "pressure",
+        *,
+        contact: int = 0,
+        cases: Sequence[int | str] | None = None,
+        rate: int = 5,
+    ) -> Path:
+        """Write the maps of a contact as an animation, a frame for each case: .gif, or .mp4 if ffmpeg is installed.
+
+        Parameters
+        ----------
+        path : str or Path
+        what, contact, cases
+            As for `montage`.
+        rate : int
+            Frames per second.
+
+        Raises
+        ------
+        InputError
+            As for `montage`, and for another suffix.
+        MissingPackageError
+            If ffmpeg is missing for .mp4.
+        """
+        from fecontact.results.pictures.case_pictures import animate_maps
+
+        maps, names = self.fields(what, contact, cases), [self.names[k] for k in self._numbers(cases)]
+        title = f"{what}, {self.labels[contact]}"
+        return animate_maps(maps, names, title, self.units, check_writable(path), whole("the frames per second", rate))
+
     def lines(self) -> tuple[list[str], list[list[str]]]:
         """Heads and lines of the printed table: a line for each case and contact, with what was given and changes."""
-        figures, several = self.figures, len(self.contacts) > 1
+        several = len(self.contacts) > 1
+        # components of a force are rounding beside its size
+        sizes = {name: self.figures.get(name[:-2], v) for name, v in self.figures.items()}
+        figures = {name: _rounded(values, sizes[name]) for name, values in self.figures.items()}
+        sides = list(dict.fromkeys(s for row in self.rows for c in row["contacts"] for s in c.get("sides", ())))
+        printed = [*PRINTED, *(f"{side}: {name}" for side in sides for name in OF_SIDES)]
         given = [name for name in self._given if np.ptp(figures[name]) != 0]  # NaN, in some cases only, shows too
         heads = ["case", *map(self.headed, given), *(["contact"] if several else [])]
-        heads += [*map(self.headed, PRINTED), "warnings"]
+        heads += [*map(self.headed, printed), "warnings"]
         out = []
         for k, name in enumerate(self.names):
             start = [name, *(f"{figures[column][k]:.4g}" for column in given)]
             for label in self.labels:
                 head = f"{label}: " if several else ""
-                values = np.array([figures[f"{head}{figure}"][k] for figure in PRINTED])
-                force = values[:3]
-                force[np.abs(force) <= ROUNDING * np.abs(force).max()] = 0.0
-                line = [*([label] if several else []), *(f"{v:.4g}" for v in values)]
-                out.append([*start, *line, f"{figures['warnings'][k]:.0f}"])
+                line = [f"{figures[f'{head}{figure}'][k]:.4g}" for figure in printed]
+                out.append([*start, *([label] if several else []), *line, f"{figures['warnings'][k]:.0f}"])
         return heads, out
 
     @property
     def _given(self) -> list[str]:
         """Columns of what was given."""
-        return list(dict.fromkeys(n for row in self.rows for n in (*row.get("parameters", {}), *row.get("loads", {}))))
+        told = dict.fromkeys(n for row in self.rows for n in (*row.get("parameters", {}), *row.get("loads", {})))
+        return [name for name in told if name in self.figures]
 
     def headed(self, name: str) -> str:
         """A column's name with its unit; angles, and parameters of users, have none."""
@@ -205,7 +363,8 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         kind, power = FIGURES.get(name.rpartition(": ")[2], ("", ""))
         if first in GIVEN and rest.split()[-1][0] != "r":
             kind = GIVEN[first]
-        return f"{name}{self.units.behind(kind, power)}" if kind else name
+        unit = self.units.behind(kind, power).strip() if kind else ""
+        return f"{name} [{unit}]" if unit else name
 
     def __str__(self) -> str:
         heads, lines = self.lines()
@@ -232,30 +391,14 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         return f"CaseTable({', '.join([*parts, *more])})"
 
     def _repr_html_(self) -> str:
+        from fecontact.results.page import table_cell
+
         return table_cell(*self.lines(), self._remarks())
 
 
-def _of_contact(contact: Mapping[str, Any], sign: float) -> dict[str, Any]:
-    """Figures of a contact; force and mean pressure belong to the area with the edge located within the faces."""
-    area = contact["outline_area"]
-    out = _resultant(contact, sign, area)
-    friction = contact.get("friction", {})
-    out |= {name: friction[name] for name in ("stick_area", "slip_area", "dissipated") if name in friction}
-    return out | {"regions": contact["regions"], "pressure_error": contact["error_estimate"]["pressure"]}
-
-
-def _resultant(part: Mapping[str, Any], sign: float, area: float) -> dict[str, Any]:
-    """Figures of a contact or of a part of it, of which `area` is given."""
-    force = np.asarray(part["force"], float)
-    centre = part["centre_of_pressure"] or [np.nan] * 3
-    return {
-        **{f"force_{axis}": sign * f for axis, f in zip("xyz", force.tolist(), strict=True)},
-        "force": float(np.linalg.norm(force)),
-        "area": area,
-        "max_pressure": part["max_pressure"],
-        "mean_pressure": part["mean_pressure"] * part["area"] / area if area > 0 else 0.0,
-        **{f"centre_{axis}": x for axis, x in zip("xyz", centre, strict=True)},
-    }
+def _rounded(values: Array, sizes: Array) -> Array:
+    """A column with what is rounding beside the largest of some sizes as zero."""
+    return np.where(np.abs(values) <= ROUNDING * np.nanmax(np.abs(sizes), initial=0.0), 0.0, values)
 
 
 def _range(values: Array) -> str:

@@ -15,7 +15,6 @@ from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.common.one_line import one_line
 from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
-from fecontact.mesh.section_mesh import line_shapes
 from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
 from fecontact.results.facet_samples import facet_samples, pressure_shapes
@@ -350,10 +349,6 @@ class ContactFields:
     def is_ring(self) -> bool:
         """Whether the contact is between bodies of revolution."""
         return self.surface.revolved
-
-    def line_points(self, s: Array) -> Array:
-        """Positions (n_facets, n_q, 3) on a section's sides at coordinates s (n_q,) in [0, 1]."""
-        return np.asarray(line_shapes(s)[0] @ self.nodes[self.facets])
 
     def interpolated(self, values: Array, local: Array, beyond: float = 0.0) -> Array:
         """A nodal field (n_points,) interpolated in all facets at common coordinates: (n_facets, n_q).

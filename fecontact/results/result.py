@@ -26,7 +26,6 @@ from fecontact.results.edge_pressure import EdgePressure, edge_pressure
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.model_size import model_size
 from fecontact.results.report import peak_memory, report
-from fecontact.results.resultants import Region
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.results.warnings import notes_of, warnings_of
 from fecontact.solvers import Solution
@@ -148,7 +147,7 @@ class ContactResult(SolvedScene):
                     "error_estimate": c.error_estimate.summary(),
                     "centre_of_pressure": c.centre_of_pressure.tolist() if c.active.any() else None,
                     "regions": len(c.regions),
-                    "region_resultants": [_plain_region(r) for r in c.regions],
+                    "region_resultants": [r.summary() for r in c.regions],
                     "note": c.note,
                     **({} if c.friction is None else {"friction": c.friction.summary()}),
                 }
@@ -184,10 +183,6 @@ class ContactResult(SolvedScene):
 
     def __str__(self) -> str:
         return report(self, self.warnings, self.notes)
-
-
-def _plain_region(region: Region) -> dict[str, Any]:
-    return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(region).items()}
 
 
 def make_result(

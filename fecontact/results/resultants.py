@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -88,6 +88,11 @@ class Region:
     max_pressure: float
     mean_pressure: float
     centre_of_pressure: Array
+
+    def summary(self) -> dict[str, Any]:
+        """Figures for scripts, ready for JSON; no centre of pressure without contact."""
+        plain = {name: np.asarray(value).tolist() for name, value in vars(self).items()}
+        return plain if self.area > 0 else {**plain, "centre_of_pressure": None}
 
 
 def part_of(contact: LoadedPoints, share: Array) -> Region:

@@ -13,7 +13,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import finite
 from fecontact.common.errors import InputError
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.results.case_table import FIGURES, GIVEN, WHOLE
+from fecontact.results.case_figures import FIGURES, GIVEN, WHOLE
 
 AXES = ("x", "y", "z")
 
@@ -41,14 +41,14 @@ def loads_of(case: Mapping[str, Any]) -> dict[str, float]:
     """Loads and poses of a valid case by kind, body and component.
 
     ``forces ball z``, ``poses ball rx`` (a component of the rotation vector, radians), ``pressures pad.top``. Loads
-    that vary over a boundary are no numbers and left out; components that are zero too.
+    that vary over a boundary are no numbers and left out.
 
     Examples
     --------
     >>> loads_of({"gravity": (0.0, 0.0, -9.81)})
-    {'gravity z': -9.81}
+    {'gravity x': 0.0, 'gravity y': 0.0, 'gravity z': -9.81}
     """
-    return {" ".join(words): float(value) for *words, value in _numbers(case) if value != 0}
+    return {" ".join(words): float(value) for *words, value in _numbers(case)}
 
 
 def _free_name(name: object) -> str:

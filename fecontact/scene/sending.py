@@ -17,7 +17,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
 from fecontact.contact.model import SceneModel
 from fecontact.scene.local_search import SearchHistory
-from fecontact.scene.sweep_case import summary_of
+from fecontact.scene.sweep_case import Solved, solved_case
 
 REMEDY = (
     "Define it in a module that other processes can import (not in the main script, a notebook or by lambda), or "
@@ -91,11 +91,11 @@ def packed_case(name: str, case: Mapping[str, Any], bodies: Sequence[Body]) -> b
         raise InputError(f"The case {name!r} cannot be sent to other processes: {error}. {REMEDY}") from error
 
 
-def solved_there(token: str, case: bytes, scene: bytes | None = None) -> dict[str, Any] | None:
-    """Summary of a case for the scene of a token; None if the scene is neither sent nor kept."""
+def solved_there(token: str, case: bytes, scene: bytes | None = None) -> Solved | None:
+    """Row and kept fields of a case for the scene of a token; None if the scene is neither sent nor kept."""
     if getattr(_KEPT, "token", None) != token:
         if scene is None:
             return None
         _KEPT.scene, _KEPT.history = pickle.loads(scene)
         _KEPT.token = token
-    return summary_of(_KEPT.scene, _Unpickler(case, _KEPT.scene.bodies).load(), _KEPT.history)
+    return solved_case(_KEPT.scene, _Unpickler(case, _KEPT.scene.bodies).load(), _KEPT.history)

@@ -7,35 +7,40 @@ import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
 from contextlib import nullcontext
+from dataclasses import fields as fields_of
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
-from fecontact.common.arguments import file_path, instance, items
+from fecontact.common.arguments import file_path, instance, items, texts
 from fecontact.common.arrays import IntArray
-from fecontact.common.checks import whole
+from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError, shown
 from fecontact.common.files import sole_writer
 from fecontact.common.json_lines import append_row
 from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.loads import Loading
+from fecontact.contact.loads import Loading, check_member
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.radius import plain_facets
 from fecontact.contact.springs import spring_rows
 from fecontact.fem.model import Model
 from fecontact.results.case_table import CaseTable
+from fecontact.results.dividing_plane import DividingPlane
+from fecontact.results.field_map import FIELDS, FieldMap
+from fecontact.scene.case_files import check_finished, collection_of, files_of, with_files
 from fecontact.scene.case_given import loads_of, parameters_of
 from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import SearchHistory
 from fecontact.scene.search_radius import near_nodes
 from fecontact.scene.sending import packed_case, packed_scene, solved_there
 from fecontact.scene.settings import renamed
-from fecontact.scene.sweep_case import Case, Posed, files_of, fingerprints, finished, naming, summary_of
+from fecontact.scene.sweep_case import Case, Posed, Solved, fingerprints, finished, naming, solved_case
 from fecontact.scene.workers import FreshInterpreters
 
 
@@ -46,6 +51,10 @@ def run_sweep(
     processes: int = 1,
     executor: Executor | None = None,
     progress: bool | None = None,
+    *,
+    keep: str | Sequence[str] = (),
+    split: DividingPlane | tuple[ArrayLike, ArrayLike] | None = None,
+    save: str | Path | Sequence[str | Path] | None = None,
 ) -> CaseTable:
     """Solve all cases; with friction, each is one load step from the unloaded state.
 
@@ -74,6 +83,15 @@ def run_sweep(
         its number of workers if that is 1. It is not shut down.
     progress : bool, optional
         Whether to show cases and stages on standard error; by default where that is a terminal.
+    keep : str or sequence of str
+        Fields of the contacts that stay in memory for maps, 'pressure', 'gap' or 'friction': about 0.4 kB for every
+        facet and field of a case (`results.field_map`). Without them a case takes about 10 kB.
+    split : DividingPlane, or (point, normal) in world axes, optional
+        Plane by which force, area and peak of every contact are divided, for further columns.
+    save : str, Path or a sequence of them, optional
+        Files of every case, with ``{name}`` in place of its name, such as "pose_{name}.vtu", besides those of its own.
+        A file run.pvd is a collection for ParaView of files run_{name}.vtu, at the cases' parameter ``time`` if they
+        have one.
 
     Returns
     -------
@@ -87,7 +105,8 @@ def run_sweep(
     ------
     InputError
         If two cases have the same name, a case has bodies that are not in the scene, the file is of another kind or of
-        other cases, the number of processes is invalid, or the scene cannot be sent to other processes.
+        other cases, the number of processes is invalid, the scene cannot be sent to other processes, a field or a plane
+        is none, or files of cases would be the same.
     """
     cases = [instance("each of the cases", case, Mapping) for case in items("the cases of a sweep", cases, "cases")]
     path = None if path is None else file_path("the path of a sweep", path)
@@ -101,6 +120,7 @@ def run_sweep(
                 raise InputError(
                     "A sweep has the engine 'own' only: give processes= or executor=, or use Scene.solve for each case."
                 )
+    named = with_files(_with_wishes(scene, named, keep, split), save)
     whole("the number of processes", processes)
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise InputError(f"The executor must have submit, as those of concurrent.futures do; found {shown(executor)}.")
@@ -114,20 +134,57 @@ def run_sweep(
         return {"parameters": parameters[name], "loads": loads_of(named[name])}
 
     done = finished(path, prints)
+    if (collection := collection_of(save)) is not None:
+        check_finished(done, named, path)
+    maps: dict[str, dict[str, tuple[FieldMap, ...]]] = {}
     left = {name: case for name, case in named.items() if name not in done}
     rows = _solved(scene, left, processes, executor) if left else ()
     line_of_cases = progress_line("sweep", progress, total=len(left), unit="case")
     with nullcontext() if path is None else sole_writer(path), line_of_cases as line:
-        for name, row in rows:
+        for name, (row, maps[name]) in rows:
             line.update()
             done[name] = {"name": name, **row, **given(name), "fingerprint": prints[name]}
             if path is not None:
                 append_row(path, done[name])
     contacts = tuple((contact.slave.name, contact.master.name) for contact in scene.contacts)
-    return CaseTable(tuple({**done[name], **given(name)} for name in named), contacts, scene.unit_names)
+    table = CaseTable(
+        tuple({**done[name], **given(name)} for name in named),
+        contacts,
+        scene.unit_names,
+        tuple(maps.get(name, {}) for name in named),
+    )
+    if collection is not None:
+        table.save(collection)
+    return table
 
 
-Rows = Iterator[tuple[str, dict[str, Any]]]
+Rows = Iterator[tuple[str, Solved]]
+
+
+def _with_wishes(scene: SceneModel, cases: Mapping[str, Case], keep: Any, split: Any) -> dict[str, Case]:
+    """The cases with the fields that are to be kept of them, and the plane that divides them."""
+    fields = texts("the fields to keep", keep)
+    for name in fields:
+        among("field to keep", name, FIELDS)
+    if "friction" in fields and not scene.has_friction:
+        raise InputError("No contact has friction: keep 'pressure' or 'gap', or give Contact(..., friction=...).")
+    more: dict[str, Any] = {"keep": fields} if fields else {}
+    if split is not None:
+        plane: DividingPlane = split if callable(getattr(split, "in_world", None)) else DividingPlane(*_pair(split))
+        if plane.body is not None:
+            check_member(plane.body, scene.bodies, "The dividing plane")
+        more["split"] = {f.name: getattr(plane, f.name) for f in fields_of(plane)}
+    for name, case in cases.items():
+        if wrong := sorted({"keep", "split"} & set(case)):
+            raise InputError(f"Case {name!r} has {', '.join(wrong)}: give it to the sweep, for all cases.")
+    return {name: {**case, **more} for name, case in cases.items()}
+
+
+def _pair(split: Any) -> tuple[Any, ...]:
+    given = items("split, where it is no DividingPlane,", split, "a point and a normal")
+    if len(given) != 2:
+        raise InputError(f"split is a DividingPlane, or a point and a normal; found {shown(split)}.")
+    return given
 
 
 def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executor: Executor | None) -> Rows:
@@ -164,9 +221,9 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
         yield from _carried(packed_scene(scene, history), packed, executor, _lanes(executor, processes))
 
 
-def _row(scene: SceneModel, name: str, case: Case, history: SearchHistory) -> dict[str, Any]:
+def _row(scene: SceneModel, name: str, case: Case, history: SearchHistory) -> Solved:
     with naming(name):
-        return summary_of(scene, case, history)
+        return solved_case(scene, case, history)
 
 
 def _check_executor(executor: Executor) -> None:

@@ -1,4 +1,4 @@
-"""One case of a sweep: its posed scene, loads, summary and fingerprints."""
+"""One case of a sweep: its posed scene, loads, row, kept fields and fingerprints."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
-from fecontact.common.arguments import items
-from fecontact.common.checks import among
 from fecontact.common.errors import FecontactError, InputError
-from fecontact.common.files import check_writable
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import read_rows
 from fecontact.common.one_line import one_line
@@ -21,9 +19,11 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
-from fecontact.results.files import WRITERS
+from fecontact.results.dividing_plane import DividingPlane, sides_of_contact
+from fecontact.results.field_map import FieldMap, field_map
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import KEYED
+from fecontact.scene.case_files import PICTURES, files_of
 from fecontact.scene.finite_rotation import follow
 from fecontact.scene.local_search import SearchHistory, solve_local_case
 from fecontact.scene.poses import posed_scene
@@ -35,7 +35,7 @@ from fecontact.solvers import TOLERANCE
 
 Case = Mapping[str, Any]
 #: What a case has besides poses and the arguments of `Scene.solve`; its result does not depend on it.
-OF_CASES = ("name", "parameters", "save")
+OF_CASES = ("name", "parameters", "save", "keep")
 #: Arguments of `Scene.solve` that are not loads, and those that are not settings of the solver.
 _OTHER = ("search", "finite_motion", "accuracy", "max_dofs", "max_seconds")
 
@@ -60,7 +60,7 @@ class Posed:
     def of(cls, scene: SceneModel, case: Case) -> Posed:
         """The posed scene of a case."""
         now = posed_scene(scene, case.get("poses"))
-        return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in (*OF_CASES, "poses")}))
+        return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in (*OF_CASES, "poses", "split")}))
 
     def loading(self) -> Loading:
         """Its loads, sorted and checked, and its settings checked with them."""
@@ -70,33 +70,29 @@ class Posed:
         return make_loading(self.scene.bodies, **{k: self.arguments.get(k) for k in (*KEYED, "gravity")})
 
 
-#: Suffixes of pictures among the files of a case.
-PICTURES = (".png", ".pdf", ".svg")
+#: Row of a case, and its fields that are kept: by name those of all contacts.
+Solved = tuple[dict[str, Any], dict[str, tuple[FieldMap, ...]]]
 
 
-def files_of(case: Case) -> list[Path]:
-    """Files that a case is to write.
-
-    Raises
-    ------
-    InputError
-        If one of them cannot be written, or has an unknown suffix.
-    """
-    files = [check_writable(path) for path in items("the files of a case", case.get("save") or (), "paths")]
-    for path in files:
-        among("the suffix of a case's file", path.suffix.lower(), (*WRITERS, *PICTURES))
-    return files
-
-
-def summary_of(scene: SceneModel, case: Case, history: SearchHistory) -> dict[str, Any]:
-    """`ContactResult.summary` of a case, with local search by default; writes its files."""
+def solved_case(scene: SceneModel, case: Case, history: SearchHistory) -> Solved:
+    """Row and kept fields of a case, with local search by default; writes its files."""
     result = _solved(scene, case, history)
-    for path in files_of(case):
+    files = files_of(case)
+    for path in files:
         if path.suffix.lower() in PICTURES:
             result.plot("pressure", path)
         else:
             result.save(path)
-    return result.summary()
+    row = result.summary()
+    if files:
+        row["files"] = [str(path) for path in files]
+    if (split := case.get("split")) is not None:
+        plane = DividingPlane(**split)
+        at = [k for k, body in enumerate(scene.bodies) if body is plane.body]
+        pose = result.scene.bodies[at[0]].pose if at else Pose()
+        for figures, contact in zip(row["contacts"], result.contacts, strict=True):
+            figures["sides"] = sides_of_contact(contact, plane, pose)
+    return row, {what: tuple(field_map(c, what) for c in result.contacts) for what in case.get("keep", ())}
 
 
 def _solved(scene: SceneModel, case: Case, history: SearchHistory) -> ContactResult:

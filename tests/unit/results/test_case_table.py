@@ -2,9 +2,17 @@
 
 import csv
 import json
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import pairwise
+from xml.etree import ElementTree
 
+import meshio
 import numpy as np
 import pytest
+from PIL import Image
+from scipy.spatial import cKDTree
 
 import fecontact as fc
 from fecontact.common.errors import InputError
@@ -58,8 +66,8 @@ def test_a_table_is_the_sequence_of_its_rows(blocks):
 def test_text_has_one_line_for_each_case_and_contact_with_units_and_what_changes(blocks):
     _, _, table = blocks
     heads, lines = table.lines()
-    assert heads[:4] == ["case", "depth", "motions plate z mm", "contact"]
-    assert heads[4:8] == ["force_x N", "force_y N", "force_z N", "area mm²"]
+    assert heads[:4] == ["case", "depth", "motions plate z [mm]", "contact"]
+    assert heads[4:8] == ["force_x [N]", "force_y [N]", "force_z [N]", "area [mm²]"]
     assert lines[5][:8] == ["up 0.03", "0.03", "0.03", "right on plate", "0", "0", "0.6", "2"]
     text = str(table).splitlines()
     assert len(text) == 1 + 6 + 2
@@ -69,7 +77,7 @@ def test_text_has_one_line_for_each_case_and_contact_with_units_and_what_changes
     assert "\n" not in shown
     page = table._repr_html_()
     assert page.count("<tr>") == 7
-    assert "area mm²" in page
+    assert "area [mm²]" in page
 
 
 def test_files_have_all_columns_and_rows(blocks, tmp_path):
@@ -116,3 +124,212 @@ def test_no_cases_are_an_empty_table(blocks):
     table = blocks[0].sweep([])
     assert len(table) == 0
     assert repr(table) == "CaseTable(0 cases)"
+
+
+def test_curves_are_drawn_over_the_cases_or_a_parameter(blocks, tmp_path):
+    _, _, table = blocks
+    figure = table.plot(path=tmp_path / "cases.png")
+    assert (tmp_path / "cases.png").stat().st_size > 2000
+    assert [axes.get_ylabel() for axes in figure.axes] == ["force [N]", "area [mm²]", "max pressure [MPa]"]
+    assert [t.get_text() for t in figure.axes[-1].get_xticklabels()] == list(table.names)
+    assert [line.get_label() for line in figure.axes[0].lines] == ["plate on left", "right on plate"]
+    (axes,) = table.plot("plate on left: force_z", over="depth").axes
+    assert axes.lines[0].get_xdata().tolist() == [0.01, 0.02, 0.03]
+    assert np.allclose(axes.lines[0].get_ydata(), [-0.2, -0.4, -0.6])
+    for wrong in ({"over": "time"}, {"over": 3.0}):
+        with pytest.raises(InputError, match="column"):
+            table.plot(**wrong)
+    with pytest.raises(InputError, match="'peak'"):
+        table.plot("peak")
+    with pytest.raises(InputError, match="no cases"):
+        blocks[0].sweep([]).plot()
+
+
+@pytest.fixture(scope="module")
+def rolled(tmp_path_factory):
+    """A ball beside the middle of a pad in three poses, with fields, sides and files."""
+    mesh = fc.shapes.block((3.0, 3.0, 1.0), (8, 8, 1)).translated((-1.5, -1.5, -1.0))
+    pad = fc.ElasticBody(mesh, fc.Material(E=1000.0, nu=0.3), "top", {"bottom": "xyz"}, name="pad")
+    ball = fc.RigidBody(fc.Sphere(5.0), name="ball")
+    scene = fc.Scene([pad, ball], [fc.Contact(ball, pad)], units=("mm", "N", "MPa"))
+    cases = [
+        {
+            "name": f"x{x:g}",
+            "poses": {ball: fc.Pose(translation=(x, 0.0, 0.0))},
+            "forces": {ball: (0.0, 0.0, -f)},
+            "parameters": {"time": 10 * x},
+        }
+        for x, f in ((-0.5, 40.0), (0.0, 80.0), (0.5, 40.0))
+    ]
+    folder = tmp_path_factory.mktemp("rolled")
+    plane = fc.DividingPlane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), ball, ("right", "left"))
+    given = {"keep": ("pressure", "gap"), "split": plane, "save": folder / "run.pvd"}
+    return scene, cases, given, folder, scene.sweep(cases, folder / "rows.jsonl", **given)
+
+
+def test_sides_of_a_plane_that_moves_with_a_body_add_up_to_the_contact(rolled):
+    scene, cases, _, _, table = rolled
+    for name in ("force_x", "force_y", "force_z", "area"):
+        whole = table.column(name)
+        both = table.column(f"right: {name}") + table.column(f"left: {name}")
+        assert np.abs(both - whole).max() <= 1e-9 * table.column("force").max()
+    # the plane goes through the ball's middle, about which pad and pressure are symmetric in the second pose
+    assert abs(table.column("right: force_z")[1] / 40.0 - 1) < 1e-9
+    assert abs(table.column("right: area")[1] / table.column("left: area")[1] - 1) < 1e-9
+    # in the other two the two are mirror images
+    assert abs(table.column("right: force_z")[0] / table.column("left: force_z")[2] - 1) < 1e-6
+    # in the world's axes the plane stays in the middle, where the ball beside it is on one side only, but for its rim
+    world = scene.sweep(cases[:1], split=((-1.0, 0.0, 0.0), (-2.0, 0.0, 0.0)))
+    assert world.column("front: force")[0] + world.column("back: force_z")[0] == pytest.approx(40.0, rel=1e-9)
+    assert world.column("front: max_pressure")[0] < world.column("back: max_pressure")[0]
+    heads, lines = table.lines()
+    assert heads[-7:-4] == ["right: force [N]", "right: area [mm²]", "right: max_pressure [MPa]"]
+    assert lines[1][-7] == f"{table.column('right: force')[1]:.4g}"
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"split": ((0, 0, 0),)}, "a point and a normal"),
+        ({"split": "x"}, "point and a normal"),
+        ({"split": ((0, 0, 0), (0, 0, 0))}, "must not be zero"),
+        ({"split": fc.DividingPlane((0, 0, 0), (1, 0, 0), fc.RigidBody(fc.Plane(), name="other"))}, "'other'"),
+        ({"keep": "displacement"}, "field to keep"),
+        ({"keep": 3}, "fields to keep"),
+        ({"keep": "friction"}, "No contact has friction"),
+        ({"save": "same.vtu"}, "both write same.vtu"),
+        ({"save": "{number}.vtu"}, "'number'"),
+        ({"save": "{name.vtu"}, "cannot be read"),
+        ({"save": "none/{name}.vtu"}, "does not exist"),
+        ({"save": "{name}.txt"}, "suffix"),
+        ({"save": 3}, "files of a sweep"),
+    ],
+)
+def test_wishes_that_are_none_are_refused_before_any_case(rolled, tmp_path, given, told):
+    scene, cases, *_ = rolled
+    with pytest.raises(InputError, match=told):
+        scene.sweep(cases, tmp_path / "rows.jsonl", **given)
+    assert not (tmp_path / "rows.jsonl").exists()
+
+
+def test_names_that_cannot_be_in_a_path_are_refused(rolled, tmp_path):
+    scene, cases, *_ = rolled
+    with pytest.raises(InputError, match="'a/b' cannot be part"):
+        scene.sweep([{**cases[0], "name": "a/b"}], save=str(tmp_path / "{name}.vtu"))
+    with pytest.raises(InputError, match="two sides"):
+        fc.DividingPlane((0, 0, 0), (1, 0, 0), sides=("a", "a"))
+    with pytest.raises(InputError, match="Case 'x0' has keep"):
+        scene.sweep([{**cases[1], "keep": ("pressure",)}])
+
+
+def test_kept_fields_are_those_of_the_results(rolled):
+    table = rolled[-1]
+    fields = table.fields("pressure")
+    assert len(fields) == 3
+    forces = table.column("mean_pressure") * table.column("area")
+    for kept, force, peak in zip(fields, forces, table.column("max_pressure"), strict=True):
+        assert abs(kept.values @ kept.areas / force - 1) < 1e-9
+        assert kept.peak == peak
+    assert [kept.centre_of_pressure[0] for kept in fields] == table.column("centre_x").tolist()
+    # no kept field holds a body or its displacements: 0.4 kB a facet, and what belongs to the case as a whole
+    size = len(pickle.dumps(fields[1]))
+    assert size < 600 * len(fields[1].facets) + 5000
+    with pytest.raises(InputError, match=r"friction of case 'x-0\.5' is not in memory"):
+        table.fields("friction")
+    for wrong in ({"contact": 1}, {"cases": ["y"]}, {"cases": [7]}, {"cases": []}, {"what": "stress"}):
+        with pytest.raises(InputError):
+            table.fields(**wrong)
+
+
+def test_workers_send_the_fields_too(rolled):
+    scene, cases, given, _, table = rolled
+    with ThreadPoolExecutor(1) as pool:  # gets bytes and sends rows and fields, as a process does
+        there = scene.sweep(cases, executor=pool, keep="pressure", split=given["split"])
+    for a, b in zip(table.fields(), there.fields(), strict=True):
+        assert np.allclose(a.values[a.active], b.values[b.active], rtol=1e-9)
+    assert np.allclose(there.column("right: force_z"), table.column("right: force_z"), rtol=1e-9)
+
+
+def test_a_montage_has_one_scale_and_names_and_the_same_window(rolled, tmp_path):
+    _, _, _, _, table = rolled
+    for what in ("pressure", "gap"):
+        figure = table.montage(what, tmp_path / f"{what}.png")
+        *maps, bar = figure.axes
+        assert len(maps) == 3
+        assert [axes.get_title().splitlines()[0] for axes in maps] == list(table.names)
+        assert len({axes.collections[0].get_clim() for axes in maps}) == 1
+        assert len({(axes.get_xlim(), axes.get_ylim()) for axes in maps}) == 1
+        low, high = maps[0].collections[0].get_clim()
+        assert bar.get_ylim() == (low, high)
+        if what == "pressure":
+            assert (low, high) == (0.0, max(table.column("max_pressure")))
+        # all three contacts are in the window
+        window = maps[0].get_xlim()
+        assert window[0] < -0.9
+        assert window[1] > 0.9
+    with Image.open(tmp_path / "pressure.png") as image:
+        assert min(image.size) > 300
+    assert len(table.montage(cases=["x0"]).axes) == 2
+
+
+def test_an_animation_has_a_frame_for_each_case(rolled, tmp_path):
+    _, _, _, _, table = rolled
+    with Image.open(table.animate(tmp_path / "run.gif", rate=4)) as image:
+        assert image.n_frames == 3
+        assert image.info["duration"] == 250
+        frames = []
+        for k in range(3):
+            image.seek(k)
+            frames.append(np.asarray(image.convert("RGB"), float))
+    assert all(np.abs(a - b).max() > 100 for a, b in pairwise(frames))
+    with pytest.raises(InputError, match="suffix of an animation"):
+        table.animate(tmp_path / "run.avi")
+    for wrong in (0, 2.5, "fast"):
+        with pytest.raises(InputError, match="frames per second"):
+            table.animate(tmp_path / "run.gif", rate=wrong)
+
+
+def test_mp4_without_ffmpeg_is_refused_in_words(rolled, tmp_path, monkeypatch):
+    monkeypatch.setattr("matplotlib.animation.FFMpegWriter.isAvailable", lambda: False)
+    with pytest.raises(fc.MissingPackageError, match="ffmpeg"):
+        rolled[-1].animate(tmp_path / "run.mp4")
+    assert not (tmp_path / "run.mp4").exists()
+
+
+def test_the_collection_for_paraview_lists_a_file_of_each_case_at_its_time(rolled):
+    _, _, _, folder, table = rolled
+    sets = ElementTree.parse(folder / "run.pvd").findall("./Collection/DataSet")
+    assert [float(each.get("timestep")) for each in sets] == [-5.0, 0.0, 5.0]
+    for each, name, kept in zip(sets, table.names, table.fields(), strict=True):
+        assert each.get("file") == f"run_{name}.vtu"
+        mesh = meshio.read(folder / each.get("file"))
+        # the pad is the slave; the file's elements have no mid-face nodes
+        away, nearest = cKDTree(kept.points).query(mesh.points)
+        there = away < 1e-9
+        assert there.sum() > 0.5 * len(kept.points)
+        assert np.allclose(mesh.point_data["contact_pressure"][there], kept.values[nearest[there]], rtol=1e-9)
+    # beside another folder, and with other times
+    other = folder / "sub"
+    other.mkdir()
+    table.to_pvd(other / "x.pvd", over="poses ball x")
+    moved = ElementTree.parse(other / "x.pvd").findall("./Collection/DataSet")
+    assert [each.get("file") for each in moved] == [f"../run_{name}.vtu" for name in table.names]
+    rows = ({**table[0], "parameters": {}}, table[1])
+    with pytest.raises(InputError, match="'time', which is to be the time"):
+        replace(table, rows=rows, maps=()).save(other / "y.pvd")
+    with pytest.raises(InputError, match=r"has written no \.vtu file"):
+        replace(table, rows=({**table[0], "files": []},)).save(other / "z.pvd")
+
+
+def test_a_collection_of_a_resumed_sweep_needs_the_files_of_before(rolled, tmp_path):
+    scene, cases, *_ = rolled
+    path = tmp_path / "rows.jsonl"
+    scene.sweep(cases[:1], path, save=tmp_path / "run.pvd")
+    again = scene.sweep(cases[:2], path, save=tmp_path / "run.pvd", keep="pressure")
+    assert len(ElementTree.parse(tmp_path / "run.pvd").findall("./Collection/DataSet")) == 2
+    with pytest.raises(InputError, match=r"case 'x-0\.5' is not in memory.*earlier run"):
+        again.montage()
+    assert len(again.montage(cases=[1]).axes) == 2
+    (tmp_path / "run_x-0.5.vtu").unlink()
+    with pytest.raises(InputError, match=r"'x-0\.5' is finished in .* is not there"):
+        scene.sweep(cases, path, save=tmp_path / "run.pvd")

@@ -1,0 +1,216 @@
+"""Pictures of many cases: quantities over a parameter, a grid of maps with one scale, an animation of the maps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.animation import FFMpegWriter, PillowWriter
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from fecontact.common.arrays import Array
+from fecontact.common.checks import among
+from fecontact.common.errors import MissingPackageError
+from fecontact.common.figure import save_figure
+from fecontact.common.files import replacing
+from fecontact.common.progress import progress_line
+from fecontact.common.units import Units
+from fecontact.results.field_map import ROUNDING, FieldMap, together
+from fecontact.results.pictures.contact_map import (
+    COLOURS,
+    draw_outlines,
+    draw_shades,
+    map_window,
+    scale_label,
+    seen_range,
+)
+from fecontact.results.pictures.map_projection import MapProjection, map_of
+from fecontact.results.pictures.section_curve import draw_field_curve
+
+#: Width of a map of a montage, bounds of its height, and width and height of a panel of curves, in inches.
+WIDTH, HEIGHTS, PANEL = 2.9, (1.2, 4.5), (7.0, 2.6)
+#: Cases whose names are written below a picture of curves at most.
+NAMED = 16
+#: Dots per inch of an animation.
+DPI = 110
+
+
+def plot_columns(
+    panels: Mapping[str, Mapping[str, Array]], along: tuple[str, Array], names: Sequence[str], path: str | Path | None
+) -> Figure:
+    """Curves over the cases or a parameter, a panel for each quantity.
+
+    Parameters
+    ----------
+    panels : mapping of label to curves
+        Curves (n,) by their names.
+    along : (str, (n,) array)
+        Label and values of the horizontal axis; without label the numbers of the cases.
+    names : sequence of str
+        Names of the cases.
+    path : str or Path, optional
+    """
+    label, place = along
+    order = np.argsort(place, kind="stable")
+    figure = Figure(figsize=(PANEL[0], PANEL[1] * len(panels) + 0.6), layout="constrained")
+    every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (head, curves) in zip(every, panels.items(), strict=True):
+        for name, values in curves.items():
+            axes.plot(place[order], values[order], "o-", markersize=3.5, linewidth=1.2, label=name)
+        axes.set_ylabel(head)
+        if all((values >= 0).all() for values in curves.values()):
+            axes.set_ylim(bottom=0.0)
+        axes.grid(color="0.9")
+        if len(curves) > 1:
+            axes.legend(loc="best", fontsize="small")
+    every[-1].set_xlabel(label or "case")
+    if not label and len(names) <= NAMED:
+        turn = 30 if max(map(len, names)) > 6 else 0
+        every[-1].set_xticks(place, names, rotation=turn, ha="right" if turn else "center")
+    return save_figure(figure, path)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """What all maps of a field share: place, window, scale and units."""
+
+    projection: MapProjection
+    window: tuple[Array, Array]
+    limits: tuple[float, float]
+    cut_off: bool
+    units: Units
+    what: str
+
+    @classmethod
+    def of(cls, maps: Sequence[FieldMap], units: Units) -> _Sheet:
+        ground, what = together(maps), maps[0].what
+        projection = map_of(ground)
+        window = map_window(ground, projection)
+        limits = (0.0, max(m.top for m in maps) or 1.0)
+        if what == "gap":
+            seen = [seen_range(m, m.shades, projection, window) for m in maps]
+            limits = (min(low for low, _ in seen), max(high for _, high in seen))
+        cut_off = what != "gap" and max(m.peak for m in maps) > limits[1] * (1 + ROUNDING)
+        return cls(projection, window, limits, cut_off, units, what)
+
+    @property
+    def height(self) -> float:
+        """Height of a map by its width, in inches."""
+        wide, high = self.window[1] - self.window[0]
+        return float(np.clip(WIDTH * high / wide if wide > 0 else WIDTH, *HEIGHTS))
+
+    def draw(self, axes: Any, kept: FieldMap, name: str) -> None:
+        """Draw one map with its outlines and its title."""
+        if kept.is_curve:
+            draw_field_curve(axes, kept, kept.values, kept.shades, self.what, self.units, self.limits[1])
+            axes.legend().remove()
+        else:
+            draw_shades(axes, kept, kept.shades, self.what, self.limits, self.projection, self.window, self.units)
+            draw_outlines(axes, self.projection, kept.curves, kept.regions, self.units)
+        peak = [] if self.what == "gap" else [f"peak {self.units.number(kept.peak, 'stress')}"]
+        axes.set_title("\n".join([name, *(peak if kept.active.any() else ["no contact"])]), fontsize="small")
+
+    def add_scale(self, figure: Figure, axes: Any) -> None:
+        """The one scale of all maps."""
+        shades = ScalarMappable(Normalize(*self.limits), COLOURS[self.what])
+        more = "max" if self.cut_off else "neither"
+        figure.colorbar(shades, ax=axes, label=scale_label(self.what, self.units), extend=more, shrink=0.9, aspect=30)
+
+
+def plot_montage(
+    maps: Sequence[FieldMap], names: Sequence[str], title: str, units: Units, path: str | Path | None
+) -> Figure:
+    """A grid of maps of one contact in several cases, with one scale and one window.
+
+    Parameters
+    ----------
+    maps : sequence of FieldMap
+    names : sequence of str
+        Of the cases.
+    title : str
+    units : Units
+    path : str or Path, optional
+    """
+    sheet = _Sheet.of(maps, units)
+    columns = min(len(maps), max(2, round(np.sqrt(1.4 * len(maps) * sheet.height / WIDTH))))
+    rows = -(-len(maps) // columns)
+    size = (WIDTH * columns + 1.4, (sheet.height + 0.75) * rows + 0.7)
+    figure = Figure(figsize=size, layout="compressed")
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for k, axes in enumerate(grid.ravel()):
+        if k >= len(maps):
+            axes.remove()
+            continue
+        sheet.draw(axes, maps[k], names[k])
+        if k + columns < len(maps):
+            axes.set_xlabel("")
+        else:
+            axes.tick_params(labelbottom=True)
+        if k % columns:
+            axes.set_ylabel("")
+    if not maps[0].is_curve:
+        sheet.add_scale(figure, list(grid.ravel()[: len(maps)]))
+    figure.suptitle(title, fontsize="medium")
+    return save_figure(figure, path)
+
+
+def animate_maps(
+    maps: Sequence[FieldMap], names: Sequence[str], title: str, units: Units, path: str | Path, rate: int
+) -> Path:
+    """Write the maps of one contact as an animation, a frame for each case: .gif, or .mp4 where ffmpeg is installed.
+
+    Parameters
+    ----------
+    maps, names, title, units
+        As for `plot_montage`.
+    path : str or Path
+    rate : int
+        Frames per second.
+
+    Raises
+    ------
+    InputError
+        For another suffix.
+    MissingPackageError
+        If ffmpeg is missing for .mp4.
+    """
+    suffix = Path(path).suffix.lower()
+    among("suffix of an animation", suffix, (".gif", ".mp4"))
+    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise MissingPackageError("An animation .mp4 needs the program ffmpeg; install it, or write a .gif.")
+    figure = Figure(layout="constrained")
+    FigureCanvasAgg(figure)
+    writer: Any = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=rate)
+    with replacing(path) as partial, progress_line("animate", None, len(maps), "frame") as line:
+        # what is laid out for the first frame stays for all of them
+        frames = _frames(figure, maps, names, title, units)
+        next(frames)
+        with writer.saving(figure, str(partial), DPI):
+            for _ in maps:
+                writer.grab_frame()
+                line.update()
+                next(frames, None)
+    return Path(path)
+
+
+def _frames(figure: Figure, maps: Sequence[FieldMap], names: Sequence[str], title: str, units: Units) -> Iterator[None]:
+    """Draw one map after the other in the same place."""
+    sheet = _Sheet.of(maps, units)
+    figure.set_size_inches(2 * WIDTH + 1.6, 2 * sheet.height + 1.3)
+    axes = figure.subplots()
+    if not maps[0].is_curve:
+        sheet.add_scale(figure, axes)
+    figure.suptitle(title, fontsize="medium")
+    for k, (kept, name) in enumerate(zip(maps, names, strict=True)):
+        axes.clear()
+        sheet.draw(axes, kept, name)
+        if k == 0:
+            figure.canvas.draw()
+            figure.set_layout_engine("none")
+        yield
