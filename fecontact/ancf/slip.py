@@ -197,13 +197,7 @@ def slips(touches: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q
             continue
         n = touch.n_multipliers
         P, frame = _tangents(part)
-        against = touch.components
-        then, now = touch.positions(start.q), touch.positions(q)
-        moved = now - then - touch.master.carried(then, pose)
-        opposite = touch.master.components(part.projection, touch.n_dofs)
-        if opposite is not None:
-            against = against - opposite
-            moved = moved - (opposite @ (q - start.q)).reshape(-1, 3)
+        against, moved = touch.slid(part, start.q, q, pose)
         turned = start.owed[begin : begin + n] @ (touch.master.pose.rotation @ pose.rotation.T).T
         points.append(begin + np.arange(n))
         mu.append(np.full(n, touch.friction))

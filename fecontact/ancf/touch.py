@@ -239,6 +239,30 @@ class ContactConstraints:
         """Rows (3 n_points, n_dofs): displacements of the quadrature points along the world's axes."""
         return _components(self.slave.quadrature[0], self.slave_start, self.n_dofs)
 
+    def slid(self, part: ContactGaps, then: Array, now: Array, pose: Pose) -> tuple[sp.csr_matrix, Array]:
+        """Displacement of the points against what they touch, and its gradient.
+
+        Parameters
+        ----------
+        part : ContactGaps
+            Conditions that have the points opposite.
+        then, now : (n_dofs,) arrays
+            Coordinates of all bodies, between which they slide.
+        pose : Pose
+            Of the master then.
+
+        Returns
+        -------
+        rows : (3 n_points, n_dofs) csr_matrix
+        moved : (n_points, 3) array
+        """
+        start = self.positions(then)
+        moved = self.positions(now) - start - self.master.carried(start, pose)
+        opposite = self.master.components(part.projection, self.n_dofs)
+        if opposite is None:
+            return self.components, moved
+        return sp.csr_matrix(self.components - opposite), moved - (opposite @ (now - then)).reshape(-1, 3)
+
     def projection(self, q: Array) -> Projection:
         """Projection of the quadrature points on the master, in world axes."""
         return self.master.project(q, self.positions(q))

@@ -19,6 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.slender.closest import Middle
+from fecontact.ancf.slender.lever import skin
 from fecontact.ancf.slender.pairs import (
     AT_NODE,
     Pairs,
@@ -31,8 +32,9 @@ from fecontact.ancf.slender.pairs import (
     second_derivatives,
 )
 from fecontact.ancf.slender.structure import Structure
-from fecontact.ancf.slender.trace import POINTS, Trace, chosen_elements
+from fecontact.ancf.slender.trace import Trace, chosen_elements
 from fecontact.ancf.touch import ContactConstraints, ContactGaps, Master
+from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number
 from fecontact.common.errors import InputError
@@ -108,14 +110,6 @@ class MemberContact(ContactConstraints):
         return self.slave.offset + self.master.offset
 
     @cached_property
-    def _along(self) -> tuple[IntArray, Array]:
-        """Elements (n,) of the Gauss points of the slave and their coordinates (n, n_axes)."""
-        x, k = (1 + np.polynomial.legendre.leggauss(POINTS)[0]) / 2, self.sides[0].n_axes
-        grid = np.stack(np.meshgrid(*[x] * k, indexing="ij"), axis=-1).reshape(-1, k)
-        elements = self.slave.elements
-        return elements.repeat(len(grid)), np.tile(grid, (len(elements), 1))
-
-    @cached_property
     def _ends(self) -> list[tuple[IntArray, Array]]:
         """Elements and coordinates (n, n_axes) of the ends of both axes; plates have none."""
         own, other = self.sides
@@ -147,7 +141,7 @@ class MemberContact(ContactConstraints):
 
     def at(self, q: Array) -> MemberGaps:
         """Gaps and gradients at coordinates q (n_dofs,) of all members."""
-        along = facing(self.sides, q, *self._along)
+        along = facing(self.sides, q, *self.slave.points)
         crossed = along.chosen(np.zeros(0, np.int64))
         if all(m.n_axes == 1 for m in self.sides):
             crossed = crossings(self.sides, q, along, self.reach)
@@ -188,6 +182,16 @@ class MemberContact(ContactConstraints):
         row = np.arange(len(B)).repeat(values[0].size)
         return sp.csr_matrix((values.ravel(), (row, dofs.ravel())), shape=(len(B), self.n_dofs))
 
+    def slid(self, part: ContactGaps, then: Array, now: Array, pose: Pose) -> tuple[sp.csr_matrix, Array]:
+        """Displacement of points of the two skins against each other, see `ContactConstraints.slid`."""
+        pairs, n = cast(MemberGaps, part).pairs, part.projection.normals
+        reach = -self.slave.offset, self.master.offset
+        (own, x0, x), (other, y0, y) = (
+            skin(m, (then, now), e, u, r * n)
+            for m, e, u, r in zip(self.sides, pairs.each, pairs.local, reach, strict=True)
+        )
+        return sp.csr_matrix(own - other), (x - x0) - (y - y0)
+
     def curvature(self, touching: ContactGaps, forces: Array) -> sp.csr_matrix | None:
         """Second derivative (n_dofs, n_dofs) of forces . gap; None where nothing presses."""
         pressing = touching.means.T @ forces
@@ -207,6 +211,7 @@ def touching_members(
     master: int,
     *,
     offsets: tuple[float, float],
+    friction: float = 0.0,
     elements: Sequence[int] | None = None,
 ) -> MemberContact:
     """Contact between two of several structures.
@@ -221,6 +226,8 @@ def touching_members(
         master.
     offsets : (float, float)
         Distances of the skins of slave and master from axes or middle surfaces: radii, or half thicknesses.
+    friction : float
+        Coulomb's coefficient; `inf` for rough surfaces.
     elements : sequence of int, optional
         Elements of the slave that may touch; all unless given.
 
@@ -251,7 +258,8 @@ def touching_members(
     middle = Middle(structures[master], int(starts[master]))
     if Middle(one, 0).n_axes > middle.n_axes:
         raise InputError(f"A {one.name} cannot be the slave of a {middle.structure.name}: exchange slave and master.")
-    contact = MemberContact(trace, int(starts[slave]), MemberMaster(middle, float(offsets[1])), int(starts[-1]))
+    other = MemberMaster(middle, float(offsets[1]))
+    contact = MemberContact(trace, int(starts[slave]), other, int(starts[-1]), friction)
     overlap = -contact.at(np.concatenate([s.q0 for s in structures])).gap.min()
     if overlap > contact.reach / 2:
         raise InputError(

@@ -1,7 +1,7 @@
 """Contact of slender members: multipliers along the axis of a line or on the middle surface of a plate.
 
 The skin lies at a constant distance from the axis or middle surface, a radius or half a thickness; the gap is that of
-the axis less this distance. Friction acts at the axis: the couple of its lever, the distance of the skin, is left out.
+the axis less this distance. Friction acts at the skin, see `lever`.
 
 Every element has one multiplier, its mean gap. A member that wraps a body is held in all its forms by more: with two
 for each element of a cable laid on a drum (ends and middles, as the corners and sides of a brick's faces) pressures
@@ -17,8 +17,11 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from fecontact.ancf.slender.closest import Middle
+from fecontact.ancf.slender.lever import skin
 from fecontact.ancf.slender.structure import Structure
-from fecontact.ancf.touch import ContactConstraints, RigidMaster
+from fecontact.ancf.touch import ContactConstraints, ContactGaps, RigidMaster
+from fecontact.bodies.pose import Pose
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number
@@ -48,33 +51,50 @@ class Trace:
         """Elements and distance."""
         return self.elements, self.offset
 
-    @property
-    def _is_line(self) -> bool:
-        return len(self.structure.shape.nodes) == 2
+    @cached_property
+    def _rule(self) -> tuple[Array, Array]:
+        """Gauss points (n, n_axes) of an element, and their weights (n,)."""
+        x, w = np.polynomial.legendre.leggauss(POINTS)
+        one, weights = (1 + x) / 2, w / 2
+        if len(self.structure.shape.nodes) == 2:
+            return one[:, None], weights
+        grid = np.stack(np.meshgrid(one, one, indexing="ij"), axis=-1).reshape(-1, 2)
+        return grid, np.outer(weights, weights).ravel()
+
+    @cached_property
+    def points(self) -> tuple[IntArray, Array]:
+        """Elements (n,) of the Gauss points and their coordinates (n, n_axes)."""
+        local = self._rule[0]
+        return self.elements.repeat(len(local)), np.tile(local, (len(self.elements), 1))
 
     @cached_property
     def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
         """Rows N (n_points, n_functions), A (n, n_points), and areas or lengths (n,) of the elements."""
-        s, each = self.structure, self.elements
-        x, w = np.polynomial.legendre.leggauss(POINTS)
-        local = np.zeros((POINTS, 3))
-        local[:, 0], weights = (1 + x) / 2, w / 2
-        if not self._is_line:
-            local = local.repeat(POINTS, axis=0) + np.tile(local[:, [1, 0, 2]], (POINTS, 1))
-            weights = np.outer(weights, weights).ravel()
-        n, n_q = len(each), len(weights)
-        values = s.shape.functions(s.lengths[each], local)
-        rows = np.arange(n * n_q).repeat(values.shape[2])
-        columns = s.functions[each].repeat(n_q, axis=0).ravel()
-        N = sp.csr_matrix((values.ravel(), (rows, columns)), shape=(n * n_q, s.n_dofs // 3))
-        A = sp.kron(sp.eye_array(n), weights[None], format="csr")
-        return N, sp.csr_matrix(A), np.prod(s.lengths[each, : 1 if self._is_line else 2], axis=1)
+        s, each, (grid, weights) = self.structure, self.elements, self._rule
+        N = Middle(s, 0).matrix(*self.points)
+        A = sp.kron(sp.eye_array(len(each)), weights[None], format="csr")
+        return N, sp.csr_matrix(A), np.prod(s.lengths[each, : grid.shape[1]], axis=1)
 
     @cached_property
     def widths(self) -> Array:
         """Lengths (n_multipliers,) on which multipliers act."""
         areas = self.quadrature[2]
-        return areas if self._is_line else np.sqrt(areas)
+        return areas ** (1 / self._rule[0].shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class SlenderContact(ContactConstraints):
+    """Contact of a slender member with a rigid body; friction acts at its skin."""
+
+    slave: Trace
+    master: RigidMaster
+
+    def slid(self, part: ContactGaps, then: Array, now: Array, pose: Pose) -> tuple[sp.csr_matrix, Array]:
+        """Displacement of points of the skin against the rigid body, see `ContactConstraints.slid`."""
+        fibre = -self.slave.offset * part.projection.normals
+        middle = Middle(self.slave.structure, self.slave_start)
+        rows, before, after = skin(middle, (then, now), *self.slave.points, fibre)
+        return rows, after - before - self.master.carried(before, pose)
 
 
 def touching(
@@ -85,7 +105,7 @@ def touching(
     offset: float = 0.0,
     friction: float = 0.0,
     elements: Sequence[int] | None = None,
-) -> ContactConstraints:
+) -> SlenderContact:
     """Contact of one of several structures with a rigid body.
 
     Parameters
@@ -124,7 +144,7 @@ def touching(
     chosen = chosen_elements(s, number_of, elements)
     start = sum(each.n_dofs for each in structures[:number_of])
     n_dofs = sum(each.n_dofs for each in structures)
-    return ContactConstraints(Trace(s, chosen, float(offset)), start, RigidMaster(body), n_dofs, friction)
+    return SlenderContact(Trace(s, chosen, float(offset)), start, RigidMaster(body), n_dofs, friction)
 
 
 def chosen_elements(s: Structure, number_of: int, elements: Sequence[int] | None) -> IntArray:
