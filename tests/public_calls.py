@@ -296,6 +296,10 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "CaseTable.animate": of(
             table.animate, path=folder / "table.gif", what="pressure", contact=0, cases=[0], rate=5
         ),
+        "HalfSpace.curve": of(
+            half.curve, surface=bowl, forces=[0.1, 0.3], load_point=None, tolerance=1e-8, symmetry=True, workers=1
+        ),
+        "LoadCurve.plot": of(half.curve(bowl, [0.1, 0.3]).plot, path=None, length="mm", force="N", stress="MPa"),
         "DividingPlane": of(fc.DividingPlane, point=(0, 0, 0), normal=(1, 0, 0), body=None, sides=("a", "b")),
         "a case": of(lambda case: scene.sweep([case]), case=pressed),
         "case name": of(

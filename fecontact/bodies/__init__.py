@@ -2,7 +2,15 @@
 
 from fecontact.bodies.assembled import AssembledBody
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace import FrictionContact, FrictionPath, HalfSpace, HalfSpaceContact, Layer, PressStep
+from fecontact.bodies.halfspace import (
+    FrictionContact,
+    FrictionPath,
+    HalfSpace,
+    HalfSpaceContact,
+    Layer,
+    LoadCurve,
+    PressStep,
+)
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.local.body import LocalBody
 from fecontact.bodies.local.several import WindowedBody
@@ -23,6 +31,7 @@ __all__ = [
     "HalfSpace",
     "HalfSpaceContact",
     "Layer",
+    "LoadCurve",
     "LocalBody",
     "Plane",
     "PlaneBody",

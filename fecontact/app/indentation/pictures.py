@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fecontact.app.indentation.figures import CurveFigures, IndentationFigures
-from fecontact.bodies.halfspace.pictures import plot_pressed
+from fecontact.bodies.halfspace.pictures import plot_over_force, plot_pressed
 from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
 
@@ -45,24 +45,16 @@ def _draw_outline(axes: Any, found: IndentationFigures) -> None:
 def plot_curve(found: CurveFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
     """Plot approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
     names = units or Units()
-    figure = Figure(figsize=(10.0, 7.6), layout="constrained")
-    force = found.column("force")
-    panels = (
-        ("approach", names.after("approach", "length")),
-        ("area, edge fitted", "contact area" + (f" [{names.length}²]" if names.length else "")),
-        ("stiffness", "stiffness" + (f" [{names.force}/{names.length}]" if names.force and names.length else "")),
-        ("mean gap", names.after("mean gap", "length")),
-    )
-    for axes, (name, label) in zip(figure.subplots(2, 2).ravel(), panels, strict=True):
-        values = found.column(name)
-        axes.plot(force, np.where(np.isfinite(values), values, np.nan), "o-", markersize=4, label="found")
+    panels = {
+        "approach": names.after("approach", "length"),
+        "area, edge fitted": "contact area" + (f" [{names.length}²]" if names.length else ""),
+        "stiffness": "stiffness" + (f" [{names.force}/{names.length}]" if names.force and names.length else ""),
+        "mean gap": names.after("mean gap", "length"),
+    }
+    curves = {}
+    for name, label in panels.items():
         key = "contact area" if name == "area, edge fitted" else name
         known = [step.exact.figures.get(key, np.nan) if step.exact else np.nan for step in found.steps]
-        if np.isfinite(known).any():
-            axes.plot(force, known, "k--", linewidth=1.0, label="exact")
-            axes.legend()
-        axes.set_xlabel(names.after("force", "force"))
-        axes.set_ylabel(label)
-        axes.grid(alpha=0.3)
-    figure.suptitle(f"{found.steps[0].name}, {len(found.steps)} loads")
-    return save_figure(figure, path)
+        curves[label] = {"found": found.column(name), "exact": np.array(known, float)}
+    title = f"{found.steps[0].name}, {len(found.steps)} loads"
+    return plot_over_force(found.column("force"), curves, title, names, path)

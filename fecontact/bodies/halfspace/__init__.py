@@ -7,5 +7,15 @@ from fecontact.bodies.halfspace.friction_path import FrictionPath
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.halfspace import HalfSpace
 from fecontact.bodies.halfspace.layered import Layer
+from fecontact.bodies.halfspace.load_curve import LoadCurve
 
-__all__ = ["FrictionContact", "FrictionPath", "Grid", "HalfSpace", "HalfSpaceContact", "Layer", "PressStep"]
+__all__ = [
+    "FrictionContact",
+    "FrictionPath",
+    "Grid",
+    "HalfSpace",
+    "HalfSpaceContact",
+    "Layer",
+    "LoadCurve",
+    "PressStep",
+]

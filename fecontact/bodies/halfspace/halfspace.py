@@ -21,6 +21,7 @@ from fecontact.bodies.halfspace.friction_contact import FrictionContact
 from fecontact.bodies.halfspace.friction_path import FrictionPath, solve_path
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import Layer
+from fecontact.bodies.halfspace.load_curve import COLUMNS, LoadCurve, load_figures
 from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.halfspace.pressing import Load, check_settings, press
 from fecontact.bodies.halfspace.surface import GridSurface, grid_surface
@@ -33,6 +34,7 @@ from fecontact.common.checks import number_array, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
+from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.surfaces.rigid.indenter import heights_of
 
@@ -267,6 +269,64 @@ class HalfSpace(SurfaceBody):
         load = Load(force, approach, load_point)
         z = self.heights_of(surface)
         return press(self.compliance, z, load, tolerance, symmetry, workers)
+
+    def curve(
+        self,
+        surface: HeightSurface | ArrayLike,
+        forces: ArrayLike,
+        *,
+        load_point: tuple[float, float] | None = None,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+        progress: bool | None = None,
+    ) -> LoadCurve:
+        """Press a rigid surface with several forces: approach, area and pressures over the force.
+
+        Every load starts from coarser grids, which give its error estimate too: half the time of a start from the
+        neighbouring load at 128 x 128 cells goes into them, at 384 x 384 nothing. Pressures are not kept.
+
+        Parameters
+        ----------
+        surface : shape with `heights`, or (nx, ny) array_like
+            As in `press`.
+        forces : (n,) array_like
+            Positive, in any order.
+        load_point, tolerance, symmetry, workers
+            As in `press`.
+        progress : bool, optional
+            Whether to show the loads on standard error; by default where that is a terminal.
+
+        Raises
+        ------
+        InputError, SolverError
+            As from `press`.
+
+        Examples
+        --------
+        A paraboloid of radius 1, as Hertz's sphere: the approach grows with the power 2/3 of the force.
+
+        >>> import numpy as np
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> curve = half.curve(fc.surfaces.Paraboloid(1.0), np.array([0.25, 0.5, 1.0]))
+        >>> bool(np.abs(np.diff(np.log(curve.approach)) / np.diff(np.log(curve.force)) - 2 / 3).max() < 2e-3)
+        True
+        """
+        loads = number_array("the forces of a curve", forces)
+        if loads.ndim != 1 or not loads.size:
+            raise InputError(f"The forces of a curve must be numbers (n,), one or more; found shape {loads.shape}.")
+        check_settings(tolerance, symmetry, workers)
+        z = self.heights_of(surface)
+        rows, warnings = [], []
+        given = [Load(float(force), None, load_point) for force in loads]
+        with progress_line("curve", progress, len(given), "load") as line:
+            for load in given:
+                contact = press(self.compliance, z, load, tolerance, symmetry, workers)
+                rows.append(load_figures(contact))
+                warnings += [f"At the force {load.force:g}: {text}" for text in contact.warnings]
+                line.update()
+        return LoadCurve({name: np.array([row[name] for row in rows]) for name in COLUMNS}, tuple(warnings))
 
     def press_path(
         self,

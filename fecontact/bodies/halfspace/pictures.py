@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,42 @@ def plot_pressed(
         f"area {names.number(contact.edge_area, 'length', '²')}, "
         f"approach {names.number(contact.approach, 'length')}"
     )
+    return save_figure(figure, path)
+
+
+def plot_over_force(
+    force: Array,
+    panels: Mapping[str, Mapping[str, Array]],
+    title: str,
+    units: Units,
+    path: str | Path | None = None,
+) -> Figure:
+    """Draw curves over the force, a panel for each quantity.
+
+    Parameters
+    ----------
+    force : (n,) array
+    panels : mapping of label to curves
+        Curves (n,) by their names; one called "exact" is drawn dashed and only where it is finite.
+    title : str
+    units : Units
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    """
+    figure = Figure(figsize=(10.0, 7.6), layout="constrained")
+    order = np.argsort(force, kind="stable")
+    for axes, (label, curves) in zip(figure.subplots(2, 2).ravel(), panels.items(), strict=True):
+        shown = {name: v for name, v in curves.items() if name != "exact" or np.isfinite(v).any()}
+        for name, values in shown.items():
+            style = {"color": "black", "linestyle": "--", "linewidth": 1.0} if name == "exact" else {"marker": "o"}
+            drawn = np.where(np.isfinite(values), values, np.nan)[order]
+            axes.plot(force[order], drawn, markersize=4, label=name, **style)
+        if len(shown) > 1:
+            axes.legend()
+        axes.set_xlabel(units.after("force", "force"))
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3)
+    figure.suptitle(title)
     return save_figure(figure, path)
 
 
