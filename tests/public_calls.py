@@ -165,6 +165,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             backend="auto",
             integration="auto",
             pose=fc.Pose(),
+            torsion=True,
             use=contact_with,
         ),
         "LocalBody": of(fc.LocalBody, body=flat, at=(0.5, 0.5, 0.0), window=0.4, shape=(8, 8), name="w"),

@@ -2,7 +2,7 @@
 
 Both are elastic bodies with y held (`fem.section_element`) and are used in scenes like solids. A plane body has the
 rigid motions x, z and ry; forces are those on its thickness. A body of revolution (x is the radius, z the axis) has the
-axial motion; forces, areas and resultants are those of the whole ring.
+axial motion, with torsion also the rotation about its axis; forces, areas and resultants are those of the whole ring.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
+from fecontact.common.arguments import flag
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
@@ -66,8 +67,8 @@ class SectionBody(ElasticBody):
 
     @property
     def dimension(self) -> str:
-        """'plane' or 'axis'."""
-        return "axis" if self.out_of_plane.revolved else "plane"
+        """'plane', 'axis' or 'twist'."""
+        return "twist" if self.out_of_plane.torsion else "axis" if self.out_of_plane.revolved else "plane"
 
     @property
     def plane_stress(self) -> bool:
@@ -196,9 +197,13 @@ class AxisymmetricBody(SectionBody):
     contact : str or sequence of str
         Boundaries that may come into contact.
     supports : mapping of boundary name to components, optional
-        ``"x"`` (radial), ``"z"`` or ``"xz"``; see `ElasticBody`.
+        ``"x"`` (radial), ``"z"`` or ``"xz"``, with torsion also ``"y"`` (circumferential); see `ElasticBody`.
     name, backend, integration
         As in `ElasticBody`.
+    torsion : bool
+        Whether it can be twisted: a circumferential displacement at every node, along y in the plane of the section,
+        the rotation rz, moments about the axis, and friction with a circumferential component. All bodies of revolution
+        of a scene have it or none has.
 
     Raises
     ------
@@ -215,10 +220,21 @@ class AxisymmetricBody(SectionBody):
     0.01
     """
 
+    torsion: bool = False
+
+    def __post_init__(self) -> None:
+        flag("torsion", self.torsion)
+        super().__post_init__()
+
     @property
     def out_of_plane(self) -> Extent:
         """Circumference."""
-        return Extent(None)
+        return Extent(None, self.torsion)
+
+    @property
+    def state(self) -> str:
+        """State of its elements, in words."""
+        return "axisymmetric with torsion" if self.torsion else "axisymmetric"
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """One row (1, n_dofs) for the displacement at a node along a direction.

@@ -119,10 +119,7 @@ class Contact:
             raise InputError("friction_axis is zero; give the direction of the first coefficient of friction.")
         for body in (self.slave, self.master):
             if body.out_of_plane is not None:
-                raise InputError(
-                    f"{body.name!r} is a section, in which points slip along one line: give one coefficient of "
-                    f"friction instead of {pair}."
-                )
+                raise InputError(f"{body.name!r} is a section: give one coefficient of friction instead of {pair}.")
         object.__setattr__(self, "friction", pair)
 
     def turned_over(self) -> Self:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,7 +31,7 @@ class Dimension:
     Attributes
     ----------
     name : str
-        'space', 'plane' or 'axis'.
+        'space', 'plane', 'axis', or 'twist': axis with torsion.
     motions : tuple of int
         Rigid components that a body has there.
     """
@@ -44,27 +44,37 @@ class Dimension:
         if body.out_of_plane is None:
             return
         Q, shift = body.pose.rotation, body.pose.translation / body.size
-        axis, held = (2, [0, 1]) if self.name == "axis" else (1, [1])
+        axis, held = (2, [0, 1]) if self.revolved else (1, [1])
         if np.abs(shift[held]).max() > ROUNDING:
             raise InputError(f"{body.name!r} has been moved off the {self.where}; it can move {self.ways}.")
-        mirrored = self.name == "axis" and Q[0, 0] < 1 - ROUNDING
+        mirrored = self.revolved and Q[0, 0] < 1 - ROUNDING
         if abs(Q[axis, axis]) < 1 - ROUNDING or mirrored:
             raise InputError(f"{body.name!r} has been turned out of the {self.where}; it can turn {self.turns}.")
 
     @property
+    def revolved(self) -> bool:
+        """Whether bodies are of revolution."""
+        return self.name in ("axis", "twist")
+
+    @property
+    def turning(self) -> list[int]:
+        """Axes about which a force at a point turns a body; none of revolution, whose forces are on the axis."""
+        return [] if self.revolved else [c - 3 for c in self.motions if c >= 3]
+
+    @property
     def where(self) -> str:
         """The plane or axis, in words."""
-        return "axis" if self.name == "axis" else "plane y = 0"
+        return "axis" if self.revolved else "plane y = 0"
 
     @property
     def ways(self) -> str:
         """Possible translations of a body, in words."""
-        return "along z" if self.name == "axis" else "along x and z"
+        return "along z" if self.revolved else "along x and z"
 
     @property
     def turns(self) -> str:
         """Possible rotations of a body, in words."""
-        return "half round about x" if self.name == "axis" else "about y, or half round about an axis in the plane"
+        return "half round about x" if self.revolved else "about y, or half round about an axis in the plane"
 
     def check_frame(self, frame: RigidMotionConstraints) -> None:
         """Refuse loads and motions that do not exist in this dimension.
@@ -78,9 +88,10 @@ class Dimension:
         others[list(self.motions)] = False
         wrong = (np.abs(columns) > ROUNDING * np.abs(columns).max(axis=0)).any(axis=1) & others
         if wrong.any():
+            advice = " To twist bodies of revolution make them with torsion=True." if self.name == "axis" else ""
             raise InputError(
                 f"{frame.body.name!r} is loaded, moved or free in {_named(np.flatnonzero(wrong))}; in {self.article} "
-                f"scene there are only {_named(self.motions)}."
+                f"scene there are only {_named(self.motions)}.{advice if wrong[5] else ''}"
             )
 
     def check_spring(self, spring: Spring) -> None:
@@ -90,7 +101,7 @@ class Dimension:
         ------
         InputError
         """
-        if self.name == "axis":
+        if self.revolved:
             raise InputError(f"An axisymmetric scene has no springs; {spring.name!r} would have to be a whole ring.")
         places = np.array([point for _, point in (spring.start, spring.end)], dtype=float)
         if self.name == "plane" and np.abs(places[:, 1]).max() > ROUNDING * np.abs(places).max(initial=0.0):
@@ -103,17 +114,29 @@ class Dimension:
         ------
         InputError
         """
-        others = [k for k in range(3) if k not in self.motions]
+        self._check_along(force, what, "forces", [k for k in range(3) if k in self.motions])
+
+    def check_traction(self, traction: Array, what: str) -> None:
+        """Refuse a traction (3,) in world axes that does not exist in this dimension; on rings x is radial.
+
+        Raises
+        ------
+        InputError
+        """
+        self._check_along(traction, what, "tractions", [0, 1, 2] if self.name in ("space", "twist") else [0, 2])
+
+    def _check_along(self, force: Array, what: str, kind: str, known: list[int]) -> None:
+        others = [k for k in range(3) if k not in known]
         if others and np.abs(force[others]).max() > ROUNDING * np.abs(force).max():
             raise InputError(
-                f"{what} acts along {_named(np.flatnonzero(force))}; in {self.article} scene forces act along "
-                f"{_named([k for k in range(3) if k in self.motions])} only."
+                f"{what} acts along {_named(np.flatnonzero(force))}; in {self.article} scene {kind} act along "
+                f"{_named(known)} only."
             )
 
     @property
     def article(self) -> str:
         """The kind of scene with its article, in words."""
-        return {"space": "a spatial", "plane": "a plane", "axis": "an axisymmetric"}[self.name]
+        return {"space": "a spatial", "plane": "a plane"}.get(self.name, "an axisymmetric")
 
 
 def _named(components: Iterable[int]) -> str:
@@ -123,7 +146,8 @@ def _named(components: Iterable[int]) -> str:
 SPACE = Dimension("space", (0, 1, 2, 3, 4, 5))
 PLANE = Dimension("plane", (0, 2, 4))
 AXIS = Dimension("axis", (2,))
-SETTINGS = {s.name: s for s in (SPACE, PLANE, AXIS)}
+TWIST = Dimension("twist", (2, 5))
+SETTINGS = {s.name: s for s in (SPACE, PLANE, AXIS, TWIST)}
 
 
 def setting_of(bodies: Sequence[Body]) -> Dimension:
@@ -141,8 +165,8 @@ def setting_of(bodies: Sequence[Body]) -> Dimension:
     if len(kinds) > 1:
         names = "; ".join(f"{b.name!r} is {_KINDS[s.name]}" for s, b in kinds.items())
         raise InputError(
-            f"Spatial, plane and axisymmetric bodies cannot share a scene: {names}. Model all bodies in one way; rigid "
-            "bodies go with any."
+            f"Spatial, plane and axisymmetric bodies cannot share a scene, with torsion or without: {names}. Model "
+            "all bodies in one way; rigid bodies go with any."
         )
     setting = next(iter(kinds), SPACE)
     for body in bodies:
@@ -155,7 +179,7 @@ def setting_of(bodies: Sequence[Body]) -> Dimension:
     return setting
 
 
-_KINDS = {"space": "spatial", "plane": "plane", "axis": "axisymmetric"}
+_KINDS = {"space": "spatial", "plane": "plane", "axis": "axisymmetric", "twist": "axisymmetric with torsion"}
 
 
 def check_contacts(contacts: Sequence[Contact]) -> None:
@@ -215,10 +239,11 @@ def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Exte
         )
 
 
-def mean_feet(projection: Projection, pose: Pose, along: Extent) -> Projection:
-    """Projection on a rigid body for the resultants of whole rings, along and on the axis; unchanged in a plane."""
-    if not along.revolved:
-        return projection
-    points = pose.to_body(along.mean(pose.to_world(projection.points)))
-    normals = along.mean(projection.normals @ pose.rotation.T) @ pose.rotation
-    return Projection(points, normals, projection.gap, projection.outside)
+def opposite(projection: Projection, pose: Pose) -> Projection:
+    """Projection on a rigid body, turned half round about z: of a ring, the mean of both is that of the whole ring.
+
+    Resultants of a ring are sums of a constant and of waves once round, which cancel between opposite points.
+    """
+    half = np.array([-1.0, -1.0, 1.0])
+    points = pose.to_body(half * pose.to_world(projection.points))
+    return replace(projection, points=points, normals=(projection.normals @ pose.rotation.T * half) @ pose.rotation)

@@ -26,6 +26,7 @@ from fecontact.common.one_line import one_line
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.lay import Lay
 from fecontact.contact.slip_path import screw_paths, touching_points
+from fecontact.fem.section_model import on_axis
 from fecontact.solvers import ComplementarityProblem
 from fecontact.solvers.friction_problem import FrictionProblem
 
@@ -77,26 +78,39 @@ class TangentialRows(UnilateralConstraints):
 
     @cached_property
     def tangents(self) -> Array:
-        """Vectors (k, n, 3) in world axes, orthogonal to each other and to the points' mean normals; one in a section.
+        """Vectors (k, n, 3) in world axes, orthogonal to each other and to the points' mean normals.
 
-        Of unit length, with a lay of those of its scaled slips. Forces are sums of these vectors.
+        Of a section one in its plane, and in torsion the circumferential one; zero on the axis of revolution, where
+        tractions vanish by symmetry, and with them displacements. Of unit length, with a lay of those of its scaled
+        slips. Forces are sums of these vectors.
         """
         normals, turn = self.normals, self.interface.slave.pose.rotation
         if self.lay is not None:
             return self.lay.tangents(normals)
-        if self.interface.slave_surface.out_of_plane is not None:
-            return np.asarray(np.cross(turn[:, 1], normals))[None]
+        extent = self.interface.slave_surface.out_of_plane
+        if extent is not None:
+            both = np.stack([np.cross(turn[:, 1], normals), np.broadcast_to(turn[:, 1], normals.shape)])
+            if extent.revolved:
+                both[:, on_axis(self.interface.pairing.slave_points, self.interface.slave_surface.size)] = 0.0
+            return both if extent.torsion else both[:1]
         first = _across(normals)
         return np.stack([first, np.cross(normals, first)])
+
+    @property
+    def points(self) -> Array:
+        """The points (n, 3) in world axes."""
+        return self.interface.slave.pose.to_world(self._centres)
 
     def check_lay(self, touching: Mask) -> None:
         """Refuse points that touch (n,) where a lay has no direction in the surface."""
         if self.lay is not None:
-            self.lay.check(self.normals, self.interface.slave.pose.to_world(self._centres), touching)
+            self.lay.check(self.normals, self.points, touching)
 
     def slip_vectors(self, slip: Array) -> Array:
         """Vectors (n, 3) in world axes of slips (k, n) along the tangents."""
-        return np.einsum("kn,kni->ni", slip / (self.tangents**2).sum(axis=2), self.tangents)
+        square = (self.tangents**2).sum(axis=2)
+        along = np.divide(slip, square, out=np.zeros(slip.shape), where=square > 0)
+        return np.asarray(np.einsum("kn,kni->ni", along, self.tangents))
 
     def mu_along(self, slip: Array) -> Array:
         """Coefficient of friction (n,) in the direction of slips (k, n) along the tangents; `mu` without slip."""

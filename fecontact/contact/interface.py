@@ -14,7 +14,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.one_line import one_line
 from fecontact.contact.coupling.nodal import Pairing
-from fecontact.contact.dimension import mean_feet
+from fecontact.contact.dimension import opposite
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 from fecontact.contact.search.radius import SearchRadius
 from fecontact.contact.search.region import SearchRegion
@@ -116,10 +116,11 @@ class Interface(UnilateralConstraints):
     @cached_property
     def master_rows(self) -> sp.csr_matrix:
         """Opening by the master's displacements (n_pairs, n_dofs)."""
-        surface, pairing = self.slave_surface, self.pairing
-        if surface.out_of_plane is not None and self.master.is_rigid:
-            pairing = replace(pairing, projection=mean_feet(pairing.projection, self.master.pose, surface.out_of_plane))
-        return pairing.master_rows(self.master)
+        rows = self.pairing.master_rows(self.master)
+        if self.slave_surface.revolved and self.master.is_rigid:
+            turned = replace(self.pairing, projection=opposite(self.pairing.projection, self.master.pose))
+            rows = (rows + turned.master_rows(self.master)) / 2
+        return rows
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening by the displacements of a body; None if it is not in this contact."""

@@ -119,7 +119,6 @@ def make_loading(
     setting = setting_of(bodies)
     _check_forces(setting, boundary, gravity)
     frames, distributed = [], []
-    turning = [c - 3 for c in setting.motions if c >= 3]
     for body in bodies:
         placed, pushes = _point_forces(body, boundary)
         frame = constrain_rigid_motion(
@@ -129,7 +128,7 @@ def make_loading(
             motions.get(body),
             free.get(body, ()),
             pushes,
-            turning,
+            setting.turning,
         )
         setting.check_frame(frame)
         parts = placed + [

@@ -67,6 +67,11 @@ class SceneModel:
         return cast(Units, self.units)
 
     @property
+    def twists(self) -> bool:
+        """Whether bodies of revolution turn about their axis, which leaves their surfaces as they are."""
+        return any(body.dimension == "twist" for body in self.bodies)
+
+    @property
     def has_friction(self) -> bool:
         """Whether a contact has friction."""
         return any(contact.mu > 0 for contact in self.contacts)

@@ -55,14 +55,14 @@ def pulled(body: Body, name: str, given: Distribution, setting: Dimension) -> Ar
     numbers = None if callable(given) else array_of(given)
     if numbers is not None and numbers.ndim == 1:
         constant = vector(what, numbers)
-        setting.check_force(constant, what)
+        setting.check_traction(constant, what)
         return body.boundary_traction(name, lambda x, n: np.broadcast_to(constant @ rotation, x.shape))
     t = _intensity(what, body, name, given, (3,))
 
     def field(x: Array, n: Array) -> Array:
         values = t(x)
         # the largest along each axis: a section has no forces across it
-        setting.check_force(np.abs(values).max(axis=0), what)
+        setting.check_traction(np.abs(values).max(axis=0), what)
         return values @ rotation
 
     return body.boundary_traction(name, field)

@@ -1,10 +1,13 @@
 """Finite elements of sections: plane strain, plane stress and axisymmetric quadrilaterals of 8 or 9 nodes.
 
-Displacements have three components per node, of which y is always held, so that surfaces, poses and condensation are
-those of bodies in space. The strains are xx, zz, the out-of-plane strain yy (u_x / x in a body of revolution, zero in
-plane strain, from zero stress in plane stress) and xz. The stiffness is the sum of a volumetric and a shearing part,
-K = int lambda d d^T + mu B^T diag(2, 2, 2, 1) B with d the rows of the volume change, so that the former can be
-integrated at reduced points (Hughes, The Finite Element Method, 1987, sections 2.7, 2.12 and 4.4).
+Displacements have three components per node, of which y is held unless there is torsion, so that surfaces, poses and
+condensation are those of bodies in space. The strains are xx, zz, the out-of-plane strain yy (u_x / x in a body of
+revolution, zero in plane strain, from zero stress in plane stress) and xz. The stiffness is the sum of a volumetric and
+a shearing part, K = int lambda d d^T + mu B^T diag(2, 2, 2, 1) B with d the rows of the volume change, so that the
+former can be integrated at reduced points (Hughes, The Finite Element Method, 1987, sections 2.7, 2.12 and 4.4).
+
+In torsion the circumferential displacement u_y adds the shears xy, u_y,x - u_y / x, and yz, u_y,z (Timoshenko and
+Goodier, Theory of Elasticity, section 119), which do not depend on the other displacements.
 
 Shape functions and quadrature are scikit-fem's, its `BilinearForm` is not used: for 1600 quadrilaterals of 8 nodes it
 takes 0.068 s of processor time against 0.014 s here.
@@ -26,7 +29,7 @@ from fecontact.mesh.element.hexahedron import quad_nodes, quad_quadrature, quad_
 from fecontact.mesh.section_mesh import Extent, SectionMesh, jacobian_2d, line_integrals
 
 #: Components of the strain rows, as numbers of `fem.stress.VOIGT`.
-_VOIGT = (0, 2, 1, 5)
+_VOIGT = (0, 2, 1, 5, 3, 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +43,8 @@ class Points:
     dV : (n_cells, n_q) array
         Volume, over the thickness or the circumference.
     B : (n_cells, n_q, 4, 2 n_nodes) array
-        Strain rows xx, zz, yy, 2 xz over the displacements x, z of each node in turn.
+        Strain rows xx, zz, yy, 2 xz over the displacements x, z of each node in turn; in torsion also 2 xy, 2 yz,
+        over x, z, y.
     """
 
     N: Array
@@ -50,7 +54,7 @@ class Points:
 
     @property
     def volume_change(self) -> Array:
-        """Rows d (n_cells, n_q, 2 n_nodes)."""
+        """Rows d (n_cells, n_q, k n_nodes)."""
         return self.B[:, :, :3].sum(axis=2)
 
 
@@ -69,9 +73,14 @@ class SectionElement:
 
     @cached_property
     def dofs(self) -> IntArray:
-        """Degrees of freedom (n_cells, 2 n_nodes): 3 * node + 0 and 3 * node + 2 of each node in turn."""
+        """Degrees of freedom (n_cells, k n_nodes): x, z and in torsion y of each node in turn."""
         cells = self.mesh.cells
-        return (3 * cells[:, :, None] + np.array([0, 2])).reshape(len(cells), -1)
+        return (3 * cells[:, :, None] + np.array([0, 2, 1])[: self.per_node]).reshape(len(cells), -1)
+
+    @property
+    def per_node(self) -> int:
+        """Displacements k of a node: two, in torsion three."""
+        return 3 if self.out_of_plane.torsion else 2
 
     def points(self, reduced: bool = False, cells: IntArray | None = None) -> Points:
         """Gauss points of all cells, or some: 3 x 3, or 2 x 2 for the volume of nearly incompressible elements."""
@@ -81,15 +90,19 @@ class SectionElement:
         inverse, det = jacobian_2d(nodes, dN)
         gradient = np.einsum("qaj,cqji->cqai", dN, inverse, optimize=True)
         x = N @ nodes
-        B = np.zeros((*x.shape[:2], 4, 2 * N.shape[1]))
-        B[:, :, 0, 0::2] = B[:, :, 3, 1::2] = gradient[..., 0]
-        B[:, :, 1, 1::2] = B[:, :, 3, 0::2] = gradient[..., 1]
+        k = self.per_node
+        B = np.zeros((*x.shape[:2], 2 * k, k * N.shape[1]))
+        B[:, :, 0, 0::k] = B[:, :, 3, 1::k] = gradient[..., 0]
+        B[:, :, 1, 1::k] = B[:, :, 3, 0::k] = gradient[..., 1]
         if self.out_of_plane.revolved:
-            B[:, :, 2, 0::2] = N / x[..., :1]
+            B[:, :, 2, 0::k] = N / x[..., :1]
+        if self.out_of_plane.torsion:
+            B[:, :, 4, 2::k] = gradient[..., 0] - N / x[..., :1]
+            B[:, :, 5, 2::k] = gradient[..., 1]
         return Points(N, x, det * W * self.out_of_plane(x), B)
 
     def stiffness(self, lame: Array, shear: Array, selective: bool) -> sp.csr_matrix:
-        """Upper triangle (3 n_points, 3 n_points) of the stiffness; the rows of y are empty.
+        """Upper triangle (3 n_points, 3 n_points) of the stiffness; without torsion the rows of y are empty.
 
         Parameters
         ----------
@@ -99,9 +112,10 @@ class SectionElement:
             Whether the volumetric part is integrated at reduced points.
         """
         full = self.points()
-        n_cells, n_q, _, width = full.B.shape
-        weighted = full.B * (full.dV * shear[:, None])[:, :, None, None] * np.array([2.0, 2.0, 2.0, 1.0])[:, None]
-        flat = (n_cells, 4 * n_q, width)
+        n_cells, n_q, n_strains, width = full.B.shape
+        factors = np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])[:n_strains, None]
+        weighted = full.B * (full.dV * shear[:, None])[:, :, None, None] * factors
+        flat = (n_cells, n_strains * n_q, width)
         K = full.B.reshape(flat).swapaxes(1, 2) @ weighted.reshape(flat)
         volumetric = self.points(reduced=True) if selective else full
         d = volumetric.volume_change
@@ -143,7 +157,8 @@ class SectionElement:
         if across is not None:
             rows[..., 2] = (across if cells is None else across[cells])[:, None] * (rows[..., 0] + rows[..., 1])
         strain = np.zeros((*rows.shape[:2], 6))
-        strain[..., _VOIGT] = rows * np.array([1.0, 1.0, 1.0, 0.5])
+        count = rows.shape[2]
+        strain[..., _VOIGT[:count]] = rows * np.array([1.0, 1.0, 1.0, 0.5, 0.5, 0.5])[:count]
         return strain, full.x
 
     def to_nodes(self, values: Array, among: IntArray | None = None) -> Array:
@@ -159,12 +174,17 @@ class SectionElement:
         return np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
 
     def body_force(self, field: Callable[[Array], Array], density: Array) -> Array:
-        """Nodal forces (3 n_points,) of a force per mass ``field(points (n, 3)) -> (n, 3)``; without those along y."""
+        """Nodal forces (3 n_points,) of a force per mass ``field(points (n, 3)) -> (n, 3)``."""
         p = self.points()
         b = field(p.x.reshape(-1, 3)).reshape(p.x.shape)
         f = np.zeros((len(self.mesh.points), 3))
         np.add.at(f, self.mesh.cells, np.einsum("qa,cqi,cq->cai", p.N, b, p.dV * density[:, None], optimize=True))
-        return (f * np.array([1.0, 0.0, 1.0])).ravel()
+        return (f * self._moving).ravel()
+
+    @property
+    def _moving(self) -> Array:
+        """One for the components in which nodes move, else zero (3,)."""
+        return np.array([1.0, float(self.out_of_plane.torsion), 1.0])
 
     def mass_and_centre(self, density: Array) -> tuple[float, Array]:
         """Mass and its centre (3,), on the axis of a body of revolution."""
@@ -180,7 +200,7 @@ class SectionElement:
         t = field(x.reshape(-1, 3), (ds / length[..., None]).reshape(-1, 3)).reshape(x.shape)
         f = np.zeros((len(self.mesh.points), 3))
         np.add.at(f, sides, np.einsum("qa,fqi,fq->fai", N, t, length * self.out_of_plane(x)))
-        return (f * np.array([1.0, 0.0, 1.0])).ravel()
+        return (f * self._moving).ravel()
 
 
 def gauss(reduced: bool = False) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Finite element model of a plane or axisymmetric body: `Model` with y held and section elements."""
+"""Finite element model of a plane or axisymmetric body: `Model` with section elements, and y held without torsion."""
 
 from __future__ import annotations
 
@@ -37,14 +37,12 @@ class SectionModel(Model):
     ----------
     mesh : SectionMesh
     materials : Material or mapping of element set to Material
-    supports : mapping of boundary name to 'x', 'z' or 'xz'
+    supports : mapping of boundary name to 'x', 'z' or 'xz', in torsion with 'y'
     out_of_plane : Extent
     plane_stress : bool
     backend, integration : str
         As for `Model`.
     """
-
-    dofs_per_node = 2
 
     def __init__(
         self,
@@ -57,8 +55,9 @@ class SectionModel(Model):
         integration: str,
     ) -> None:
         check_size(mesh.points)
-        _check_supports(mesh, supports)
+        _check_supports(mesh, supports, "xyz" if out_of_plane.torsion else "xz")
         self.section, self.plane_stress = SectionElement(mesh, out_of_plane), plane_stress
+        self.dofs_per_node = self.section.per_node
         self.mesh = mesh  # type: ignore[assignment]
         if out_of_plane.revolved and mesh.points[:, 0].min() < -ON_AXIS * self.size:
             raise MeshError(
@@ -82,26 +81,31 @@ class SectionModel(Model):
 
     @cached_property
     def rigid_modes(self) -> Array:
-        """Displacements (n_dofs, 6) of the rigid motions; of a body of revolution all but the axial one are zero."""
+        """Displacements (n_dofs, 6) of the rigid motions; zero for those that a body of revolution has not."""
         modes = super().rigid_modes
-        return modes * (np.arange(6) == 2) if self.section.out_of_plane.revolved else modes
+        return modes * np.isin(np.arange(6), self._motions) if self.section.out_of_plane.revolved else modes
+
+    @property
+    def _motions(self) -> tuple[int, ...]:
+        """Rigid motions: x, z, ry; of a body of revolution z, in torsion also rz."""
+        out_of_plane = self.section.out_of_plane
+        return (2, 5) if out_of_plane.torsion else (2,) if out_of_plane.revolved else (0, 2, 4)
 
     def _held(self) -> Mask:
-        """Components (n_points, 3) held by the supports, all along y, and the radial ones on the axis."""
+        """Components (n_points, 3) held by supports, those along y without torsion, and on the axis those across it."""
         held = np.zeros((len(self.mesh.points), 3), bool)
-        held[:, 1] = True
+        held[:, 1] = not self.section.out_of_plane.torsion
         for name, components in self.supports.items():
             for c in components:
                 held[self.mesh.boundary_nodes(name), "xyz".index(str(c))] = True
         if self.section.out_of_plane.revolved:
-            held[on_axis(self.mesh.points, self.size), 0] = True
+            held[on_axis(self.mesh.points, self.size), :2] = True
         return held
 
     def null_space_of(self, held: IntArray) -> Array:
-        """Rigid motions (6, k) that held coordinates do not resist: at most x, z, ry, or z alone."""
-        rows = self.nodal_modes[held]
-        others = (0, 1, 3, 4, 5) if self.section.out_of_plane.revolved else (1, 3, 5)
-        return null_space(np.concatenate([rows, np.eye(6)[list(others)]]), self.size)
+        """Rigid motions (6, k) that held coordinates do not resist, out of those of the section."""
+        others = np.delete(np.eye(6), self._motions, axis=0)
+        return null_space(np.concatenate([self.nodal_modes[held], others]), self.size)
 
     @cached_property
     def effective_lame(self) -> Array:
@@ -154,10 +158,11 @@ class SectionModel(Model):
         return self.section.to_nodes(hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
 
-def _check_supports(mesh: SectionMesh, supports: Mapping[str, str]) -> None:
+def _check_supports(mesh: SectionMesh, supports: Mapping[str, str], known: str) -> None:
     for name, components in supports.items():
         mesh.boundary_nodes(name)
-        if not isinstance(components, str) or not components or set(components) - set("xz"):
+        if not isinstance(components, str) or not components or set(components) - set(known):
             raise InputError(
-                f"The support of {name!r} of a section must name components out of 'x' and 'z'; found {components!r}."
+                f"The support of {name!r} of a section must name components out of {' and '.join(map(repr, known))}; "
+                f"found {components!r}."
             )

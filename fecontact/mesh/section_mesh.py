@@ -39,6 +39,8 @@ class Extent:
     ----------
     thickness : float or None
         None: a body of revolution.
+    torsion : bool
+        Whether a body of revolution has circumferential displacements too.
 
     Examples
     --------
@@ -48,6 +50,7 @@ class Extent:
     """
 
     thickness: float | None
+    torsion: bool = False
 
     @property
     def revolved(self) -> bool:
@@ -61,6 +64,13 @@ class Extent:
     def mean(self, vectors: Array) -> Array:
         """Vectors or points (n, 3) averaged over the out-of-plane extent: of a body of revolution only z remains."""
         return vectors * np.array([0.0, 0.0, 1.0]) if self.revolved else vectors
+
+    def couples(self, points: Array, vectors: Array) -> Array:
+        """Moments (n, 3) about the axis of vectors (n, 3) at points (n, 3) of rings; zero of a thickness."""
+        about = np.zeros(vectors.shape)
+        if self.revolved:
+            about[:, 2] = points[:, 0] * vectors[:, 1]
+        return about
 
 
 def line_shapes(s: Array) -> tuple[Array, Array]:

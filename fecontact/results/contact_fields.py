@@ -129,7 +129,8 @@ class ContactFields:
         pressed = self.forces @ self.couples
         if self.friction is None:
             return pressed
-        return pressed + np.cross(self.centres - self.reference_point, self.friction.resultants).sum(axis=0)
+        rubbed = np.cross(self.centres - self.reference_point, self.friction.resultants) + self.friction.couples
+        return pressed + rubbed.sum(axis=0)
 
     @property
     def total_force(self) -> float:

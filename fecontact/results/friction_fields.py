@@ -38,6 +38,8 @@ class FrictionFields:
         the poses; the next load step counts slip from it.
     resultants : (n, 3) array
         As `forces`; of a body of revolution, sums over rings.
+    couples : (n, 3) array
+        Moments about the axis of a body of revolution in torsion, sums over rings; else zero.
     mu_along_slip : (n,) array
         Coefficient in the direction of a point's slip: the work of friction over pressure and length of the slip.
     detour : float
@@ -52,6 +54,7 @@ class FrictionFields:
     sliding: Mask
     moved: Array = field(repr=False)
     resultants: Array = field(repr=False)
+    couples: Array = field(repr=False)
     mu_along_slip: Array = field(repr=False)
     detour: float = 0.0
 
@@ -140,6 +143,7 @@ def friction_fields(
             sliding=sliding,
             moved=each.displaced(moved, state.gaps[each.place] - each.interface.gap),
             resultants=forces if extent is None else extent.mean(forces),
+            couples=np.zeros_like(forces) if extent is None else extent.couples(each.points, forces),
             mu_along_slip=each.mu_along(moved),
             detour=each.detour(touching, state.scale),
         )

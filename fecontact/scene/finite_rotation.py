@@ -188,9 +188,20 @@ def carried_poses(
     """
     out = []
     for body, pose in zip(scene.bodies, poses, strict=True):
-        last, start = (_prescribed(body, step.get("motions") or {}) for step in (before, now))
+        last, start = (_prescribed(body, _posed(scene, step)) for step in (before, now))
         out.append(_placed(start, body, _motion(last, body, pose)))
     return out
+
+
+def _taken_up(scene: SceneModel) -> Array:
+    """One for each component (6,) of motions that poses take up, zero for twists of bodies of revolution."""
+    return np.array([0.0 if scene.twists and name == "rz" else 1.0 for name in COMPONENTS])
+
+
+def _posed(scene: SceneModel, arguments: Mapping[str, Any]) -> dict[Body, dict[str, float]]:
+    """Prescribed motions that poses take up."""
+    given = arguments.get("motions") or {}
+    return {b: {c: v for c, v in motion.items() if not (scene.twists and c == "rz")} for b, motion in given.items()}
 
 
 def _prescribed(body: Body, motions: Mapping[Body, Mapping[str, float]]) -> Pose:
@@ -221,11 +232,10 @@ def _advance(place: Array, motion: Array) -> Array:
 
 def _elastic_size(result: ContactResult) -> float:
     """Largest elastic displacement, at least 1e-9 of a body's size."""
+    motions = np.where(_taken_up(result.scene), driven_motions(result), result.motions)
     rest = [
         u - frame.modes(motion[:, None])[:, 0]
-        for u, frame, motion in zip(
-            result.state.displacements, result.loading.frames, driven_motions(result), strict=True
-        )
+        for u, frame, motion in zip(result.state.displacements, result.loading.frames, motions, strict=True)
     ]
     floor = 1e-9 * min(frame.body.size for frame in result.loading.frames)
     return max(floor, *(float(np.abs(r).max(initial=0.0)) for r in rest))
@@ -250,15 +260,17 @@ class _Path:
         history: SearchHistory | None = None,
     ) -> None:
         motions = arguments.get("motions") or {}
+        posed = _posed(scene, arguments)
         self._scene, self._watch = scene, timer
         self._guide = SearchHistory(() if history is None else history.search_radii)
         self._guide.settle()  # the poses are moved by the predicted motion
         # the unloaded state of bodies with friction is that of the poses given
         self._past = past or (StepEnd(tuple(b.pose for b in scene.bodies)) if scene.has_friction else None)
-        self._start = [_prescribed(body, motions) for body in scene.bodies]
+        self._start = [_prescribed(body, posed) for body in scene.bodies]
         self._whole = arguments.get("search", "global") == "global"
         small = {name: given for name, given in arguments.items() if name not in ("search", "finite_motion")}
-        self._held = {**small, "motions": {b: dict.fromkeys(given, 0.0) for b, given in motions.items()}}
+        left = {b: {**given, **dict.fromkeys(posed[b], 0.0)} for b, given in motions.items()}
+        self._held = {**small, "motions": left}
         sizes = np.array([b.size for b in scene.bodies])
         self._scale = np.concatenate([np.ones((len(sizes), 3)), np.repeat(sizes[:, None], 3, axis=1)], axis=1)
         self._place = np.zeros((len(sizes), 6))
@@ -291,7 +303,8 @@ class _Path:
 
     def begin(self, result: ContactResult) -> None:
         """Set the first iterate from a result of small motions and the prescribed motions."""
-        steps = np.stack([m - f.prescribed for m, f in zip(driven_motions(result), result.loading.frames, strict=True)])
+        prescribed = [f.prescribed for f in result.loading.frames]
+        steps = driven_motions(result) - prescribed * _taken_up(self._scene)
         self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
 

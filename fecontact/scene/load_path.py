@@ -359,7 +359,7 @@ def _solved_step(
     past = None if before is None or before.step_end is None else replace(before.step_end, forces=np.zeros(0))
     poses = () if past is None else carried_poses(way.model, given, step, past.poses)
     try:
-        if way.finite_motion and _largest_turn(given, step) > LARGEST_TURN:
+        if way.finite_motion and not way.model.twists and _largest_turn(given, step) > LARGEST_TURN:
             raise SolverError(f"A body turns by more than {LARGEST_TURN:g} rad. {SMALLER}")
         found = way.solved(step, past, poses)
         if before is not None and _coupling(found) != _coupling(before):

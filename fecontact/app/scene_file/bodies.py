@@ -89,6 +89,11 @@ def _posed(table: Table) -> RigidBody | None:
     return None if shape is None or pose is None else RigidBody(shape).placed(*pose)
 
 
+def _flag(table: Table, key: str, required: bool) -> bool | str | None:
+    """True or false."""
+    return table.flag(key)
+
+
 _INTEGRATED: Arguments = {"integration": choice(INTEGRATIONS)}
 _SECTION: Arguments = {"backend": choice(("auto", *DIRECT)), **_INTEGRATED}
 
@@ -105,7 +110,7 @@ MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
         },
     ),
     "plane": (PlaneBody, {**_SECTION, "thickness": number, "plane": choice(STATES)}),
-    "axisymmetric": (AxisymmetricBody, _SECTION),
+    "axisymmetric": (AxisymmetricBody, {**_SECTION, "torsion": _flag}),
 }
 
 TYPES = ("elastic", "local", "rigid", "half-space", "layer", "plane", "axisymmetric")

@@ -18,6 +18,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.interface import Interface
 from fecontact.contact.springs import SpringState
+from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.linearisation import LinearisationError
 from fecontact.results.solved_scene import SolvedScene
@@ -65,8 +66,10 @@ def linearisation_error(result: SolvedScene) -> LinearisationError:
 
 
 def driven_motions(result: SolvedScene) -> Array:
-    """Rigid motions (n_bodies, 6) of a result, without the undetermined ones that change no gap."""
+    """Rigid motions (n_bodies, 6) of a result, without those that change no gap: undetermined ones, and twists."""
     frames, motions = result.loading.frames, result.motions
+    if result.scene.twists:
+        motions = motions * (np.arange(6) != COMPONENTS.index("rz"))
     B = result.condensed.problem.B
     if not len(B):
         return motions

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from fecontact.common.arrays import Mask
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.friction_fields import FrictionFields
@@ -15,6 +16,8 @@ from fecontact.results.pictures.section_curve import along_axis, axis_name, curv
 
 #: Colours of points that stick and slide.
 STICK, SLIDE = "tab:blue", "tab:red"
+#: Label of circumferential tractions.
+ROUND = "round the axis"
 #: Arrows drawn at most.
 MOST_ARROWS = 300
 
@@ -24,13 +27,14 @@ def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFie
     k = along_axis(contact)
     order = np.argsort(contact.points[:, k])
     place = contact.points[order, k]
-    along = np.linalg.norm(friction.traction, axis=1) * np.sign(friction.traction[:, k])
     if np.isfinite(friction.mu_along_slip).all():
         limit = (friction.mu_along_slip * contact.pressure)[order]
         axes.fill_between(place, -limit, limit, color="0.9", label="up to mu times the pressure")
-    axes.plot(place, along[order], color="0.4", linewidth=1.0)
-    for chosen, colour, name in _states(friction):
-        axes.plot(contact.points[chosen, k], along[chosen], "o", color=colour, markersize=4, label=name)
+    for along, style, part in _components(friction, k):
+        axes.plot(place, along[order], style, color="0.4", linewidth=1.0, label=part)
+        for chosen, colour, name in _states(friction):
+            label = "_" + name if part == ROUND else name
+            axes.plot(contact.points[chosen, k], along[chosen], "o", color=colour, markersize=4, label=label)
     axes.set_xlim(*curve_window(contact, k))
     axes.set_xlabel(units.after(axis_name(contact, k), "length"))
     axes.set_ylabel(units.after("traction of friction", "stress"))
@@ -54,6 +58,15 @@ def draw_arrows(axes: Any, contact: ContactFields, friction: FrictionFields, pro
                 scale=10 * largest / spread, width=0.003,
             )  # fmt: skip
     axes.legend(loc="upper right", fontsize="small")
+
+
+def _components(friction: FrictionFields, k: int) -> Iterator[tuple[Array, str, str]]:
+    """Tractions (n,) in the plane of a section, with the sign of component k, and those round the axis, if any."""
+    t = friction.traction
+    across = t[:, 1].any()
+    yield np.linalg.norm(t[:, [0, 2]], axis=1) * np.sign(t[:, k]), "-", "in the plane" if across else "_along"
+    if across:
+        yield t[:, 1], "--", ROUND
 
 
 def _states(friction: FrictionFields) -> tuple[tuple[Mask, str, str], ...]:
