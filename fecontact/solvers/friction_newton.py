@@ -9,6 +9,10 @@ Open points have no force: they are eliminated from the step. The system is that
 motion. Steps are halved until the residual is below the largest of the last few (Grippo, Lampariello & Lucidi, SIAM J.
 Numer. Anal. 23 (1986) 707): demanding that it falls in every step keeps the iterates in narrow valleys.
 
+Strong friction is brought in by doubling: from forces without tangential part the first step is that of a coefficient
+of 1/2 at most, the second that of 1, and so on. Pressures and directions of slip settle before they drag each other
+along.
+
 In a structure far more flexible than its material, such as a belt, forces say little of the state of the points: the
 first step throws the residual up. Its states are then told by gaps and slips alone, z = x - R y with a large R: what
 penetrates is pressed, and what slips slides.
@@ -38,6 +42,9 @@ THROWN = 100.0
 
 BY_GAPS = 1e4
 """Weight R of gaps and slips in the trial forces that judge by them."""
+
+EASED = 0.5
+"""Largest coefficient of friction in the first step from forces without tangential part; it doubles in every step."""
 
 SINGULAR = 1e-14
 """Reciprocal condition number below which the smallest step is taken: forces of rigid bodies are not unique."""
@@ -123,7 +130,7 @@ def friction_newton(
     history: list[float] = []
     merits: list[float] = []
     best = (np.inf, x, p)
-    orientation = 1
+    orientation, eases = 1, not x[rows.tangents].any()
     for nit in range(max_iterations + 1):
         error = trial.merit / max(float(np.linalg.norm(x)), float(np.linalg.norm(problem.F)), ROUNDING)
         history.append(error)
@@ -134,14 +141,17 @@ def friction_newton(
             return Outcome(best[1], best[2], Status.SOLVED, "solved", nit, history), orientation
         if nit == max_iterations:
             break
-        dx, dp, orientation = _step(problem, rows, x, trial)
+        eased = _eased(rows, nit) if eases else rows
+        if eased is not rows:
+            trial, merits = _trial(problem, eased, x, p), []
+        dx, dp, orientation = _step(problem, eased, x, trial)
         merits = [*merits, trial.merit][-MEMORY:]
         trial = _trial(problem, rows, x + dx, p + dp)
         share = 1.0
         if nit == 0 and trial.merit > THROWN * merits[0]:
             dx, dp, orientation = _step(problem, rows, x, _trial(problem, rows, x, p, BY_GAPS))
-            trial, merits = _trial(problem, rows, x + dx, p + dp), []
-        else:
+            trial, merits, eases = _trial(problem, rows, x + dx, p + dp), [], False
+        elif eased is rows:
             for _ in range(HALVINGS):
                 if trial.merit < (1 - 1e-4 * share) * max(merits):
                     break
@@ -150,6 +160,13 @@ def friction_newton(
         x, p = x + share * dx, p + share * dp
     message = f"{max_iterations} Newton steps were not enough"
     return Outcome(best[1], best[2], Status.ITERATION_LIMIT, message, max_iterations, history), orientation
+
+
+def _eased(rows: FrictionRows, nit: int) -> FrictionRows:
+    """Rows with the friction of an early step; the rows themselves where it is all of it."""
+    most = EASED * 2.0**nit
+    above = (rows.mu > most) & (rows.mu < np.inf)
+    return replace(rows, mu=np.where(above, most, rows.mu)) if above.any() else rows
 
 
 def tied(
