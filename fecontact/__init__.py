@@ -206,6 +206,9 @@ if not TYPE_CHECKING:  # for a type checker a name is public or does not exist
         """A public name or a room, imported on first use."""
         place = f"fecontact.{name}" if name in _ROOMS else _PLACES.get(name)
         if place is None:
-            raise AttributeError(f"module 'fecontact' has no attribute {name!r}")
+            rooms = () if name.startswith("_") else ("shapes", "sections", "surfaces")
+            meant = [f"fecontact.{room}.{name}" for room in rooms if hasattr(pkgutil.resolve_name(_PLACES[room]), name)]
+            hint = f"; did you mean {meant[0]}?" if meant else ""
+            raise AttributeError(f"module 'fecontact' has no attribute {name!r}{hint}")
         globals()[name] = found = pkgutil.resolve_name(place)
         return found

@@ -214,7 +214,7 @@ class Mesh(CellSets):
         --------
         >>> from fecontact import shapes
         >>> figure = shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).plot(length="mm")
-        >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][:2]
+        >>> [text.get_text() for text in figure.legends[0].get_texts()][:2]
         ['1  x_min, 4 faces', '2  x_max, 4 faces']
         """
         from fecontact.mesh.picture import plot_faces

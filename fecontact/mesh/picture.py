@@ -89,10 +89,9 @@ def plot_faces(
             for k, name in enumerate(listed)
         ]
         rest = len(boundaries) - len(listed)
-        axes.legend(
-            handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False,
-            title=f"and {rest} more" if rest else None,
-        )  # fmt: skip
+        # of the figure: the layout keeps room for it, whatever the length of the names
+        more = f"and {rest} more" if rest else None
+        figure.legend(handles=handles, loc="outside right center", frameon=False, title=more)
     return save_figure(figure, path)
 
 

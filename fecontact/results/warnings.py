@@ -18,12 +18,15 @@ from fecontact.results.solved_scene import SolvedScene
 
 #: Strain above which a result warns: the relative error of small-strain elasticity is of the size of the strain.
 LARGEST_STRAIN = 0.05
+#: Error of linearised motions above which a result warns whose poses were carried along already: nothing else mends it,
+#: so that less than a percent, of the size of other errors of modelling, needs no action.
+UNMENDED = 0.01
 
 
 def unborne_motions(result: SolvedScene) -> Iterator[str]:
     """Warnings of rigid motions too large for linearisation."""
     error = linearisation_error(result)
-    if error.worst > BEARABLE:
+    if error.worst > (UNMENDED if result.originals else BEARABLE):
         if not np.isfinite(error.gap):
             what = "linearised motions lose or overlook the contact"
         else:

@@ -42,6 +42,13 @@ def test_what_is_used_is_imported() -> None:
     assert {"numpy", "fecontact.mesh.shapes"} <= imported_by("import fecontact; fecontact.shapes")
 
 
+def test_a_name_of_a_room_is_pointed_to() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'Cylinder'; did you mean fecontact\.surfaces\.Cylinder\?"):
+        fecontact.Cylinder  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no attribute 'Cilinder'$"):
+        fecontact.Cilinder  # noqa: B018
+
+
 def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:
         main(["--version"])

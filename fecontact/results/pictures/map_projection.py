@@ -19,6 +19,8 @@ from fecontact.results.field_map import Ground
 
 #: Cosine of the turn of a face from the mean normal up to which a contact is shown flat: lengths are 30 % short there.
 FLAT = 0.7
+#: Cosine of the turn of a mean normal from an axis of the world up to which that axis is taken: lengths are 2 % short.
+BESIDE = 0.98
 #: Largest misfit of a fitted cylinder or sphere, relative to its radius, and of normals to a cylinder's axis.
 ROUND = 0.1
 #: Angle from the middle, relative to a half turn, beyond which the facets of a sphere are left out: they enclose the
@@ -186,7 +188,7 @@ def map_of(contact: ContactFields | Ground) -> MapProjection:
     middles, normals, areas = facet_planes(contact)
     loaded = contact.loaded_facets
     near = loaded if loaded.any() else np.ones(len(loaded), bool)
-    mean = _unit(areas[near] @ normals[near])
+    mean = _upright(_unit(areas[near] @ normals[near]))
     if (normals[near] @ mean).min() >= FLAT:
         return FlatMap(_axes_across(mean), mean)
     middle = contact.centre_of_pressure if contact.active.any() else areas @ middles / areas.sum()
@@ -195,6 +197,12 @@ def map_of(contact: ContactFields | Ground) -> MapProjection:
         if (found := fitted(points, normals[near], areas[near], middle)) is not None:
             return found
     return FlatMap(_axes_across(mean), mean)
+
+
+def _upright(normal: Array) -> Array:
+    """The world's axis beside a unit normal, if there is one: its map has the coordinates of the world."""
+    axis = np.where(np.abs(normal) >= BESIDE, np.sign(normal), 0.0)
+    return axis if axis.any() else normal
 
 
 def facet_planes(contact: ContactFields | Ground) -> tuple[Array, Array, Array]:

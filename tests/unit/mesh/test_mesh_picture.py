@@ -24,14 +24,15 @@ def colours(figure):
 def test_boundaries_that_face_the_eye_are_coloured_numbered_and_listed(block):
     figure = block.plot(view="z", edges=False, length="mm")
     axes = figure.axes[0]
-    listed = [text.get_text() for text in axes.get_legend().get_texts()]
+    (legend,) = figure.legends
+    listed = [text.get_text() for text in legend.get_texts()]
     assert listed == [f"{k}  {name}, {n} faces" for k, (name, n) in enumerate(
         {"x_min": 1, "x_max": 1, "y_min": 2, "y_max": 2, "bottom": 2, "top": 2}.items(), start=1)]  # fmt: skip
     numbers = [text for text in axes.texts if text.get_text().isdigit()]
     assert [text.get_text() for text in numbers] == ["6"]  # only the top is seen from above
     # on one of the two faces of the top, whose middles are half a length from its own
     assert abs(np.subtract(numbers[0].get_position(), (1.0, 0.5))).max() <= 0.5 + 1e-9
-    handle = axes.get_legend().legend_handles[5].get_facecolor()[:3]
+    handle = legend.legend_handles[5].get_facecolor()[:3]
     hues = colours(figure)
     assert np.abs(hues - np.array(handle) / max(handle)).max(axis=1).mean() <= 0.05  # all that is seen is the top
 
@@ -39,8 +40,17 @@ def test_boundaries_that_face_the_eye_are_coloured_numbered_and_listed(block):
 def test_faces_in_no_boundary_are_grey(block):
     bare = fc.Mesh(block.points, block.cells)
     figure = bare.plot(view="z", edges=False)
-    assert figure.axes[0].get_legend() is None
+    assert not figure.legends
     assert np.abs(colours(figure) - np.array(PLAIN) / max(PLAIN)).max() <= 0.02
+
+
+def test_long_names_stay_in_the_picture(block):
+    name = "the_face_on_which_the_bracket_is_screwed_down"
+    figure = block.with_boundary(name, fc.pick.facing((0, 0, 1))).plot()
+    figure.draw_without_rendering()
+    inside, legend = figure.bbox, figure.legends[0].get_window_extent()
+    assert inside.x0 <= legend.x0 < legend.x1 <= inside.x1
+    assert legend.x0 >= figure.axes[0].get_window_extent().x1
 
 
 def test_surfaces_with_triangles_are_drawn(tmp_path):

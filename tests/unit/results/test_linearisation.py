@@ -1,5 +1,7 @@
 """What linearised rigid motions leave out, and poses carried along where it matters."""
 
+from dataclasses import replace
+
 import meshio
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ import fecontact as fc
 import fecontact.scene.finite_rotation as finite
 from fecontact.results.checks import linearisation
 from fecontact.results.checks.linearisation import BEARABLE, _Motion, linearisation_error
+from fecontact.results.linearisation import LinearisationError
+from fecontact.results.warnings import unborne_motions
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 RADIUS = 5.0
@@ -124,8 +128,10 @@ def test_motions_that_do_not_settle_are_warned_of(monkeypatch):
     monkeypatch.setattr(finite, "MOST_STEPS", 1)
     result, ball = under_ball(3.0, motions={"z": -3.05, "x": 0.3}, finite_motion="auto")
     assert abs(result.rigid_motion(ball).translation[0] - 0.3) < 1e-12
-    monkeypatch.setattr("fecontact.results.warnings.BEARABLE", -1.0)
-    assert "does not mend it" in result.warnings[0]
+    for error, warned in ((0.009, False), (0.011, True)):
+        left = LinearisationError(error, 1.0, 0.0)
+        texts = list(unborne_motions(replace(result, linearisation=left)))
+        assert ["does not mend it" in text for text in texts] == [True] * warned
 
 
 def test_displacements_count_from_where_bodies_were_given(tmp_path):

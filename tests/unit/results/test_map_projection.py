@@ -90,6 +90,16 @@ def test_a_flat_contact_is_shown_along_its_normal_and_leaves_out_what_faces_away
     assert view.names == ("x", "y")
 
 
+@pytest.mark.parametrize(("turn", "names"), [(9.0, ("x", "y")), (13.0, ("x", "(0.00, 0.97, 0.22)"))])
+def test_a_map_has_the_axes_of_the_world_where_they_are_near(turn, names):
+    about = fc.rotation_about((1, 0, 0), np.radians(turn))
+    cube = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1))
+    block = fc.ElasticBody(cube, STEEL, "bottom", {"top": "xyz"}).placed((0, 0, 0), about)
+    floor = fc.RigidBody(fc.Plane()).placed((0, 0, 0), about)
+    result = fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -1e-4}})
+    assert map_of(result.contacts[0]).names == names
+
+
 def test_a_sphere_is_laid_out_by_arcs_from_the_middle():
     sphere = SphereMap(np.eye(3), np.array([1.0, 2.0, 3.0]), 2.0)
     polar, azimuth = 1.1, 0.7
