@@ -13,8 +13,11 @@ import scipy.sparse.linalg as spla
 
 from fecontact.ancf.banded import BandOrder, Reduction
 from fecontact.ancf.faces import Faces
+from fecontact.ancf.hubs import Hubs
+from fecontact.ancf.joints import affine_modes
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.member import Member
+from fecontact.ancf.newton import DEPENDENT
 from fecontact.ancf.patterns import Places, has_pattern, with_data
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.supports import hold
@@ -27,6 +30,9 @@ from fecontact.fem.support import Support
 
 #: A contact: slave solid and boundary, rigid body or master solid and boundary, and perhaps the friction.
 ContactOf = tuple[int, str, RigidBody | tuple[int, str]] | tuple[int, str, RigidBody | tuple[int, str], float]
+
+#: Part of the unit directions of a rigid hub that is not affine, above which it is not rounding.
+AFFINE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +142,28 @@ class Assembly:
     free : (n_dofs, n_free) csr_matrix
         Orthonormal directions of the coordinates that the supports leave free.
     touches : sequence of ContactConstraints
+    rigid : sequence of int
+        Numbers of the solids that are rigid hubs, which need the condition `Joints.affine`, see `hubs`.
+
+    Raises
+    ------
+    InputError
+        For a rigid hub that is no solid of bricks, or is free to move otherwise than affinely.
     """
 
     solids: Sequence[Member]
     free: sp.csr_matrix
     touches: Sequence[ContactConstraints] = field(default_factory=tuple)
+    rigid: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        for k in self.rigid:
+            space = getattr(self.solids[k], "space", None) if 0 <= k < len(self.solids) else None
+            if space is None:
+                raise InputError(f"A rigid hub is a solid of bricks; number {k} is none of the {len(self.solids)}.")
+            free, modes = self.free[self.starts[k] : self.starts[k + 1]], affine_modes(space)
+            if abs(free - modes @ (modes.T @ free)).max() > AFFINE:
+                raise InputError(f"Solid {k} is to be rigid, but does not move affinely: give it joints.affine({k}).")
 
     @classmethod
     def of(
@@ -220,6 +243,18 @@ class Assembly:
     def constants(self) -> Constants:
         """What depends on members and supports only."""
         return Constants(self.solids, self.free)
+
+    @cached_property
+    def hubs(self) -> Hubs | None:
+        """Conditions of the rigid hubs; None without any."""
+        if not self.rigid:
+            return None
+        first = [self.starts[k] + 3 * int(self.solids[k].space.start[0]) for k in self.rigid]  # type: ignore[attr-defined]
+        return Hubs(np.array(first)[:, None, None] + np.arange(3, 12).reshape(3, 3), self.n_dofs)
+
+    def hub_strains(self, q: Array) -> Array:
+        """Strains (6 n_hubs,) of the rigid hubs at coordinates q, which are to vanish."""
+        return np.zeros(0) if self.hubs is None else self.hubs.strains(q)
 
     @property
     def starts(self) -> tuple[int, ...]:
@@ -315,9 +350,18 @@ class Assembly:
         """Consistent mass (n_dofs, n_dofs)."""
         return self.constants.mass
 
-    def accelerated(self, forces: Array) -> Array:
-        """Accelerations (n_dofs,) due to forces; the mass is constant and factorised once."""
-        return np.asarray(self.free @ self.constants.mass_factor.solve(self.free.T @ forces))
+    def accelerated(self, forces: Array, q: Array | None = None, v: Array | None = None) -> Array:
+        """Accelerations (n_dofs,) due to forces; the mass is constant and factorised once.
+
+        Rigid hubs need coordinates q, and have velocities v with which the conditions are to hold on, or none.
+        """
+        Z, solve = self.free, self.constants.mass_factor.solve
+        if self.hubs is None or q is None:
+            return np.asarray(Z @ solve(Z.T @ forces))
+        C = (self.hubs.derivative(q) @ Z).toarray()
+        by_load, by_hubs = solve(Z.T @ forces), solve(C.T)
+        missing = C @ by_load + (0.0 if v is None else self.hubs.turning(v))
+        return np.asarray(Z @ (by_load - by_hubs @ (np.linalg.pinv(C @ by_hubs, rcond=DEPENDENT) @ missing)))
 
     def translation(self, direction: Array) -> Array:
         """Change (n_dofs,) of the coordinates by a translation (3,) of all solids."""

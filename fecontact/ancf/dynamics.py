@@ -195,7 +195,7 @@ def move(
         varying = [_acting(given(k * step)) for k in SAMPLED] if callable(assembly) else ()
         prints = {
             "the bodies (meshes, materials, laws)": fingerprint(a.solids),
-            "the supports": fingerprint(a.free),
+            "the supports": fingerprint(a.free, *a.rigid),
             "the contacts": fingerprint([t.pair for t in a.touches]),
             "the loads (gravity, forces, stages)": fingerprint(
                 np.zeros(3) if gravity is None else gravity, forces, varying
@@ -275,7 +275,7 @@ def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: f
     v = v - a.held(v) + rate(at, time, -e)
     # of the prescribed motion, from velocities one difference apart
     driven = (4 * rate(at, time + e, -e) - 3 * rate(at, time, -e) - rate(at, time + 2 * e, -e)) / (2 * e)
-    acceleration = driven + a.accelerated(stage.load(q) - a.forces(q) - a.mass @ driven)
+    acceleration = driven + a.accelerated(stage.load(q) - a.forces(q) - a.mass @ driven, q, v)
     memory, stored, none = a.relaxed(q), 0.0, np.zeros((len(forces), 3))
     if start is not None and start.memory is not None:
         memory, stored = start.memory, start.stored

@@ -4,10 +4,10 @@ A joint ties positions or gradients of two places, which keep their initial diff
 directions that are left free, an orthonormal basis, are all that statics and dynamics move, so that joints are exact
 and cost nothing. A place is a node of a slender structure, or any point of a solid of bricks.
 
-A reference node (hub) is a solid of bricks that moves affinely, r = A X + b, by its twelve coordinates: `affine`. Of a
-stiff material it is nearly rigid; boundaries of other solids follow it by `follows`, a moment or a prescribed motion
-acts on it as on any solid. Source: A. A. Shabana, ANCF reference node for multibody system analysis, Proc. IMechE K 229
-(2015).
+A reference node (hub) is a solid of bricks that moves affinely, r = A X + b, by its twelve coordinates: `affine`. Named
+in `Assembly(.., rigid=[..])` it is exactly rigid, see `hubs`, else as far as its material is stiff; boundaries of other
+solids follow it by `follows`, a moment or a prescribed motion acts on it as on any solid. Source: A. A. Shabana, ANCF
+reference node for multibody system analysis, Proc. IMechE K 229 (2015).
 """
 
 from __future__ import annotations
@@ -126,8 +126,7 @@ class Joints:
 
     def affine(self, k: int) -> sp.csr_matrix:
         """A solid of bricks that moves by r = A X + b only: a hub of twelve coordinates."""
-        modes = scipy.linalg.orth(_affine(self._space(k)))
-        return self._placed(k, sp.csr_matrix(scipy.linalg.null_space(modes.T).T))
+        return self._placed(k, sp.csr_matrix(scipy.linalg.null_space(affine_modes(self._space(k)).T).T))
 
     def follows(self, k: int, boundary: str, hub: int) -> sp.csr_matrix:
         """A boundary of a solid of bricks that moves with a hub: its positions and in-face gradients, as in a clamp.
@@ -228,6 +227,11 @@ def _vectors(member: Any, k: int, where: Any) -> Sequence[sp.csr_matrix]:
     rows = sp.eye_array(n_nodes * per_node, format="csr")
     first = per_node * (where % n_nodes)
     return [rows[[first + v]] for v in range(per_node)]
+
+
+def affine_modes(space: AncfSpace) -> Array:
+    """Orthonormal changes (n_dofs, 12) of the coordinates by r = A X + b."""
+    return np.asarray(scipy.linalg.orth(_affine(space)))
 
 
 def _affine(space: AncfSpace, about: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

@@ -21,7 +21,7 @@ def searched(
     internal: Array,
     conditions: Conditions,
     slip: Slips,
-    forces: Array,
+    multipliers: tuple[Array, Array],
     since: SlipStart,
     driven: bool,
 ) -> tuple[Array, Conditions | None]:
@@ -39,8 +39,8 @@ def searched(
         Loads and elastic forces at q.
     conditions, slip, since
         Contact conditions and slip at q, and whence slip counts.
-    forces : (n_multipliers,) array
-        Contact forces of the step.
+    multipliers : (n_multipliers,) and (6 n_hubs,) arrays
+        Contact forces and stresses of rigid hubs of the step; the strains of hubs are penalised, too.
     driven : bool
         Whether there is no energy to lower.
 
@@ -49,7 +49,8 @@ def searched(
     UnstableError
         If no share of the step lowers it.
     """
-    weight = 2 * float(forces.max(initial=0.0))
+    forces, stresses = multipliers
+    weight, of_hubs = 2 * float(forces.max(initial=0.0)), 2 * float(np.abs(stresses).max(initial=0.0))
     limit = slip.limit(forces)
 
     def rubbed(s: Array) -> float:
@@ -58,10 +59,12 @@ def searched(
 
     def merit(x: Array, c: Conditions, s: Array) -> float:
         penetrated = float(np.maximum(-c.gap, 0.0).sum())
-        return a.energy(x) - float(load @ x) + weight * penetrated + rubbed(s)
+        strained = float(np.abs(a.hub_strains(x)).sum())
+        return a.energy(x) - float(load @ x) + weight * penetrated + of_hubs * strained + rubbed(s)
 
     before = None if driven else merit(q, conditions, slip.slip)
     slope = float((internal - load) @ direction) - weight * float(np.maximum(-conditions.gap, 0.0).sum())
+    slope -= of_hubs * float(np.abs(a.hub_strains(q)).sum())
     slope += rubbed(slip.slip + slip.T @ direction) - rubbed(slip.slip)
     tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
     share = 1.0

@@ -29,7 +29,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.ancf.banded import BandOrder
+from fecontact.ancf.banded import BandFactor, BandOrder
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
@@ -43,10 +43,35 @@ SMALL = 300
 RESISTED = 1e-6
 #: Largest difference from the transpose, relative to the largest entry, that is rounding.
 SYMMETRIC = 1e-12
+#: Singular values of equations, relative to the largest, of those that hold by themselves.
+DEPENDENT = 1e-12
 
 
 class UnstableError(FecontactError):
     """The tangent is not positive definite: the state is not a stable one, or the step was too long."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ties:
+    """Equations that coordinates obey, at some coordinates.
+
+    Attributes
+    ----------
+    rows : (e, n) csr_matrix
+        Their derivative C.
+    columns : (e, n) csr_matrix
+        H, along which their forces act; C in statics.
+    value : (e,) array
+        c, zero where they hold.
+    """
+
+    rows: sp.csr_matrix
+    columns: sp.csr_matrix
+    value: Array
+
+    def along(self, Z: sp.csr_matrix, jump: Array) -> Ties:
+        """The same in the free directions Z, after a given change of the coordinates."""
+        return Ties(sp.csr_matrix(self.rows @ Z), sp.csr_matrix(self.columns @ Z), self.value + self.rows @ jump)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,6 +275,77 @@ def _by_band(K: sp.csr_matrix, r: Array, rows: sp.csr_matrix, order: BandOrder) 
     return u[touched], X[touched], lambda forces: u + X @ forces
 
 
+def tied_step(
+    K: sp.csr_matrix,
+    r: Array,
+    G: sp.csr_matrix,
+    gap: Array,
+    ties: Ties,
+    friction: TangentialRows | None = None,
+    order: BandOrder | None = None,
+    factor: BandFactor | None = None,
+) -> tuple[Array, Array, Array, Array]:
+    """A Newton step under equations, which are eliminated by their Schur complement.
+
+        K d = r + G^T l + H^T s,    C d = -c
+
+    Parameters
+    ----------
+    K, r, G, gap, friction, order
+        As in `contact_step`; K is positive definite without the equations.
+    ties : Ties
+    factor : BandFactor, optional
+        Of K, or of a matrix near it.
+
+    Returns
+    -------
+    change : (n,) array
+    forces : (m,) array
+    tangential : (2 f,) array
+    multipliers : (e,) array
+        s; the least where equations hold by themselves.
+
+    Raises
+    ------
+    UnstableError
+        If K is not positive definite.
+    SolverError
+        If the contact problem has no certified solution.
+
+    Examples
+    --------
+    >>> import numpy as np, scipy.sparse as sp
+    >>> K, none = sp.eye_array(2, format="csr"), sp.csr_matrix((0, 2))
+    >>> C = sp.csr_matrix([[1.0, 1.0]])
+    >>> change, _, _, s = tied_step(K, np.array([3.0, 1.0]), none, np.zeros(0), Ties(C, C, np.zeros(1)))
+    >>> change.round(12).tolist(), s.round(12).tolist()
+    ([1.0, -1.0], [-2.0])
+    """
+    rows, start = G, gap
+    if friction is not None:
+        rows, start = sp.csr_matrix(sp.vstack([G, friction.T])), np.concatenate([gap, friction.slip])
+    m = rows.shape[0]
+    loads = np.column_stack([r, rows.T.toarray(), ties.columns.T.toarray()])
+    try:
+        if factor is None and order is not None:
+            factor = order.factor(K.data)
+        every = _by_lu(K).solve(loads) if factor is None else factor.solve(loads)
+    except np.linalg.LinAlgError as error:
+        raise UnstableError("The tangent stiffness is not positive definite.") from error
+    free, by_ties = every[:, : 1 + m], every[:, 1 + m :]
+    missing = ties.rows @ free
+    missing[:, 0] += ties.value
+    s = -np.linalg.pinv(ties.rows @ by_ties, rcond=DEPENDENT) @ missing
+    u, *X = (free + by_ties @ s).T
+    forces = np.zeros(m)
+    if m:
+        S = rows @ np.array(X).T
+        problem = ComplementarityProblem((S + S.T) / 2, start + rows @ u, np.zeros((0, m)), np.zeros(0))
+        forces, _ = _forces(problem, friction)
+        u = u + forces @ np.array(X)
+    return u, forces[: G.shape[0]], forces[G.shape[0] :], s[:, 0] + s[:, 1:] @ forces
+
+
 def _forces(problem: ComplementarityProblem, friction: TangentialRows | None) -> tuple[Array, Array]:
     """Forces (N,) of all rows, and the free motion."""
     if friction is None or not len(friction.points):
@@ -288,6 +384,11 @@ def unsymmetric_step(K: sp.csr_matrix, r: Array) -> Array:
     >>> unsymmetric_step(sp.csr_matrix([[2.0, 1.0], [0.0, 1.0]]), np.array([4.0, 2.0])).tolist()
     [1.0, 2.0]
     """
+    return np.asarray(_by_lu(K).solve(r))
+
+
+def _by_lu(K: sp.csr_matrix) -> spla.SuperLU:
+    """Factor of a matrix with a positive determinant."""
     try:
         factor = spla.splu(sp.csc_matrix(K))
     except RuntimeError as error:
@@ -295,7 +396,7 @@ def unsymmetric_step(K: sp.csr_matrix, r: Array) -> Array:
     negative = np.count_nonzero(factor.U.diagonal() < 0) + _swaps(factor.perm_r) + _swaps(factor.perm_c)
     if negative % 2:
         raise UnstableError("The tangent stiffness has a negative determinant.")
-    return np.asarray(factor.solve(r))
+    return factor
 
 
 def _swaps(order: IntArray) -> int:

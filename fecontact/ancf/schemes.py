@@ -21,7 +21,7 @@ move; where points stop, velocities jump (`stopping`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -29,7 +29,7 @@ import scipy.sparse as sp
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.banded import BandFactor, BandOrder
-from fecontact.ancf.newton import UnstableError, contact_step
+from fecontact.ancf.newton import Ties, UnstableError, contact_step, tied_step
 from fecontact.ancf.slip import Slips, SlipStart, slips
 from fecontact.ancf.stage import Stage, StageAt, Start, rate
 from fecontact.ancf.stopping import stopped
@@ -148,7 +148,7 @@ class GeneralisedAlpha:
         begin, end = at(now.time), at(now.time + h)
         a = end.assembly
         if not _same_supports(begin.assembly, a):  # accelerations jump
-            anew = a.accelerated(end.load(now.q) - a.forces(now.q))
+            anew = a.accelerated(end.load(now.q) - a.forces(now.q), now.q, now.v)
             now = replace(now, a=anew, b=anew)
         am, af, beta, gamma = self.constants
         inertia = (1 - am) / ((1 - af) * beta * h**2)
@@ -169,19 +169,20 @@ class GeneralisedAlpha:
             if not kept.serves(near):
                 K = a.constants.with_mass(a.step_tangent(q, h, 1.0), inertia)
                 less = _sum(end.load_tangent(q), 1.0, a.curvature(conditions, share * forces))
-                kept.renew(a, K, less, near)
+                kept.renew(a, K, less, near, q, 1.0)
             slip = slips(a.touches, conditions.parts, q, since)
             guess = share * forces, share * slip.of(tangential)
-            change, pressing, dragging = kept.solved(a, rest, conditions.G, conditions.gap, near, slip, guess)
+            ties = None if a.hubs is None else a.hubs.ties(q)
+            change, pressing, dragging = kept.solved(a, rest, conditions.G, conditions.gap, near, slip, guess, ties)
             forces, t = pressing / share, dragging / share
             tangential = slip.everywhere(t, len(forces))
-            c = a.accelerated(conditions.G.T @ forces + slip.T.T @ t) if len(near) else np.zeros_like(q)
+            c = a.accelerated(conditions.G.T @ forces + slip.T.T @ t, q) if len(near) else np.zeros_like(q)
             q = q + change
             if _settled(a, change, q - now.q, kept.judged(a, change, tolerance)):
                 b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
                 acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
-                applied = acting(end, q, acceleration, viscous.forces)
+                applied = acting(end, q, acceleration, viscous.forces - kept.by_hubs(ties))
                 work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(at, now, h, q, forces)
                 after = now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
                 return _rubbed(a, now, after, slip, slip.slip + slip.T @ change, t, h)
@@ -229,17 +230,18 @@ class EnergyMomentum:
             G = _working(a, G, pressing, done, q - now.q)
             if not kept.serves(pressing):
                 K = a.constants.with_mass(a.step_tangent(middle, h, 0.5), 2 / h**2)
-                kept.renew(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing)
+                kept.renew(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing, q, 0.5)
             slip = slips(a.touches, parts, q, since)
             guess = forces, slip.of(tangential)
-            change, forces, t = kept.solved(a, load - internal - inertia, G, closing, pressing, slip, guess)
+            ties = None if a.hubs is None else a.hubs.ties(q, middle)
+            change, forces, t = kept.solved(a, load - internal - inertia, G, closing, pressing, slip, guess, ties)
             tangential = slip.everywhere(t, len(forces))
             moved = q - now.q
             q = q + change
             if _settled(a, change, q - now.q, kept.judged(a, change, tolerance)):
                 v = 2 / h * (q - now.q) - now.v
                 v = v - a.held(v) + driven
-                contact = G.T @ forces + slip.T.T @ t
+                contact = G.T @ forces + slip.T.T @ t + kept.by_hubs(ties)
                 supports = a.held(internal - load - contact), a.held(inertia)
                 work = load @ (q - now.q) + supports[0] @ moved + h / 2 * supports[1] @ (v + now.v)
                 work += float(forces @ done) if halfway is not None else 0.0
@@ -270,6 +272,10 @@ class _Kept:
         Largest change of the last iteration.
     again : bool
         Whether the factor has served before.
+    stresses : (6 n_hubs,) array
+        Multipliers of rigid hubs.
+    weight : float
+        Of their equations in K.
     """
 
     K: sp.csr_matrix | None = None
@@ -277,15 +283,25 @@ class _Kept:
     factor: BandFactor | None = None
     last: float = np.inf
     again: bool = False
+    stresses: Array = field(default_factory=lambda: np.zeros(0))
+    weight: float = 0.0
 
     def serves(self, near: IntArray) -> bool:
         """Whether no new tangent is needed."""
         self.again = self.factor is not None and not len(near)
         return self.again
 
-    def renew(self, a: Assembly, K: sp.csr_matrix, less: sp.csr_matrix | None, near: IntArray) -> None:
-        """Take the tangent K (n_dofs, n_dofs) less another matrix."""
-        self.K, self.order = a.constants.reduced(K if less is None else a.constants.lessened(K, less))
+    def renew(
+        self, a: Assembly, K: sp.csr_matrix, less: sp.csr_matrix | None, near: IntArray, q: Array, share: float
+    ) -> None:
+        """Take the tangent K (n_dofs, n_dofs) less another matrix, with a share of the second derivative of hubs."""
+        if less is not None:
+            K = a.constants.lessened(K, less)
+        if a.hubs is not None:
+            stresses = self.stresses if len(self.stresses) else np.zeros(len(a.hub_strains(q)))
+            of_hubs, self.weight = a.hubs.less(K, q, stresses, share)
+            K = a.constants.lessened(K, of_hubs)
+        self.K, self.order = a.constants.reduced(K)
         self.factor = None
         if self.order is not None and not len(near):
             try:
@@ -302,10 +318,20 @@ class _Kept:
         near: IntArray,
         slip: Slips,
         guess: tuple[Array, Array],
+        ties: Ties | None,
     ) -> tuple[Array, Array, Array]:
         """Change of all coordinates, the forces of all conditions and those along the rows of slip."""
         Z, forces = a.free, np.zeros(len(gap))
         r = Z.T @ rest
+        if ties is not None:
+            assert self.K is not None
+            still = np.zeros(a.n_dofs)
+            rows = slip.rows(near, Z, still, *guess)
+            change, forces[near], dragging, stresses = tied_step(
+                self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], ties.along(Z, still), rows, self.order, self.factor
+            )
+            self.stresses = stresses + self.weight * ties.value
+            return Z @ change, forces, slip.spread(near, dragging)
         if self.factor is not None and not len(near):
             return Z @ self.factor.solve(r[:, None])[:, 0], forces, np.zeros(len(slip.slip))
         assert self.K is not None
@@ -314,6 +340,10 @@ class _Kept:
             self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], friction=rows, order=self.order
         )
         return Z @ change, forces, slip.spread(near, dragging)
+
+    def by_hubs(self, ties: Ties | None) -> Array | float:
+        """Generalised forces (n_dofs,) of rigid hubs."""
+        return 0.0 if ties is None else np.asarray(ties.columns.T @ self.stresses)
 
     def judged(self, a: Assembly, change: Array, tolerance: float) -> float:
         """Tolerance of this change, smaller where an old tangent makes the error one of the first order."""
@@ -362,7 +392,7 @@ def _accelerated_by_contact(a: Assembly, now: Instant) -> Array:
         return np.zeros_like(now.q)
     parts = a.conditions(now.q)
     slip = slips(a.touches, parts.parts, now.q, SlipStart(now.q, tuple(t.master.pose for t in a.touches), now.owed))
-    return a.accelerated(parts.G.T @ now.forces + slip.T.T @ slip.of(now.tangential))
+    return a.accelerated(parts.G.T @ now.forces + slip.T.T @ slip.of(now.tangential), now.q)
 
 
 def _by_tools(at: StageAt, now: Instant, h: float, q: Array, forces: Array) -> float:

@@ -16,7 +16,7 @@ which decreases linearly with the level and is zero at the end.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ from fecontact.ancf.assembly import Assembly, Conditions
 from fecontact.ancf.free_motion import check_supports, free_motions
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.line_search import searched
-from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, unsymmetric_step
+from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, tied_step, unsymmetric_step
 from fecontact.ancf.slip import FrictionEnd, Slips, slips, unrubbed
 from fecontact.ancf.stage import Stage, Start
 from fecontact.common.arrays import Array, IntArray
@@ -44,6 +44,8 @@ SMALLEST_STEP = 1e-4
 EASY = 8
 #: Conditions with a gap above this multiple of their width are left out of an iteration.
 REACH = 2.0
+#: Strain of a rigid hub that is rounding.
+STRAIN = 1e-12
 #: Relative rounding of a coordinate.
 ROUNDING = float(np.finfo(float).eps)
 
@@ -72,6 +74,8 @@ class State:
         Largest penetration of a mean gap, relative to the size of the bodies.
     friction : FrictionEnd
         Tangential forces, slip since the last state, its work and the defect of Coulomb's law.
+    stresses : (6 n_hubs,) array
+        Multipliers of the rigid hubs, see `hubs`.
     """
 
     level: float
@@ -84,6 +88,7 @@ class State:
     residual: float
     penetration: float
     friction: FrictionEnd
+    stresses: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def begin(self) -> Start:
@@ -261,6 +266,7 @@ def _missing(stage: Stage, state: State) -> _Missing:
     slip = slips(a.touches, conditions.parts, state.q, state.friction.start)
     tangential = state.friction.of(slip)
     rest = internal - load - _of_contact(a, conditions, slip, _joined(state.forces), tangential)
+    rest = rest - _of_hubs(a, state.q, state.stresses)
     largest = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
     return _Missing(Z @ (Z.T @ rest), motion, largest, conditions, slip, tangential)
 
@@ -273,6 +279,7 @@ def _distance(stage: Stage, state: State) -> float:
     off = max(
         -gap.min(initial=0.0), gap[forces > 0].max(initial=0.0), np.abs(a.lengths * motion).max(initial=0.0), slid
     )
+    off = max(off, a.size * np.abs(a.hub_strains(state.q)).max(initial=0.0))
     return float(max(_largest(a, rest) / largest, off / a.size, slip.defect(forces, tangential, a.size)))
 
 
@@ -342,12 +349,12 @@ def _iterated(
     tangential = before.of(slip)
     forces = np.zeros(len(conditions.gap)) if guess is None else guess
     widths = np.concatenate([np.zeros(0), *(t.widths for t in a.touches)])
-    floats, rounded = check_supports(a), 0.0
+    floats, rounded, stresses = check_supports(a), 0.0, np.zeros(len(a.hub_strains(q)))
     for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
         near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
         K = a.tangent(q)
-        change, pressing, dragging = _newton_step(
-            stage, q, K, load - internal, jump, conditions, slip, near, (forces, tangential), floats
+        change, pressing, dragging, stresses = _newton_step(
+            stage, q, K, load - internal, jump, conditions, slip, near, (forces, tangential, stresses), floats
         )
         forces, tangential = np.zeros(len(conditions.gap)), slip.spread(near, dragging)
         forces[near] = pressing
@@ -357,12 +364,12 @@ def _iterated(
         else:
             # no energy to lower under prescribed motions and loads without a potential
             driven = bool(jump.any() or stage.follow)
-            q, found = searched(a, q, direction, load, internal, conditions, slip, forces, since, driven)
+            q, found = searched(a, q, direction, load, internal, conditions, slip, (forces, stresses), since, driven)
         load, jump = stage.load(q), stage.jump(q)
         jump[np.abs(a.lengths * jump) < 1e-14 * a.size] = 0.0
         conditions, internal = found or a.conditions(q), a.forces(q)
         slip = slips(a.touches, conditions.parts, q, since) if a.touches else slip
-        rest = load - internal + _of_contact(a, conditions, slip, forces, tangential)
+        rest = load - internal + _of_contact(a, conditions, slip, forces, tangential) + _of_hubs(a, q, stresses)
         scale = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
         unbalanced = _largest(a, Z @ (Z.T @ rest))
         rounded = rounded or ROUNDING * _largest(a, abs(K) @ np.abs(q))
@@ -370,13 +377,14 @@ def _iterated(
         penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
         open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
         friction = slip.defect(forces, tangential, a.size)
-        if balanced and max(penetration, open_but_pressed, friction) <= tolerance and not jump.any():
+        closed = max(penetration, open_but_pressed, friction) <= tolerance and not jump.any()
+        if balanced and closed and np.abs(a.hub_strains(q)).max(initial=0.0) <= STRAIN:
             a.check_inverted(q)
             gaps = np.split(conditions.gap, np.cumsum([t.n_multipliers for t in a.touches])[:-1]) if a.touches else []
             reactions = -(rest - Z @ (Z.T @ rest))
             each, residual = tuple(a.split(forces)), unbalanced / scale
             end = slip.end(a.touches, q, forces, tangential, a.size)
-            return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration, end)
+            return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration, end, stresses)
     raise UnstableError(f"Newton's iterations did not settle in {whole_steps or MOST_ITERATIONS} steps.")
 
 
@@ -389,30 +397,38 @@ def _newton_step(
     conditions: Conditions,
     slip: Slips,
     near: IntArray,
-    guess: tuple[Array, Array],
+    guess: tuple[Array, Array, Array],
     floats: bool,
-) -> tuple[Array, Array, Array]:
-    """Change of the free coordinates beside the jump of supports, contact forces of near conditions and those along T.
+) -> tuple[Array, Array, Array, Array]:
+    """Change of the free coordinates beside the jump of supports, contact forces, those along T, stresses of hubs.
 
-    The guess has forces of all conditions and those along their rows of slip. Contact takes the symmetric part of the
-    tangent of loads that follow.
+    The guess has forces of all conditions, those along their rows of slip, and stresses. Contact and hubs take the
+    symmetric part of the tangent of loads that follow.
     """
     a, Z, of_loads = stage.assembly, stage.assembly.free, stage.load_tangent(q)
-    if of_loads is not None and a.touches:
+    if of_loads is not None and (a.touches or a.hubs is not None):
         of_loads = sp.csr_matrix((of_loads + of_loads.T) / 2)
     for less in (of_loads, a.curvature(conditions, guess[0])):
         K = K if less is None else a.constants.lessened(K, less)
+    weight = 0.0
+    if a.hubs is not None:
+        less, weight = a.hubs.less(K, q, guess[2])
+        K = a.constants.lessened(K, less)
     r = Z.T @ (rest - K @ jump if jump.any() else rest)
     free, order = a.constants.reduced(K)
-    if not a.touches:
+    if not a.touches and a.hubs is None:
         if of_loads is None or is_symmetric(free):
-            return contact_step(free, r, conditions.G @ Z, conditions.gap, order=order)
-        return unsymmetric_step(free, r), np.zeros(0), np.zeros(0)
+            return *contact_step(free, r, conditions.G @ Z, conditions.gap, order=order), guess[2]
+        return unsymmetric_step(free, r), np.zeros(0), np.zeros(0), guess[2]
     G = conditions.G[near]
-    rows = slip.rows(near, Z, jump, *guess) if len(slip.slip) else None
-    loose = free_motions(a, q) if floats else None
-    gap = conditions.gap[near] + G @ jump
-    return contact_step(free, r, sp.csr_matrix(G @ Z), gap, guess[0][near] > 0, rows, loose, order)
+    rows = slip.rows(near, Z, jump, *guess[:2]) if len(slip.slip) else None
+    gap, G_free = conditions.gap[near] + G @ jump, sp.csr_matrix(G @ Z)
+    if a.hubs is None:
+        loose = free_motions(a, q) if floats else None
+        return *contact_step(free, r, G_free, gap, guess[0][near] > 0, rows, loose, order), guess[2]
+    ties = a.hubs.ties(q).along(Z, jump)
+    change, forces, dragging, stresses = tied_step(free, r, G_free, gap, ties, rows, order)
+    return change, forces, dragging, stresses + weight * a.hub_strains(q)
 
 
 def _of_contact(a: Assembly, conditions: Conditions, slip: Slips, forces: Array, tangential: Array) -> Array:
@@ -420,6 +436,11 @@ def _of_contact(a: Assembly, conditions: Conditions, slip: Slips, forces: Array,
     if not a.touches:
         return np.zeros(a.n_dofs)
     return np.asarray(conditions.G.T @ forces + slip.T.T @ tangential)
+
+
+def _of_hubs(a: Assembly, q: Array, stresses: Array) -> Array | float:
+    """Generalised forces (n_dofs,) by the stresses of rigid hubs; none without any."""
+    return 0.0 if a.hubs is None else np.asarray(a.hubs.derivative(q).T @ stresses)
 
 
 def _largest(a: Assembly, forces: Array) -> float:
