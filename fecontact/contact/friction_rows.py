@@ -84,17 +84,18 @@ class TangentialRows(UnilateralConstraints):
         tractions vanish by symmetry, and with them displacements. Of unit length, with a lay of those of its scaled
         slips. Forces are sums of these vectors.
         """
-        normals, turn = self.normals, self.interface.slave.pose.rotation
+        normals, surface = self.normals, self.interface.slave_surface
+        extent = surface.out_of_plane
         if self.lay is not None:
-            return self.lay.tangents(normals)
-        extent = self.interface.slave_surface.out_of_plane
-        if extent is not None:
-            both = np.stack([np.cross(turn[:, 1], normals), np.broadcast_to(turn[:, 1], normals.shape)])
-            if extent.revolved:
-                both[:, on_axis(self.interface.pairing.slave_points, self.interface.slave_surface.size)] = 0.0
-            return both if extent.torsion else both[:1]
-        first = _across(normals)
-        return np.stack([first, np.cross(normals, first)])
+            both = self.lay.tangents(normals)
+        else:
+            first = _across(normals)
+            if extent is not None:
+                first = np.cross(self.interface.slave.pose.rotation[:, 1], normals)
+            both = np.stack([first, np.cross(normals, first)])
+        if surface.revolved:
+            both[:, on_axis(self.interface.pairing.slave_points, surface.size)] = 0.0
+        return both if extent is None or extent.torsion else both[:1]
 
     @property
     def points(self) -> Array:

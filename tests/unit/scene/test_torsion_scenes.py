@@ -121,6 +121,22 @@ def test_friction_vanishes_on_the_axis() -> None:
     assert not f.traction[radius == 0].any()
 
 
+@pytest.mark.parametrize("axis", [(0, 1, 0), (1, 0, 0)])
+def test_two_coefficients_round_the_axis_and_across(axis: tuple[int, int, int]) -> None:
+    """A ring that slides in all its width and is twisted: the coefficient round the axis; pressed alone the other."""
+    body, floor = ring("bottom"), fc.RigidBody(fc.Plane())
+    scene = fc.Scene([body, floor], [fc.Contact(body, floor, friction=(0.1, 0.3), friction_axis=axis)])
+    steps = [{"motions": {body: {"z": -0.01, "rz": turn}}} for turn in (0.0, 5.0)]
+    c = scene.solve_path(steps)[1].contacts[0]
+    assert c.friction.sliding.all()
+    mu = 0.1 if axis[1] else 0.3
+    np.testing.assert_allclose(c.friction.traction[:, 1], -mu * c.pressure, rtol=1e-5)
+    across = 0.4 - mu
+    ratio = c.friction.traction[:, 0] / c.friction.traction[:, 1]
+    slope = c.friction.slip[:, 0] / c.friction.slip[:, 1] * (across / mu) ** 2
+    np.testing.assert_allclose(ratio, slope, atol=1e-9)
+
+
 def test_results_and_files(tmp_path) -> None:
     scene, upper, _ = discs()
     result = twisted(scene, upper, TURN)
@@ -178,8 +194,6 @@ def mixed() -> fc.Scene:
         (lambda: ring(torsion=1.5), "must be True or False"),
         (lambda: ring(torsion=False), "'x' and 'z'; found 'xyz'"),
         (lambda: mixed(), "cannot share a scene, with torsion or without"),
-        (lambda: fc.Contact(ring(), fc.RigidBody(fc.Plane()), friction=(0.1, 0.2), friction_axis=(0, 1, 0)),
-         "one coefficient"),
     ],
 )  # fmt: skip
 def test_what_is_not_offered_is_refused(make, words: str) -> None:
