@@ -62,6 +62,8 @@ class ErrorEstimate:
         Edge where the pressure has no bound.
     reason : str
         Why there is no estimate; empty where there is one.
+    traction : float or None
+        Error of the tractions of friction (L2 norm), see `results.stick`; None without friction.
 
     Examples
     --------
@@ -77,11 +79,17 @@ class ErrorEstimate:
     faces_across: float
     unbounded: UnboundedPeak | None = None
     reason: str = ""
+    traction: float | None = None
 
     @classmethod
     def none(cls, reason: str) -> ErrorEstimate:
         """No estimate, for a reason."""
         return cls(math.nan, math.nan, math.nan, math.nan, math.nan, 0.0, None, reason)
+
+    @property
+    def worst(self) -> float:
+        """The error of the pressure or, where it is larger, of the tractions of friction."""
+        return max(self.pressure, self.traction or 0.0)
 
     @property
     def amount(self) -> str:
@@ -100,10 +108,11 @@ class ErrorEstimate:
         if self.reason:
             return f"pressure: {self.reason}"
         peak, where = f"peak {percent(self.peak)}", ""
+        friction = "" if self.traction is None else f", tractions of friction {percent(self.traction)}"
         if self.unbounded is not None:
             peak, where = "no peak", f" away from the edge of {self.unbounded.body!r}"
         text = (
-            f"pressure: about {percent(self.pressure)}{where} ({peak}, area {percent(self.area)}), "
+            f"pressure: about {percent(self.pressure)}{where} ({peak}, area {percent(self.area)}{friction}), "
             f"resolved by {self.faces_across:.2g} faces across"
         )
         return text if self.unbounded is None else f"{text}; {self.unbounded}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,6 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.common.one_line import one_line
-from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
 from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
@@ -22,6 +21,7 @@ from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.recovered_field import RecoveredField, recovered_field
 from fecontact.results.resultants import Region, part_of, region_numbers, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
+from fecontact.results.stick import has_reserve, reserve, traction_misfit
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
 #: Faces across a contact from which on its edge is located within them.
@@ -169,7 +169,8 @@ class ContactFields:
         return singular_edge(self)
 
     @cached_property
-    def _readings(self) -> PressureReadings | None:
+    def readings(self) -> PressureReadings | None:
+        """Reconstructions of the pressure, from which errors are estimated; None without pressure."""
         return readings_of(self)
 
     @cached_property
@@ -186,12 +187,50 @@ class ContactFields:
         >>> print(result.contacts[0].error_estimate)
         pressure: about 18 % (peak 5 %, area 4 %), resolved by 3.5 faces across
         """
-        return error_estimate(self, self._readings)
+        found = error_estimate(self, self.readings)
+        if self.traction_misfit is None:
+            return found
+        others = found.geometry**2 + found.interior**2
+        return replace(found, traction=float(np.sqrt(self.traction_misfit[1] ** 2 + others)))
+
+    @cached_property
+    def stick(self) -> ContactFields | None:
+        """What sticks as a contact of its own, whose `outline` is the edge of stick; see `results.stick`.
+
+        Its pressure is the reserve of friction, mu p - |t|, its gap the slip. None without friction, or where it has
+        no or more than one coefficient, or none that is finite.
+        """
+        if self.friction is None or not has_reserve(self.friction):
+            return None
+        forces, gap = reserve(self.friction, self.pressure)
+        return replace(self, forces=forces, gap=gap, friction=None)
+
+    @property
+    def stick_outline(self) -> ContactOutline | None:
+        """Smooth curves round what sticks; None where their place is not known better than the faces."""
+        # where nothing slid in this step no slip tells how far the edge is
+        if self.friction is None or self.stick is None or not self.friction.slip[self.friction.sliding].any():
+            return None
+        return self.stick.outline if self.stick.error_estimate.faces_across >= FACES_ACROSS else None
+
+    @property
+    def stick_area(self) -> float:
+        """Area that sticks, by its outline where there is one; zero without friction."""
+        points = 0.0 if self.friction is None else self.friction.stick_area
+        return points if self.stick_outline is None else self.stick_outline.area
+
+    @cached_property
+    def traction_misfit(self) -> tuple[Array, float] | None:
+        """Error of the tractions on the facets of `readings`, and over all tractions; None without friction."""
+        if self.stick is None or self.friction is None or self.readings is None:
+            return None
+        held = readings_of(self.stick, self.readings.samples)
+        return traction_misfit(self.readings, held, self.friction)
 
     @cached_property
     def energy_errors(self) -> tuple[EnergyError, EnergyError]:
         """Errors in the cells of slave and master below the contact, see `fem.energy_error`."""
-        return energy_errors(self, self._readings)
+        return energy_errors(self, self.readings)
 
     @cached_property
     def error_indicators(self) -> Array:
@@ -201,8 +240,8 @@ class ContactFields:
         less its parts `geometry` and `interior`, times the integral of the squared pressure.
         """
         out = np.zeros(self.sharing.shape[1])
-        if self._readings is not None:
-            found = self._readings
+        if self.readings is not None:
+            found = self.readings
             out[self.facet_numbers[found.facets]] = np.sqrt(found.misfit / found.areas.sum(axis=1))
         return out
 
@@ -260,7 +299,7 @@ class ContactFields:
     @property
     def misfit(self) -> float:
         """Relative L2 misfit of the pressure's reconstructions, the part of `error_estimate` due to faces and edge."""
-        return np.nan if self._readings is None else self._readings.error
+        return np.nan if self.readings is None else self.readings.error
 
     def split_by_plane(self, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
         """Resultants on both sides of a plane, for instance medial and lateral.
@@ -363,61 +402,3 @@ class ContactFields:
         nodal[np.diff(self.at_nodes.indptr) == 0] = beyond
         shapes = pressure_shapes(self.facets, local, self.coupling == "mortar")
         return np.einsum("fqa,fa->fq", shapes, nodal[self.facets])
-
-
-def _sharing(at_nodes: sp.csr_matrix, facets: IntArray) -> sp.csr_matrix:
-    """Which contact points (n,) have a value at a node of which facet (n_facets,)."""
-    facet = np.repeat(np.arange(len(facets)), facets.shape[1])
-    around = sp.csr_matrix((np.ones(facets.size), (facets.ravel(), facet)), shape=(at_nodes.shape[0], len(facets)))
-    values = abs(at_nodes)
-    values.eliminate_zeros()
-    return sp.csr_matrix(values.T @ around)
-
-
-def contact_fields(
-    interface: Interface, candidates: IntArray, forces: Array, gap: Array, displacements: tuple[Array, Array]
-) -> ContactFields:
-    """Fields of a paired contact from the forces (n,) and gaps (n,) of its points."""
-    slave, pairing = interface.slave, interface.pairing
-    surface = interface.slave_surface
-    shown, local = np.unique(surface.facets[pairing.covered], return_inverse=True)
-    normals, centres, couples = _lines_of_action(interface, surface)
-    return ContactFields(
-        slave=slave,
-        master=interface.master,
-        surfaces=interface.surfaces,
-        points=slave.pose.to_world(pairing.slave_points),
-        normals=normals,
-        centres=centres,
-        couples=couples,
-        weights=pairing.weights,
-        forces=forces,
-        gap=gap,
-        candidates=candidates,
-        nodes=slave.pose.to_world(surface.points[shown]),
-        node_numbers=shown,
-        at_nodes=pairing.at_nodes[shown],
-        facets=local.reshape(-1, surface.facets.shape[1]),
-        facet_numbers=pairing.covered,
-        sharing=_sharing(pairing.at_nodes, surface.facets),
-        reference_point=slave.pose.to_world(slave.reference_point),
-        displacements=displacements,
-        coupling=pairing.coupling,
-        note=interface.note,
-    )
-
-
-def _lines_of_action(interface: Interface, surface: FacetSurface) -> tuple[Array, Array, Array]:
-    """`normals`, `centres` and `couples` of `ContactFields`."""
-    slave, pairing, turn = interface.slave, interface.pairing, interface.slave.pose.rotation
-    if pairing.sums is not None:
-        s = pairing.sums
-        couples = s.moments + np.cross(s.origin - slave.reference_point, s.normals)
-        return s.normals @ turn.T, slave.pose.to_world(s.centres), couples @ turn.T
-    samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
-    vectors = pairing.slave_normals @ turn.T
-    if surface.out_of_plane is not None:
-        # the force on a ring is the sum over its circumference
-        samples, vectors = surface.out_of_plane.mean(samples), surface.out_of_plane.mean(vectors)
-    moments = np.cross(samples - slave.pose.to_world(slave.reference_point), vectors)
-    return pairing.average @ vectors, pairing.average @ samples, pairing.average @ moments

@@ -17,8 +17,9 @@ class Step:
     ----------
     n_dofs, n_hanging, n_candidates : int
         Unknowns of all elastic bodies, hanging nodes among them, and candidate contact points.
-    pressure, peak : float
-        Estimated relative errors, the largest of all contacts: of the pressure in L2, and of its peak.
+    pressure, traction, peak : float
+        Estimated relative errors, the largest of all contacts: of the pressure in L2, of the tractions of friction
+        (None without friction), and of the largest pressure.
     max_pressure, area : float
         Largest pressure, and area of all contacts.
     seconds : float
@@ -29,10 +30,16 @@ class Step:
     n_hanging: int
     n_candidates: int
     pressure: float
+    traction: float | None
     peak: float
     max_pressure: float
     area: float
     seconds: float
+
+    @property
+    def worst(self) -> float:
+        """The larger error of pressure and tractions."""
+        return max(self.pressure, self.traction or 0.0)
 
 
 @one_line
@@ -43,7 +50,7 @@ class Convergence:
     Attributes
     ----------
     accuracy : float
-        Requested relative error of the pressure.
+        Requested relative error of the pressure, and of the tractions of friction.
     steps : tuple of Step
     met : bool
         Whether the estimate times its safety factor is within it.
@@ -62,15 +69,16 @@ class Convergence:
         return asdict(self) | {"steps": steps}
 
     def __str__(self) -> str:
-        names = ("dofs", "hanging", "candidates", "pressure", "peak", "max p", "area", "s")
-        head = "{:>9} {:>8} {:>11} {:>9} {:>8} {:>12} {:>12} {:>7}".format(*names)
+        names = ("dofs", "hanging", "candidates", "pressure", "traction", "peak", "max p", "area", "s")
+        head = "{:>9} {:>8} {:>11} {:>9} {:>9} {:>8} {:>12} {:>12} {:>7}".format(*names)
         rows = [
-            f"{s.n_dofs:>9} {s.n_hanging:>8} {s.n_candidates:>11} {s.pressure:>9.2%} {_percent(s.peak)} "
+            f"{s.n_dofs:>9} {s.n_hanging:>8} {s.n_candidates:>11} {s.pressure:>9.2%} "
+            f"{_percent(s.traction):>9} {_percent(s.peak):>8} "
             f"{s.max_pressure:>12.6g} {s.area:>12.6g} {s.seconds:>7.2f}"
             for s in self.steps
         ]
         return "\n".join([head, *rows, f"Accuracy {self.accuracy:.3g}: {self.reason}"])
 
 
-def _percent(peak: float) -> str:
-    return f"{peak:>8.2%}" if math.isfinite(peak) else f"{'none':>8}"
+def _percent(error: float | None) -> str:
+    return "none" if error is None or not math.isfinite(error) else f"{error:.2%}"

@@ -114,6 +114,8 @@ class PressureReadings:
         Its difference from the recovered pressure there; infinite where the pressure has no bound.
     across : float
         Faces across the narrowest region, see `faces_across`.
+    samples : int
+        Samples along each side of a facet.
     """
 
     facets: IntArray
@@ -126,6 +128,7 @@ class PressureReadings:
     peak: float
     peak_offset: float
     across: float
+    samples: int
 
     @cached_property
     def misfit(self) -> Array:
@@ -150,13 +153,13 @@ class PressureReadings:
         return np.asarray(np.where(self.smooth > 0, self.areas, 0.0).sum(axis=1))
 
 
-def readings_of(contact: PressureOnFacets) -> PressureReadings | None:
-    """Three reconstructions of the pressure of a contact; None without pressure."""
+def readings_of(contact: PressureOnFacets, samples: int | None = None) -> PressureReadings | None:
+    """Three reconstructions of a contact's pressure, at so many samples a side of a face; None without pressure."""
     field = nodal_pressure(contact)
     if field is None:
         return None
     chosen = np.flatnonzero(field.loaded)
-    n = int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
+    n = samples or int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
     highest = int(np.argmax(np.nan_to_num(field.known)))
     blocks = [_read(contact, field, chosen[k : k + BLOCK], n, highest) for k in range(0, len(chosen), BLOCK)]
     points, areas, interpolated, root, smooth, at_peak = (np.concatenate(part) for part in zip(*blocks, strict=True))
@@ -165,7 +168,7 @@ def readings_of(contact: PressureOnFacets) -> PressureReadings | None:
         peak = float(field.pressure[highest])
         offset = float(abs(peak - at_peak.mean()))
     bounded = field.bounded[chosen]
-    found = PressureReadings(chosen, points, areas, interpolated, root, smooth, bounded, peak, offset, np.nan)
+    found = PressureReadings(chosen, points, areas, interpolated, root, smooth, bounded, peak, offset, np.nan, n)
     return replace(found, across=faces_across(contact, found))
 
 

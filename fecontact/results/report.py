@@ -39,7 +39,7 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
             mu = ", ".join(f"{each:g}" for each in np.atleast_1d(f.mu))
             lines += [
                 f"  friction, mu {mu:<9} {_numbers(f.force)}{units.behind('force')}",
-                f"  area stuck, sliding   {f.stick_area:>13.6g} {f.slip_area:>13.6g}{square}",
+                f"  area stuck, sliding   {c.stick_area:>13.6g} {c.edge_area - c.stick_area:>13.6g}{square}",
                 f"  work of friction      {f.dissipated:>13.6g}{units.behind('moment')}   in this step",
             ]
         if len(c.regions) > 1:

@@ -21,10 +21,11 @@ from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
-from fecontact.results.contact_fields import ContactFields, contact_fields
+from fecontact.results.contact_fields import ContactFields
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.model_size import model_size
+from fecontact.results.paired_fields import contact_fields
 from fecontact.results.report import peak_memory, report
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.results.warnings import notes_of, warnings_of

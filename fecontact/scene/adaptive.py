@@ -104,7 +104,7 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
             finer = _divided(now.scene, result, target.accuracy, not _reason_to_end(steps, target, factors, TWICE))
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
         if finer is None:
-            met = SAFETY * steps[-1].pressure <= target.accuracy
+            met = SAFETY * steps[-1].worst <= target.accuracy
             told = Convergence(target.accuracy, tuple(steps), met, reason)
             return replace(result, unrefined=tuple(scene.bodies), convergence=told)
         moved = any(b.pose is not before.pose for b, before in zip(result.scene.bodies, now.scene.bodies, strict=True))
@@ -121,6 +121,7 @@ def _step(result: ContactResult, seconds: float) -> Step:
         n_hanging=sum(len(h.nodes) for h in hanging if h is not None),
         n_candidates=result.n_candidates,
         pressure=max((e.pressure for e in estimates), default=0.0),
+        traction=max((e.traction for e in estimates if e.traction is not None), default=None),
         peak=max((e.peak for e in estimates), default=0.0),
         max_pressure=max((c.max_pressure for c in result.contacts), default=0.0),
         area=sum(c.area for c in result.contacts),
@@ -134,10 +135,10 @@ def _reason_to_end(steps: Sequence[Step], target: Target, factors: int, least: f
     `least` is the least growth of the unknowns that is expected of the next division.
     """
     last = steps[-1]
-    if SAFETY * last.pressure <= target.accuracy:
-        return f"the estimate of {last.pressure:.2%}, times {SAFETY} for safety, is within it"
-    before = [s.pressure for s in steps[: -1 - PATIENCE]]
-    if len(steps) > PATIENCE + 1 and min(s.pressure for s in steps[-1 - PATIENCE :]) > PROGRESS * min(before):
+    if SAFETY * last.worst <= target.accuracy:
+        return f"the estimate of {last.worst:.2%}, times {SAFETY} for safety, is within it"
+    before = [s.worst for s in steps[: -1 - PATIENCE]]
+    if len(steps) > PATIENCE + 1 and min(s.worst for s in steps[-1 - PATIENCE :]) > PROGRESS * min(before):
         return f"the last {PATIENCE + 1} divisions did not lower the error: a singular edge, or geometry"
     if len(steps) > MOST_DIVISIONS:
         return f"the meshes have been divided {MOST_DIVISIONS} times"
@@ -168,7 +169,7 @@ def _divided(scene: SceneModel, result: ContactResult, accuracy: float, again: b
     edges: dict[int, dict[str, Array]] = {}
     number = {id(b): k for k, b in enumerate(result.scene.bodies)}
     touching = [c for c in result.contacts if c.active.any()]
-    worst = max((c.error_estimate.pressure for c in touching), default=0.0)
+    worst = max((c.error_estimate.worst for c in touching), default=0.0)
     # beside an edge where the pressure has no bound, more divisions do not help
     again = again and worst > NEAR * accuracy and all(c.error_estimate.unbounded is None for c in touching)
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):

@@ -13,7 +13,6 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.interface import Interface
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.error_estimate import readings_of
 from fecontact.surfaces.facet_surface import facets_of
 
 #: Largest share of the squared error in the faces marked by their indicators.
@@ -33,17 +32,19 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     ----------
     contact : ContactFields
     tolerance : float
-        Target error of the pressure and of its peak. Where it is nearly met, fewer faces are marked: those at the edge
+        Target error of the pressure, of its peak, and of the tractions of friction. Where it is nearly met, fewer
+        faces are marked: those at the edge
         without much of the error are left out.
     """
-    read = readings_of(contact)
+    read = contact.readings
     assert read is not None
     active = (contact.at_nodes @ contact.pressure > 0)[contact.facets]
-    order = np.argsort(-read.misfit, kind="stable")
-    held = np.cumsum(read.misfit[order])
-    share = _share(contact, tolerance)
+    share = _share(contact.error_estimate.pressure, tolerance)
     out = active.any(axis=1) & ~active.all(axis=1) & (share >= BULK)
-    out[read.facets[order[: np.searchsorted(held, min(share, BULK) * held[-1]) + 1]]] = True
+    out[read.facets[_most(read.misfit, share)]] = True
+    sideways = _share(contact.error_estimate.traction or 0.0, tolerance)
+    if contact.traction_misfit is not None and sideways > 0:
+        out[read.facets[_most(contact.traction_misfit[0], sideways)]] = True
     if contact.error_estimate.peak <= AIM * tolerance:
         return out
     off = np.abs(read.smooth - read.interpolated).max(axis=1) > tolerance * contact.max_pressure
@@ -51,10 +52,17 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     return out
 
 
-def _share(contact: ContactFields, tolerance: float) -> float:
-    """Share of the squared error in what is divided that brings the estimate to the tolerance in one division."""
-    over = contact.error_estimate.pressure / (AIM * tolerance)
+def _share(error: float, tolerance: float) -> float:
+    """Share of the squared error in what is divided that brings an estimate to the tolerance in one division."""
+    over = error / (AIM * tolerance)
     return float((1 - over**-2) / (1 - HALVED**2)) if over > 1 else 0.0
+
+
+def _most(squares: Array, share: float) -> IntArray:
+    """Numbers of those with the largest squared errors, up to a share of all, `BULK` at most."""
+    order = np.argsort(-squares, kind="stable")
+    held = np.cumsum(squares[order])
+    return order[: np.searchsorted(held, min(share, BULK) * held[-1]) + 1]
 
 
 def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, IntArray]:
@@ -66,10 +74,8 @@ def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, In
     if contact.error_estimate.interior < WORTH * tolerance:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     error = np.concatenate([e.error for e in contact.energy_errors])
-    order = np.argsort(-error, kind="stable")
-    held = np.cumsum(error[order])
     chosen = np.zeros(len(error), bool)
-    chosen[order[: np.searchsorted(held, min(_share(contact, tolerance), BULK) * held[-1]) + 1]] = True
+    chosen[_most(error, _share(contact.error_estimate.pressure, tolerance))] = True
     ours, theirs = contact.energy_errors
     return ours.cells[chosen[: len(ours.cells)]], theirs.cells[chosen[len(ours.cells) :]]
 

@@ -66,7 +66,7 @@ def true_area(contact, exact):
 def row(name, size, result, exact, true=None):
     contact = result.contacts[0]
     true, mortar = true or true_area(contact, exact), contact.coupling == "mortar"
-    before = 0.0 if contact._readings is None else float(contact._readings.in_contact.sum())
+    before = 0.0 if contact.readings is None else float(contact.readings.in_contact.sum())
     x, nodal, areas = contact.sampled(contact.pressure, 12)
     _, recovered, _ = contact.recovered.sampled(12)
     samples = facet_samples(contact.nodes, contact.facets, mortar, contact.extent, 12)

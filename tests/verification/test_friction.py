@@ -43,10 +43,55 @@ def test_partial_slip_of_two_balls(level, traction, radius, row):
     case = f"partial slip of balls, level {level}"
     error = math.sqrt(contact.weights @ found**2 / (contact.weights @ target**2))
     row(case, "traction at the nodes, L2 error", 0, error, traction, dofs=path[1].n_dofs)
-    row(case, "stick radius by area", exact.c, math.sqrt(2 * contact.friction.stick_area / math.pi), radius)
+    row(case, "stick radius by points", exact.c, math.sqrt(2 * contact.friction.stick_area / math.pi), radius)
+    row(case, "stick radius by outline", exact.c, math.sqrt(2 * contact.stick_area / math.pi), 0.015)
+    samples, sizes, areas = contact.sampled(np.linalg.norm(contact.friction.traction, axis=1), 6)
+    known = exact.traction(np.hypot(*samples[:, :2].T))
+    error = math.sqrt(areas @ (sizes - known) ** 2 / (areas @ known**2))
+    # within the bounds that hold for pressures, docs/error_estimates.md
+    assert 0.8 < contact.error_estimate.traction / error < 3.0
     row(case, "friction", 0.3 * mu * load, contact.friction.force[0], 1e-9)
     row(case, "worst residual", 0, worst(path), CERTIFIED)
     assert max(result.friction.nit for result in path.steps) <= 12
+
+
+def tractions_of_rollers(path, share, load, a, mu):
+    """L2 error of interpolated tractions of rollers in partial slip, by Cattaneo, and their half width of stick."""
+    contact, c = path[-1].contacts[0], a * math.sqrt(1 - share)
+    x, sizes, areas = contact.sampled(np.linalg.norm(contact.friction.traction, axis=1), 12)
+    x = x[:, 0] / a
+    root = np.sqrt(np.maximum(1 - x**2, 0)) - c / a * np.sqrt(np.maximum(1 - (x * a / c) ** 2, 0))
+    known = mu * 2 * load / (math.pi * a) * root
+    return math.sqrt(areas @ (sizes - known) ** 2 / (areas @ known**2)), contact.stick_area / 2 / c
+
+
+def test_partial_slip_of_rollers_to_an_accuracy(row):
+    """Two equal rollers in partial slip: estimates of the tractions on coarse faces, and tractions within 1 %.
+
+    Source: Cattaneo 1938. Equal bodies: pressures do not drag. Tolerance of the traction: the accuracy asked for; of
+    the edge of stick, half as much again as what was measured.
+    """
+    a, mu, nu = 0.0125, 0.3, 0.3
+    upper = fc.PlaneBody(roller(a, 4, 1.5), fc.Material(E=1.0, nu=nu), "outer", {"inner": "xz"}, name="upper")
+    upper = upper.placed((0.0, 0.0, 1.0))
+    lower = upper.placed(rotation=fc.rotation_about((0, 1, 0), math.pi), name="lower")
+    load = math.pi * a**2 / (4 * (1 - nu**2))
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, friction=mu)])
+
+    def steps(*shares):
+        return [{"forces": {upper: (q * mu * load, 0, -load)}, "free": {upper: "x z"}} for q in (0.0, *shares)]
+
+    for share in (0.3, 0.6, 0.9):
+        path = scene.solve_path(steps(share))
+        error, _ = tractions_of_rollers(path, share, load, a, mu)
+        estimate = path[-1].contacts[0].error_estimate.traction
+        assert 0.8 < estimate / error < 3.0  # as in docs/error_estimates.md
+    path = scene.solve_path(steps(0.6), accuracy=0.01)
+    error, stick = tractions_of_rollers(path, 0.6, load, a, mu)
+    row("partial slip of rollers, accuracy 1 %", "traction, L2 error", 0, error, 0.01, dofs=path[-1].n_dofs)
+    row("partial slip of rollers, accuracy 1 %", "half width of stick", 1.0, stick, 0.0017)
+    row("partial slip of rollers, accuracy 1 %", "worst residual", 0, worst(path), CERTIFIED)
+    assert path[-1].convergence.met
 
 
 def test_torque_of_a_press_fit(row):

@@ -11,7 +11,7 @@ import numpy as np
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, Mask
-from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate
+from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, percent
 from fecontact.contact.coupling.facing import STEEPEST, opposition
 from fecontact.contact.search.region import with_rings
 from fecontact.results.checks.rims import node_sizes
@@ -111,6 +111,11 @@ def coarse_pressures(result: SolvedScene) -> Iterator[str]:
             meshed = any(body is b for b in result.elastic_bodies for body in (contact.slave, contact.master))
             remedy = " or solve with accuracy=0.05" if meshed else ""
             yield (f"The pressure between {between} may be off by about {estimate.amount}: {_cause(estimate, remedy)}")
+        elif estimate.worst > LARGEST_ERROR:
+            yield (
+                f"The tractions of friction between {between} may be off by about {percent(estimate.worst)} in the "
+                "mean, most at the edge of what sticks. Refine the faces there or solve the path with accuracy=0.05."
+            )
 
 
 def _cause(estimate: ErrorEstimate, remedy: str) -> str:

@@ -43,7 +43,7 @@ def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFie
 
 
 def draw_arrows(axes: Any, contact: ContactFields, friction: FrictionFields, projection: MapProjection) -> None:
-    """Draw directions of tractions on the slave, on a map, coloured by what sticks and slides."""
+    """Draw directions of tractions on the slave, on a map, coloured by what sticks and slides, and the edge."""
     flat = projection.flat(contact.points)
     traction = projection.directions(contact.points, friction.traction)
     largest = float(np.linalg.norm(traction, axis=1).max(initial=0.0))
@@ -57,6 +57,9 @@ def draw_arrows(axes: Any, contact: ContactFields, friction: FrictionFields, pro
                 *flat[some].T, *traction[some].T, color=colour, angles="xy", scale_units="xy",
                 scale=10 * largest / spread, width=0.003,
             )  # fmt: skip
+    edges = () if contact.stick_outline is None else contact.stick_outline.curves
+    for edge in edges:
+        axes.plot(*projection.flat(edge.points).T, color=STICK, linewidth=1.2)
     axes.legend(loc="upper right", fontsize="small")
 
 
