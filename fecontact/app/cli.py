@@ -169,6 +169,8 @@ def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-n", "--ranks", type=int, metavar="N", help="number of processes of the engine petsc")
     parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")
     _json(parser)
+    parser.add_argument("--montage", metavar="FILE", help="cases: maps of the pressure of the first contact")
+    parser.add_argument("--animate", metavar="FILE", help="cases: the same as an animation, .gif or .mp4")
     parser.add_argument(
         "--out",
         metavar="FOLDER",

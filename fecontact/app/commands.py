@@ -12,8 +12,10 @@ from typing import Any, TextIO
 
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, make_folder, save_json
+from fecontact.results.case_table import ANIMATIONS
 
 #: Types of files that hold results, with fields.
 RESULTS = (".vtu", ".vtk", ".xdmf")
@@ -130,7 +132,9 @@ def ancf(options: argparse.Namespace) -> int:
 
 def solve(options: argparse.Namespace) -> int:
     """Solve a scene file."""
-    _check_files(options.json)
+    _check_files(options.json, options.montage, options.animate)
+    if options.animate:
+        among("suffix of an animation", Path(options.animate).suffix.lower(), ANIMATIONS)
     out = None if options.out is None else make_folder(options.out)
     names = ("accuracy", "engine", "ranks")
     asked = {name: value for name in names if (value := getattr(options, name)) is not None}
@@ -145,7 +149,9 @@ def solve(options: argparse.Namespace) -> int:
     for note in scene.notes:
         say(f"note: {note}", sys.stderr)
     if scene.cases:
-        return _sweep(scene, options.json)
+        return _sweep(scene, options)
+    if options.montage or options.animate:
+        raise InputError("--montage and --animate show the cases of a sweep; this scene has no [[cases]].")
     if scene.steps:
         return _follow(scene, options.json)
     result = scene.solve()
@@ -155,9 +161,11 @@ def solve(options: argparse.Namespace) -> int:
     return 0
 
 
-def _sweep(scene: SceneFile, to: str | None) -> int:
-    table = scene.sweep()
-    remarks = _show(_titled(scene, table), {"cases": list(table)}, to)
+def _sweep(scene: SceneFile, options: argparse.Namespace) -> int:
+    table = scene.sweep(("pressure",) if options.montage or options.animate else ())
+    remarks = _show(_titled(scene, table), {"cases": list(table)}, options.json)
+    _write(options.montage, lambda to: table.montage(path=to), remarks)
+    _write(options.animate, table.animate, remarks)
     for output in scene.outputs:
         say(f"wrote {output.path}", remarks)
     return 0

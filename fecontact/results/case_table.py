@@ -22,8 +22,8 @@ from fecontact.common.units import Units
 from fecontact.results.case_figures import FIGURES, GIVEN, contact_labels, row_figures
 from fecontact.results.field_map import FIELDS, FieldMap
 
-#: Suffixes of files of a table.
-TABLE_FILES = (".csv", ".json", ".jsonl")
+#: Suffixes of files of a table, and of animations.
+TABLE_FILES, ANIMATIONS = (".csv", ".json", ".jsonl"), (".gif", ".mp4")
 #: Figures of a contact that are printed.
 PRINTED = ("force_x", "force_y", "force_z", "area", "max_pressure", "mean_pressure", "regions")
 #: Of a side of a plane.
@@ -327,6 +327,7 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         """
         from fecontact.results.pictures.case_pictures import animate_maps
 
+        among("suffix of an animation", file_path("the path of an animation", path).suffix.lower(), ANIMATIONS)
         maps, names = self.fields(what, contact, cases), [self.names[k] for k in self._numbers(cases)]
         title = f"{what}, {self.labels[contact]}"
         return animate_maps(maps, names, title, self.units, check_writable(path), whole("the frames per second", rate))

@@ -19,6 +19,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
+from fecontact.results.friction_fields import FrictionFields
 
 #: Distance from a dividing plane, relative to the slave's size, within which a point is assigned half to each side.
 ON_PLANE = 1e-9
@@ -60,6 +61,14 @@ class LoadedPoints(Protocol):
         """Points (n,) that carry force."""
 
     @property
+    def reference_point(self) -> Array:
+        """Point (3,) of reference of moments."""
+
+    @property
+    def friction(self) -> FrictionFields | None:
+        """Tangential forces, if there is friction."""
+
+    @property
     def sharing(self) -> sp.csr_matrix:
         """Incidence of points and facets (n, n_facets)."""
 
@@ -96,13 +105,14 @@ class Region:
 
 
 def part_of(contact: LoadedPoints, share: Array) -> Region:
-    """Resultants of the points of a contact, weighted by shares (n,) between 0 and 1."""
+    """Resultants of the points of a contact, friction included, weighted by shares (n,) between 0 and 1."""
     forces = contact.forces * share
+    dragged = np.zeros((len(forces), 3)) if contact.friction is None else contact.friction.resultants * share[:, None]
     total, area = float(forces.sum()), float((contact.weights * share)[contact.active].sum())
     return Region(
         area=area,
-        force=forces @ contact.normals,
-        moment=forces @ contact.couples,
+        force=forces @ contact.normals + dragged.sum(axis=0),
+        moment=forces @ contact.couples + np.cross(contact.centres - contact.reference_point, dragged).sum(axis=0),
         max_pressure=float(contact.pressure[share > 0].max(initial=0.0)),
         mean_pressure=total / area if area > 0 else 0.0,
         centre_of_pressure=forces @ contact.centres / total if total > 0 else np.full(3, np.nan),

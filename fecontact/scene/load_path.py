@@ -10,21 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
-from fecontact.common.checks import positive, whole
 from fecontact.common.errors import InputError, SolverError, SupportError
 from fecontact.common.files import sole_writer
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.one_line import one_line
 from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
@@ -33,10 +29,12 @@ from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import KEYED, CarriedScene
+from fecontact.scene.case_given import loads_of
 from fecontact.scene.finite_rotation import carried_poses, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import sorted_case
 from fecontact.scene.path_file import append_step, rows_before, step_prints
+from fecontact.scene.path_result import LoadPath
 from fecontact.scene.rest import check_rest
 from fecontact.scene.sweep_case import numbered
 from fecontact.solvers import TOLERANCE
@@ -51,76 +49,6 @@ LARGEST_TURN = 3.0
 ROW_FORMAT = 2
 #: Advice where even the parts of a cut step turn too far.
 SMALLER = "Give smaller load steps."
-
-
-@one_line
-@dataclass(frozen=True, eq=False)
-class LoadPath:
-    """Results of the steps of a load path.
-
-    Attributes
-    ----------
-    steps : tuple of ContactResult
-        At the end of every step given.
-    dissipated : (n_steps, n_contacts) array
-        Work of friction during every step, parts of cut steps included; zero for contacts without friction.
-    cuts : tuple of int
-        Parts in which every step was solved.
-    """
-
-    steps: tuple[ContactResult, ...]
-    dissipated: Array
-    cuts: tuple[int, ...]
-
-    def __len__(self) -> int:
-        """Number of steps."""
-        return len(self.steps)
-
-    def __getitem__(self, k: int) -> ContactResult:
-        """Result of a step."""
-        return self.steps[k]
-
-    @cached_property
-    def forces(self) -> Array:
-        """Forces (n_steps, n_contacts, 3) on the slaves, friction included."""
-        return np.array([[c.force for c in result.contacts] for result in self.steps])
-
-    def motions(self, body: Body) -> Array:
-        """Rigid motions (n_steps, 6) of a body's frame: translations and rotation vectors."""
-        found = [result.rigid_motion(body) for result in self.steps]
-        return np.array([np.concatenate([m.translation, m.rotation]) for m in found])
-
-    def wear_depth(self, contact: int, coefficient: float) -> Array:
-        """Wear depth (n,) at the points of a contact by Archard's law, h = k int p |ds|.
-
-        Parameters
-        ----------
-        contact : int
-            Number of the contact in the scene.
-        coefficient : float
-            Archard's k: volume per force and distance, one over pressure. The work of friction by area is mu times the
-            integral. Exact where steps are not cut; a cut step counts with the path between its ends.
-
-        Returns
-        -------
-        (n,) array
-        """
-        positive("the coefficient of wear", coefficient)
-        whole("the number of the contact", contact, 0, len(self.steps[0].contacts) - 1)
-        found = [result.contacts[contact].friction for result in self.steps]
-        if any(f is None or np.isinf(f.mu).any() for f in found):
-            raise InputError(f"Contact {contact} has no finite friction: Archard's law needs its work.")
-        return np.asarray(sum(coefficient * f.rubbed for f in found if f is not None))
-
-    def __str__(self) -> str:
-        lines = [f"{'step':>4}  {'normal':>12}  {'friction':>12}  {'stick area':>12}  {'slip area':>12}  {'work':>12}"]
-        for k, result in enumerate(self.steps):
-            for c, work in zip(result.contacts, self.dissipated[k], strict=True):
-                if c.friction is not None:
-                    f = c.friction
-                    values = (c.total_force, float(np.linalg.norm(f.force)), f.stick_area, f.slip_area, float(work))
-                    lines.append(f"{k + 1:>4}  " + "  ".join(f"{v:>12.5g}" for v in values))
-        return "\n".join(lines)
 
 
 def solve_path(
@@ -248,7 +176,8 @@ def _followed(
                 append_step(path, str(k + 1), prints[k], *done[-1])
             given = step
             line.update()
-    return LoadPath(tuple(d.result for d in done), np.array([d.work for d in done]), tuple(d.cuts for d in done))
+    work, loads = np.array([d.work for d in done]), tuple(loads_of(step) for step in steps)
+    return LoadPath(tuple(d.result for d in done), work, tuple(d.cuts for d in done), loads)
 
 
 class _Done(NamedTuple):

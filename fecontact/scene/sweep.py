@@ -17,22 +17,22 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
-from fecontact.common.arguments import file_path, instance, items, texts
+from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import IntArray
-from fecontact.common.checks import among, whole
+from fecontact.common.checks import whole
 from fecontact.common.errors import InputError, shown
 from fecontact.common.files import sole_writer
 from fecontact.common.json_lines import append_row
 from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.loads import Loading, check_member
+from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.radius import plain_facets
 from fecontact.contact.springs import spring_rows
 from fecontact.fem.model import Model
+from fecontact.results.case_row import Kept, fields_to_keep, plane_of
 from fecontact.results.case_table import CaseTable
 from fecontact.results.dividing_plane import DividingPlane
-from fecontact.results.field_map import FIELDS, FieldMap
 from fecontact.scene.case_files import check_finished, collection_of, files_of, with_files
 from fecontact.scene.case_given import loads_of, parameters_of
 from fecontact.scene.linear import prepared
@@ -136,7 +136,7 @@ def run_sweep(
     done = finished(path, prints)
     if (collection := collection_of(save)) is not None:
         check_finished(done, named, path)
-    maps: dict[str, dict[str, tuple[FieldMap, ...]]] = {}
+    maps: dict[str, Kept] = {}
     left = {name: case for name, case in named.items() if name not in done}
     rows = _solved(scene, left, processes, executor) if left else ()
     line_of_cases = progress_line("sweep", progress, total=len(left), unit="case")
@@ -163,28 +163,14 @@ Rows = Iterator[tuple[str, Solved]]
 
 def _with_wishes(scene: SceneModel, cases: Mapping[str, Case], keep: Any, split: Any) -> dict[str, Case]:
     """The cases with the fields that are to be kept of them, and the plane that divides them."""
-    fields = texts("the fields to keep", keep)
-    for name in fields:
-        among("field to keep", name, FIELDS)
-    if "friction" in fields and not scene.has_friction:
-        raise InputError("No contact has friction: keep 'pressure' or 'gap', or give Contact(..., friction=...).")
+    fields, plane = fields_to_keep(keep, scene), plane_of(split, scene.bodies)
     more: dict[str, Any] = {"keep": fields} if fields else {}
-    if split is not None:
-        plane: DividingPlane = split if callable(getattr(split, "in_world", None)) else DividingPlane(*_pair(split))
-        if plane.body is not None:
-            check_member(plane.body, scene.bodies, "The dividing plane")
+    if plane is not None:
         more["split"] = {f.name: getattr(plane, f.name) for f in fields_of(plane)}
     for name, case in cases.items():
         if wrong := sorted({"keep", "split"} & set(case)):
             raise InputError(f"Case {name!r} has {', '.join(wrong)}: give it to the sweep, for all cases.")
     return {name: {**case, **more} for name, case in cases.items()}
-
-
-def _pair(split: Any) -> tuple[Any, ...]:
-    given = items("split, where it is no DividingPlane,", split, "a point and a normal")
-    if len(given) != 2:
-        raise InputError(f"split is a DividingPlane, or a point and a normal; found {shown(split)}.")
-    return given
 
 
 def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executor: Executor | None) -> Rows:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.common.fingerprint import fingerprint
@@ -19,8 +18,8 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
-from fecontact.results.dividing_plane import DividingPlane, sides_of_contact
-from fecontact.results.field_map import FieldMap, field_map
+from fecontact.results.case_row import Kept, kept_of, row_of
+from fecontact.results.dividing_plane import DividingPlane
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import KEYED
 from fecontact.scene.case_files import PICTURES, files_of
@@ -70,8 +69,8 @@ class Posed:
         return make_loading(self.scene.bodies, **{k: self.arguments.get(k) for k in (*KEYED, "gravity")})
 
 
-#: Row of a case, and its fields that are kept: by name those of all contacts.
-Solved = tuple[dict[str, Any], dict[str, tuple[FieldMap, ...]]]
+#: Row of a case, and its fields that are kept.
+Solved = tuple[dict[str, Any], Kept]
 
 
 def solved_case(scene: SceneModel, case: Case, history: SearchHistory) -> Solved:
@@ -83,16 +82,11 @@ def solved_case(scene: SceneModel, case: Case, history: SearchHistory) -> Solved
             result.plot("pressure", path)
         else:
             result.save(path)
-    row = result.summary()
+    split = case.get("split")
+    row = row_of(result, None if split is None else DividingPlane(**split), scene.bodies)
     if files:
         row["files"] = [str(path) for path in files]
-    if (split := case.get("split")) is not None:
-        plane = DividingPlane(**split)
-        at = [k for k, body in enumerate(scene.bodies) if body is plane.body]
-        pose = result.scene.bodies[at[0]].pose if at else Pose()
-        for figures, contact in zip(row["contacts"], result.contacts, strict=True):
-            figures["sides"] = sides_of_contact(contact, plane, pose)
-    return row, {what: tuple(field_map(c, what) for c in result.contacts) for what in case.get("keep", ())}
+    return row, kept_of(result, case.get("keep", ()))
 
 
 def _solved(scene: SceneModel, case: Case, history: SearchHistory) -> ContactResult:

@@ -26,6 +26,7 @@ from fecontact.contact.contact import Contact
 from fecontact.mesh.extrude import Thickness
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.results.case_table import CaseTable
+from fecontact.results.dividing_plane import DividingPlane
 from fecontact.scene.scene import Scene
 
 
@@ -105,6 +106,10 @@ class Joint:
         maps: str | Path | None = None,
         processes: int = 1,
         progress: bool | None = None,
+        *,
+        keep: str | Sequence[str] = (),
+        split: DividingPlane | tuple[ArrayLike, ArrayLike] | None = None,
+        save: str | Path | Sequence[str | Path] | None = None,
     ) -> CaseTable:
         """Solve for the contact in every pose of a path.
 
@@ -130,8 +135,8 @@ class Joint:
             Folder for each pose's pressures, as a table of points (.csv) and as a picture (.png).
         processes : int
             Number of poses solved at the same time.
-        progress : bool, optional
-            As for `Scene.sweep`.
+        progress, keep, split, save
+            As for `Scene.sweep`; the bodies are those of `bodies`, poses are named 0000, 0001, ...
 
         Raises
         ------
@@ -158,7 +163,7 @@ class Joint:
             if folder is not None:
                 case["save"] = [folder / f"{k:04d}.csv", folder / f"{k:04d}.png"]
             cases.append(case)
-        return self.scene.sweep(cases, path, processes=processes, progress=progress)
+        return self.scene.sweep(cases, path, processes=processes, progress=progress, keep=keep, split=split, save=save)
 
 
 def _both(given: Any) -> tuple[Any, Any]:

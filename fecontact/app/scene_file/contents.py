@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from fecontact.app.scene_file.bodies import AnyBody
 from fecontact.app.scene_file.outputs import Output, write_output
 from fecontact.results.case_table import CaseTable
 from fecontact.results.result import ContactResult
-from fecontact.scene.load_path import LoadPath
+from fecontact.scene.path_result import LoadPath
 from fecontact.scene.scene import Scene
 
 
@@ -57,9 +57,9 @@ class SceneFile:
         """Solve the steps of a load path, see `Scene.solve_path`."""
         return self.scene.solve_path(self.steps, **self.options)
 
-    def sweep(self) -> CaseTable:
-        """Solve all cases and write their files, see `sweep.run_sweep`."""
-        table = self.scene.sweep([{**self.options, **case} for case in self.cases])
+    def sweep(self, keep: Sequence[str] = ()) -> CaseTable:
+        """Solve all cases and write their files; `keep` as in `Scene.sweep`."""
+        table = self.scene.sweep([{**self.options, **case} for case in self.cases], keep=keep)
         for output in self.outputs:
             table.save(output.path)
         return table

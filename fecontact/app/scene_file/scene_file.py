@@ -27,6 +27,7 @@ from fecontact.contact.loads import make_loading
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.scene.adaptive import Target
+from fecontact.scene.case_given import parameters_of
 from fecontact.scene.engine import ENGINES
 from fecontact.scene.scene import Scene
 from fecontact.solvers import available_solvers
@@ -229,8 +230,13 @@ def _case(table: Table, number: int, bodies: Mapping[str, AnyBody | None], loads
             entries.fault(key, unknown_body(key, bodies))
         elif pose is not None and (body := bodies[key]) is not None:
             poses[body] = pose
+    given = table.table("parameters")
+    parameters = {key: value for key in given.values if (value := given.number(key)) is not None}
+    given.finish()
+    given.attempt(lambda: parameters_of({"parameters": parameters}))
     own = _loads(table, bodies)
-    return {"name": name, **loads, **own, **({"poses": poses} if poses else {})}
+    more = {"poses": poses, "parameters": parameters}
+    return {"name": name, **loads, **own, **{key: value for key, value in more.items() if value}}
 
 
 def _loads(table: Table, bodies: Mapping[str, AnyBody | None]) -> dict[str, Any]:

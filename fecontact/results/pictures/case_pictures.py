@@ -15,7 +15,6 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import among
 from fecontact.common.errors import MissingPackageError
 from fecontact.common.figure import save_figure
 from fecontact.common.files import replacing
@@ -175,13 +174,10 @@ def animate_maps(
 
     Raises
     ------
-    InputError
-        For another suffix.
     MissingPackageError
         If ffmpeg is missing for .mp4.
     """
     suffix = Path(path).suffix.lower()
-    among("suffix of an animation", suffix, (".gif", ".mp4"))
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise MissingPackageError("An animation .mp4 needs the program ffmpeg; install it, or write a .gif.")
     figure = Figure(layout="constrained")

@@ -6,6 +6,7 @@ import json
 import meshio
 import numpy as np
 import pytest
+from PIL import Image
 
 import fecontact as fc
 from fecontact.app.cli import main
@@ -194,6 +195,29 @@ def test_a_sweep(suffix, write, tmp_path, capsys):
         assert [json.loads(line)["contacts"][0]["force"][2] for line in text.splitlines()] == forces
     assert main(["solve", str(path), "--dry-run"]) == 0
     assert "case     light" in capsys.readouterr().out
+
+
+def test_cases_have_parameters_and_are_drawn_together(write, tmp_path, capsys):
+    path = write(
+        MATERIAL + BALL + HALF + CASES.replace("[[cases]]\nmotions", "[[cases]]\nparameters = {angle = 30}\nmotions")
+    )
+    maps, moving = tmp_path / "maps.png", tmp_path / "maps.gif"
+    assert main(["solve", str(path), "--montage", str(maps), "--animate", str(moving)]) == 0
+    told = capsys.readouterr().out
+    assert "angle" in told
+    assert "half on ball: forces on half" in told
+    assert f"wrote {maps}" in told
+    assert maps.stat().st_size > 2000
+    with Image.open(moving) as image:
+        assert image.n_frames == 3
+    assert main(["solve", str(path), "--animate", str(tmp_path / "maps.avi")]) == 2
+    assert "suffix" in capsys.readouterr().err
+    one = write(MATERIAL + BALL + HALF + PRESSED)
+    assert main(["solve", str(one), "--montage", str(maps)]) == 2
+    assert "no [[cases]]" in capsys.readouterr().err
+    for wrong, what in (('{angle = "up"}', "angle"), ("{area = 3}", "name of a column"), ("3", "table")):
+        changed = CASES.replace("[[cases]]\nmotions", f"[[cases]]\nparameters = {wrong}\nmotions")
+        assert what in faults(write(MATERIAL + BALL + HALF + changed))
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from xml.etree import ElementTree
+
+import meshio
 import numpy as np
 import pytest
 
@@ -405,3 +409,53 @@ def test_a_load_path_in_a_scene_file(tmp_path, capsys) -> None:
     file.write_text(text.replace("FRICTION", "0.3") + "[loads]\nmotions.block = {z = -0.01}\n")
     with pytest.raises(fc.InputError, match=r"leave \[loads\] and \[\[cases\]\] out"):
         fc.read_scene(file)
+
+
+def test_a_path_has_a_table_of_its_steps_with_maps_and_sides(tmp_path: Path) -> None:
+    scene, block = dragged(0.3)
+    path = scene.solve_path([{"motions": {block: {"z": -0.01, "x": x}}} for x in (0.0, 0.02, 0.0)])
+    plane = fc.DividingPlane((0.25, 0.0, 0.0), (1.0, 0.0, 0.0), block, ("right", "left"))
+    table = path.table([0.0, 0.5, 1.0], keep=("pressure", "friction"), split=plane)
+    assert table.names == ("step 1", "step 2", "step 3")
+    assert table.column("time").tolist() == [0.0, 0.5, 1.0]
+    column = f"motions {block.name} x"
+    assert table.column(column).tolist() == [0.0, 0.02, 0.0]
+    np.testing.assert_allclose(table.column("force_x"), path.forces[:, 0, 0], atol=1e-14)
+    np.testing.assert_allclose(table.column("dissipated"), path.dissipated[:, 0], atol=1e-14)
+    # a quarter of a uniform pressure is on the left; once dragged, both sides have their friction
+    np.testing.assert_allclose(table.column("left: force_z")[0], 0.0025, rtol=1e-9)
+    for name in ("force_x", "force_z"):
+        both = table.column(f"left: {name}") + table.column(f"right: {name}")
+        np.testing.assert_allclose(both, table.column(name), atol=1e-14)
+    np.testing.assert_allclose(table.column("left: force_x")[1], -0.3 * table.column("left: force_z")[1], rtol=1e-9)
+    for result in path.steps:
+        sides = result.contacts[0].split_by_plane((0.25, 0.0, 0.0), (1.0, 0.0, 0.0))
+        np.testing.assert_allclose(sum(side.moment for side in sides), result.contacts[0].moment, atol=1e-14)
+    tractions = [kept.values for kept in table.fields("friction")]
+    np.testing.assert_allclose(tractions[1], 0.3 * table.fields("pressure")[1].values, rtol=1e-9)
+    assert len(table.montage("friction").axes) == 4
+    assert path.save(tmp_path / "path.csv").read_text().splitlines()[0].startswith("case,status,motions")
+    with pytest.raises(fc.InputError, match="3 steps and 2 times"):
+        path.table([0.0, 1.0])
+    with pytest.raises(fc.InputError, match="suffix"):
+        path.save(tmp_path / "path.txt")
+
+
+def test_a_path_of_finite_motions_is_a_collection_for_paraview(tmp_path: Path) -> None:
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)).translated((-0.5, -0.5, 0.0))
+    block = fc.ElasticBody(mesh, fc.Material(E=1e3, nu=0.0), contact="bottom", supports={"top": "xyz"}, name="block")
+    floor = fc.RigidBody(fc.Plane())
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor, friction=0.3)])
+    turns = (0.05, 0.1)
+    path = scene.solve_path([{"motions": {block: {"z": -1e-3, "rz": t}}} for t in turns], finite_motion=True)
+    path.save(tmp_path / "turn.pvd", times=turns)
+    sets = ElementTree.parse(tmp_path / "turn.pvd").findall("./Collection/DataSet")
+    assert [float(each.get("timestep", "")) for each in sets] == list(turns)
+    for each, turn in zip(sets, turns, strict=True):
+        read = meshio.read(tmp_path / each.get("file", ""))
+        top = np.abs(read.points[:, 2] - 1.0) < 1e-9
+        # the held top turns about the block's reference point on the axis of symmetry, and moves down
+        moved = fc.rotation_about((0, 0, 1), turn) @ read.points[top].T - [[0.0], [0.0], [1e-3]]
+        np.testing.assert_allclose(read.points[top] + read.point_data["displacement"][top], moved.T, atol=1e-9)
+    with pytest.raises(fc.InputError, match="one time for each"):
+        path.save(tmp_path / "turn.pvd", times=[1.0])

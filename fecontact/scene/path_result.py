@@ -1,0 +1,154 @@
+"""Results of a load path: forces, work and wear, a table of its steps, files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import file_path
+from fecontact.common.arrays import Array
+from fecontact.common.checks import number_array, positive, whole
+from fecontact.common.errors import InputError
+from fecontact.common.one_line import one_line
+from fecontact.results.case_row import fields_to_keep, kept_of, plane_of, row_of
+from fecontact.results.case_table import CaseTable
+from fecontact.results.dividing_plane import DividingPlane
+from fecontact.results.files import save_series
+from fecontact.results.result import ContactResult
+
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class LoadPath:
+    """Results of the steps of a load path.
+
+    Attributes
+    ----------
+    steps : tuple of ContactResult
+        At the end of every step given.
+    dissipated : (n_steps, n_contacts) array
+        Work of friction during every step, parts of cut steps included; zero for contacts without friction.
+    cuts : tuple of int
+        Parts in which every step was solved.
+    loads : tuple of dict
+        Loads at the end of every step by name, see `scene.case_given`.
+    """
+
+    steps: tuple[ContactResult, ...]
+    dissipated: Array
+    cuts: tuple[int, ...]
+    loads: tuple[Mapping[str, float], ...] = field(repr=False)
+
+    def __len__(self) -> int:
+        """Number of steps."""
+        return len(self.steps)
+
+    def __getitem__(self, k: int) -> ContactResult:
+        """Result of a step."""
+        return self.steps[k]
+
+    @cached_property
+    def forces(self) -> Array:
+        """Forces (n_steps, n_contacts, 3) on the slaves, friction included."""
+        return np.array([[c.force for c in result.contacts] for result in self.steps])
+
+    def motions(self, body: Body) -> Array:
+        """Rigid motions (n_steps, 6) of a body's frame: translations and rotation vectors."""
+        found = [result.rigid_motion(body) for result in self.steps]
+        return np.array([np.concatenate([m.translation, m.rotation]) for m in found])
+
+    def wear_depth(self, contact: int, coefficient: float) -> Array:
+        """Wear depth (n,) at the points of a contact by Archard's law, h = k int p |ds|.
+
+        Parameters
+        ----------
+        contact : int
+            Number of the contact in the scene.
+        coefficient : float
+            Archard's k: volume per force and distance, one over pressure. The work of friction by area is mu times the
+            integral. Exact where steps are not cut; a cut step counts with the path between its ends.
+
+        Returns
+        -------
+        (n,) array
+        """
+        positive("the coefficient of wear", coefficient)
+        whole("the number of the contact", contact, 0, len(self.steps[0].contacts) - 1)
+        found = [result.contacts[contact].friction for result in self.steps]
+        if any(f is None or np.isinf(f.mu).any() for f in found):
+            raise InputError(f"Contact {contact} has no finite friction: Archard's law needs its work.")
+        return np.asarray(sum(coefficient * f.rubbed for f in found if f is not None))
+
+    def table(
+        self,
+        times: Sequence[float] | None = None,
+        *,
+        keep: str | Sequence[str] = (),
+        split: DividingPlane | tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> CaseTable:
+        """Figures of all steps, a row for each, to print, draw and save.
+
+        Parameters
+        ----------
+        times : sequence of float, optional
+            Time of each step, for a column.
+        keep, split
+            Fields for maps, and a plane that divides contacts, as in `Scene.sweep`.
+
+        Raises
+        ------
+        InputError
+            If there are other numbers of times than steps, or a field or a plane is none.
+        """
+        first = self.steps[0]
+        bodies = first.unrefined or first.originals or first.scene.bodies
+        fields, plane = fields_to_keep(keep, first.scene), plane_of(split, bodies)
+        given: list[dict[str, float]] = [{} for _ in self.steps]
+        if times is not None:
+            given = [{"time": float(t)} for t in number_array("the times of the steps", times).ravel()]
+            if len(given) != len(self):
+                raise InputError(f"There are {len(self)} steps and {len(given)} times.")
+        rows = []
+        for k, result in enumerate(self.steps):
+            row = row_of(result, plane, bodies)
+            for contact, work in zip(row["contacts"], self.dissipated[k].tolist(), strict=True):
+                if "friction" in contact:
+                    contact["friction"]["dissipated"] = work
+            rows.append({"name": f"step {k + 1}", **row, "parameters": given[k], "loads": dict(self.loads[k])})
+        names = tuple((c.slave.name, c.master.name) for c in first.scene.contacts)
+        maps = tuple(kept_of(result, fields) for result in self.steps)
+        return CaseTable(tuple(rows), names, first.scene.unit_names, maps)
+
+    def save(self, path: str | Path, times: Sequence[float] | None = None) -> Path:
+        """Write the path; the suffix decides: .pvd with a .vtu for each step, or as `CaseTable.save`.
+
+        Parameters
+        ----------
+        path : str or Path
+        times : sequence of float, optional
+            Time of each step; in a .pvd their numbers from 0 unless given.
+
+        Raises
+        ------
+        InputError
+            For another suffix, a file that cannot be written, or another number of times than of steps.
+        """
+        if file_path("the path of a load path", path).suffix.lower() != ".pvd":
+            return self.table(times).save(path)
+        return save_series(self.steps, path, None if times is None else number_array("the times", times).tolist())
+
+    def __str__(self) -> str:
+        lines = [f"{'step':>4}  {'normal':>12}  {'friction':>12}  {'stick area':>12}  {'slip area':>12}  {'work':>12}"]
+        for k, result in enumerate(self.steps):
+            for c, work in zip(result.contacts, self.dissipated[k], strict=True):
+                if c.friction is not None:
+                    f = c.friction
+                    values = (c.total_force, float(np.linalg.norm(f.force)), f.stick_area, f.slip_area, float(work))
+                    lines.append(f"{k + 1:>4}  " + "  ".join(f"{v:>12.5g}" for v in values))
+        return "\n".join(lines)
