@@ -15,7 +15,7 @@ acts there, and the contact problem has the motions and their equilibrium as in 
 In a state under load turns are not quite free of forces; where d vanishes the residual does so too.
 
 With friction, tangential rows T with their slip stand beside G (`slip.Slips`), and Coulomb's law is solved as in linear
-scenes.
+scenes. Where bodies are stable only because slip would turn round, a drag on it is added, which vanishes with d.
 """
 
 from __future__ import annotations
@@ -41,6 +41,8 @@ from fecontact.solvers.friction_problem import ON_CONE, FrictionProblem, frictio
 SMALL = 300
 #: Resistance of the active conditions to free motions, relative to the largest, from which it is one.
 RESISTED = 1e-6
+#: Drag on slip, relative to the stiffness, tried where friction slides and the tangent is not positive definite.
+DRAGS = (1e-6, 1e-4, 1e-2, 1.0)
 #: Largest difference from the transpose, relative to the largest entry, that is rounding.
 SYMMETRIC = 1e-12
 #: Singular values of equations, relative to the largest, of those that hold by themselves.
@@ -155,6 +157,42 @@ def contact_step(
     if loose is None and not rows and (order is not None or len(r) <= SMALL):
         return _plain(K, r, order), np.zeros(0), np.zeros(0)
     pressing = np.zeros(len(gap), bool) if pressing is None else pressing
+    try:
+        return _stable(K, r, G, gap, pressing, friction, loose, order)
+    except UnstableError:
+        if friction is None or not pressing[friction.points].any():
+            raise
+    drag = _drag(K, friction, pressing)
+    for share in DRAGS[:-1]:
+        try:
+            return _stable(sp.csr_matrix(K + share * drag), r, G, gap, pressing, friction, loose, None)
+        except UnstableError:
+            pass
+    return _stable(sp.csr_matrix(K + DRAGS[-1] * drag), r, G, gap, pressing, friction, loose, None)
+
+
+def _drag(K: sp.csr_matrix, friction: TangentialRows, pressing: Mask) -> sp.csr_matrix:
+    """Resistance (n, n) to the slip of active conditions, as stiff as K.
+
+    Friction that slides on does not resist, and the stiffness of a string that runs round a pulley is nothing along
+    itself: what is left of it, by the elements' functions, may be negative. A small drag is added to the steps; it
+    vanishes with them (proximal point; R. T. Rockafellar, SIAM J. Control Optim. 14, 1976).
+    """
+    rows = sp.csr_matrix(friction.T[np.tile(pressing[friction.points], 2)])
+    return sp.csr_matrix(K.diagonal().max() / rows.power(2).sum(axis=1).max() * (rows.T @ rows))
+
+
+def _stable(
+    K: sp.csr_matrix,
+    r: Array,
+    G: sp.csr_matrix,
+    gap: Array,
+    pressing: Mask,
+    friction: TangentialRows | None,
+    loose: Array | None,
+    order: BandOrder | None,
+) -> tuple[Array, Array, Array]:
+    """The step where K is positive definite, with the active conditions or held in free motions if need be."""
     try:
         if loose is None:
             return _solved(K, r, G, gap, friction, order=order)

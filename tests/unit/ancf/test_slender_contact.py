@@ -94,34 +94,50 @@ def test_a_belt_slides_round_half_a_drum(n, most):
     assert all(s.friction.dissipated >= 0 for s in path.states[1:])
 
 
+def closed_belt(EI, mus, distance=3.0, n=12, m=4):
+    """A closed belt without stress on two pulleys, n elements on each and m on each span, which nothing holds."""
+    points, tangents = spans(
+        arc(math.pi / 2, 1.5 * math.pi, n, 1.0), tail((0, -1, 0), (distance, -1, 0), m),
+        arc(-math.pi / 2, math.pi / 2, n, 1.0, distance), tail((distance, 1, 0), (0, 1, 0), m),
+    )  # fmt: skip
+    belt = line(points, EA=100.0, EI=EI, tangents=tangents)
+    joints, left = Joints([belt]), [len(belt.cells) - 1, *range(n + 1)]
+    free, right = joints.free([joints.flat(), joints.rigid((0, 0), (0, -1))]), range(n + m - 1, 2 * n + m + 1)
+    touches = [
+        touching([belt], 0, drum(x), friction=mu, elements=each)
+        for x, mu, each in zip((0.0, distance), mus, (left, right), strict=True)
+    ]
+    return belt, Assembly([belt], free, touches)
+
+
+def tightened(a, turn=0.0, start=None):
+    """One pulley 0.02 away, or on its way there from nothing, the other turned."""
+    path = equilibrium(
+        lambda level: Stage(a.with_rigid(drum(turn=turn), drum(3 + 0.02 * (1 if start else level)))),
+        steps=1,
+        start=start,
+    )
+    assert path.success
+    return path.last
+
+
+def spanned(belt, end, n=12, m=4):
+    """Tensions of the slack and the tight span."""
+    tension = 100.0 * belt.strains(end.q, 0)[..., 0].mean(axis=1)
+    return tension[n + m // 2], tension[-1 - m // 2]
+
+
 def test_a_belt_on_two_pulleys():
     """A closed belt that nothing holds but friction: one pulley is pulled, then the other turned until the belt slides.
 
     Source: Euler and Eytelwein for the spans; their difference is what turns the pulley.
     """
-    mu, distance, n, m = 0.3, 3.0, 12, 4
-    points, tangents = spans(
-        arc(math.pi / 2, 1.5 * math.pi, n, 1.0), tail((0, -1, 0), (distance, -1, 0), m),
-        arc(-math.pi / 2, math.pi / 2, n, 1.0, distance), tail((distance, 1, 0), (0, 1, 0), m),
-    )  # fmt: skip
-    belt = line(points, EA=100.0, EI=2e-2, tangents=tangents)
-    last, joints = len(belt.cells) - 1, Joints([belt])
-    free = joints.free([joints.flat(), joints.rigid((0, 0), (0, -1))])
-    left, right = [last, *range(n + 1)], range(n + m - 1, 2 * n + m + 1)
-    a = Assembly(
-        [belt], free,
-        [touching([belt], 0, drum(), friction=mu, elements=left),
-         touching([belt], 0, drum(distance), friction=mu, elements=right)],
-    )  # fmt: skip
-    pulled = distance + 0.02
-    path = equilibrium(lambda level: Stage(a.with_rigid(drum(), drum(distance + 0.02 * level))), steps=1)
-    for turn in (0.01, 0.02):
-        stage = Stage(a.with_rigid(drum(turn=turn), drum(pulled)))
-        path = equilibrium(lambda level, at=stage: at, steps=1, start=path.last)
-        assert path.success
-    end = path.last
-    tension = 100.0 * belt.strains(end.q, 0)[..., 0].mean(axis=1)
-    slack, tight = tension[n + m // 2], tension[-1 - m // 2]
+    mu = 0.3
+    belt, a = closed_belt(2e-2, (mu, mu))
+    end = None
+    for turn in (0.0, 0.01, 0.02):
+        end = tightened(a, turn, end)
+    slack, tight = spanned(belt, end)
     # twelve elements for half a turn, as in the test above
     assert tight / slack == pytest.approx(friction.belt_tension(1.0, mu, math.pi), rel=4e-3)
     part = a.conditions(end.q).parts[0]
@@ -131,6 +147,20 @@ def test_a_belt_on_two_pulleys():
     slid, held = (-(f * s).sum() for f, s in zip(end.friction.forces, end.friction.slip, strict=True))
     assert slid == pytest.approx(0.01 * (tight - slack), rel=0.05)
     assert -1e-9 * slid <= held < 1e-2 * slid  # rounding of a work that may be zero
+
+
+def test_a_belt_with_almost_no_bending_is_tightened():
+    """EI of 1e-6 and, from there, 1e-10 of EA; a pulley of less friction is turned. Source: Euler and Eytelwein."""
+    mu, end = 0.3, None
+    for bending in (1e-4, 1e-8):
+        belt, a = closed_belt(bending, (mu, 0.4))
+        end = tightened(a, start=end)
+        # 2 pi + 6 long and 0.04 longer, but for what friction keeps from the arcs
+        assert sum(spanned(belt, end)) / 2 == pytest.approx(100 * 0.04 / (2 * math.pi + 6), rel=0.25)
+        slid = tightened(a, 0.02, tightened(a, 0.01, end))
+        slack, tight = spanned(belt, slid)
+        assert tight / slack == pytest.approx(friction.belt_tension(1.0, mu, math.pi), rel=2e-3)
+        assert slid.friction.defect < 1e-9
 
 
 def test_a_plate_pressed_on_a_ball():
