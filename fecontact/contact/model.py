@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, cast
 
+from numpy.typing import ArrayLike
+
 from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.arguments import instance, items
+from fecontact.common.directions import Directions
 from fecontact.common.errors import InputError
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
@@ -28,6 +31,7 @@ class SceneModel:
     contacts: Sequence[Contact]
     springs: Sequence[Spring] = ()
     units: Units | Sequence[str] = ()
+    axes: Directions | Mapping[str, ArrayLike] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bodies", items("the bodies of a scene", self.bodies, "bodies"))
@@ -35,6 +39,7 @@ class SceneModel:
             given = items(f"the {name} of a scene", getattr(self, name), f"{kind.__name__} objects")
             object.__setattr__(self, name, tuple(instance(f"each of the {name} of a scene", g, kind) for g in given))
         object.__setattr__(self, "units", Units.of(self.units))
+        object.__setattr__(self, "axes", Directions.of(self.axes))
         if not self.contacts and not self.springs:
             raise InputError("A scene needs at least one Contact or Spring.")
         for body in self.bodies:
@@ -65,6 +70,11 @@ class SceneModel:
     def unit_names(self) -> Units:
         """Names of its units."""
         return cast(Units, self.units)
+
+    @property
+    def directions(self) -> Directions:
+        """Names of directions, for axes of maps."""
+        return cast(Directions, self.axes)
 
     @property
     def twists(self) -> bool:

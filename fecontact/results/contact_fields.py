@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.directions import WORLD, Directions
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.common.one_line import one_line
 from fecontact.fem.energy_error import EnergyError
@@ -77,6 +78,8 @@ class ContactFields:
         Note on the two meshes and the coupling.
     friction : FrictionFields, optional
         Tractions and slip, of a contact with friction.
+    directions : Directions
+        Names of directions, for axes of maps.
     """
 
     slave: Body
@@ -101,6 +104,7 @@ class ContactFields:
     coupling: str
     note: str
     friction: FrictionFields | None = None
+    directions: Directions = WORLD
 
     @property
     def pressure(self) -> Array:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.directions import WORLD, Directions
 from fecontact.common.one_line import one_line
 from fecontact.mesh.section_mesh import line_shapes
 from fecontact.results.contact_fields import ContactFields
@@ -38,6 +39,8 @@ class Ground:
         Points that carry force.
     centre_of_pressure : (3,) array
         NaN without contact.
+    directions : Directions
+        Names of directions, for the axes of the map.
     """
 
     nodes: Array
@@ -46,6 +49,7 @@ class Ground:
     points: Array
     active: Mask
     centre_of_pressure: Array
+    directions: Directions = field(default=WORLD, kw_only=True)
 
 
 @one_line
@@ -163,6 +167,7 @@ def field_map(contact: ContactFields, what: str) -> FieldMap:
         points=contact.points,
         active=contact.active,
         centre_of_pressure=contact.centre_of_pressure,
+        directions=contact.directions,
         what=what,
         values=values,
         areas=contact.weights,
@@ -186,6 +191,7 @@ def together(maps: Sequence[Ground]) -> Ground:
         points=np.concatenate([m.points for m in maps]),
         active=np.concatenate([m.active for m in maps]),
         centre_of_pressure=known.mean(axis=0) if len(known) else np.full(3, np.nan),
+        directions=maps[0].directions,
     )
 
 

@@ -211,7 +211,7 @@ def make_result(
         if (contact := interface.as_contact) is not None:
             own, other = (state.displacements[number[id(body)]] for body in (contact.slave, contact.master))
             fields = contact_fields(contact, candidates, forces, gap, (own, other))
-            contacts.append(replace(fields, friction=friction.get(len(contacts))))
+            contacts.append(replace(fields, friction=friction.get(len(contacts)), directions=scene.directions))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

@@ -25,11 +25,14 @@ class Scene(SceneModel):
     units : (length, force) or (length, force, stress), optional
         Names of the units in which bodies and loads are given, for tables and pictures: ``("mm", "N", "MPa")``. Nothing
         is converted.
+    axes : mapping of str to (3,) array, optional
+        Names of two or three directions at right angles, in world axes, along which maps are drawn instead of x, y and
+        z: ``{"medial": (-1, 0, 0), "anterior": (0, 1, 0)}``. Coordinates elsewhere stay those of the world.
 
     Raises
     ------
     InputError
-        For repeated or missing bodies, no contact, or units that are no names.
+        For repeated or missing bodies, no contact, units that are no names, or axes that are not at right angles.
 
     Examples
     --------

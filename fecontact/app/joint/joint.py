@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -50,6 +50,8 @@ class Joint:
         Elements through the thickness.
     units : (length, force) or (length, force, stress), optional
         Names of the units, for tables and pictures.
+    axes : mapping of str to (3,) array, optional
+        Names of directions of the fixed bone, for maps, see `Scene`.
 
     Raises
     ------
@@ -72,6 +74,7 @@ class Joint:
     material: Material | tuple[Material, Material]
     layers: int = 1
     units: Units | Sequence[str] = ()
+    axes: Mapping[str, ArrayLike] | None = None
 
     def __post_init__(self) -> None:
         for name in ("moving", "fixed"):
@@ -92,7 +95,7 @@ class Joint:
     @cached_property
     def scene(self) -> Scene:
         """The scene, with the moving bone in the fixed one's axes."""
-        return Scene(list(self.bodies), [Contact(*self.bodies)], units=self.units)
+        return Scene(list(self.bodies), [Contact(*self.bodies)], units=self.units, axes=self.axes)
 
     def follow(
         self,

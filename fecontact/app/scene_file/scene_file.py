@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body
 from fecontact.app.scene_file.toml_table import Faults, Table, did_you_mean, listed, read_toml
 from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arguments import file_path, function
+from fecontact.common.directions import Directions
 from fecontact.common.files import check_writable
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
@@ -93,7 +95,7 @@ def read_scene(
         root.values = values
     folder = root.faults.path.parent
     title = root.text("title") or ""
-    units = _units(root.table("units"))
+    units, axes = _units(root.table("units")), _axes(root.table("axes"))
     bodies = read_bodies(root.table("bodies", required=True), read_materials(root.table("materials")), folder)
     contacts = [_contact(t, bodies) for t in root.tables("contacts")]
     springs = [_spring(t, bodies) for t in root.tables("springs")]
@@ -114,7 +116,7 @@ def read_scene(
                 _check_loads(table, made, case)
     root.faults.check()
     known = [c for c in contacts if c is not None], [s for s in springs if s is not None]
-    scene = Scene(list(made.values()), *known, units=units)
+    scene = Scene(list(made.values()), *known, units=units, axes=axes)
     return SceneFile(root.faults.path, title, scene, made, loads, options, outputs, tuple(cases), tuple(steps))
 
 
@@ -154,6 +156,14 @@ def _units(table: Table) -> Units:
     names = [table.text(key) or "" for key in ("length", "force", "stress")]
     table.finish()
     return Units.of(names)
+
+
+def _axes(table: Table) -> Directions | None:
+    """Names of directions, for maps."""
+    found = {key: table.numbers(key) for key in table.values}
+    table.finish()
+    known = {key: numbers for key, numbers in found.items() if numbers is not None}
+    return table.attempt(partial(Directions.of, known), None) if len(known) == len(found) else None
 
 
 def _body(table: Table, key: str, bodies: Mapping[str, AnyBody | None], required: bool = True) -> str | None:

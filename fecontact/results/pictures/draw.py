@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import flag, items, known_options, text
 from fecontact.common.checks import among, positive, whole
+from fecontact.common.directions import Directions
 from fecontact.common.errors import InputError
 from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
@@ -72,6 +75,7 @@ def plot_contacts(
     units: str = "",
     length: str = "",
     force: str = "",
+    axes: Mapping[str, ArrayLike] | None = None,
     style: str = "smooth",
     pitch: float | None = None,
     contacts: Sequence[int] | None = None,
@@ -88,6 +92,8 @@ def plot_contacts(
         File to write; the suffix decides the format.
     units, length, force : str
         Units of pressures, of lengths and of forces, for labels; those of the scene unless given.
+    axes : mapping of str to (3,) array, optional
+        Names of directions along which maps are drawn, see `Scene`; those of the scene unless given.
     style : {'smooth', 'sensels'}
         'sensels' shows the pressure on a film of square sensors: the force on each over its area.
     pitch : float, optional
@@ -106,27 +112,29 @@ def plot_contacts(
     if style == "sensels" and any(c.is_curve for c in result.contacts):
         raise InputError("A contact of sections is a curve, on which no film of sensels fits; leave style='smooth'.")
     shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
+    if axes is not None:
+        shown = [replace(contact, directions=Directions.of(axes)) for contact in shown]
     names = Units(length, force, units).or_those(result.scene.unit_names)
     columns = min(3, len(shown))
     rows = -(-len(shown) // columns)
     figure = Figure(figsize=_figure_size(shown, columns, rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     top = max(map(scale_top, shown)) if same_colours else None
-    for axes, contact in zip(grid, shown, strict=False):
+    for panel, contact in zip(grid, shown, strict=False):
         friction = contact.friction
         if what == "friction" and friction is not None:
-            draw_friction(axes, contact, friction, names)
+            draw_friction(panel, contact, friction, names)
         elif contact.is_curve:
-            draw_curve(axes, contact, what, names, top)
+            draw_curve(panel, contact, what, names, top)
         elif style == "sensels":
-            draw_sensels(axes, contact, pitch, names, top)
+            draw_sensels(panel, contact, pitch, names, top)
         else:
-            draw_field(axes, contact, getattr(contact, what), what, names, top=top or scale_top(contact))
+            draw_field(panel, contact, getattr(contact, what), what, names, top=top or scale_top(contact))
         if not contact.is_curve and what != "friction":
-            draw_regions(axes, contact, names)
-        axes.set_title(_title(contact, names), fontsize="medium")
-    for axes in grid[len(shown) :]:
-        axes.set_axis_off()
+            draw_regions(panel, contact, names)
+        panel.set_title(_title(contact, names), fontsize="medium")
+    for panel in grid[len(shown) :]:
+        panel.set_axis_off()
     return save_figure(figure, path)
 
 

@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from fecontact.common.arrays import Array, Mask
+from fecontact.common.directions import WORLD, Directions
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.field_map import Ground
 
@@ -62,11 +63,14 @@ class FlatMap:
 
     axes: Array
     normal: Array
+    named: Directions = WORLD
 
     @property
     def names(self) -> tuple[str, str]:
         """Directions of the two axes."""
-        return _axis_name(self.axes[0]), _axis_name(self.axes[1])
+        # an arrow beside a given name: it is a direction, in which coordinates grow
+        arrow = " →" if self.named.given else ""
+        return self.named.name(self.axes[0]) + arrow, self.named.name(self.axes[1]) + arrow
 
     def flat(self, points: Array) -> Array:
         """See `MapProjection`."""
@@ -107,11 +111,12 @@ class CylinderMap:
     frame: Array
     centre: Array
     radius: float
+    named: Directions = WORLD
 
     @property
     def names(self) -> tuple[str, str]:
         """Arc and axis."""
-        return f"arc about {_axis_name(self.frame[2])}", _axis_name(self.frame[2])
+        return f"arc about {self.named.name(self.frame[2])}", self.named.name(self.frame[2])
 
     def flat(self, points: Array) -> Array:
         """See `MapProjection`."""
@@ -155,11 +160,12 @@ class SphereMap:
     frame: Array
     centre: Array
     radius: float
+    named: Directions = WORLD
 
     @property
     def names(self) -> tuple[str, str]:
         """Arcs towards the two axes."""
-        return f"arc towards {_axis_name(self.frame[0])}", f"arc towards {_axis_name(self.frame[1])}"
+        return f"arc towards {self.named.name(self.frame[0])}", f"arc towards {self.named.name(self.frame[1])}"
 
     def flat(self, points: Array) -> Array:
         """See `MapProjection`."""
@@ -188,21 +194,17 @@ def map_of(contact: ContactFields | Ground) -> MapProjection:
     middles, normals, areas = facet_planes(contact)
     loaded = contact.loaded_facets
     near = loaded if loaded.any() else np.ones(len(loaded), bool)
-    mean = _upright(_unit(areas[near] @ normals[near]))
+    named = contact.directions
+    mean = named.beside(_unit(areas[near] @ normals[near]), BESIDE)
+    flat = FlatMap(named.across(mean), mean, named)
     if (normals[near] @ mean).min() >= FLAT:
-        return FlatMap(_axes_across(mean), mean)
+        return flat
     middle = contact.centre_of_pressure if contact.active.any() else areas @ middles / areas.sum()
     points = contact.nodes[np.unique(contact.facets[near])]
     for fitted in (_cylinder, _sphere):
-        if (found := fitted(points, normals[near], areas[near], middle)) is not None:
+        if (found := fitted(points, normals[near], areas[near], middle, named)) is not None:
             return found
-    return FlatMap(_axes_across(mean), mean)
-
-
-def _upright(normal: Array) -> Array:
-    """The world's axis beside a unit normal, if there is one: its map has the coordinates of the world."""
-    axis = np.where(np.abs(normal) >= BESIDE, np.sign(normal), 0.0)
-    return axis if axis.any() else normal
+    return flat
 
 
 def facet_planes(contact: ContactFields | Ground) -> tuple[Array, Array, Array]:
@@ -213,13 +215,14 @@ def facet_planes(contact: ContactFields | Ground) -> tuple[Array, Array, Array]:
     return corners.mean(axis=1), area / size[:, None], size
 
 
-def _cylinder(points: Array, normals: Array, areas: Array, middle: Array) -> CylinderMap | None:
+def _cylinder(points: Array, normals: Array, areas: Array, middle: Array, named: Directions) -> CylinderMap | None:
     """Cylinder through points; None if normals are not normal to one axis, or points not on a circle about it."""
     values, vectors = np.linalg.eigh((normals * areas[:, None]).T @ normals / areas.sum())
     if values[0] > ROUND**2:
         return None
-    axis = vectors[:, 0] * np.sign(vectors[np.abs(vectors[:, 0]).argmax(), 0])
-    across = _axes_across(axis)
+    along = named.vectors @ vectors[:, 0]
+    axis = vectors[:, 0] * np.sign(along[np.abs(along).argmax()])
+    across = named.across(axis)
     flat = points @ across.T
     (fitted, radius) = _round_fit(flat)
     if np.abs(np.linalg.norm(flat - fitted, axis=1) - radius).max() > ROUND * radius:
@@ -227,16 +230,16 @@ def _cylinder(points: Array, normals: Array, areas: Array, middle: Array) -> Cyl
     centre = fitted @ across
     outward = middle - centre - (middle - centre) @ axis * axis
     first = _unit(outward)
-    return CylinderMap(np.stack([first, np.cross(axis, first), axis]), centre, radius)
+    return CylinderMap(np.stack([first, np.cross(axis, first), axis]), centre, radius, named)
 
 
-def _sphere(points: Array, normals: Array, areas: Array, middle: Array) -> SphereMap | None:
+def _sphere(points: Array, normals: Array, areas: Array, middle: Array, named: Directions) -> SphereMap | None:
     """Sphere through points; None if they are not on one."""
     centre, radius = _round_fit(points)
     if np.abs(np.linalg.norm(points - centre, axis=1) - radius).max() > ROUND * radius:
         return None
     outward = _unit(middle - centre)
-    return SphereMap(np.vstack([_axes_across(outward), outward]), centre, radius)
+    return SphereMap(np.vstack([named.across(outward), outward]), centre, radius, named)
 
 
 def _round_fit(points: Array) -> tuple[Array, float]:
@@ -257,19 +260,5 @@ def _directions(projection: CylinderMap | SphereMap, points: Array, vectors: Arr
     return np.asarray(np.diff(projection.of_facets(ends), axis=1)[:, 0] / step)
 
 
-def _axes_across(normal: Array) -> Array:
-    """Two directions (2, 3) spanning the plane normal to a unit normal; world axes where possible."""
-    # the two world axes closest to the plane, in order, so that a contact along z is shown as x against y
-    first, second = sorted(np.argsort(np.abs(normal), kind="stable")[:2])
-    u = _unit(np.eye(3)[first] - normal[first] * normal)
-    v = np.eye(3)[second] - normal[second] * normal
-    return np.stack([u, _unit(v - (v @ u) * u)])
-
-
 def _unit(vector: Array) -> Array:
     return np.asarray(vector / np.linalg.norm(vector))
-
-
-def _axis_name(direction: Array) -> str:
-    k = int(np.argmax(np.abs(direction)))
-    return "xyz"[k] if abs(direction[k]) > 0.999 else "({:.2f}, {:.2f}, {:.2f})".format(*direction)

@@ -87,6 +87,6 @@ def curve_window(contact: Drawn, k: int) -> tuple[float, float]:
 
 def axis_name(contact: Drawn, k: int) -> str:
     """Name of the horizontal axis."""
-    if k == 2:
-        return "z"
-    return "radius" if contact.is_ring else "x"
+    if contact.is_ring and k == 0:
+        return "radius"
+    return contact.directions.name(np.eye(3)[k])

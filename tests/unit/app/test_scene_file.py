@@ -281,6 +281,8 @@ von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
         ),
         ("[[contacts]]", "[contacts]", "contacts: must be tables under [[contacts]]"),
         ("[units]", "units = 3\n[unit]", "units: must be a table; found 3"),
+        ("[units]", "[axes]\nmedial = [1, 0]\n[units]", "axes.medial: must be a list of 3 numbers"),
+        ("[units]", "[axes]\na = [1, 0, 0]\nb = [1, 1, 0]\n[units]", "axes: Axes are at right angles; 'a' and 'b'"),
     ],
 )
 def test_each_fault_is_named_with_its_place(write, old, new, message):
@@ -389,6 +391,11 @@ def test_dry_run_solves_and_writes_nothing(write, tmp_path, capsys):
     ):
         assert expected in told
     assert sorted(p.name for p in tmp_path.iterdir()) == ["scene.toml"]
+
+
+def test_axes_of_maps_are_named(write):
+    text = BLOCK.replace("[units]", "[axes]\nanterior = [0, 1, 0]\nmedial = [-1, 0, 0]\n[units]")
+    assert fc.read_scene(write(text + LOADS)).scene.directions.names == ("anterior", "medial", "z")
 
 
 def test_solve_prints_json(write, capsys):

@@ -73,6 +73,28 @@ def test_pictures_of_a_bore_name_the_arc(pin_in_bore):
         assert abs(low + high) <= 1e-3 * RADIUS  # symmetric about the load
 
 
+def test_maps_have_given_axes(pin_in_bore, ball_in_socket):
+    """Given once on a scene or for a picture: unrolled ones name the axis, flat and laid out ones the directions."""
+    given = {"distal": (0, 0, -1), "ulnar": (1, 0, 0)}
+    axes = pin_in_bore.plot(axes=given, length="mm").axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("arc about distal [mm]", "distal [mm]")
+    assert axes.get_ylim()[1] <= 0.05 * HEIGHT  # the bore is above z = 0
+    assert ball_in_socket.plot(axes=given).axes[0].get_xlabel() == "arc towards ulnar"
+    block = fc.ElasticBody(fc.shapes.block((1.0, 2.0, 1.0), (1, 1, 1)), STEEL, "bottom", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    anatomical = {"anterior": (0, 1, 0), "medial": (-1, 0, 0)}
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor)], units=("mm", "N"), axes=anatomical)
+    table = scene.sweep([{"motions": {block: {"z": -1e-4}}}], keep="pressure")
+    result = scene.solve(motions={block: {"z": -1e-4}})
+    for drawn in (result.plot(), result.plot(style="sensels"), result.plot("gap")):
+        axes = drawn.axes[0]
+        assert (axes.get_xlabel(), axes.get_ylabel()) == ("anterior → [mm]", "medial → [mm]")
+        assert np.ptp(axes.get_xlim()) > np.ptp(axes.get_ylim())  # it is two wide along y
+    assert "anterior → [mm]" in {a.get_xlabel() for a in table.montage().axes}
+    with pytest.raises(fc.InputError, match="right angles"):
+        result.plot(axes={"a": (1, 0, 0), "b": (1, 1, 0)})
+
+
 def test_the_pressure_is_on_the_loaded_side(pin_in_bore):
     felt = pin_in_bore.plot(style="sensels").axes[0].collections[0]
     filled = felt.get_array().filled(0.0)
