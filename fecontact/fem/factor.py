@@ -121,7 +121,8 @@ def condense(K: sp.csr_matrix, retained: IntArray, backend: str = "auto") -> Con
     >>> condense(K, np.array([2]), "superlu").stiffness.round(12).tolist()
     [[0.333333333333]]
     """
-    chosen = _chosen(backend, K)
+    # PARDISO can crash where nothing is left to eliminate
+    chosen = _chosen(backend, K) if len(retained) < K.shape[0] else "superlu"
     return PardisoSchur(K, retained) if chosen == "pardiso" else ColumnSchur(K, retained, _WHOLE[chosen])
 
 

@@ -51,6 +51,17 @@ def test_condensed_stiffness_is_the_schur_complement(case, backend):
     assert np.abs(found - found.T).max() < CLOSE * np.abs(found).max()
 
 
+def test_nothing_is_left_to_eliminate(case, backend):
+    """All degrees of freedom retained, in another order: the stiffness itself. PARDISO crashes here."""
+    K, dense, _ = case
+    n = 67
+    c, f = np.roll(np.arange(n), 5), np.ones((n, 1))
+    condensed = condense(K[:n, :n].tocsr(), c, backend)
+    assert close(condensed.stiffness, dense[np.ix_(c, c)])
+    assert close(condensed.reduce(f), f)
+    assert close(condensed.expand(f, 0 * f), f)
+
+
 @pytest.mark.parametrize("n_loads", [1, 3])
 def test_reduce_and_expand_give_the_full_solution(case, backend, n_loads):
     K, dense, c = case
