@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,10 +31,12 @@ from fecontact.results.pictures.contact_map import (
     seen_range,
 )
 from fecontact.results.pictures.map_projection import MapProjection, map_of
-from fecontact.results.pictures.section_curve import draw_field_curve
+from fecontact.results.pictures.section_curve import along_axis, curve_window, draw_field_curve
 
 #: Width of a map of a montage, bounds of its height, and width and height of a panel of curves, in inches.
 WIDTH, HEIGHTS, PANEL = 2.9, (1.2, 4.5), (7.0, 2.6)
+#: Letters of a line of the title of a map.
+LETTERS = 34
 #: Cases whose names are written below a picture of curves at most.
 NAMED = 16
 #: Dots per inch of an animation.
@@ -71,7 +74,8 @@ def plot_columns(
     every[-1].set_xlabel(label or "case")
     if not label and len(names) <= NAMED:
         turn = 30 if max(map(len, names)) > 6 else 0
-        every[-1].set_xticks(place, names, rotation=turn, ha="right" if turn else "center")
+        written = ["\n".join(textwrap.wrap(name, LETTERS // 2)) for name in names]
+        every[-1].set_xticks(place, written, rotation=turn, ha="right" if turn else "center")
     return save_figure(figure, path)
 
 
@@ -100,26 +104,64 @@ class _Sheet:
 
     @property
     def height(self) -> float:
-        """Height of a map by its width, in inches."""
+        """Height of a map of `WIDTH`, in inches."""
         wide, high = self.window[1] - self.window[0]
         return float(np.clip(WIDTH * high / wide if wide > 0 else WIDTH, *HEIGHTS))
 
-    def draw(self, axes: Any, kept: FieldMap, name: str) -> None:
-        """Draw one map with its outlines and its title."""
-        if kept.is_curve:
-            draw_field_curve(axes, kept, kept.values, kept.shades, self.what, self.units, self.limits[1])
-            axes.legend().remove()
-        else:
-            draw_shades(axes, kept, kept.shades, self.what, self.limits, self.projection, self.window, self.units)
-            draw_outlines(axes, self.projection, kept.curves, kept.regions, self.units)
-        peak = [] if self.what == "gap" else [f"peak {self.units.number(kept.peak, 'stress')}"]
-        axes.set_title("\n".join([name, *(peak if kept.active.any() else ["no contact"])]), fontsize="small")
+    def draw(self, axes: Any, kept: FieldMap) -> None:
+        """Draw one map with its outlines."""
+        draw_shades(axes, kept, kept.shades, self.what, self.limits, self.projection, self.window, self.units)
+        draw_outlines(axes, self.projection, kept.curves, kept.regions, self.units)
 
     def add_scale(self, figure: Figure, axes: Any) -> None:
-        """The one scale of all maps."""
+        """Draw the one scale of all maps."""
         shades = ScalarMappable(Normalize(*self.limits), COLOURS[self.what])
         more = "max" if self.cut_off else "neither"
         figure.colorbar(shades, ax=axes, label=scale_label(self.what, self.units), extend=more, shrink=0.9, aspect=30)
+
+
+@dataclass(frozen=True, eq=False)
+class _Curves:
+    """What the curves of a field on sections share: limits of both axes, and units."""
+
+    along: tuple[float, float]
+    limits: tuple[float, float]
+    units: Units
+    what: str
+    height: float = 2.2
+
+    @classmethod
+    def of(cls, maps: Sequence[FieldMap], units: Units) -> _Curves:
+        windows = [curve_window(m, along_axis(m)) for m in maps]
+        along = (min(low for low, _ in windows), max(high for _, high in windows))
+        places = [m.points[:, along_axis(m)] for m in maps]
+        seen = np.concatenate([m.values[(p >= along[0]) & (p <= along[1])] for m, p in zip(maps, places, strict=True)])
+        low = min(0.0, float(seen.min(initial=0.0)))
+        return cls(along, (low, 1.05 * float(seen.max(initial=0.0)) or 1.0), units, maps[0].what)
+
+    def draw(self, axes: Any, kept: FieldMap) -> None:
+        """Draw one curve."""
+        draw_field_curve(axes, kept, kept.values, kept.shades, self.what, self.units, self.limits[1])
+        axes.set_xlim(*self.along)
+        axes.set_ylim(*self.limits)
+        axes.legend().remove()
+
+    def add_scale(self, figure: Figure, axes: Any) -> None:
+        """None: the axes have it."""
+
+
+def _paper(maps: Sequence[FieldMap], units: Units) -> _Sheet | _Curves:
+    return _Curves.of(maps, units) if maps[0].is_curve else _Sheet.of(maps, units)
+
+
+def _name(axes: Any, kept: FieldMap, name: str, units: Units) -> None:
+    """Title of one map: the case, broken where it is long, and the peak."""
+    lines = textwrap.wrap(name, LETTERS)
+    if not kept.active.any():
+        lines.append("no contact")
+    elif kept.what != "gap":
+        lines.append(f"peak {units.number(kept.peak, 'stress')}")
+    axes.set_title("\n".join(lines), fontsize="small")
 
 
 def plot_montage(
@@ -136,25 +178,26 @@ def plot_montage(
     units : Units
     path : str or Path, optional
     """
-    sheet = _Sheet.of(maps, units)
-    columns = min(len(maps), max(2, round(np.sqrt(1.4 * len(maps) * sheet.height / WIDTH))))
+    sheet = _paper(maps, units)
+    columns = min(len(maps), max(3, round(np.sqrt(1.4 * len(maps) * sheet.height / WIDTH))))
     rows = -(-len(maps) // columns)
-    size = (WIDTH * columns + 1.4, (sheet.height + 0.75) * rows + 0.7)
+    title_lines = max(len(textwrap.wrap(name, LETTERS)) for name in names)
+    size = (WIDTH * columns + 1.4, (sheet.height + 0.55 + 0.2 * title_lines) * rows + 0.7)
     figure = Figure(figsize=size, layout="compressed")
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for k, axes in enumerate(grid.ravel()):
         if k >= len(maps):
             axes.remove()
             continue
-        sheet.draw(axes, maps[k], names[k])
+        sheet.draw(axes, maps[k])
+        _name(axes, maps[k], names[k], units)
         if k + columns < len(maps):
             axes.set_xlabel("")
         else:
             axes.tick_params(labelbottom=True)
         if k % columns:
             axes.set_ylabel("")
-    if not maps[0].is_curve:
-        sheet.add_scale(figure, list(grid.ravel()[: len(maps)]))
+    sheet.add_scale(figure, list(grid.ravel()[: len(maps)]))
     figure.suptitle(title, fontsize="medium")
     return save_figure(figure, path)
 
@@ -197,15 +240,15 @@ def animate_maps(
 
 def _frames(figure: Figure, maps: Sequence[FieldMap], names: Sequence[str], title: str, units: Units) -> Iterator[None]:
     """Draw one map after the other in the same place."""
-    sheet = _Sheet.of(maps, units)
+    sheet = _paper(maps, units)
     figure.set_size_inches(2 * WIDTH + 1.6, 2 * sheet.height + 1.3)
     axes = figure.subplots()
-    if not maps[0].is_curve:
-        sheet.add_scale(figure, axes)
+    sheet.add_scale(figure, axes)
     figure.suptitle(title, fontsize="medium")
     for k, (kept, name) in enumerate(zip(maps, names, strict=True)):
         axes.clear()
-        sheet.draw(axes, kept, name)
+        sheet.draw(axes, kept)
+        _name(axes, kept, name, units)
         if k == 0:
             figure.canvas.draw()
             figure.set_layout_engine("none")

@@ -253,7 +253,7 @@ def test_workers_send_the_fields_too(rolled):
 def test_a_montage_has_one_scale_and_names_and_the_same_window(rolled, tmp_path):
     _, _, _, _, table = rolled
     for what in ("pressure", "gap"):
-        figure = table.montage(what, tmp_path / f"{what}.png")
+        figure = table.montage(what, tmp_path / "pressure.png" if what == "pressure" else None)
         *maps, bar = figure.axes
         assert len(maps) == 3
         assert [axes.get_title().splitlines()[0] for axes in maps] == list(table.names)
@@ -270,6 +270,25 @@ def test_a_montage_has_one_scale_and_names_and_the_same_window(rolled, tmp_path)
     with Image.open(tmp_path / "pressure.png") as image:
         assert min(image.size) > 300
     assert len(table.montage(cases=["x0"]).axes) == 2
+
+
+def test_sections_are_drawn_as_curves_in_the_same_axes(tmp_path):
+    mesh = fc.sections.rectangle((2.0, 1.0), (8, 3))
+    strip = fc.PlaneBody(mesh, fc.Material(E=10.0, nu=0.3), "top", {"bottom": "xz"}, name="strip")
+    roller = fc.RigidBody(fc.surfaces.Cylinder(3.0), name="roller").placed((1.0, 0.0, 1.0))
+    scene = fc.Scene([strip, roller], [fc.Contact(strip, roller)])
+    table = scene.sweep(
+        [{"motions": {roller: {"z": -z}}} for z in (0.02, 0.04)], keep=("pressure", "gap"), split=((1, 0, 0), (1, 0, 0))
+    )
+    for what in ("pressure", "gap"):
+        axes = table.montage(what).axes
+        assert len(axes) == 2
+        assert len({(a.get_xlim(), a.get_ylim()) for a in axes}) == 1
+    peak = table.column("max_pressure")[1]
+    assert table.montage().axes[0].get_ylim() == pytest.approx((0.0, 1.05 * peak))
+    np.testing.assert_allclose(table.column("front: force_z"), table.column("force_z") / 2, rtol=1e-9)
+    with Image.open(table.animate(tmp_path / "strip.gif", cases=[1])) as image:
+        assert image.n_frames == 1
 
 
 def test_an_animation_has_a_frame_for_each_case(rolled, tmp_path):
