@@ -124,3 +124,20 @@ def pin_in_hole(radius, clearance, approach, pin, plate, n=400):
     scale = S.max() / g[-1]
     solution = solve(ComplementarityProblem(S * np.outer(many, many), g * scale * many), "auto")
     return angle, solution.forces / scale
+
+
+#: Kalker's coefficient C11 of creepage along the way of rolling, circular contact, at nu = 0, 1/4 and 1/2: table E3 of
+#: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990. The parabola through them serves between.
+KALKER_C11 = ((0.0, 3.40), (0.25, 4.12), (0.5, 5.20))
+
+
+def rolling_creepage(share, load, mu, a, shear, nu):
+    """Creepage of a ball that rolls under a share of the tangential force mu P, by its contact radius a.
+
+    Q / (mu P) = 1 - (1 - G a^2 C11 xi / (3 mu P))^3: the law of P. J. Vermeulen & K. L. Johnson, J. Appl. Mech. 31
+    (1964) 338, with the slope of Kalker's linear theory (Z. Y. Shen, J. K. Hedrick & J. A. Elkins 1983), for equal
+    bodies, or a rigid one and one with nu = 1/2, of which `shear` is twice the modulus.
+    """
+    nus, values = zip(*KALKER_C11, strict=True)
+    c11 = np.polyval(np.polyfit(nus, values, 2), nu)
+    return 3 * mu * load / (shear * a**2 * c11) * (1 - (1 - share) ** (1 / 3))

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from references import rolling_creepage
 
 import fecontact as fc
 from fecontact.analytic import friction
@@ -203,6 +204,28 @@ def rolled(n, most_creep, most_l2, row):
     row(case, "work of friction per distance", exact.tangential * exact.creepage, rate, 6 * most_creep)
     assert creep[0] < 0.7 * creep[-1]  # the transient
     return creep[-1], exact.creepage
+
+
+def test_a_ball_rolls(row):
+    """A ball that starts to roll under a tenth of mu P, cell by cell, over two widths of its contact.
+
+    Source: Kalker's linear theory, of three digits, in the law of Vermeulen and Johnson. First order in the cells; both
+    grids are extrapolated to 0.5 %.
+    """
+    material, share = fc.Material(E=1.0, nu=0.25), 0.1
+    load = hertz(material).force
+    exact = rolling_creepage(share, load, MU, 1.0, 1 / 2.5, material.nu)
+    found = []
+    for n in (12, 24):
+        cell = 2.0 / n
+        half = fc.HalfSpace(material, size=(6.5, 2.5), shape=(round(6.5 / cell), round(2.5 / cell)), against=material)
+        way = cell * (np.arange(2 * n + 1) - n)
+        steps = [fc.PressStep(force=load, position=(way[0], 0.0))]
+        steps += [fc.PressStep(force=load, tangential=(share * MU * load, 0.0), position=(x, 0.0)) for x in way]
+        found.append(np.diff(half.press_path(BALL, steps, friction=MU).shift[:, 0])[-1] / cell)
+    for n, creepage, most in zip((12, 24), found, (0.11, 0.055), strict=True):
+        row(f"ball that rolls, {n} cells across", "creepage", exact, creepage, most)
+    row("ball that rolls, 12 and 24 cells across", "creepage, extrapolated", exact, 2 * found[1] - found[0], 0.02)
 
 
 @pytest.mark.parametrize("seed", range(10))

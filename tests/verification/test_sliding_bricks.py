@@ -103,10 +103,10 @@ def test_nothing_creeps(row):
     1e4 steps of each: tests/benchmarks/bench_brick_friction.py.
     """
     row("block at rest on a slope", "motion in 200 static steps over the first slip", 0.0, creep_at_rest(200), 1e-12)
-    row("block at rest on a slope", "drift in 30 static shakes over the swing", 0.0, creep_in_shakes(30), 1e-9)
+    row("block at rest on a slope", "drift in 20 static shakes over the swing", 0.0, creep_in_shakes(20), 1e-9)
     for scheme in SCHEMES:
         name = f"block at rest on a slope, {type(scheme).__name__}"
-        row(name, "motion of its feet in 40 steps over the first slip", 0.0, creep_in_motion(40, scheme), 1e-9)
+        row(name, "motion of its feet in 25 steps over the first slip", 0.0, creep_in_motion(25, scheme), 1e-9)
 
 
 def test_energy_of_random_walks(row):
@@ -115,7 +115,7 @@ def test_energy_of_random_walks(row):
     Source: the second law and maximum dissipation; all worked out anew from positions and forces. A walk where nothing
     slides is elastic: back at its begin everything is as it was. 100 walks: tests/benchmarks/bench_brick_friction.py.
     """
-    walks = [random_walk(seed) for seed in range(8)]
+    walks = [random_walk(seed) for seed in range(6)]
     worst = {name: max(walk[name] for walk in walks) for name in walks[0]}
     row("random walks of a brick", "least work of a step over the largest", 0.0, -min(w["work"] for w in walks), 1e-12)
     row("random walks of a brick", "excess over the cones over the largest force", 0.0, worst["cone"], 1e-9)
@@ -130,6 +130,6 @@ def test_energy_of_random_walks(row):
     )
     assert min(w["slides"] for w in walks) > 0.05
     assert min(w["open"] for w in walks) > 0.01
-    cycles = np.max([elastic_cycle(seed) for seed in range(3)], axis=0)
+    cycles = np.max([elastic_cycle(seed) for seed in range(2)], axis=0)
     for name, found in zip(("motion over that of the cycle", "change of the forces", "work"), cycles, strict=True):
         row("elastic cycles of a brick on a rough floor", name, 0.0, found, 1e-8)
