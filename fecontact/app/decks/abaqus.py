@@ -6,6 +6,7 @@ with its line.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +29,8 @@ MESH |= {"END INSTANCE", "INCLUDE", "HEADING"}
 #: Keywords that stand inside of *MATERIAL and *SURFACE INTERACTION.
 OF_MATERIAL = {"ELASTIC", "DENSITY", "HYPERELASTIC", "HYPERFOAM"}
 OF_INTERACTION = {"SURFACE BEHAVIOR", "FRICTION"}
+#: Parameters of *FRICTION that make it differ by direction, speed or pressure.
+OF_FRICTION = ("ANISOTROPIC", "EXPONENTIAL DECAY", "TAUMAX", "USER")
 #: Keywords whose loads and supports need axes or constraints that there are not here.
 REFUSED = {"TRANSFORM": "turns the axes of nodes", "SYSTEM": "turns coordinates"}
 
@@ -139,7 +142,7 @@ def _pairs(found: Found, mesh: Mesh) -> tuple[list[DeckPair], list[DeckPair]]:
         friction, ties = 0.0, False
         for part in found.interactions[name.upper()]:
             if part.keyword == "FRICTION":
-                friction = float(numbers(part.lines, float)[0]) if part.lines else 0.0
+                friction = _friction(part, found.notes)
                 continue
             form = part.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
             ties |= form == "TIED"
@@ -150,6 +153,15 @@ def _pairs(found: Found, mesh: Mesh) -> tuple[list[DeckPair], list[DeckPair]]:
         if "ADJUST" in s.parameters:
             found.notes.append(f"{s.place}: ADJUST is not used; gaps are those of the mesh.")
     return contacts, tied
+
+
+def _friction(part: KeywordSection, notes: list[str]) -> float:
+    """Coefficient of friction of its keyword: the first one, infinite where rough."""
+    if "ROUGH" in part.parameters:
+        return math.inf
+    if unused := [word for word in OF_FRICTION if word in part.parameters]:
+        notes.append(f"{part.place}: friction is the first coefficient, everywhere; {', '.join(unused)} is not used.")
+    return float(numbers(part.lines, float)[0]) if part.lines else 0.0
 
 
 def _material(parts: Sequence[KeywordSection], notes: list[str]) -> Material:

@@ -167,6 +167,22 @@ def test_steps_with_friction_are_a_load_path(deck):
     assert np.abs(np.array(forces)[:, [0, 2]] - [[0, 0.1], [-0.02, 0.1]]).max() < 1e-6
 
 
+@pytest.mark.parametrize(
+    ("keyword", "mu", "note"),
+    [
+        ("*FRICTION\n0.4, 1e5", 0.4, False),
+        ("*FRICTION, ANISOTROPIC\n0.4, 0.2", 0.4, True),
+        ("*FRICTION, ROUGH\n", np.inf, False),
+        ("*FRICTION, SLIP TOLERANCE=0.01\n0.4,", 0.4, False),
+    ],
+)
+def test_friction_of_a_deck(deck, keyword, mu, note):
+    path = deck(step("*DSLOAD\nCap_above, P, 0.1\n"), "0.4", ("*FRICTION\n0.4, 1e5", keyword))
+    scene = fc.read_scene(path)
+    assert scene.scene.contacts[0].mu == mu
+    assert any("friction is the first coefficient, everywhere; ANISOTROPIC" in n for n in scene.notes) == note
+
+
 def test_what_is_not_used_is_listed_by_line(deck):
     path = deck(step("*DSLOAD\nCap_above, P, 0.1\n*TEMPERATURE\nNLower, 30.\n"))
     lines = path.read_text().splitlines()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.contact.lay import Lay
 
@@ -239,10 +240,14 @@ def test_an_axis_oblique_to_a_plane_of_symmetry_is_refused() -> None:
         dragged(scene, body, 0.01, 0.0)
 
 
-def test_half_spaces_have_one_coefficient() -> None:
+def test_half_spaces_and_bricks_have_one_coefficient() -> None:
     half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(8, 8))
     with pytest.raises(fc.InputError, match="the same in all directions here"):
         half.press(fc.surfaces.Paraboloid(1.0), force=0.1, friction=MU, tangential=(0.01, 0.0))
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0), points=3)
+    with pytest.raises(fc.InputError, match="the same in all directions here"):
+        Assembly.of([solid], None, [(0, "bottom", fc.RigidBody(fc.Plane()), MU)])
 
 
 def test_a_section_has_one_coefficient() -> None:
