@@ -133,8 +133,7 @@ class ContactFields:
         pressed = self.forces @ self.couples
         if self.friction is None:
             return pressed
-        rubbed = np.cross(self.centres - self.reference_point, self.friction.resultants) + self.friction.couples
-        return pressed + rubbed.sum(axis=0)
+        return pressed + self.friction.moments(self.centres - self.reference_point).sum(axis=0)
 
     @property
     def total_force(self) -> float:

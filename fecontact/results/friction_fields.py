@@ -78,6 +78,10 @@ class FrictionFields:
         """Resultant (3,) of friction on the slave."""
         return np.asarray(self.resultants.sum(axis=0))
 
+    def moments(self, levers: Array) -> Array:
+        """Moments (n, 3) of the resultants at levers (n, 3), with their couples."""
+        return np.asarray(np.cross(levers, self.resultants) + self.couples)
+
     @property
     def stick_area(self) -> float:
         """Area of the points that stick."""

@@ -107,12 +107,15 @@ class Region:
 def part_of(contact: LoadedPoints, share: Array) -> Region:
     """Resultants of the points of a contact, friction included, weighted by shares (n,) between 0 and 1."""
     forces = contact.forces * share
-    dragged = np.zeros((len(forces), 3)) if contact.friction is None else contact.friction.resultants * share[:, None]
+    force, moment, friction = forces @ contact.normals, forces @ contact.couples, contact.friction
+    if friction is not None:
+        force = force + share @ friction.resultants
+        moment = moment + share @ friction.moments(contact.centres - contact.reference_point)
     total, area = float(forces.sum()), float((contact.weights * share)[contact.active].sum())
     return Region(
         area=area,
-        force=forces @ contact.normals + dragged.sum(axis=0),
-        moment=forces @ contact.couples + np.cross(contact.centres - contact.reference_point, dragged).sum(axis=0),
+        force=force,
+        moment=moment,
         max_pressure=float(contact.pressure[share > 0].max(initial=0.0)),
         mean_pressure=total / area if area > 0 else 0.0,
         centre_of_pressure=forces @ contact.centres / total if total > 0 else np.full(3, np.nan),

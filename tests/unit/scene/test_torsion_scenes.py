@@ -73,6 +73,7 @@ def test_torques_are_equal_and_opposite_and_of_the_tractions() -> None:
     assert abs(sum(reactions)) < 1e-12 * abs(reactions[0])
     assert abs(abs(c.moment[2]) / abs(reactions[0]) - 1) < 1e-12
     assert abs(sum(result.reaction(body, "top" if body is upper else "bottom")[5] for body in (upper, lower))) < 1e-12
+    np.testing.assert_allclose(sum(part.moment for part in c.regions), c.moment, atol=1e-14)
     assert result.friction.residuals.worst < 1e-10
     # the same by turning the other body, by sides in the other order, and turned half round with all of it
     other = twisted(scene, lower, -TURN)
