@@ -210,6 +210,14 @@ SHOWN: tuple[Entry, ...] = (
         },
     ),
     Entry(
+        "woven_yarns",
+        {
+            "woven_yarns": "Cuts of a plain weave, whose yarns along x are pulled by 2 %, and forces: these straighten "
+            "and the others take over their waves and become shorter, so that the stiffness nearly doubles, "
+            "towards that of a straight yarn.",
+        },
+    ),
+    Entry(
         "bricks",
         {
             "bricks_circle": "Ten bricks bent by a moment at their end, up to a full circle: strain energy within "

@@ -120,6 +120,16 @@ def test_belt_drive(tmp_path):
     assert (tmp_path / "belt_drive.png").stat().st_size > 10_000
 
 
+def test_woven_yarns(tmp_path):
+    figures = load("woven_yarns").main(n=1, elements=4, steps=3, out=tmp_path)
+    # the waves go over from one yarn to the other, whose skins stay in touch
+    assert figures["wave, pulled yarn"] < 0.8 < 1.2 < figures["wave, yarn across"]
+    assert abs(figures["wave, pulled yarn"] + figures["wave, yarn across"] - 2) < 0.02
+    assert figures["stiffness at first"] < figures["stiffness at last"] < figures["of a straight yarn"]
+    assert figures["defect of Coulomb's law"] < 1e-9
+    assert (tmp_path / "woven_yarns.png").stat().st_size > 10_000
+
+
 def test_rough_block(tmp_path):
     found = load("rough_block").main(n=128, out=tmp_path)
     assert 0.5 < found["approach"] / found["half-space"] < 0.8  # the plate holds the rubber
