@@ -103,7 +103,7 @@ def _likely(
     bodies: tuple[Body, Body], surface: FacetSurface, opening: Array, nodes: IntArray, areas: Array, loading: Loading
 ) -> IntArray:
     """Candidates (k,) among slave nodes (n,), from gaps after the prescribed motions, areas and size of the loads."""
-    approach = max(0.0, -float(opening.min()))
+    overlap = approach = max(0.0, -float(opening.min()))
     force = loading.magnitude
     if force > 0:
         compliance = sum(1 / b.contact_modulus for b in bodies)
@@ -115,7 +115,21 @@ def _likely(
                 opening - opening.min(), images * areas, 1 / compliance, images * force, thickness
             )
             approach = max(approach, scale)
-    return choose(opening, approach)
+    layer = approach == overlap > 0 and _is_layer(bodies, surface, opening, nodes, areas)
+    return choose(opening, approach, layer)
+
+
+def _is_layer(bodies: tuple[Body, Body], surface: FacetSurface, opening: Array, nodes: IntArray, areas: Array) -> bool:
+    """Whether the overlap of undeformed surfaces has a larger radius than the softer body is thick below it."""
+    soft = max(
+        (b for b in elastic_among(bodies) if not b.mesh.is_flat), key=lambda b: 1 / b.contact_modulus, default=None
+    )
+    if soft is None:
+        return False
+    nearest = nodes[[np.argmin(opening)]]
+    normal = surface.mean_normals[nearest[0]] @ bodies[0].pose.rotation.T @ soft.pose.rotation
+    area = _mirror_images(bodies[0], nearest) * float(areas[opening < 0].sum())
+    return area > np.pi * float(np.ptp(soft.mesh.points @ normal)) ** 2
 
 
 def _mirror_images(slave: Body, nearest: IntArray) -> int:

@@ -13,6 +13,10 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
 from fecontact.contact.interface import UnilateralConstraints
 
+#: Share of new candidates up to which those of the last step serve: what is missing is found by the certificate, and
+#: other candidates would need another factorisation.
+FEW_NEW = 0.05
+
 
 @one_line
 @dataclass(frozen=True, eq=False)
@@ -68,12 +72,13 @@ class StepEnd:
     motion: Array = field(default_factory=lambda: np.zeros(0))
 
     def candidates(self, conditions: Sequence[UnilateralConstraints], chosen: Sequence[IntArray]) -> list[IntArray]:
-        """Candidates together with those of the last step, where the points are the same."""
+        """Candidates together with those of the last step, where the points are the same; the latter if few are new."""
         out = list(chosen)
         for k, moved in self.moved.items():
             contact = conditions[k].as_contact
             if contact is not None and np.array_equal(contact.pairing.nodes, moved.nodes):
-                out[k] = np.union1d(out[k], self.chosen[k])
+                last, both = self.chosen[k], np.union1d(out[k], self.chosen[k])
+                out[k] = last if len(both) <= (1 + FEW_NEW) * len(last) else both
         return out
 
     def start(self, chosen: Sequence[IntArray], n_forces: int, n_motions: int) -> tuple[Array, Array] | None:

@@ -12,6 +12,8 @@ from fecontact.common.arrays import Array, IntArray, Mask
 
 #: Share of the estimated rigid overlap within which pairs are candidates; one half for a Hertz contact.
 MARGIN = 0.72
+#: The same of a thin layer whose overlap is prescribed: it touches wherever it overlaps.
+LAYER_MARGIN = 1.0
 #: Least number of candidates of a contact.
 FEWEST = 12
 
@@ -56,11 +58,18 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thi
     return float(g[k - 1] + extra)
 
 
-def choose(gap: Array, approach: float) -> IntArray:
-    """Pairs whose gap above the smallest is within `MARGIN` times an approach, at least `FEWEST`."""
+def choose(gap: Array, approach: float, layer: bool = False) -> IntArray:
+    """Pairs whose gap above the smallest is within `MARGIN` (`LAYER_MARGIN`) times an approach, at least `FEWEST`.
+
+    Examples
+    --------
+    >>> gap = np.linspace(-1.0, 1.0, 200)
+    >>> len(choose(gap, 1.0)), len(choose(gap, 1.0, layer=True))
+    (72, 100)
+    """
     order = np.argsort(gap, kind="stable")
     above = gap[order] - gap[order[0]]
-    n = int(np.searchsorted(above, MARGIN * approach, side="right"))
+    n = int(np.searchsorted(above, (LAYER_MARGIN if layer else MARGIN) * approach, side="right"))
     return np.sort(order[: max(n, FEWEST)])
 
 
