@@ -194,11 +194,13 @@ def _scale(text: str) -> float | str:
 
 
 def _view(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("result", metavar="RESULT.vtu | MESH", help="a result or a mesh: .step, .msh, .stl, ..")
+    parser.add_argument(
+        "result", metavar="RESULT.vtu | MESH", help="a result, a mesh or a section: .step, .msh, .stl, .."
+    )
     parser.add_argument("--field", help="von_mises (unless given), contact_pressure, displacement_z, stress_xx")
     parser.add_argument("--out", metavar="PICTURE", help="file to write; the result's name with .png unless given")
     parser.add_argument("--scale", default=1.0, type=_scale, help="factor of the displacements, or auto; 0 undeformed")
-    parser.add_argument("--view", default="iso", help="iso, below, x, -x, y, -y, z, -z or AZIMUTH,ELEVATION in degrees")
+    parser.add_argument("--view", help="iso (unless given), below, x, -x, y, -y, z, -z or AZIMUTH,ELEVATION in degrees")
     parser.add_argument("--cut", metavar="'x<0'", help="part to keep")
     parser.add_argument("--bodies", metavar="0,1", help="numbers of the bodies to show, separated by commas")
     parser.add_argument("--limits", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the colours")

@@ -13,8 +13,11 @@ from typing import Any, TextIO
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.common.checks import among
-from fecontact.common.errors import InputError
+from fecontact.common.errors import FecontactError, InputError, MeshError
 from fecontact.common.files import check_writable, make_folder, save_json
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import SectionMesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.results.case_table import ANIMATIONS
 
 #: Types of files that hold results, with fields.
@@ -202,7 +205,7 @@ def view(options: argparse.Namespace) -> int:
     field = options.field or "von_mises"
     chosen = {
         "scale": options.scale,
-        "view": _direction(options.view),
+        "view": _direction(options.view or "iso"),
         "bodies": options.bodies.split(",") if options.bodies else None,
         "cut": options.cut,
         "limits": options.limits,
@@ -218,21 +221,35 @@ def view(options: argparse.Namespace) -> int:
 
 
 def _view_mesh(options: argparse.Namespace) -> int:
-    """Draw a mesh, a solid of CAD or a surface with its named boundaries."""
-    from fecontact.mesh.read import read_mesh
-    from fecontact.mesh.read_surface import READERS, read_surface
-
+    """Draw a mesh, a solid of CAD, a section or a surface with its named boundaries."""
     given = ("field", "cut", "bodies", "limits", "units", "show")
     if wrong := [f"--{name}" for name in given if getattr(options, name)] + ["--scale"] * (options.scale != 1.0):
         raise InputError(f"{options.result} is a mesh, which has no fields: leave {', '.join(wrong)} out.")
     source = Path(options.result)
-    mesh = read_surface(source) if source.suffix.lower() in READERS else read_mesh(source)
+    mesh = _mesh_of(source)
     path = _picture(options)
-    chosen = {"view": _direction(options.view), "edges": not options.no_edges, "length": options.length}
-    mesh.plot(path, **chosen)
+    view = {"view": _direction(options.view)} if options.view else {}
+    mesh.plot(path, edges=not options.no_edges, length=options.length, **view)
     say(repr(mesh))
     say(f"wrote {path}")
     return 0
+
+
+def _mesh_of(source: Path) -> Mesh | SectionMesh | SurfaceMesh:
+    """Mesh of a file: a surface by its suffix, else solids, and where there are none a section."""
+    from fecontact.mesh.read import read_mesh
+    from fecontact.mesh.read_section import read_section
+    from fecontact.mesh.read_surface import READERS, read_surface
+
+    if source.suffix.lower() in READERS:
+        return read_surface(source)
+    try:
+        return read_mesh(source)
+    except MeshError as no_solid:
+        try:
+            return read_section(source)
+        except FecontactError:
+            raise no_solid from None
 
 
 def _picture(options: argparse.Namespace) -> Path:

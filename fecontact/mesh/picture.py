@@ -1,4 +1,4 @@
-"""Picture of a mesh: its outer faces, with named boundaries in colours and numbered. Needs matplotlib only."""
+"""Picture of a mesh: outer faces or a section, named boundaries in colours and numbered. Needs matplotlib only."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -82,17 +83,65 @@ def plot_faces(
     )
     figure, axes = framed(image, camera, title, length)
     _number_boundaries(axes, camera, points, facets, boundaries)
-    if boundaries:
-        listed = list(boundaries)[:LISTED]
-        handles = [
-            Patch(color=_colour(k), label=f"{k + 1}  {name}, {len(boundaries[name])} faces")
-            for k, name in enumerate(listed)
-        ]
-        rest = len(boundaries) - len(listed)
-        # of the figure: the layout keeps room for it, whatever the length of the names
-        more = f"and {rest} more" if rest else None
-        figure.legend(handles=handles, loc="outside right center", frameon=False, title=more)
+    _list_boundaries(figure, boundaries, "faces")
     return save_figure(figure, path)
+
+
+def plot_sides(
+    points: Array,
+    cells: IntArray,
+    boundaries: Mapping[str, Array],
+    path: str | Path | None,
+    title: str,
+    *,
+    view: str | tuple[float, float] = "-y",
+    edges: bool = True,
+    length: str = "",
+) -> Figure:
+    """Draw cells of a section, the sides of each named boundary as a line of its colour.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+    cells : (n_cells, 8 | 9) int array
+    boundaries : mapping of name to (k, n, 3) array
+        Points along each side, an odd number.
+    path, title, view, edges, length
+        As for `plot_faces`.
+
+    Raises
+    ------
+    InputError
+        As for `plot_faces`.
+    """
+    camera = Camera.looking(view)
+    image = draw_facets(
+        points, cells, np.zeros(len(points)), lambda v: np.tile(PLAIN, (len(v), 1)), camera, PIXELS, edges, False
+    )
+    figure, axes = framed(image, camera, title, length)
+    for k, sides in enumerate(boundaries.values()):
+        curves = sides @ camera.axes[:2].T
+        axes.add_collection(LineCollection(list(curves), colors=[_colour(k)], linewidths=3.0, capstyle="round"))
+        middles = curves[:, curves.shape[1] // 2]
+        if len(middles):
+            nearest = np.argmin(((middles - middles.mean(axis=0)) ** 2).sum(axis=1))
+            _write_number(axes, k + 1, middles[nearest])
+    _list_boundaries(figure, boundaries, "sides")
+    return save_figure(figure, path)
+
+
+def _list_boundaries(figure: Figure, boundaries: Mapping[str, Array] | Mapping[str, IntArray], members: str) -> None:
+    """Legend of boundaries beside the picture; of the figure, so that the layout keeps room for any names."""
+    if not boundaries:
+        return
+    listed = list(boundaries)[:LISTED]
+    handles = [
+        Patch(color=_colour(k), label=f"{k + 1}  {name}, {len(boundaries[name])} {members}")
+        for k, name in enumerate(listed)
+    ]
+    rest = len(boundaries) - len(listed)
+    more = f"and {rest} more" if rest else None
+    figure.legend(handles=handles, loc="outside right center", frameon=False, title=more)
 
 
 def framed(
@@ -105,7 +154,7 @@ def framed(
     axes = figure.subplots()
     axes.imshow(image.rgba, extent=image.extent, origin="lower", interpolation="antialiased")
     axes.set_axis_off()
-    axes.set_title(title)
+    axes.set_title(title, pad=12)  # above the number of a boundary on top
     if scale is not None:
         figure.colorbar(scale[0], ax=axes, shrink=0.75, pad=0.02, label=scale[1])
     _draw_ruler(axes, image, label("the unit of length", length))
@@ -137,9 +186,12 @@ def _number_boundaries(
         if len(facing):
             middle = middles[facing].mean(axis=0)
             at = facing[np.argmin(((middles[facing] - middle) ** 2).sum(axis=1))]
-            x, y = camera.axes[:2] @ middles[at]
-            box = {"boxstyle": "circle,pad=0.25", "facecolor": "white", "edgecolor": "0.3", "alpha": 0.85}
-            axes.annotate(str(k), (x, y), ha="center", va="center", fontsize="small", bbox=box)
+            _write_number(axes, k, camera.axes[:2] @ middles[at])
+
+
+def _write_number(axes: Any, number: int, place: Array) -> None:
+    box = {"boxstyle": "circle,pad=0.25", "facecolor": "white", "edgecolor": "0.3", "alpha": 0.85}
+    axes.annotate(str(number), tuple(place), ha="center", va="center", fontsize="small", bbox=box)
 
 
 def _draw_ruler(axes: Any, image: Image, length: str) -> None:

@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from fecontact.common.arguments import known_options
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number_array
 from fecontact.common.errors import MeshError
@@ -207,6 +209,25 @@ class SectionMesh(CellSets):
         if self.hanging is not None:
             count[self.hanging.edges[:, [1, 3, 4]]] = 2
         return np.stack(np.divmod(np.flatnonzero(count[middles] == 1), 4), axis=1)
+
+    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+        """Picture of the cells, boundaries as lines in colours and numbered: a matplotlib figure.
+
+        Arguments and errors as in `Mesh.plot`; seen with x to the right and z upwards unless ``view`` is given.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> figure = fc.sections.rectangle((2.0, 1.0), (4, 2)).plot(length="mm")
+        >>> [text.get_text() for text in figure.legends[0].get_texts()][:2]
+        ['1  bottom, 4 sides', '2  right, 2 sides']
+        """
+        from fecontact.mesh.picture import plot_sides
+
+        known_options(plot_sides, options)
+        shapes, _ = line_shapes(np.linspace(0.0, 1.0, 9))
+        sides = {name: shapes @ self.points[self.face_nodes(members)] for name, members in self.boundaries.items()}
+        return plot_sides(self.points, self.cells, sides, path, self.size_line, **options)
 
     @property
     def is_flat(self) -> bool:

@@ -1,5 +1,8 @@
 """Pictures of meshes: boundaries in colours, numbered and listed."""
 
+import re
+
+import meshio
 import numpy as np
 import pytest
 
@@ -79,3 +82,29 @@ def test_a_mesh_is_viewed_from_the_command_line(block, tmp_path, capsys):
 def test_bad_options_are_refused(block, options, message):
     with pytest.raises(fc.InputError, match=message):
         block.plot(**options)
+
+
+def test_sections_show_their_sides_in_colours_numbered_and_listed(tmp_path):
+    section = fc.sections.rectangle((2.0, 1.0), (4, 2))
+    figure = section.plot(tmp_path / "section.png", length="mm")
+    (legend,) = figure.legends
+    listed = [text.get_text() for text in legend.get_texts()]
+    assert listed == ["1  bottom, 4 sides", "2  right, 2 sides", "3  top, 4 sides", "4  left, 2 sides"]
+    axes = figure.axes[0]
+    lines = {tuple(c.get_colors()[0][:3]): np.concatenate(c.get_segments()) for c in axes.collections}
+    for handle, (k, place) in zip(legend.legend_handles, ((1, 0.0), (0, 2.0), (1, 1.0), (0, 0.0)), strict=True):
+        drawn = lines[handle.get_facecolor()[:3]]
+        assert np.abs(drawn[:, k] - place).max() <= 1e-12  # x to the right, z upwards
+    numbers = {text.get_text(): text.get_position() for text in axes.texts if text.get_text().isdigit()}
+    assert set(numbers) == {"1", "2", "3", "4"}
+    assert abs(numbers["1"][1]) <= 1e-12
+
+
+def test_a_section_is_viewed_from_the_command_line(tmp_path, capsys):
+    points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]
+    meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]).write(tmp_path / "plate.inp")
+    text = (tmp_path / "plate.inp").read_text()
+    (tmp_path / "plate.inp").write_text(re.sub("TYPE=[A-Z0-9]+", "TYPE=CPS4", text))
+    assert main(["view", str(tmp_path / "plate.inp")]) == 0
+    assert "SectionMesh" in capsys.readouterr().out
+    assert (tmp_path / "plate.png").stat().st_size > 2000
