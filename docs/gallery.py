@@ -218,6 +218,14 @@ SHOWN: tuple[Entry, ...] = (
         },
     ),
     Entry(
+        "inflated_tube",
+        {
+            "inflated_tube": "A quarter of the section at rest, inflated against a roll, and at its smallest after the "
+            "pressure has gone; the force of a roll grows faster than the pressure, as ever more of the tube lies on "
+            "it. Let go, the tube swings between two ovals, and its viscosity damps it.",
+        },
+    ),
+    Entry(
         "bricks",
         {
             "bricks_circle": "Ten bricks bent by a moment at their end, up to a full circle: strain energy within "

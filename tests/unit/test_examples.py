@@ -112,6 +112,14 @@ def test_bricks(tmp_path):
     assert (tmp_path / "bricks_bounce.pvd").exists()
 
 
+def test_inflated_tube(tmp_path):
+    figures = load("inflated_tube").main(n=4, until=0.2, out=tmp_path)
+    assert abs(figures["force"] / 0.0296 - 1) < 0.05  # eight bricks
+    assert 1.25 < figures["largest radius"] < 1.4
+    assert figures["energy drift"] < 1e-9
+    assert (tmp_path / "inflated_tube.png").stat().st_size > 10_000
+
+
 def test_belt_drive(tmp_path):
     figures = load("belt_drive").main(n=12, turns=2, out=tmp_path)
     # twelve elements for half a turn: of first order
