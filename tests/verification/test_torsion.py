@@ -61,8 +61,11 @@ def test_a_bonded_disc(row):
     row("11 bonded disc", "worst residual", 0, result.friction.residuals.worst, 1e-10)
 
 
-def twisted_balls(level, share=0.6, mu=0.3, load=726.4):
-    """Two equal balls and Lubkin's solution under a share of the largest torque; the scene, the upper ball, a step."""
+def twisted_balls(level, share=0.6, mu=0.3, load=0.7264):
+    """Two equal balls and Lubkin's solution under a share of the largest torque; the scene, the upper ball, a step.
+
+    The load is small, for the rotation depends on the curvature by 0.6 a/R, which half-spaces do not have.
+    """
     ball = hertz.spheres((25.0, 25.0), (STEEL, STEEL), force=load)
     exact = friction.lubkin(ball, mu, torque=share * 3 * math.pi / 16 * mu * load * ball.a)
     mesh = fc.sections.half_disc(25.0, contact_radius=ball.a, level=level)
@@ -77,7 +80,7 @@ def twisted_balls(level, share=0.6, mu=0.3, load=726.4):
 
 
 @pytest.mark.parametrize(
-    ("level", "traction", "radius", "rotation"), [(1, 0.033, 0.035, 0.019), (2, 0.09, 0.02, 0.013)]
+    ("level", "traction", "radius", "rotation"), [(1, 0.031, 0.035, 0.007), (2, 0.09, 0.02, 0.0015)]
 )
 def test_partial_slip_of_twisted_balls(level, traction, radius, rotation, row):
     """Two equal balls pressed and twisted: tractions, stick radius, rotation.
@@ -100,20 +103,25 @@ def test_partial_slip_of_twisted_balls(level, traction, radius, rotation, row):
 
 
 def test_a_cycle_of_torsion(row):
-    """Balls twisted to and fro: rotation and energy per cycle.
+    """Balls twisted to and fro, on a mesh divided to an accuracy of 2 %: tractions, stick radius, energy per cycle.
 
     Source: Lubkin 1951; by Masing's rule, after which a path from a reversal is the first one enlarged by two, the
-    energy is 4 M theta - 8 int_0^M theta dm. It is that of the ring of slip alone, and errs by the place of its edge.
+    energy is 4 M theta - 8 int_0^M theta dm.
     """
-    exact, scene, upper, step = twisted_balls(2, share=0.8)
+    exact, scene, upper, step = twisted_balls(1)
     at, weights = np.polynomial.legendre.leggauss(20)
     turns = [friction.lubkin(exact.contact, 0.3, torque=exact.torque * (x + 1) / 2).rotation for x in at]
     energy = 4 * exact.torque * exact.rotation - 8 * exact.torque * (weights / 2) @ turns
-    path = scene.solve_path([step(part) for part in (0, 1, -1, 1)])
-    turn, case = path[1].rigid_motion(upper).rotation[2], "11 cycle of torsion"
-    row(case, "rotation", exact.rotation, turn, 0.01, dofs=path[1].n_dofs)
+    path = scene.solve_path([step(part) for part in (0, 1, -1, 1)], accuracy=0.02)
+    turn, contact, case = path[1].rigid_motion(upper).rotation[2], path[1].contacts[0], "11 cycle of torsion"
+    target = -exact.traction(contact.points[:, 0])
+    error = contact.friction.traction[:, 1] - target
+    error = math.sqrt(contact.weights @ error**2 / (contact.weights @ target**2))
+    row(case, "traction, L2 error", 0, error, 0.009)
+    row(case, "stick radius", exact.c, math.sqrt(contact.stick_area / math.pi), 0.004)
+    row(case, "rotation", exact.rotation, turn, 0.0015, dofs=path[1].n_dofs)
     row(case, "rotation after a cycle over that before", 1.0, path[3].rigid_motion(upper).rotation[2] / turn, 1e-9)
-    row(case, "energy per cycle", energy, path.dissipated[2:].sum(), 0.02)
+    row(case, "energy per cycle", energy, path.dissipated[2:].sum(), 0.001)
 
 
 def test_a_press_fit_twisted_and_pulled(row):
