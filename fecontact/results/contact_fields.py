@@ -17,7 +17,7 @@ from fecontact.common.one_line import one_line
 from fecontact.fem.energy_error import EnergyError
 from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
-from fecontact.results.facet_samples import facet_samples, pressure_shapes
+from fecontact.results.facet_samples import beside_plane, facet_samples, pressure_shapes
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.recovered_field import RecoveredField, recovered_field
 from fecontact.results.resultants import Region, part_of, region_numbers, sides_of_plane
@@ -25,6 +25,8 @@ from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.results.stick import has_reserve, reserve, traction_misfit
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
+#: Samples per side of a facet, by which one that a plane cuts is divided.
+SAMPLES = 8
 #: Faces across a contact from which on its edge is located within them.
 FACES_ACROSS = 2.0
 
@@ -307,8 +309,8 @@ class ContactFields:
     def split_by_plane(self, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
         """Resultants on both sides of a plane, for instance medial and lateral.
 
-        Every contact point is assigned to the side on which its force acts, or half to each if on the plane; the sum of
-        both is the whole contact.
+        The pressure is integrated within the facets: a contact point that a facet shares with the plane counts on both
+        sides, and the sum of both is the whole contact. Peaks are of the points on a side.
 
         Parameters
         ----------
@@ -337,6 +339,19 @@ class ContactFields:
         (0.005, 0.005)
         """
         return sides_of_plane(self, point, normal)
+
+    def shares(self, point: Array, normal: Array) -> tuple[Array, Array]:
+        """Shares (n,) and (n_facets,) of points and facets on the side of a plane to which its unit normal points.
+
+        That of a point is the part of the integral of the function by which its pressure is interpolated.
+        """
+        every = facet_samples(self.nodes, self.facets, self.coupling == "mortar", self.extent, SAMPLES)
+        parts = np.stack([every.areas * beside_plane(every, point, normal), every.areas])
+        nodal = np.einsum("sfq,fqa->sfa", parts, every.shapes).reshape(2, -1)
+        part, whole = (self.at_nodes.T @ np.bincount(self.facets.ravel(), v, len(self.nodes)) for v in nodal)
+        here = np.heaviside((self.centres - point) @ normal, 0.5)
+        share = np.divide(part, whole, out=here, where=whole > 0)
+        return np.clip(share, 0.0, 1.0), np.divide(*parts.sum(axis=2))
 
     def sampled(self, values: Array, n: int = 4) -> tuple[Array, Array, Array]:
         """A nodal field sampled inside the facets; zero beyond the rim of an elastic master.

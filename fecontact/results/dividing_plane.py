@@ -16,10 +16,6 @@ from fecontact.common.checks import vector
 from fecontact.common.errors import InputError, shown
 from fecontact.common.one_line import one_line
 from fecontact.results.contact_fields import FACES_ACROSS, ContactFields
-from fecontact.results.facet_samples import facet_samples
-
-#: Samples per side of a facet, by which the area of one that the plane cuts is divided.
-SAMPLES = 8
 
 
 @one_line
@@ -94,8 +90,6 @@ def _areas(contact: ContactFields, point: Array, normal: Array) -> tuple[float, 
     """
     if not contact.error_estimate.faces_across >= FACES_ACROSS:
         return None
-    samples = facet_samples(contact.nodes, contact.facets, False, contact.extent, SAMPLES)
-    front = np.heaviside((samples.points - point) @ normal, 0.5)
-    share = (samples.areas * front).sum(axis=1) / samples.areas.sum(axis=1)
+    _, share = contact.shares(point, normal / np.linalg.norm(normal))
     area = float(contact.outline.areas @ share)
     return area, contact.outline.area - area

@@ -113,3 +113,12 @@ def _fan(n_columns: int, L: Array) -> Array:
     else:
         out[:, middles] += third[:, None]
     return out
+
+
+def beside_plane(samples: FacetSamples, point: Array, normal: Array) -> Array:
+    """Part (n, n_q) of each sample that lies on the side of a plane to which its unit normal (3,) points.
+
+    As of a square of the sample's area, parallel to the plane.
+    """
+    across = (samples.points - point) @ normal / np.sqrt(np.maximum(samples.areas, np.finfo(float).tiny))
+    return np.clip(across + 0.5, 0.0, 1.0)

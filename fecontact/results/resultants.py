@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,7 +21,7 @@ from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
 from fecontact.results.friction_fields import FrictionFields
 
-#: Distance from a dividing plane, relative to the slave's size, within which a point is assigned half to each side.
+#: Distance from a dividing plane, relative to the slave's size, within which a point is on both sides.
 ON_PLANE = 1e-9
 
 
@@ -67,6 +67,9 @@ class LoadedPoints(Protocol):
     @property
     def friction(self) -> FrictionFields | None:
         """Tangential forces, if there is friction."""
+
+    def shares(self, point: Array, normal: Array) -> tuple[Array, Array]:
+        """Shares of points (n,) and facets on one side of a plane."""
 
     @property
     def sharing(self) -> sp.csr_matrix:
@@ -143,9 +146,13 @@ def sides_of_plane(contact: LoadedPoints, point: ArrayLike, normal: ArrayLike) -
     length = np.linalg.norm(n)
     if length == 0:
         raise InputError("The normal of the dividing plane must not be zero.")
-    distance = (contact.centres - vector("The point of the dividing plane", point)) @ (n / length)
-    share = np.where(np.abs(distance) <= ON_PLANE * contact.slave.size, 0.5, distance > 0)
-    return part_of(contact, share), part_of(contact, 1 - share)
+    p = vector("The point of the dividing plane", point)
+    distance = (contact.centres - p) @ (n / length)
+    near = np.abs(distance) <= ON_PLANE * contact.slave.size
+    share, _ = contact.shares(p, n / length)
+    front, back = part_of(contact, share), part_of(contact, 1 - share)
+    peaks = (float(contact.pressure[near | side].max(initial=0.0)) for side in (distance > 0, distance < 0))
+    return replace(front, max_pressure=next(peaks)), replace(back, max_pressure=next(peaks))
 
 
 def hold_of_body(part: BodyBlock, loading: Loading, k: int, forces: Array) -> Array:

@@ -68,13 +68,30 @@ def test_points_on_the_plane_count_half_to_either_side():
     assert abs(left.area - right.area) <= ROUNDING * contact.area
 
 
-@pytest.mark.parametrize(("share", "halved"), [(0.9e-9, True), (1.1e-9, False)])
-def test_a_point_is_on_a_plane_up_to_1e_9_of_the_body(share, halved):
+@pytest.mark.parametrize("share", [1e-12, 1e-9, 1e-6, 1e-3])
+def test_a_plane_moves_across_a_point_without_a_jump(share):
     body, _, result = tilted_block()
-    contact = result.contacts[0]
-    left, right = contact.split_by_plane((-share * body.size, 0.0, 0.0), (1.0, 0.0, 0.0))
-    # points at x = 0 count half to either side, or all to one
-    assert (abs(left.force[2] - right.force[2]) <= ROUNDING) == halved
+    left, right = result.contacts[0].split_by_plane((-share * body.size, 0.0, 0.0), (1.0, 0.0, 0.0))
+    # points at x = 0 carry a share of the force of 1 that is finite; what the plane passes over is its width
+    assert 0 <= left.force[2] - right.force[2] <= 4 * share
+
+
+def test_a_plane_anywhere_divides_a_uniform_pressure_by_its_area():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 2))
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), "bottom", {"top": "xyz"}, name="block")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    contact = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}}).contacts[0]
+    for x in (0.05, 0.3, 0.5, 0.62, 0.99):
+        right, left = contact.split_by_plane((x, 0.0, 0.0), (1.0, 0.0, 0.0))
+        # in the sample that the plane cuts, a 24th of the side wide, a point's function is taken at its middle: it
+        # changes by up to 3 / 8 there, which a quarter of the sample's width may get wrongly
+        assert abs(left.force[2] / 0.01 - x) <= 3 / 8 / 4 / 24
+        assert abs(left.area - x) <= 3 / 8 / 4 / 24
+        assert abs(contact.shares(np.array([x, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]))[1].mean() - (1 - x)) <= 1e-12
+        assert right.max_pressure == pytest.approx(0.01)
+    # a corner cut off askew: the samples are squares parallel to the plane
+    _, corner = contact.split_by_plane((0.4, 0.0, 0.0), (1.0, 1.0, 0.0))
+    assert abs(corner.force[2] / 0.01 - 0.4**2 / 2) < 0.5 / 24**2
 
 
 def test_a_side_without_contact_is_empty(tilted):
