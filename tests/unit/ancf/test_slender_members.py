@@ -140,8 +140,8 @@ def test_two_crossing_cantilevers(angle, at, under):
 def test_a_crossing_passes_from_element_to_element():
     """A cantilever under an end load slides along itself over another. Source: linear theory at its last place."""
     bend, under, at, way, load = 2.0, 0.44, 0.63, 0.3, 5e-3
-    one = line(straight((0, 0, 0.02), (1, 0, 0.02), 5), EA=1e4, EI=bend)
-    other = line(straight((at, -under, 0), (at, 0.2, 0), 4), EA=1e4, EI=bend)
+    one = line(straight((0, 0, 0.02), (1, 0, 0.02), 10), EA=1e4, EI=bend)
+    other = line(straight((at, -under, 0), (at, 0.2, 0), 8), EA=1e4, EI=bend)
     joints = Joints([one, other])
     held = [joints.clamped((0, 0)), joints.clamped((1, 0))]
     a = Assembly([one, other], joints.free(held), [touching_members([one, other], 0, 1, offsets=(0.01, 0.01))])
@@ -149,11 +149,11 @@ def test_a_crossing_passes_from_element_to_element():
     forces[one.n_dofs - 4] = -load
     path = equilibrium(lambda level: Stage(a, forces=min(1, 3 * level) * forces, motion=level * motion), steps=3)
     assert path.success
-    assert [int(s.forces[0].argmax()) for s in path.states] == [2, 2, 1]
+    assert [int(s.forces[0].argmax()) for s in path.states] == [5, 4, 3]
     rest = at - way
     expected = load * (3 * rest**2 - rest**3) / (6 * bend) / ((rest**3 + under**3) / (3 * bend))
-    # bars that tilt touch beside the crossing, by the tilt times the distance of their axes
-    assert lift(path, a) == pytest.approx(expected, rel=1e-3)
+    # a cubic element leaves out how it bends by itself under a force within, 1e-4 of the whole
+    assert lift(path, a) == pytest.approx(expected, rel=5e-4)
 
 
 @pytest.mark.parametrize("n", [(16, 16), (17, 20)])
