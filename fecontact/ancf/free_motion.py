@@ -79,7 +79,8 @@ def check_supports(a: Assembly) -> bool:
     Raises
     ------
     InputError
-        If a solid without friction is free; names the solid and its number of free rigid motions.
+        If a solid without friction is free, or any with friction beside rigid hubs; names the solid and its number of
+        free rigid motions.
     """
     free, rubbing = False, _held_by_friction(a)
     for k, solid in enumerate(a.solids):
@@ -91,4 +92,9 @@ def check_supports(a: Assembly) -> bool:
                 "Hold more of its boundaries, or follow the motion in time (dynamics)."
             )
         free = free or loose > 0
+    if free and a.hubs is not None:
+        raise InputError(
+            "Statics with rigid hubs needs supports against all rigid motions of each solid; friction alone holds some "
+            "here. Hold more boundaries, or leave the hub as stiff as its material (rigid=())."
+        )
     return free

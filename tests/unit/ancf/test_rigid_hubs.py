@@ -151,3 +151,6 @@ def test_refused(block):
         Assembly([hub], Assembly.of([hub]).free, rigid=[0])
     with pytest.raises(fc.InputError, match="number 1 is none"):
         Assembly([hub], block.free, rigid=[1])
+    table = Assembly.of([hub], None, [(0, "bottom", fc.RigidBody(fc.Plane()), 0.5)]).touches
+    with pytest.raises(fc.InputError, match="friction alone holds"):
+        equilibrium(lambda _: Stage(replace(block, touches=table)))
