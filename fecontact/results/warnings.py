@@ -14,6 +14,7 @@ from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 from fecontact.results.checks.overlaps import undeclared_overlaps
 from fecontact.results.checks.resolution import coarse_pressures, overlap_left
 from fecontact.results.checks.rims import contact_at_rims
+from fecontact.results.checks.tall_cells import tall_cells
 from fecontact.results.solved_scene import SolvedScene
 
 #: Strain above which a result warns: the relative error of small-strain elasticity is of the size of the strain.
@@ -106,6 +107,7 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     undeclared_overlaps,
     overlap_left,
     coarse_pressures,
+    tall_cells,
     missed_accuracy,
     friction_not_unique,
 )
