@@ -197,7 +197,7 @@ class ContactConstraints:
         What has the multipliers.
     slave_start : int
         Its first coordinate among those of all bodies.
-    master : RigidMaster or FacesMaster
+    master : Master
     n_dofs : int
         Coordinates of all bodies.
     friction : float
