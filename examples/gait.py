@@ -69,7 +69,7 @@ def gait(poses: int) -> tuple[np.ndarray, list[fc.Pose], np.ndarray]:
 
 def main(n: int = 25, poses: int = 20, out: str | Path = "out", processes: int = 1) -> CaseTable:
     folder = Path(out)
-    joint = fc.Joint(condyle(n), plateau(n), THICKNESS, CARTILAGE, units=("mm", "N", "MPa"))
+    joint = fc.Joint(condyle(n), plateau(n), THICKNESS, CARTILAGE, units=("mm", "N", "MPa"), names=("femur", "tibia"))
     print(*(body.describe() for body in joint.bodies), sep="\n")
     share, path, forces = gait(poses)
     folder.mkdir(parents=True, exist_ok=True)

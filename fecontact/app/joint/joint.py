@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from fecontact.app.joint.cartilage import cartilage_body
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.pose import Pose
-from fecontact.common.arguments import instance, items
+from fecontact.common.arguments import instance, items, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, number_array, vector
 from fecontact.common.errors import InputError, shown
@@ -52,6 +52,8 @@ class Joint:
         Names of the units, for tables and pictures.
     axes : mapping of str to (3,) array, optional
         Names of directions of the fixed bone, for maps, see `Scene`.
+    names : (str, str)
+        Names of the moving and the fixed bone, for tables and pictures.
 
     Raises
     ------
@@ -75,12 +77,15 @@ class Joint:
     layers: int = 1
     units: Units | Sequence[str] = ()
     axes: Mapping[str, ArrayLike] | None = None
+    names: tuple[str, str] = ("moving", "fixed")
 
     def __post_init__(self) -> None:
         for name in ("moving", "fixed"):
             instance(f"the {name} bone", getattr(self, name), SurfaceMesh)
         for material in _both(self.material):
             instance("the material", material, Material)
+        if len(texts("the names of the bones", self.names)) != 2:
+            raise InputError(f"The names are those of the moving and the fixed bone; found {self.names!r}.")
         object.__setattr__(self, "units", Units.of(self.units))
 
     @cached_property
@@ -88,8 +93,8 @@ class Joint:
         """The moving and the fixed layer."""
         thick, soft = _both(self.thickness), _both(self.material)
         return (
-            cartilage_body(self.moving, thick[0], soft[0], self.layers, "moving"),
-            cartilage_body(self.fixed, thick[1], soft[1], self.layers, "fixed"),
+            cartilage_body(self.moving, thick[0], soft[0], self.layers, self.names[0]),
+            cartilage_body(self.fixed, thick[1], soft[1], self.layers, self.names[1]),
         )
 
     @cached_property

@@ -172,7 +172,14 @@ def test_thickness_between_concentric_spheres_is_the_difference_of_radii():
 @pytest.fixture(scope="module")
 def joint():
     flat = dome(40.0).mapped(lambda x: x * [2.0, 2.0, 0.0])
-    return fc.Joint(flat.flipped(), flat, (0.5, 1.0), fc.Material(E=10.0, nu=0.0), units=("mm", "N", "MPa"))
+    return fc.Joint(
+        flat.flipped(),
+        flat,
+        (0.5, 1.0),
+        fc.Material(E=10.0, nu=0.0),
+        units=("mm", "N", "MPa"),
+        names=("femur", "tibia"),
+    )
 
 
 def test_a_path_gives_a_table_and_maps_and_goes_on_where_it_stopped(joint, tmp_path):
@@ -196,8 +203,8 @@ def test_a_path_gives_a_table_and_maps_and_goes_on_where_it_stopped(joint, tmp_p
     again = joint.follow(matrices, forces, times=[0.0, 0.1, 0.2], path=path, maps=maps)
     assert str(again) == str(table)
     assert not list(maps.iterdir())
-    assert str(table).splitlines()[0].split()[:4] == ["case", "time", "forces", "moving"]
-    assert "moving on fixed: forces on moving" in str(table)
+    assert str(table).splitlines()[0].split()[:4] == ["case", "time", "forces", "femur"]
+    assert "femur on tibia: forces on femur" in str(table)
     saved = np.genfromtxt(table.save(tmp_path / "table.csv"), delimiter=",", names=True)
     assert np.allclose(saved["mean_pressure"], [0.5, 1.0, 2.0])
     assert any("20.0 %" in warning for warning in table.warnings["0002"])
@@ -238,5 +245,7 @@ def test_bones_and_materials_that_are_none_are_refused(joint):
         fc.Joint("femur.stl", joint.fixed, 1.0, fc.Material(1.0, 0.3))
     with pytest.raises(InputError, match="material"):
         fc.Joint(joint.moving, joint.fixed, 1.0, 10.0)
+    with pytest.raises(InputError, match="names are those of the moving and the fixed bone"):
+        fc.Joint(joint.moving, joint.fixed, 1.0, fc.Material(1.0, 0.3), names=("femur",))
     with pytest.raises(InputError, match="or two; found 3"):
         fc.Joint(joint.moving, joint.fixed, (1.0, 2.0, 3.0), fc.Material(1.0, 0.3)).bodies  # noqa: B018
