@@ -225,15 +225,18 @@ def _slip_rows(
 
     u is the mean of e and of x_t / max(mu z_n, |x_t|), which stands there in the Newton step of Hueeber, Stadler &
     Wohlmuth (SIAM J. Sci. Comput. 30 (2008) 572): the same in the solution; away from it neither alone takes as few
-    steps. The gap closes, dy_n = -y_n. `released` (f, k) is the share of ds from open points that lose their force.
+    steps. In a section there is no direction to turn: u = e. The gap closes, dy_n = -y_n. `released` (f, k) is the
+    share of ds from open points that lose their force.
     """
     f, k = int(slips.sum()), rows.tangents.shape[1]
     if f == 0:
         return
     e, mu = trial.direction[slips], rows.mu[slips]
     t, n, limit = x[rows.tangents[slips]], x[rows.points[slips]], trial.limit[slips]
-    most = np.maximum(limit, np.linalg.norm(t, axis=1))[:, None]
-    u = (e + np.divide(t, most, out=np.zeros_like(t), where=most > 0)) / 2
+    u = e
+    if k > 1:
+        most = np.maximum(limit, np.linalg.norm(t, axis=1))[:, None]
+        u = (e + np.divide(t, most, out=np.zeros_like(t), where=most > 0)) / 2
     T = (limit / trial.size[slips])[:, None, None] * (np.eye(k) - u[:, :, None] * e[:, None, :])
     R = trial.weight
     place = first + np.arange(f * k).reshape(f, k)

@@ -1,0 +1,54 @@
+"""Newton steps of load steps with friction on nearly incompressible blocks: counts are bounded."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+
+
+@pytest.fixture(scope="module")
+def block() -> fc.ElasticBody:
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 2))
+    return fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.49), "bottom", {"top": "xyz"}, name="block")
+
+
+@pytest.mark.parametrize("mu", [0.3, 2.0])
+def test_random_load_steps_take_few_newton_steps(block: fc.ElasticBody, mu: float) -> None:
+    """Random motions with turns. At mu = 2 they took up to 14 while all friction came in at once."""
+    floor = fc.RigidBody(fc.Plane())
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor, friction=mu)])
+    moves = np.random.default_rng(0).uniform(-0.02, [0.02, 0.02, 0.0, 0.02, 0.02, 0.02], size=(5, 6))
+    names = ("x", "y", "z", "rx", "ry", "rz")
+    path = scene.solve_path([{"motions": {block: dict(zip(names, m, strict=True))}} for m in moves])
+    steps = [result.friction.nit for result in path.steps]
+    assert max(steps) <= 12
+    assert max(result.friction.residuals.worst for result in path.steps) <= 1e-10
+    assert path.cuts == (1,) * 5
+
+
+def test_a_layer_has_its_candidates_at_once() -> None:
+    """A ball pressed into a thin layer, then moved a little: no second round, and the candidates stay."""
+    found = {}
+    for depth in (0.3, 2.0):
+        mesh = fc.shapes.block((2.0, 2.0, depth), (6, 6, 1)).translated((-1.0, -1.0, -depth))
+        pad = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), "top", {"bottom": "xyz"}, name="pad")
+        ball = fc.RigidBody(fc.Sphere(3.0), name="ball")
+        scene = fc.Scene([pad, ball], [fc.Contact(pad, ball, friction=0.3)])
+        found[depth] = scene.solve_path([{"motions": {ball: {"z": -0.12, "x": x}}} for x in (0.0, 0.01)])
+    layer, thick = found[0.3], found[2.0]
+    assert [result.rounds for result in (*layer, *thick)] == [1, 1, 1, 1]
+    assert layer[0].n_candidates > thick[0].n_candidates  # a thick body gives way round the ball: fewer may touch
+    assert layer[1].n_candidates == layer[0].n_candidates
+
+
+def test_a_belt_that_slides_takes_few_newton_steps() -> None:
+    """A thin belt, pulled one way, then the other: a section, whose directions of slip are signs."""
+    mesh = fc.sections.annulus(1.0, 1.01, (20, 1), element="quad9")
+    belt = fc.PlaneBody(mesh, fc.Material(E=100.0, nu=0.0), "inner", {"sym_x": "x"}, name="belt")
+    drum = fc.RigidBody(fc.surfaces.Cylinder(1.0), name="drum").placed((0.0, 0.0, -1.0))
+    scene = fc.Scene([belt, drum], [fc.Contact(belt, drum, friction=0.3)])
+    slack = {(belt, "sym_z"): (0.0, 0.0, -1e-3)}
+    path = scene.solve_path([{"forces": slack, "motions": {belt: {"x": -pull}}} for pull in (0.0, 0.02, -0.01)])
+    assert max(result.friction.nit for result in path.steps) <= 5
