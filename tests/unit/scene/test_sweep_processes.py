@@ -88,7 +88,7 @@ from test_sweep_processes import loaded, stacked
 scene, over = stacked()
 one = scene.sweep(loaded(over))
 two = scene.sweep(loaded(over), processes=2)
-print(json.dumps([one, two]))
+print(json.dumps([list(one), list(two)]))
 """
 
 
