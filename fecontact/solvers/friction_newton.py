@@ -15,7 +15,7 @@ along.
 
 In a structure far more flexible than its material, such as a belt, forces say little of the state of the points: the
 first step throws the residual up. Its states are then told by gaps and slips alone, z = x - R y with a large R: what
-penetrates is pressed, and what slips slides.
+penetrates is pressed, and what slips slides. Where that does not converge soon, all steps are judged so.
 """
 
 from __future__ import annotations
@@ -42,6 +42,12 @@ THROWN = 100.0
 
 BY_GAPS = 1e4
 """Weight R of gaps and slips in the trial forces that judge by them."""
+
+PATIENCE = 10
+"""Steps after such a start from which all steps are judged by gaps and slips, from the beginning."""
+
+BY_GAPS_ALONE = 1e6
+"""Weight R for that: the compliance of a belt over that of its material."""
 
 EASED = 0.5
 """Largest coefficient of friction in the first step from forces without tangential part; it doubles in every step."""
@@ -104,7 +110,13 @@ def _trial(problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndar
 
 
 def friction_newton(
-    problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndarray, *, max_iterations: int = 50
+    problem: ScaledProblem,
+    rows: FrictionRows,
+    x: np.ndarray,
+    p: np.ndarray,
+    *,
+    max_iterations: int = 50,
+    weight: float = 1.0,
 ) -> tuple[Outcome, int]:
     """Solve by Newton's method.
 
@@ -116,6 +128,8 @@ def friction_newton(
     x, p : ndarrays, shapes (N,) and (r,)
         First forces and motion.
     max_iterations : int
+    weight : float
+        Weight R of gaps and slips in the trial forces by which steps are made and judged.
 
     Returns
     -------
@@ -126,29 +140,31 @@ def friction_newton(
         Sign of the Jacobian's determinant at the end, +1 as without friction. -1: the solution is not the only one,
         or not stable (Klarbring 1990); 0: singular.
     """
-    trial = _trial(problem, rows, x, p)
+    trial = _trial(problem, rows, x, p, weight)
     history: list[float] = []
     merits: list[float] = []
     best = (np.inf, x, p)
-    orientation, eases = 1, not x[rows.tangents].any()
+    orientation, eases, thrown, first = 1, not x[rows.tangents].any(), False, (x, p)
     for nit in range(max_iterations + 1):
-        error = trial.merit / max(float(np.linalg.norm(x)), float(np.linalg.norm(problem.F)), ROUNDING)
+        merit = trial.merit if weight == 1 else _trial(problem, rows, x, p).merit
+        error = merit / max(float(np.linalg.norm(x)), float(np.linalg.norm(problem.F)), ROUNDING)
         history.append(error)
         if error < best[0]:
             best = (error, x, p)
         stalled = len(history) > 2 and error < 1e3 * ROUNDING and error > 0.5 * history[-2]
         if error <= ROUNDING or stalled:
             return Outcome(best[1], best[2], Status.SOLVED, "solved", nit, history), orientation
-        if nit == max_iterations:
+        if nit == max_iterations or (thrown and nit == PATIENCE):
             break
         eased = _eased(rows, nit) if eases else rows
         if eased is not rows:
-            trial, merits = _trial(problem, eased, x, p), []
+            trial, merits = _trial(problem, eased, x, p, weight), []
         dx, dp, orientation = _step(problem, eased, x, trial)
         merits = [*merits, trial.merit][-MEMORY:]
-        trial = _trial(problem, rows, x + dx, p + dp)
+        trial = _trial(problem, rows, x + dx, p + dp, weight)
         share = 1.0
-        if nit == 0 and trial.merit > THROWN * merits[0]:
+        thrown = thrown or (nit == 0 and weight == 1 and trial.merit > THROWN * merits[0])
+        if nit == 0 and thrown:
             dx, dp, orientation = _step(problem, rows, x, _trial(problem, rows, x, p, BY_GAPS))
             trial, merits, eases = _trial(problem, rows, x + dx, p + dp), [], False
         elif eased is rows:
@@ -156,8 +172,12 @@ def friction_newton(
                 if trial.merit < (1 - 1e-4 * share) * max(merits):
                     break
                 share /= 2
-                trial = _trial(problem, rows, x + share * dx, p + share * dp)
+                trial = _trial(problem, rows, x + share * dx, p + share * dp, weight)
         x, p = x + share * dx, p + share * dp
+    if thrown and nit < max_iterations:
+        left = max_iterations - nit
+        found, orientation = friction_newton(problem, rows, *first, max_iterations=left, weight=BY_GAPS_ALONE)
+        return replace(found, nit=nit + found.nit, history=history + found.history), orientation
     message = f"{max_iterations} Newton steps were not enough"
     return Outcome(best[1], best[2], Status.ITERATION_LIMIT, message, max_iterations, history), orientation
 
@@ -233,12 +253,11 @@ def _slip_rows(
         return
     e, mu = trial.direction[slips], rows.mu[slips]
     t, n, limit = x[rows.tangents[slips]], x[rows.points[slips]], trial.limit[slips]
-    u = e
-    if k > 1:
+    u, R = e, trial.weight
+    if k > 1 or R > BY_GAPS:  # where all is judged by gaps, it damps changes of sign, too
         most = np.maximum(limit, np.linalg.norm(t, axis=1))[:, None]
         u = (e + np.divide(t, most, out=np.zeros_like(t), where=most > 0)) / 2
     T = (limit / trial.size[slips])[:, None, None] * (np.eye(k) - u[:, :, None] * e[:, None, :])
-    R = trial.weight
     place = first + np.arange(f * k).reshape(f, k)
     normal = np.searchsorted(kept[: int(trial.pressed.sum())], rows.points[slips])
     A[place] = R * np.einsum("fij,fjn->fin", T, A[place])

@@ -52,3 +52,16 @@ def test_a_belt_that_slides_takes_few_newton_steps() -> None:
     slack = {(belt, "sym_z"): (0.0, 0.0, -1e-3)}
     path = scene.solve_path([{"forces": slack, "motions": {belt: {"x": -pull}}} for pull in (0.0, 0.02, -0.01)])
     assert max(result.friction.nit for result in path.steps) <= 5
+
+
+def test_a_belt_with_much_friction_converges() -> None:
+    """Pulled a little at mu = 2, half of the belt turns back: without a second try by gaps the step is cut in two."""
+    mesh = fc.sections.annulus(1.0, 1.01, (40, 1), element="quad9")
+    belt = fc.PlaneBody(mesh, fc.Material(E=100.0, nu=0.0), "inner", {"sym_x": "x"}, name="belt")
+    drum = fc.RigidBody(fc.surfaces.Cylinder(1.0), name="drum").placed((0.0, 0.0, -1.0))
+    scene = fc.Scene([belt, drum], [fc.Contact(belt, drum, friction=2.0)])
+    slack = {(belt, "sym_z"): (0.0, 0.0, -1e-3)}
+    path = scene.solve_path([{"forces": slack, "motions": {belt: {"x": -pull}}} for pull in (0.0, 0.002)])
+    assert path.cuts == (1, 1)
+    assert path[1].friction.nit <= 50
+    assert path[1].friction.residuals.worst <= 1e-10
