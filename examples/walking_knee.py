@@ -18,9 +18,9 @@ CARTILAGE = fc.Material(E=10.0, nu=0.45)  # MPa; mm and N throughout
 
 def main(poses: int = 6, out: str | Path = "out") -> fc.CaseTable:
     femur, tibia = (fc.read_surface(HERE / name) for name in ("femur.stl", "tibia.stl"))  # under the cartilage
-    joint = fc.Joint(
-        femur, tibia, thickness=2.0, material=CARTILAGE, units=("mm", "N", "MPa"), names=("femur", "tibia")
-    )
+    axes = {"lateral": (1, 0, 0), "anterior": (0, 1, 0)}
+    names = {"units": ("mm", "N", "MPa"), "names": ("femur", "tibia"), "axes": axes}
+    joint = fc.Joint(femur, tibia, thickness=2.0, material=CARTILAGE, **names)
     motion = fc.read_motion(HERE / "walk.mot")
     motion = motion.at(np.linspace(motion.times[0], motion.times[-1], poses))
     angles = zip(motion.angle("-knee_angle_r"), motion.angle("knee_rotation_r"), strict=True)

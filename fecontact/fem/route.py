@@ -67,7 +67,8 @@ def choose_route(
         return "operator", f"a dense matrix for {what} takes {columns / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
     if poses > 1 and dense <= budget and (one_by_one or once_for_all(n_dofs, n_retained, poses, factor)):
         return "schur", f"{nodes} candidate nodes, shared by {poses} poses"
-    if one_by_one and rows >= (many := int(MANY_PRODUCTS * root)):
+    # many rows on few nodes are few columns
+    if one_by_one and min(rows, nodes) >= (many := int(MANY_PRODUCTS * root)):
         return "operator", f"{rows} candidates, from {many} on products with the factor are quicker"
     if dense > budget:
         return "columns", f"the Schur complement on {nodes} nodes takes {dense / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
