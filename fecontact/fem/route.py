@@ -76,6 +76,8 @@ def choose_route(
         return "columns", f"columns for each of {poses} poses are quicker than a Schur complement on {nodes} nodes"
     if not one_by_one and nodes >= (many := int(MANY_NODES * root)):
         return "columns", f"{nodes} candidate nodes, from {many} on only their columns are computed"
+    if one_by_one and rows < nodes:
+        return "schur", f"{rows} rows on {nodes} candidate nodes, fewer than {many}"
     return "schur", f"{nodes} candidate nodes, fewer than {int((MANY_PRODUCTS if one_by_one else MANY_NODES) * root)}"
 
 

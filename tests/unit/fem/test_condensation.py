@@ -127,6 +127,8 @@ def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
     assert choose_route(10000, 3 * int(100 * MANY_PRODUCTS), 1e12, one_by_one=True)[0] == "operator"
     # many rows on few nodes are few columns, whatever solves for them
     assert choose_route(10000, 3 * 8, 1e12, one_by_one=True, n_rows=int(100 * MANY_PRODUCTS))[0] == "schur"
+    told = choose_route(10000, 6000, 1e12, one_by_one=True, n_rows=900)
+    assert told == ("schur", "900 rows on 2000 candidate nodes, fewer than 1000")
     # several poses: dense once against products, and against columns only where it is quicker in all
     assert choose_route(10000, many, 1e12, poses=20, one_by_one=True)[0] == "schur"
     assert choose_route(10000, many, 1e12, poses=20, factor=5e7)[0] == "schur"
