@@ -57,7 +57,7 @@ class Target:
     Attributes
     ----------
     accuracy : float
-        Relative error of the pressure in L2 over the contact.
+        Relative error of the pressure in L2 over the contact, and of the tractions of friction.
     max_dofs : int, optional
     max_seconds : float, optional
     """

@@ -83,10 +83,10 @@ def solve_path(
         finite (rotation vectors, from the given poses), and slip is counted on surfaces that move along. By default
         motions are small.
     accuracy : float, optional
-        Relative error of the contact pressure (L2) at the end of the path, such as 0.02: the path is solved, meshes are
-        divided where the pressure of its last step needs it, and it is solved again, until the estimated error is
-        within it. Fields belong to the divided bodies, ``path[k].solved(body)``; ``path[-1].convergence`` has the
-        rounds. Not together with a file.
+        Relative error of the contact pressure and of the tractions of friction (L2) at the end of the path, such as
+        0.02: the path is solved, meshes are divided where its last step needs it, and it is solved again, until the
+        estimated errors are within it. Fields belong to the divided bodies, ``path[k].solved(body)``;
+        ``path[-1].convergence`` has the rounds. Not together with a file.
     max_dofs, max_seconds : int and float, optional
         Limits of the way there, as in `Scene.solve`.
     tolerance : float

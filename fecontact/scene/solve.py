@@ -86,9 +86,10 @@ def solve_scene(
         finite (rotation vectors). False: motions are small and linearised. 'auto': poses are updated while
         linearised motions change gaps or lines of action by more than 1e-3 of the approach (see `linearisation`).
     accuracy : float, optional
-        Relative error of the contact pressure (L2) to reach, such as 0.02: meshes of elastic bodies are divided
-        where the pressure needs it, until the estimated error is within it. The fields belong to the divided
-        bodies, `result.solved(body)`; `result.convergence` has the steps. Without it the meshes stay as they are.
+        Relative error of the contact pressure (L2), and of the tractions of friction, to reach, such as 0.02: meshes
+        of elastic bodies are divided where they need it, until the estimated errors are within it. The fields belong to
+        the divided bodies, `result.solved(body)`; `result.convergence` has the steps. Without it the meshes stay as
+        they are.
     max_dofs, max_seconds : int and float, optional
         Limits of the way there. The result is then the best one, and says what stopped it.
     solver : str or callable
