@@ -21,8 +21,8 @@ from fecontact.solvers import (
 )
 from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
 from fecontact.solvers.friction_newton import FrictionRows, friction_newton
-from fecontact.solvers.friction_sweeps import friction_sweeps
-from fecontact.solvers.scaling import scale
+from fecontact.solvers.friction_sweeps import GROWTH, friction_sweeps
+from fecontact.solvers.scaling import ScaledProblem, scale
 
 
 def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: bool) -> FrictionProblem:
@@ -115,6 +115,29 @@ def test_sweeps_find_the_same_forces() -> None:
         assert swept.status == "solved"
         exact = solve_friction(problem).forces
         assert np.abs(scaled.forces(swept.x) - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("coupling", [0.9, 1.5])
+@pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
+def test_sweeps_stop_where_they_diverge(coupling: float, size: float) -> None:
+    """Two rough points pressed by `size` whose slips are coupled: every sweep multiplies their forces by coupling^2."""
+    S = np.eye(4)
+    S[2, 3] = S[3, 2] = coupling
+    problem = ComplementarityProblem(S, size * np.array([-1.0, -1.0, 1.0, 0.0]))
+    held = FrictionProblem(problem, np.arange(2), np.array([[2], [3]]), np.full(2, np.inf))
+    _, rows = scaled_rows(held)
+    empty = np.zeros((0, 4))
+    scaled = ScaledProblem(S, problem.g, empty, np.zeros(0), np.ones(4), np.ones(4), np.zeros((0, 0)), np.zeros(0))
+    swept = friction_sweeps(scaled, rows, np.zeros(4), np.zeros(0))
+    if coupling < 1:
+        assert swept.status == "solved"
+        exact = -size / (1 - coupling**2) * np.array([1, -coupling])  # by hand
+        np.testing.assert_allclose(swept.x[2:], exact, rtol=1e-3)
+    else:
+        assert "diverged" in swept.message
+        assert abs(swept.nit - np.log(GROWTH) / np.log(coupling**2)) < 3
+        assert np.abs(swept.x).max() <= GROWTH * size
+    np.testing.assert_array_equal(swept.x[:2], [size, size])
 
 
 @pytest.mark.parametrize("k", [1, 2])
