@@ -36,6 +36,12 @@ from fecontact.solvers.scaling import ScaledProblem, scale
 ATTEMPTS = 3
 """Times that sweeps are followed by Newton's method, each with ten times sharper sweeps."""
 
+FIRST_STEPS = 50
+"""Largest number of Newton steps from the first start."""
+
+LATER_STEPS = 120
+"""The same from later ones: thin strips that slide back take up to all of them, in less time than sweeps."""
+
 NEARLY_ROUGH = 10.0
 """Coefficient of friction whose solution is the start for an infinite one."""
 
@@ -80,7 +86,8 @@ def solve_friction(
     starts = _starts(problem, scaled, rows, start)
     while (begin := next(starts, None)) is not None:
         x, p, name = begin
-        outcome, orientation = friction_newton(scaled, rows, x, p)
+        steps = FIRST_STEPS if best is None else LATER_STEPS
+        outcome, orientation = friction_newton(scaled, rows, x, p, max_iterations=steps)
         forces = scaled.forces(outcome.x)
         found = FrictionSolution(
             problem, forces, scaled.motion(outcome.p), outcome.status, outcome.message, outcome.nit, name,

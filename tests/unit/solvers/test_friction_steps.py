@@ -65,3 +65,17 @@ def test_a_belt_with_much_friction_converges() -> None:
     assert path.cuts == (1, 1)
     assert path[1].friction.nit <= 50
     assert path[1].friction.residuals.worst <= 1e-10
+
+
+def test_a_strip_that_slides_back_converges() -> None:
+    """A thin strip on a plane, pulled and let back: with 50 Newton steps the last step was cut in three."""
+    mesh = fc.shapes.block((20.0, 1.0, 0.05), (12, 1, 1))
+    strip = fc.ElasticBody(mesh, fc.Material(E=1000.0, nu=0.3), "bottom", {"x_max": "x"}, name="strip")
+    floor = fc.RigidBody(fc.Plane())
+    scene = fc.Scene([strip, floor], [fc.Contact(strip, floor, friction=5.0)])
+    pressed = {(strip, "top"): 0.01}
+    path = scene.solve_path([{"pressures": pressed, "motions": {strip: {"x": x}}} for x in (0.0, 0.04, 0.4, 0.12)])
+    assert path.cuts == (1, 1, 1, 1)
+    assert all(result.friction.residuals.within(1e-10) for result in path.steps)
+    # all of it slides at the end of the pull: friction is mu times the load
+    assert abs(path[2].reaction(strip)[0]) == pytest.approx(5.0 * 0.01 * 20.0, rel=0.02)
