@@ -101,8 +101,11 @@ def source_pages(app: Sphinx) -> Any:
 
 
 def shown(path: Path) -> str:
-    """Text of a file in colours."""
-    text = path.read_text(encoding="utf-8")
+    """Text of a file in colours; of a binary one its size."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        return f"<p>A binary file of {path.stat().st_size:,} bytes.</p>"
     try:
         lexer = get_lexer_for_filename(path.name)
     except ClassNotFound:
