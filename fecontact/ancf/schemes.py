@@ -21,15 +21,15 @@ move; where points stop, velocities jump (`stopping`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.banded import BandFactor, BandOrder
-from fecontact.ancf.newton import Ties, UnstableError, contact_step, tied_step
+from fecontact.ancf.kept_tangent import KeptTangent
+from fecontact.ancf.newton import UnstableError
 from fecontact.ancf.slip import Slips, SlipStart, slips
 from fecontact.ancf.stage import Stage, StageAt, Start, rate
 from fecontact.ancf.stopping import stopped
@@ -46,8 +46,6 @@ RUNAWAY = 1e6
 REACH = 1.0
 #: Share of a step from whose length the velocity of prescribed motions is differenced.
 RATE = 1e-2
-#: Contraction of the iterations below which the tangent is kept, and the smaller tolerance of changes by a kept one.
-CONTRACTION, OLD = 0.1, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +155,7 @@ class GeneralisedAlpha:
         c, forces = _accelerated_by_contact(begin.assembly, now), now.forces
         q = now.q + h * now.v + h**2 / 2 * (now.b + c)
         q = q + end.jump(q)
-        kept, since = _Kept(), _since(begin, now)
+        kept, since = KeptTangent(), _since(begin, now)
         tangential = now.tangential
         for nit in range(1, MOST_ITERATIONS + 1):
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
@@ -204,7 +202,7 @@ class EnergyMomentum:
         q = now.q + h * now.v
         q, driven = q + end.jump(q), rate(at, now.time + h, RATE * h)
         before = begin.assembly.conditions(now.q)
-        halfway, kept = half.assembly if _moved(begin, end) else None, _Kept()
+        halfway, kept = half.assembly if _moved(begin, end) else None, KeptTangent()
         since, forces, tangential = _since(begin, now), now.forces, now.tangential
         for nit in range(1, MOST_ITERATIONS + 1):
             middle = (now.q + q) / 2
@@ -256,102 +254,6 @@ class EnergyMomentum:
     def error(self, before: Instant, after: Instant, h: float) -> float:
         """h^2 |a1 - a0| / 12, the leading term of the mid-point rule."""
         return float(h**2 / 12 * np.abs(after.a - before.a).max())
-
-
-@dataclass
-class _Kept:
-    """Tangent of the free coordinates; without contact its factor serves as long as the iterations contract.
-
-    Attributes
-    ----------
-    K : (n_free, n_free) csr_matrix or None
-    order : BandOrder or None
-    factor : BandFactor or None
-        None where the next iteration takes a new tangent.
-    last : float
-        Largest change of the last iteration.
-    again : bool
-        Whether the factor has served before.
-    stresses : (6 n_hubs,) array
-        Multipliers of rigid hubs.
-    weight : float
-        Of their equations in K.
-    """
-
-    K: sp.csr_matrix | None = None
-    order: BandOrder | None = None
-    factor: BandFactor | None = None
-    last: float = np.inf
-    again: bool = False
-    stresses: Array = field(default_factory=lambda: np.zeros(0))
-    weight: float = 0.0
-
-    def serves(self, near: IntArray) -> bool:
-        """Whether no new tangent is needed."""
-        self.again = self.factor is not None and not len(near)
-        return self.again
-
-    def renew(
-        self, a: Assembly, K: sp.csr_matrix, less: sp.csr_matrix | None, near: IntArray, q: Array, share: float
-    ) -> None:
-        """Take the tangent K (n_dofs, n_dofs) less another matrix, with a share of the second derivative of hubs."""
-        if less is not None:
-            K = a.constants.lessened(K, less)
-        if a.hubs is not None:
-            stresses = self.stresses if len(self.stresses) else np.zeros(len(a.hub_strains(q)))
-            of_hubs, self.weight = a.hubs.less(K, q, stresses, share)
-            K = a.constants.lessened(K, of_hubs)
-        self.K, self.order = a.constants.reduced(K)
-        self.factor = None
-        if self.order is not None and not len(near):
-            try:
-                self.factor = self.order.factor(self.K.data)
-            except np.linalg.LinAlgError as error:
-                raise UnstableError("The tangent stiffness is not positive definite.") from error
-
-    def solved(
-        self,
-        a: Assembly,
-        rest: Array,
-        G: sp.csr_matrix,
-        gap: Array,
-        near: IntArray,
-        slip: Slips,
-        guess: tuple[Array, Array],
-        ties: Ties | None,
-    ) -> tuple[Array, Array, Array]:
-        """Change of all coordinates, the forces of all conditions and those along the rows of slip."""
-        Z, forces = a.free, np.zeros(len(gap))
-        r = Z.T @ rest
-        if ties is not None:
-            assert self.K is not None
-            still = np.zeros(a.n_dofs)
-            rows = slip.rows(near, Z, still, *guess)
-            change, forces[near], dragging, stresses = tied_step(
-                self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], ties.along(Z, still), rows, self.order, self.factor
-            )
-            self.stresses = stresses + self.weight * ties.value
-            return Z @ change, forces, slip.spread(near, dragging)
-        if self.factor is not None and not len(near):
-            return Z @ self.factor.solve(r[:, None])[:, 0], forces, np.zeros(len(slip.slip))
-        assert self.K is not None
-        rows = slip.rows(near, Z, np.zeros(a.n_dofs), *guess)
-        change, forces[near], dragging = contact_step(
-            self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], friction=rows, order=self.order
-        )
-        return Z @ change, forces, slip.spread(near, dragging)
-
-    def by_hubs(self, ties: Ties | None) -> Array | float:
-        """Generalised forces (n_dofs,) of rigid hubs."""
-        return 0.0 if ties is None else np.asarray(ties.columns.T @ self.stresses)
-
-    def judged(self, a: Assembly, change: Array, tolerance: float) -> float:
-        """Tolerance of this change, smaller where an old tangent makes the error one of the first order."""
-        size = float(np.abs(a.lengths * change).max(initial=0.0))
-        if size > CONTRACTION * self.last:
-            self.factor = None
-        self.last = size
-        return tolerance * (OLD if self.again else 1.0)
 
 
 def acting(stage: Stage, q: Array, acceleration: Array, viscous: Array | float = 0.0) -> Array:
