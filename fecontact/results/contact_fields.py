@@ -216,7 +216,8 @@ class ContactFields:
         # where nothing slid in this step no slip tells how far the edge is
         if self.friction is None or self.stick is None or not self.friction.slip[self.friction.sliding].any():
             return None
-        return self.stick.outline if self.stick.error_estimate.faces_across >= FACES_ACROSS else None
+        held = self._stick_readings
+        return self.stick.outline if held is not None and held.across >= FACES_ACROSS else None
 
     @property
     def stick_area(self) -> float:
@@ -229,8 +230,12 @@ class ContactFields:
         """Error of the tractions on the facets of `readings`, and over all tractions; None without friction."""
         if self.stick is None or self.friction is None or self.readings is None:
             return None
-        held = readings_of(self.stick, self.readings.samples)
-        return traction_misfit(self.readings, held, self.friction)
+        return traction_misfit(self.readings, self._stick_readings, self.friction)
+
+    @cached_property
+    def _stick_readings(self) -> PressureReadings | None:
+        """Readings of what sticks, at the samples of `readings`; None where nothing does."""
+        return None if self.stick is None or self.readings is None else readings_of(self.stick, self.readings.samples)
 
     @cached_property
     def energy_errors(self) -> tuple[EnergyError, EnergyError]:

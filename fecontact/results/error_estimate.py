@@ -133,9 +133,7 @@ class PressureReadings:
     @cached_property
     def misfit(self) -> Array:
         """Integral (n,) over each facet of the squared difference, the larger of the two."""
-        others = (self.root, self.smooth)
-        squares = np.max([(self.areas * (p - self.interpolated) ** 2).sum(axis=1) for p in others], axis=0)
-        return np.where(self.bounded, squares, 0.0)
+        return np.where(self.bounded, larger_misfit(self.areas, self.interpolated, (self.root, self.smooth)), 0.0)
 
     @cached_property
     def error(self) -> float:
@@ -151,6 +149,11 @@ class PressureReadings:
     def in_contact(self) -> Array:
         """Area (n,) of each facet on which the recovered pressure is positive."""
         return np.asarray(np.where(self.smooth > 0, self.areas, 0.0).sum(axis=1))
+
+
+def larger_misfit(areas: Array, field: Array, others: Sequence[Array]) -> Array:
+    """Largest of the squared differences of a field (n, n_q) from others, integrated over each facet (n,)."""
+    return np.asarray(np.max([(areas * (other - field) ** 2).sum(axis=1) for other in others], axis=0))
 
 
 def readings_of(contact: PressureOnFacets, samples: int | None = None) -> PressureReadings | None:

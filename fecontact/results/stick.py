@@ -13,16 +13,16 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.common.arrays import Array
-from fecontact.results.error_estimate import PressureReadings
+from fecontact.results.error_estimate import PressureReadings, larger_misfit
 from fecontact.results.friction_fields import FrictionFields
 
 #: Tractions, as a share of what friction could bear (both in L2), below which their error is relative to this share.
 LEAST_TRACTION = 0.1
 
 
-def has_reserve(friction: FrictionFields | None) -> bool:
+def has_reserve(friction: FrictionFields) -> bool:
     """Whether a contact has a reserve of friction: one finite coefficient for all directions."""
-    return friction is not None and isinstance(friction.mu, float) and 0 < friction.mu < np.inf
+    return isinstance(friction.mu, float) and 0 < friction.mu < np.inf
 
 
 def reserve(friction: FrictionFields, pressure: Array) -> tuple[Array, Array]:
@@ -60,13 +60,8 @@ def traction_misfit(
         counted[at] &= held.bounded[own]
         for name, field in fields.items():
             field[at] -= getattr(held, name)[own]
-    misfit = _larger(pressed.areas, fields) * counted
-    norm = (pressed.areas * fields["interpolated"] ** 2)[counted].sum()
+    found = fields.pop("interpolated")
+    misfit = larger_misfit(pressed.areas, found, list(fields.values())) * counted
+    norm = (pressed.areas * found**2)[counted].sum()
     norm = max(norm, (LEAST_TRACTION * mu) ** 2 * pressed.norm)
     return misfit, float(np.sqrt(misfit.sum() / norm)) if counted.any() else 1.0
-
-
-def _larger(areas: Array, fields: dict[str, Array]) -> Array:
-    """The larger one (n,) of two squared differences, integrated over each facet."""
-    squares = [(areas * (fields[name] - fields["interpolated"]) ** 2).sum(axis=1) for name in ("root", "smooth")]
-    return np.asarray(np.max(squares, axis=0))
