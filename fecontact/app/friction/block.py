@@ -15,7 +15,7 @@ from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SupportError
 from fecontact.common.figure import save_figure
-from fecontact.common.files import write_atomically
+from fecontact.common.files import save_rows
 from fecontact.common.material import Material
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
@@ -48,12 +48,15 @@ class BlockStudy(StudyFigures):
     shift : (n,) array
         Shift of the top in the steps of the drag.
     refusal : str
+    limit : float
+        What friction holds.
     """
 
     held: LoadPath
     dragged: LoadPath
     shift: Array
     refusal: str
+    limit: float
 
     @property
     def friction(self) -> Array:
@@ -70,9 +73,7 @@ class BlockStudy(StudyFigures):
     def save(self, path: str | Path) -> Path:
         """Write a CSV file, one row per step of the drag."""
         rows = self._rows()
-        return write_atomically(
-            path, "\n".join([",".join(rows[0]), *(",".join(map(repr, r.values())) for r in rows), ""])
-        )
+        return save_rows(path, list(rows[0]), (row.values() for row in rows))
 
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Figure:
         """Tractions, stick and slip under the constant load; force over shift of the drag."""
@@ -83,7 +84,7 @@ class BlockStudy(StudyFigures):
         assert contact.friction is not None
         draw_friction(left, contact, contact.friction, units)
         left.set_title("held by friction: sticks and slides")
-        _draw_drag(right, self.shift, self.friction, float(np.max(contact.friction.mu)) * contact.total_force, units)
+        _draw_drag(right, self.shift, self.friction, self.limit, units)
         figure.suptitle(f"{self.name}, {self.setting}")
         return save_figure(figure, path)
 
@@ -161,7 +162,8 @@ def block_study(
         held,
         dragged,
         shift,
-        _refused(scene, block, force, mu),
+        _refused(scene, block, limit, force),
+        limit,
     )
 
 
@@ -176,10 +178,10 @@ def _shifts(far: float) -> Array:
     return far * np.concatenate([share, back, -back])
 
 
-def _refused(scene: Scene, block: Body, force: float, mu: float) -> str:
+def _refused(scene: Scene, block: Body, limit: float, force: float) -> str:
     """What the refusal of a load beyond friction says."""
     try:
-        scene.solve(**_pulled(block, BEYOND * mu * force, force))
+        scene.solve(**_pulled(block, BEYOND * limit, force))
     except SupportError as refusal:
         return str(refusal)
     return "it was not"

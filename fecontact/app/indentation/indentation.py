@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +14,7 @@ from fecontact.app.indentation.figures import CURVE, CurveFigures, IndentationFi
 from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies import HalfSpace, HalfSpaceContact
 from fecontact.common.errors import InputError
-from fecontact.common.files import write_atomically
+from fecontact.common.files import save_rows
 
 BOX = 3.0
 """Default side of a grid, in half-widths of the contact."""
@@ -50,11 +48,8 @@ class Curve(CurveFigures):
 
     def save(self, path: str | Path) -> Path:
         """Write a CSV file, one row per load."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([name.replace(", ", " ").replace(" ", "_") for name in (*CURVE, "regions")])
-        writer.writerows([list(map(repr, row.values())) for row in self.rows()])
-        return write_atomically(path, text.getvalue())
+        columns = [name.replace(", ", " ").replace(" ", "_") for name in (*CURVE, "regions")]
+        return save_rows(path, columns, (row.values() for row in self.rows()))
 
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
         """Draw the curves, see `pictures.plot_curve`."""

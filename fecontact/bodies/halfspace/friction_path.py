@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +17,7 @@ from fecontact.common import checks
 from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError
-from fecontact.common.files import write_atomically
+from fecontact.common.files import save_rows
 from fecontact.common.one_line import one_line
 
 COLUMNS = (
@@ -125,11 +123,7 @@ class FrictionPath:
 
     def save(self, path: str | Path) -> Path:
         """Write a CSV file, one row per step."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows([list(map(repr, _row(contact))) for contact in self.contacts])
-        return write_atomically(path, text.getvalue())
+        return save_rows(path, COLUMNS, map(_row, self.contacts))
 
     def __str__(self) -> str:
         shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "dissipated")

@@ -21,7 +21,7 @@ from fecontact.bodies.halfspace.friction_contact import FrictionContact
 from fecontact.bodies.halfspace.friction_path import FrictionPath, solve_path
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import Layer
-from fecontact.bodies.halfspace.load_curve import COLUMNS, LoadCurve, load_figures
+from fecontact.bodies.halfspace.load_curve import LoadCurve, load_curve
 from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.halfspace.pressing import Load, check_settings, press
 from fecontact.bodies.halfspace.surface import GridSurface, grid_surface
@@ -34,7 +34,6 @@ from fecontact.common.checks import number_array, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
-from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.surfaces.rigid.indenter import heights_of
 
@@ -313,20 +312,13 @@ class HalfSpace(SurfaceBody):
         >>> bool(np.abs(np.diff(np.log(curve.approach)) / np.diff(np.log(curve.force)) - 2 / 3).max() < 2e-3)
         True
         """
-        loads = number_array("the forces of a curve", forces)
-        if loads.ndim != 1 or not loads.size:
-            raise InputError(f"The forces of a curve must be numbers (n,), one or more; found shape {loads.shape}.")
+        values = number_array("the forces of a curve", forces)
+        if values.ndim != 1 or not values.size:
+            raise InputError(f"The forces of a curve must be numbers (n,), one or more; found shape {values.shape}.")
         check_settings(tolerance, symmetry, workers)
         z = self.heights_of(surface)
-        rows, warnings = [], []
-        given = [Load(float(force), None, load_point) for force in loads]
-        with progress_line("curve", progress, len(given), "load") as line:
-            for load in given:
-                contact = press(self.compliance, z, load, tolerance, symmetry, workers)
-                rows.append(load_figures(contact))
-                warnings += [f"At the force {load.force:g}: {text}" for text in contact.warnings]
-                line.update()
-        return LoadCurve({name: np.array([row[name] for row in rows]) for name in COLUMNS}, tuple(warnings))
+        loads = [Load(float(force), None, load_point) for force in values]
+        return load_curve(loads, lambda load: press(self.compliance, z, load, tolerance, symmetry, workers), progress)
 
     def press_path(
         self,

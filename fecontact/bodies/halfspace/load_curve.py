@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
+from fecontact.bodies.halfspace.pressing import Load
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.files import replacing
 from fecontact.common.one_line import one_line
+from fecontact.common.progress import progress_line
 from fecontact.common.units import Units
 
 #: Figures of each load.
@@ -125,3 +127,15 @@ class LoadCurve:
         lines = ["".join(f"{name:>16}" for name in self.figures)]
         lines += ["".join(f"{v:>16.6g}" for v in row) for row in zip(*self.figures.values(), strict=True)]
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+
+def load_curve(loads: Sequence[Load], pressed: Callable[[Load], HalfSpaceContact], progress: bool | None) -> LoadCurve:
+    """Figures of contacts under loads, see `HalfSpace.curve`."""
+    rows, warnings = [], []
+    with progress_line("curve", progress, len(loads), "load") as line:
+        for load in loads:
+            contact = pressed(load)
+            rows.append(load_figures(contact))
+            warnings += [f"At the force {load.force:g}: {text}" for text in contact.warnings]
+            line.update()
+    return LoadCurve({name: np.array([row[name] for row in rows]) for name in COLUMNS}, tuple(warnings))
