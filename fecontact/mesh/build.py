@@ -21,6 +21,8 @@ from fecontact.mesh.orders import same_order
 
 #: Columns of the cells of each requested element.
 ELEMENTS = {"hex20": 20, "wedge15": 20, "tet10": 20, "hex27": 27}
+#: Words of the note on cells of different order.
+MIXED = "mixes cells of different order"
 
 
 def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = None) -> Mesh:
@@ -32,11 +34,14 @@ def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = N
             "pyramids or tetrahedra of up to 27 nodes; surfaces are read with fc.read_surface."
         )
     _check_numbers(raw, blocks, source)
-    points, cells, notes = _as_hexahedra(scale * raw.points, blocks, source, element)
+    points, cells, ends, notes = _as_hexahedra(scale * raw.points, blocks, source, element)
     cells, raw, repeats = _each_once(cells, raw, source)
     used, number = np.unique(cells), np.full(len(points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
-    node_sets = {name: number[nodes] for name, nodes in raw.node_sets.items()}
+    # a set with both ends of an edge has the node added in its middle, as linear displacements between them say
+    new = len(raw.points) + np.arange(len(ends))
+    sets = {k: np.append(nodes, new[np.isin(ends, nodes).all(axis=1)]) for k, nodes in raw.node_sets.items()}
+    node_sets = {name: number[nodes] for name, nodes in sets.items()}
     ids = raw.node_ids
     mesh = Mesh(
         points[used],
@@ -85,8 +90,8 @@ def _check_numbers(raw: RawMesh, blocks: list[tuple[Kind, IntArray]], source: st
 
 def _as_hexahedra(
     points: Array, blocks: list[tuple[Kind, IntArray]], source: str, element: str | None
-) -> tuple[Array, IntArray, tuple[str, ...]]:
-    """Points and connectivity of all blocks in one array of 8, 20 or 27 columns, and notes.
+) -> tuple[Array, IntArray, IntArray, tuple[str, ...]]:
+    """Points and connectivity of all blocks in one array of 8, 20 or 27 columns, ends of added points, and notes.
 
     Cells of different order become all of 20 nodes.
     """
@@ -94,13 +99,13 @@ def _as_hexahedra(
     if element in ("hex20", "wedge15", "tet10"):
         parts = [p[:, :20] for p in parts]
     if len({p.shape[1] for p in parts}) == 1:
-        return points, np.concatenate(parts), ()
-    points, cells = same_order(points, parts)
+        return points, np.concatenate(parts), np.zeros((0, 2), np.int64), ()
+    points, cells, ends = same_order(points, parts)
     linear = sum(len(p) for p in parts if p.shape[1] == 8)
     dropped = sum(len(p) for p in parts if p.shape[1] == 27)
     notes = [f"{linear} linear cells got nodes in the middles of their edges"] if linear else []
     notes += [f"{dropped} cells of 27 nodes were reduced to 20"] if dropped else []
-    return points, np.concatenate(cells), (f"{source} mixes cells of different order: {', '.join(notes)}.",)
+    return points, np.concatenate(cells), ends, (f"{source} {MIXED}: {', '.join(notes)}.",)
 
 
 def _each_once(cells: IntArray, raw: RawMesh, source: str) -> tuple[IntArray, RawMesh, tuple[str, ...]]:

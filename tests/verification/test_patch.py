@@ -115,6 +115,22 @@ def test_matching_and_nested_faces_are_exact(upper, lower, angle, row):
     assert np.abs(result.contacts[0].pressure - 1).max() < EXACT
 
 
+@pytest.mark.parametrize("upper", ["hex8", "hex20", "hex27"])
+@pytest.mark.parametrize("lower", ["hex8", "hex20", "hex27"])
+def test_faces_of_different_order_are_exact(upper, lower, row):
+    """Two blocks of cells of other orders, face on face, under uniform pressure.
+
+    Source: Taylor and Papadopoulos 1991. Rounding times condition numbers of some 1e3.
+    """
+    meshes = [fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1), element=e) for e in (lower, upper)]
+    held = {"x_min": "x", "y_min": "y"}
+    below = fc.ElasticBody(meshes[0], ELASTIC, "top", {**held, "bottom": "z"})
+    above = fc.ElasticBody(meshes[1].translated((0.0, 0.0, 1.0)), ELASTIC, "bottom", held)
+    result = fc.Scene([below, above], [fc.Contact(above, below)]).solve(pressures={(above, "top"): 1.0})
+    worst = np.abs(np.array(stress_range(result, [above, below])) + 1).max()
+    row(f"7b {upper} on {lower}", "largest stress error", 0.0, worst, EXACT, result.n_dofs)
+
+
 @pytest.mark.parametrize(
     ("upper", "lower", "least", "most"),
     # nodal forces are Simpson's rule for the master's load; across the master's edges its kinks are missed. The

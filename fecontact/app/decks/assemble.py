@@ -20,6 +20,8 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
 from fecontact.fem.rigid import COMPONENTS, rigid_modes
+from fecontact.mesh.build import MIXED
+from fecontact.mesh.element.hexahedron import EDGES
 from fecontact.mesh.mesh import Mesh
 from fecontact.scene.scene import Scene
 from fecontact.surfaces import Facets
@@ -63,6 +65,7 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     InputError
         If a cell has no material, no contact joins two bodies, or prescribed displacements deform a body.
     """
+    deck = _with_added_nodes(deck)
     made = [_body(deck, name, cells) for name, cells in _parts(deck).items()]
     rigid = {r.name: _rigid(r) for r in deck.rigid if r.surface is not None}
     contacts, unused = _contacts(deck, made, rigid)
@@ -76,6 +79,7 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     friction = any(c.mu > 0 for c in contacts)
     several = len(loads) > 1
     names = [step.name for step in deck.steps]
+    mixed = any(m.body.mesh.file_nodes is not None and (m.body.mesh.file_nodes < 0).any() for m in made)
     return SceneFile(
         path,
         deck.title,
@@ -86,8 +90,30 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
         (),
         tuple({"name": n, **load} for n, load in zip(names, loads, strict=True)) if several and not friction else (),
         tuple(loads) if several and friction else (),
-        (*deck.notes, *unused),
+        (*(n for n in deck.notes if MIXED not in n or mixed), *unused),
     )
+
+
+def _with_added_nodes(deck: DeckContent) -> DeckContent:
+    """The deck with nodes in the middles of edges of linear cells held as both ends are, and without forces of sets."""
+    ids = deck.mesh.file_nodes
+    if ids is None or (ids >= 0).all():
+        return deck
+    nodes, ends = deck.mesh.cells[:, 8:20].ravel(), deck.mesh.cells[:, EDGES].reshape(-1, 2)
+    nodes, ends = nodes[added := ids[nodes] < 0], ends[added]
+    steps = []
+    for s in deck.steps:
+        held = s.held.copy()
+        held[nodes] = s.held[ends].mean(axis=1)
+        steps.append(replace(s, held=held, forces=np.where(ids[:, None] < 0, 0.0, s.forces)))
+    return replace(deck, steps=steps)
+
+
+def _columns(mesh: Mesh, cells: IntArray) -> int:
+    """Nodes of each of some cells: 8 where the others were added to linear cells on reading."""
+    own = np.setdiff1d(mesh.cells[cells, 8:], mesh.cells[cells, :8])
+    added = mesh.file_nodes is not None and (mesh.file_nodes[own] < 0).all()
+    return 8 if added else mesh.cells.shape[1]
 
 
 def _parts(deck: DeckContent) -> dict[str, IntArray]:
@@ -125,6 +151,7 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
         raise InputError(
             f"{deck.source}: {len(lost)} elements of {name!r} have no material; the first is {numbers[0]}."
         )
+    whole = replace(whole, cells=whole.cells[:, : _columns(whole, cells)])
     mesh = replace(whole, groups={name: cells, **{k: g for k, g in groups.items() if len(g)}}).part(name)
     nodes = np.unique(whole.cells[cells])
     if whole.midface is None and len(nodes) != len(mesh.points):

@@ -110,8 +110,9 @@ def nested(surfaces: SurfacePair, near: IntArray) -> bool:
 
     On curved surfaces projections shift tangentially by a share of the facet that vanishes with (r/R)^2;
     `NESTED_TOLERANCE` of a facet's size is tolerated. A triangle's weights are exact to degree three, so it does not
-    count as nested in a quadrilateral, whose functions are of degree four. Nor does a face that overhangs the master's
-    rim.
+    count as nested in a quadrilateral, whose functions are of degree four. Nor does a face with fewer nodes than the
+    master's, whose weights are exact for linear functions only where those are quadratic, nor one that overhangs the
+    master's rim.
 
     Parameters
     ----------
@@ -121,6 +122,8 @@ def nested(surfaces: SurfacePair, near: IntArray) -> bool:
         Rows of its nodes near the contact.
     """
     slave = surfaces.slave
+    if slave.facets.shape[1] < with_nodes(surfaces.master).facets.shape[1]:
+        return False
     near_node, facing = np.zeros((2, len(slave.points)), bool)
     near_node[surfaces.nodes[near]] = True
     faces = np.flatnonzero(near_node[slave.facets].all(axis=1))

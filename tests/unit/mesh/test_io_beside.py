@@ -149,7 +149,7 @@ def test_a_quadratic_neighbour_gives_its_nodes():
     from fecontact.mesh.orders import same_order
 
     box = fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1)).mapped(lambda x: x + 0.02 * np.sin(9 * x[:, ::-1]))
-    points, cells = same_order(box.points, [box.cells[:1], box.cells[1:, :8]])
+    points, cells, _ = same_order(box.points, [box.cells[:1], box.cells[1:, :8]])
     # the four edges of the face between them, with their nodes, are shared; the others get new ones
     assert len(np.intersect1d(cells[0], cells[1])) == 8
     assert len(points) == len(box.points) + 8
