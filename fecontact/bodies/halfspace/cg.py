@@ -111,6 +111,8 @@ class GridIterate:
         Largest gap on the set or penetration, relative to the largest displacement, after each round.
     drift : float
         Bound of the error of u due to single precision.
+    recomputed : bool
+        Whether u has been computed anew by p on the whole grid.
     """
 
     p: Array
@@ -122,6 +124,7 @@ class GridIterate:
     converged: bool
     history: tuple[float, ...]
     drift: float = 0.0
+    recomputed: bool = False
 
 
 def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: float) -> GridIterate:

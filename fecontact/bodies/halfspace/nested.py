@@ -1,7 +1,7 @@
 """Nested iteration: the solution on a coarse grid, interpolated to the next finer one, is the start there.
 
-Every grid is solved only around the expected contact. On the finest, the gaps of the whole grid are checked afterwards;
-a penetration outside the part triggers a solve on the whole grid.
+Every grid is solved only around the expected contact. The gaps of the whole grid are checked afterwards: where the
+surfaces penetrate outside the part, it is enlarged and solved again.
 """
 
 from __future__ import annotations
@@ -205,7 +205,10 @@ def around(active: Mask, symmetric: Even) -> tuple[slice, slice]:
 def solve_level(
     level: GridLevel, start: Array, active: Mask, tolerance: float, tally: Tally, workers: int | None
 ) -> GridIterate:
-    """Solve on the part of a grid round the start's contact, enlarged while contact reaches its border."""
+    """Solve on the part of a grid round the start's contact, enlarged while there is contact beyond it.
+
+    Displacements outside the part are found with it.
+    """
     part = level.whole if level.periodic else around(active, level.symmetric)
     if _share(part, level) > WORTHWHILE:
         part = level.whole
@@ -226,21 +229,47 @@ def solve_level(
         at = solve_on_grid(problem, start[part], active[part], tolerance)
         if part == level.whole:
             return at
-        at = _spread(at, level, part)
-        if not _reaches_border(at.active, part, level):
+        at = _spread(at, level, part, tolerance, tally, workers)
+        if _reaches_border(at.active, part, level):
+            start, active, part = at.p, at.active, level.whole
+            continue
+        missed = _penetrating(at, level, tolerance)
+        missed[part] = False
+        if not missed.any():
             return at
-        start, active, part = at.p, at.active, level.whole
+        start, active = at.p, at.active | missed
+        missed[part] = True
+        part = around(missed, level.symmetric)
+        if _share(part, level) > WORTHWHILE:
+            part = level.whole
 
 
 def _share(part: tuple[slice, slice], level: GridLevel) -> float:
     return (part[0].stop - part[0].start) * (part[1].stop - part[1].start) / level.g.size
 
 
-def _spread(at: GridIterate, level: GridLevel, part: tuple[slice, slice]) -> GridIterate:
-    """Solution on a part as arrays over the whole grid; displacements outside are zero."""
-    p, u, active = np.zeros(level.g.shape), np.zeros(level.g.shape), np.zeros(level.g.shape, bool)
-    p[part], u[part], active[part] = at.p, at.u, at.active
-    return replace(at, p=p, u=u, active=active)
+def _spread(
+    at: GridIterate,
+    level: GridLevel,
+    part: tuple[slice, slice],
+    tolerance: float,
+    tally: Tally,
+    workers: int | None,
+) -> GridIterate:
+    """Solution on a part as arrays over the whole grid."""
+    p, active = np.zeros(level.g.shape), np.zeros(level.g.shape, bool)
+    p[part], active[part] = at.p, at.active
+    operator = compliance(level, level.whole, tally, workers)
+    if tolerance >= ROUGH_ENOUGH:
+        operator = operator.rough()
+    return replace(at, p=p, u=operator.apply(p), active=active, recomputed=tolerance < ROUGH_ENOUGH)
+
+
+def _penetrating(at: GridIterate, level: GridLevel, tolerance: float) -> Mask:
+    """Cells whose surfaces penetrate by more than a tolerance of the largest displacement."""
+    gap = at.u + level.g + np.einsum("k,kij->ij", at.q, level.B)
+    largest = float(np.abs(at.u).max(where=level.allowed, initial=0.0))
+    return np.asarray(level.allowed & (gap < -tolerance * largest))
 
 
 def _reaches_border(active: Mask, part: tuple[slice, slice], level: GridLevel) -> bool:

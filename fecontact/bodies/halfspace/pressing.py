@@ -136,8 +136,9 @@ def press(
     if not body.periodic and boxed:
         _check_box(body.grid, at.active, at.p, symmetric)
     operator = compliance(level, level.whole, tally, workers)
+    recomputed = at.recomputed and bool((at.p >= 0).all())
     p = np.maximum(at.p, 0.0, out=at.p)
-    u = operator.apply(p, at.u)
+    u = at.u if recomputed else operator.apply(p, at.u)
     residuals = _residuals(level, operator, u, p, at.q)
     if not (at.converged and residuals.within(tolerance)):
         raise SolverError(_failure(at.rounds, residuals, tolerance, body, load))

@@ -35,6 +35,42 @@ def test_same_as_the_dense_solver(load, pressure):
     assert np.abs(contact.pressure.ravel() * half.grid.area - forces).max() < 1e-8 * forces.max()
 
 
+def test_a_cell_that_coarser_grids_do_not_see_touches():
+    half = fc.HalfSpace(UNIT, size=(3.0, 2.4), shape=(40, 32))
+    x, y = half.grid.x[:, None], half.grid.y[None, :]
+    z = ((x + 0.7) ** 2 + y**2) / 2
+    z[33, 25] = -0.02  # its block of four is higher than the ball: coarser grids touch the ball alone
+    contact = half.press(z, force=0.01, tolerance=1e-11)
+    assert contact.pressure[33, 25] > 0
+    assert contact.n_regions == 2
+    forces = reference(half, z, force=0.01).forces
+    assert np.abs(contact.pressure.ravel() * half.grid.area - forces).max() < 1e-8 * forces.max()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5, 13, 80, 88])
+def test_rough_presses_are_certified(seed):
+    rng = np.random.default_rng(seed)
+    kind = ("free", "rim", "periodic", "layered", "friction")[seed % 5]
+    shape = tuple(rng.choice([32, 48, 64], 2))
+    size = (shape[0] / 32, shape[1] / 32)
+    soft = fc.Material(1.0, rng.uniform(0, 0.45))
+    layers = [fc.Layer(soft, 10 ** rng.uniform(-1.5, 0.5))] if kind == "layered" else []
+    half = fc.HalfSpace(fc.Material(3.0, 0.3), size, shape, kind == "periodic", layers=layers)
+    waves = self_affine(shape, size, hurst=rng.uniform(0.3, 1), seed=seed, rms_slope=0.05, shortest=0.1).z
+    x, y = half.grid.x[:, None] / min(size), half.grid.y[None, :] / min(size)
+    dome = 0 if half.periodic else np.ptp(waves) * 10 ** rng.uniform(0.8, 1.5) * ((x - 0.1) ** 2 + y**2)
+    z = waves + dome
+    if kind == "rim":
+        z = np.where(np.hypot(x, y) < 0.45, z, np.inf)
+    force = half.contact_modulus * min(size) ** 2 * np.ptp(waves) * 10 ** rng.uniform(-4, -2)
+    if kind == "friction":
+        dragged = half.press(z - z.min(), force=force, friction=0.3, tangential=(0.2 * force, 0.1 * force))
+        assert dragged.friction_residuals.within(1e-10)
+    contact = half.press(z - z.min(), force=force)
+    assert contact.residuals.within(1e-8)
+    assert abs(contact.force / force - 1) < 1e-8
+
+
 def test_symmetry_changes_nothing():
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(64, 64))
     quarter = half.press(Paraboloid(1.0), force=4 / 3, tolerance=1e-10)
