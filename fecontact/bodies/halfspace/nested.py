@@ -31,6 +31,9 @@ ROUGH_ENOUGH = 1e-4
 MARGIN = 2
 """Cells added round the expected contact, besides a thirtieth of its width."""
 
+MEAN_PLANE = 1e-9
+"""Mean gap, over the largest, at which the force on a periodic surface counts as unbounded."""
+
 WORTHWHILE = 0.75
 """Share of the grid above which the whole grid is solved instead of a part."""
 
@@ -72,6 +75,13 @@ class GridLevel:
     def whole(self) -> tuple[slice, slice]:
         """The part that covers the whole grid."""
         return slice(0, self.g.shape[0]), slice(0, self.g.shape[1])
+
+    @property
+    def is_bounded(self) -> bool:
+        """False if no pressures open the gaps: beyond the mean plane of a periodic surface, which none displaces."""
+        stiff = self.periodic and not self.kernel[0, 0] and not len(self.F) and self.allowed.all()
+        size = float(np.abs(self.g).max()) if stiff else 0.0
+        return not (size and self.g.min() < 0 and self.g.mean() <= MEAN_PLANE * size)
 
 
 def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Product:
@@ -314,6 +324,9 @@ def solve_nested(
     levels = [level]
     while max(_cells(levels[-1].g.shape, level.symmetric)) > COARSEST and _can_coarsen(levels[-1]):
         levels.append(coarser(levels[-1], kernel_of(len(levels))))
+        if not levels[-1].is_bounded:  # larger cells have closed holes of the counter-surface
+            levels.pop()
+            break
     start, active, coarse = np.zeros(levels[-1].g.shape), _first_guess(levels[-1]), None
     for k in range(len(levels) - 1, 0, -1):
         at = solve_level(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)

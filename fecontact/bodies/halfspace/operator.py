@@ -16,6 +16,7 @@ from fecontact.bodies.halfspace.nested import GridLevel, solve_nested
 from fecontact.bodies.halfspace.smooth import Corrected, Product, Term
 from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
 from fecontact.solvers import ComplementarityProblem, Status
 from fecontact.solvers.outcome import Outcome
 
@@ -223,6 +224,11 @@ def _solve(
         smooth=model.smooth,
         arrays=body.arrays,
     )
+    if not level.is_bounded:
+        raise InputError(
+            f"The bodies overlap the mean plane of the periodic half-space by {-level.g.mean():.6g} in the mean: their "
+            "force is unbounded. Move them out by more than that, or prescribe the force."
+        )
     at, *_ = solve_nested(level, body.kernel, tolerance, Tally(4 * body.grid.n_cells))
     return replace(at, p=unfold(at.p, found)), at.q / scale
 

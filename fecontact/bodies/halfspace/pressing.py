@@ -121,6 +121,13 @@ def press(
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
     level = _level(body, z, allowed, load, symmetry)
+    if not level.is_bounded:
+        most, lowest = float(z.mean()), float(z.min())
+        raise InputError(
+            f"An approach of {load.approach:g} reaches the mean plane of the periodic surface, beyond which its force "
+            f"is unbounded: the approach must be below {most:.6g}, the mean height ({most - lowest:.6g} over the "
+            "lowest point). Prescribe the force instead."
+        )
     symmetric = level.symmetric
     tally = Tally(4 * padded(body.grid.shape[0]) * padded(body.grid.shape[1]))
     if body.periodic:
@@ -141,7 +148,7 @@ def press(
     u = at.u if recomputed else operator.apply(p, at.u)
     residuals = _residuals(level, operator, u, p, at.q)
     if not (at.converged and residuals.within(tolerance)):
-        raise SolverError(_failure(at.rounds, residuals, tolerance, body, load))
+        raise SolverError(_failure(at.rounds, residuals, tolerance, load))
     gap = _gap(level, u, at.q, workers)
     approach, tilt = _motion(body.grid, at.q, load, symmetric)
     report = SolverReport(
@@ -291,13 +298,8 @@ def _check_box(grid: Grid, active: Mask, p: Array, symmetric: Even) -> None:
         )
 
 
-def _failure(rounds: int, residuals: Residuals, tolerance: float, body: SurfaceCompliance, load: Load) -> str:
+def _failure(rounds: int, residuals: Residuals, tolerance: float, load: Load) -> str:
     advice = "Check the heights for jumps and the load for its size."
-    if body.periodic and load.approach is not None:
-        advice = (
-            "With a prescribed approach, the mean pressure of a periodic surface in full contact is undetermined: "
-            "prescribe the force instead."
-        )
     if load.point is not None:
         advice = "Check that the load point is inside the outline of the contact; outside, no pressures balance it."
     return f"No certified answer after {rounds} active sets ({residuals}; tolerance {tolerance:.0e}). {advice}"

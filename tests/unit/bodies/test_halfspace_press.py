@@ -241,11 +241,35 @@ def test_bad_half_spaces(options, message):
         fc.HalfSpace(**{"material": UNIT, **options})
 
 
-def test_periodic_approach_in_full_contact_is_refused():
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(32, 32), periodic=True)
-    z = 0.01 * np.cos(2 * np.pi * half.grid.x)[:, None] * np.ones(32)
-    with pytest.raises(fc.SolverError, match="prescribe the force"):
-        half.press(z, approach=0.5)
+@pytest.mark.parametrize("layers", [[], [fc.Layer(UNIT, 0.1)]])
+def test_periodic_approach_beyond_the_mean_plane_is_refused_before_the_solve(layers, monkeypatch):
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(32, 32), periodic=True, layers=layers)
+    z = 0.01 * (1 - np.cos(2 * np.pi * half.grid.x))[:, None] * np.ones(32)
+    assert half.press(z, approach=0.0099).residuals.within(1e-8)
+    # full contact needs p* = pi E* amplitude / wavelength in the mean (Westergaard 1939), and no more at the mean plane
+    assert abs(half.press(z, approach=0.01 * (1 - 1e-4)).force / (np.pi * 0.01) - 1) < 0.02
+    monkeypatch.setattr("fecontact.bodies.halfspace.pressing.solve_nested", None)
+    for approach in (0.01, 0.0101, 0.5):
+        with pytest.raises(InputError, match=r"must be below 0\.01, the mean height \(0\.00995185 over"):
+            half.press(z, approach=approach)
+    with pytest.raises(InputError, match=r"must be below -0\.29, the mean height \(0\.00995185 over"):
+        half.press(z - 0.3, approach=0.0)
+
+
+def test_a_period_with_holes_or_on_a_rigid_base_takes_any_approach():
+    z = 0.01 * np.cos(np.arange(32.0))[:, None] * np.ones(32) + 0.01
+    rigid_base = fc.HalfSpace(None, (1.0, 1.0), (32, 32), periodic=True, layers=[fc.Layer(UNIT, 0.1)])
+    assert rigid_base.press(z, approach=0.03).area_fraction == 1
+    holes = fc.HalfSpace(UNIT, (1.0, 1.0), (32, 32), periodic=True)
+    z[::4] = np.inf
+    assert holes.press(z, approach=0.03).residuals.within(1e-8)
+
+
+def test_bodies_beyond_the_mean_plane_of_a_period_are_refused():
+    half = fc.HalfSpace(UNIT, (1.0, 1.0), (48, 48), periodic=True)
+    wave = fc.RigidBody(fc.surfaces.FunctionSurface(lambda x, y: 0.01 * (1 - np.cos(2 * np.pi * x)) + 0 * y, 1.0))
+    with pytest.raises(InputError, match=r"overlap the mean plane .* by 0\.002 in the mean"):
+        fc.Scene([half, wave], [fc.Contact(half, wave)]).solve(motions={wave: {"z": -0.012}})
 
 
 def test_print_and_describe():
