@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from fecontact.common.one_line import one_line
 
-#: Estimated error of the pressure above which a result warns.
+#: Estimated error of the pressure, its peak or the area above which a result warns.
 LARGEST_ERROR = 0.1
+#: Faces across a contact below which its peak and area carry no figure: what a few faces tell may be off by any amount.
+LEAST_ACROSS = 3.0
 #: Reason for no estimate.
 NO_CONTACT = "no contact, nothing to estimate"
 
@@ -53,9 +55,9 @@ class ErrorEstimate:
     interior : float
         Part of it due to elements below the contact; finer faces alone reduce it little.
     peak : float
-        Error of the largest pressure; infinite where it is unbounded.
+        Error of the largest pressure; infinite where it is unbounded or not resolved.
     area : float
-        Error of the contact area.
+        Error of the contact area; infinite where it is not resolved.
     faces_across : float
         Number of faces across the contact at its narrowest.
     unbounded : UnboundedPeak or None
@@ -69,6 +71,8 @@ class ErrorEstimate:
     --------
     >>> print(ErrorEstimate(0.0712, 0.01, 0.005, 0.018, 0.031, 5.2))
     pressure: about 7 % (peak 2 %, area 3 %), resolved by 5.2 faces across
+    >>> print(ErrorEstimate(0.24, 0.01, 0.005, 0.06, 0.06, 1.9).within_resolution())
+    pressure: about 24 % (peak and area not resolved), 1.9 faces across
     """
 
     pressure: float
@@ -87,33 +91,53 @@ class ErrorEstimate:
         return cls(math.nan, math.nan, math.nan, math.nan, math.nan, 0.0, None, reason)
 
     @property
+    def resolved(self) -> bool:
+        """Whether enough faces lie across the contact for an estimate of its peak and area."""
+        return math.isfinite(self.area)
+
+    def within_resolution(self) -> ErrorEstimate:
+        """The estimate without figures for peak and area if fewer than `LEAST_ACROSS` faces lie across the contact."""
+        if self.faces_across >= LEAST_ACROSS:
+            return self
+        return replace(self, peak=math.inf, area=math.inf)
+
+    @property
+    def largest(self) -> float:
+        """The largest error of pressure, area and, where it is bounded, peak."""
+        return max(self.pressure, self.area, self.peak if self.unbounded is None else 0.0)
+
+    @property
     def worst(self) -> float:
         """The error of the pressure or, where it is larger, of the tractions of friction."""
         return max(self.pressure, self.traction or 0.0)
 
     @property
     def amount(self) -> str:
-        """How much the pressure and its peak are off, in words."""
-        mean = f"{percent(self.pressure)} in the mean"
-        if self.unbounded is None:
-            return f"{mean} and {percent(self.peak)} at its peak"
-        return f"{mean} away from the edge of {self.unbounded.body!r}, where it has no bound"
+        """How much the pressure, its peak and the area are off, in words."""
+        mean, area = f"{percent(self.pressure)} in the mean", f"and the area by {percent(self.area)}"
+        if self.unbounded is not None:
+            mean = f"{mean} away from the edge of {self.unbounded.body!r}, where it has no bound"
+            return f"{mean}, {area}" if self.resolved else mean
+        return f"{mean} and {percent(self.peak)} at its peak, {area}" if self.resolved else mean
 
     def summary(self) -> dict[str, Any]:
         """Its figures, ready for JSON; None where there is no estimate."""
         figures = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in vars(self).items()}
-        return figures | {"unbounded": None if self.unbounded is None else self.unbounded._asdict()}
+        unbounded = None if self.unbounded is None else self.unbounded._asdict()
+        return figures | {"unbounded": unbounded, "resolved": self.resolved}
 
     def __str__(self) -> str:
         if self.reason:
             return f"pressure: {self.reason}"
-        peak, where = f"peak {percent(self.peak)}", ""
-        friction = "" if self.traction is None else f", tractions of friction {percent(self.traction)}"
+        area = f"area {percent(self.area)}" if self.resolved else "area not resolved"
+        figures, where = f"peak {percent(self.peak)}, {area}" if self.resolved else "peak and area not resolved", ""
         if self.unbounded is not None:
-            peak, where = "no peak", f" away from the edge of {self.unbounded.body!r}"
+            figures, where = f"no peak, {area}", f" away from the edge of {self.unbounded.body!r}"
+        if self.traction is not None:
+            figures += f", tractions of friction {percent(self.traction)}"
         text = (
-            f"pressure: about {percent(self.pressure)}{where} ({peak}, area {percent(self.area)}{friction}), "
-            f"resolved by {self.faces_across:.2g} faces across"
+            f"pressure: about {percent(self.pressure)}{where} ({figures}), {'resolved by ' if self.resolved else ''}"
+            f"{self.faces_across:.2g} faces across"
         )
         return text if self.unbounded is None else f"{text}; {self.unbounded}"
 

@@ -190,7 +190,7 @@ class ContactFields:
         >>> ball = fc.RigidBody(fc.Sphere(1.0)).placed((0, 0, 1.0))
         >>> result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.05}})
         >>> print(result.contacts[0].error_estimate)
-        pressure: about 18 % (peak 5 %, area 4 %), resolved by 3.5 faces across
+        pressure: about 18 % (peak 5 %, area 6 %), resolved by 3.5 faces across
         """
         found = error_estimate(self, self.readings)
         if self.traction_misfit is None:

@@ -36,9 +36,10 @@ from fecontact.results.singular import SingularEdge
 SAMPLES, MOST_SAMPLES = (3, 6), 40_000
 #: Facets per block, which bounds the memory.
 BLOCK = 4096
-#: Least error of the largest pressure and of the area, as a share of the mean error: force in excess at the edge of a
-#: contact is missing inside.
+#: Least error of the largest pressure as a share of the mean error: force in excess at the edge is missing inside.
 LEAST_SHARE = 0.25
+#: Error of the area, with its edge located within the faces, as a share of the mean error.
+AREA_SHARE = 0.35
 #: Pressure at a kink between faces over the root mean square of what kinks bring in; it grows with the logarithm of the
 #: faces' size and is 1.5 where faces have a kink at every side, 3.4 with eight faces from kink to kink.
 AT_KINKS = 2.0
@@ -236,15 +237,17 @@ def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None)
     edge = contact.singular_edge
     interior = interior_error(contact.energy_errors)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
-    return ErrorEstimate(
+    found = ErrorEstimate(
         pressure=pressure,
         geometry=geometry,
         interior=interior,
         peak=max(readings.peak_offset / readings.peak, LEAST_SHARE * pressure, AT_KINKS * geometry),
-        area=max(abs(counted / area - 1), LEAST_SHARE * pressure) if area > 0 else 1.0,
+        area=min(1.0, AREA_SHARE * pressure) if area > 0 else 1.0,
         faces_across=readings.across,
         unbounded=None if edge is None else edge.peak,
     )
+    # a contact that fills its faces is as wide as they are
+    return found if contact.active.all() else found.within_resolution()
 
 
 def interior_error(errors: Sequence[EnergyError]) -> float:
@@ -282,7 +285,8 @@ def faces_across(contact: PressureOnFacets, readings: PressureReadings) -> float
     region = at_nodes.max(axis=1).toarray().ravel().astype(np.int64)
     of_facet = region[contact.facets[readings.facets]].max(axis=1)
     load = np.bincount(contact.region, contact.forces)
-    chosen = [k for k in np.flatnonzero(load > LEAST_REGION * load.sum()) if k > 0]
+    least = min(LEAST_REGION * load.sum(), load.max())  # of many regions none may carry so much
+    chosen = [k for k in np.flatnonzero(load >= least) if k > 0]
     return min(_across(contact, readings, of_facet == k, share, contact.node_numbers[region == k]) for k in chosen)
 
 

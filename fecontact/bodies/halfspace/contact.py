@@ -136,11 +136,11 @@ class HalfSpaceContact:
     @cached_property
     def edge_area(self) -> float:
         """Area with the edge located within its cells, see `edge`; several times more accurate for smooth surfaces."""
-        return edge_area(self._edge, int(self.active.sum())) * self.grid.area
+        return edge_area(self._edge, int(self.active.sum()))[0] * self.grid.area
 
     @cached_property
     def _edge(self) -> EdgeCells:
-        return edge_cells(self.pressure, np.isfinite(self.gap), self.periodic)
+        return edge_cells(self.pressure, self.gap, self.periodic)
 
     @cached_property
     def error_estimate(self) -> ErrorEstimate:
@@ -151,13 +151,12 @@ class HalfSpaceContact:
         >>> import fecontact as fc
         >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
         >>> print(half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3).error_estimate)
-        pressure: about 0.9 % (peak 0.2 %, area 0.5 %), resolved by 44 faces across
+        pressure: about 0.9 % (peak 0.2 %, area 0.2 %), resolved by 44 faces across
         """
         part = part_of(self.grid.shape, self.solver.symmetric)
         points = self.pressure_kind == "point"
-        area = self.edge_area / self.grid.area
         ends = pressed_ends(self.pressure, np.isfinite(self.gap))
-        found = grid_error_estimate(self.pressure, self.coarse, part, self._edge, area, points, ends)
+        found = grid_error_estimate(self.pressure, self.coarse, part, self._edge, points, ends)
         if not ends.any():
             return found
         i, j = np.unravel_index(np.argmax(np.where(ends, self.pressure, 0.0)), ends.shape)
@@ -166,10 +165,15 @@ class HalfSpaceContact:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warning of an estimated error of the pressure above a tenth."""
+        """Warning of a contact not resolved, or of an estimated error of pressure, peak or area above a tenth."""
         estimate = self.error_estimate
-        if not estimate.pressure > LARGEST_ERROR:
+        if not estimate.largest > LARGEST_ERROR:
             return ()
+        if not estimate.resolved:
+            return (
+                f"The contact is {estimate.faces_across:.2g} cells across: its peak and area are not resolved, and its "
+                f"pressure may be off by about {estimate.amount}. Take more cells, or a smaller grid around it.",
+            )
         return (
             f"The pressure may be off by about {estimate.amount}: the contact is resolved by "
             f"{estimate.faces_across:.2g} cells across. Take more cells, or a smaller grid around it.",

@@ -1,10 +1,13 @@
 """Cells at the edge of a contact, and the contact area with its edge located within them.
 
 Counting cells gives the area to first order only. Where the surface is smooth the pressure falls to zero as the square
-root of the distance from the edge and its square linearly: a straight line through the last two cells of each row and
-column locates the edge. Rows and columns each give an area, as the divergence theorem needs one direction only; each
-edge is weighted by the squared cosine between its normal and that direction. Where the counter-surface itself ends, as
-under a flat punch, the edge is known and not corrected.
+root of the distance d from the edge and the gap beyond it grows as d^(3/2) (Johnson 1985, *Contact Mechanics*, section
+4.2(c)). So a straight line through the squared pressures of the last two cells of each row and column locates the edge,
+and so does one through the gaps^(2/3) of the first two cells beyond it. Gaps are the more accurate, as displacements
+are; pressures count where the gap does not grow, as between near patches of rough surfaces. Rows and columns each give
+an area, as the divergence theorem needs one direction only; each edge is weighted by the squared cosine between its
+normal and that direction. Where the counter-surface itself ends, as under a flat punch, the edge is known and not
+corrected.
 """
 
 from __future__ import annotations
@@ -30,12 +33,16 @@ class EdgeCells(NamedTuple):
     ----------
     last, before : (n,) arrays
         Pressure of the last cell and of the one before.
+    gap, beyond : (n,) arrays
+        Gap of the first cell outside and of the one beyond it; zero where it is in contact or has no counter-surface.
     share : (n,) array
         Squared cosine between the edge's normal and the row or column, taken at the cell before.
     """
 
     last: Array
     before: Array
+    gap: Array
+    beyond: Array
     share: Array
 
 
@@ -59,29 +66,30 @@ def pressed_ends(pressure: Array, allowed: Mask) -> Mask:
     return np.zeros(pressure.shape, bool)
 
 
-def edge_cells(pressure: Array, allowed: Mask, periodic: bool) -> EdgeCells:
+def edge_cells(pressure: Array, gap: Array, periodic: bool) -> EdgeCells:
     """Edge cells of all rows and columns; those of contacts one cell wide are left out.
 
     Parameters
     ----------
     pressure : (nx, ny) array
-    allowed : (nx, ny) bool array
-        Cells that have a counter-surface.
+    gap : (nx, ny) array
+        After deformation; infinite where there is no counter-surface.
     periodic : bool
     """
-    active = pressure > 0
-    parts = [_one_way(pressure, active, allowed, axis, step, periodic) for axis in (0, 1) for step in (-1, 1)]
+    parts = [_one_way(pressure, gap, axis, step, periodic) for axis in (0, 1) for step in (-1, 1)]
     return EdgeCells(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def _one_way(pressure: Array, active: Mask, allowed: Mask, axis: int, step: int, periodic: bool) -> EdgeCells:
+def _one_way(pressure: Array, gap: Array, axis: int, step: int, periodic: bool) -> EdgeCells:
     """Edge cells facing one way; step -1: the contact ends at the upper side, 1: at the lower side."""
+    active, allowed = pressure > 0, np.isfinite(gap)
+    outside = np.where(active | ~allowed, 0.0, np.maximum(gap, 0.0))
 
     def beside(values: NDArray, by: int) -> NDArray:
         rolled = np.roll(values, by, axis)
         if not periodic:
             lines = np.moveaxis(rolled, axis, 0)
-            lines[slice(0, by) if by > 0 else slice(by, None)] = False
+            lines[slice(0, by) if by > 0 else slice(by, None)] = 0
         return rolled
 
     at = np.array(np.nonzero(active & ~beside(active, step) & beside(allowed, step) & beside(active, -step)))
@@ -90,7 +98,8 @@ def _one_way(pressure: Array, active: Mask, allowed: Mask, axis: int, step: int,
     slope = [_slope(pressure, before, k) for k in (0, 1)]
     total = slope[0] + slope[1]
     share = np.divide(slope[axis], total, out=np.full(total.shape, 0.5), where=total > 0)
-    return EdgeCells(pressure[tuple(at)], pressure[tuple(before)], share)
+    beyond = (beside(outside, step)[tuple(at)], beside(outside, 2 * step)[tuple(at)])
+    return EdgeCells(pressure[tuple(at)], pressure[tuple(before)], *beyond, share)
 
 
 def _slope(pressure: Array, at: NDArray, axis: int) -> Array:
@@ -101,19 +110,25 @@ def _slope(pressure: Array, at: NDArray, axis: int) -> Array:
     return np.asarray((pressure[tuple(high)] ** 2 - pressure[tuple(low)] ** 2) ** 2)
 
 
-def edge_area(edge: EdgeCells, count: int) -> float:
-    """Contact area in cells, from their number and those at its edge.
+def edge_area(edge: EdgeCells, count: int) -> tuple[float, float]:
+    """Contact area in cells, from their number and those at its edge, by gaps; and by pressures alone.
 
     Examples
     --------
     >>> import numpy as np
     >>> x = np.arange(-9.5, 10.0)[:, None]  # a strip of half-width 6.8
     >>> strip = np.sqrt(np.maximum(6.8**2 - x**2, 0.0)) * np.ones(20)
-    >>> edge = edge_cells(strip, np.ones((20, 20), bool), True)
-    >>> bool(abs(edge_area(edge, 14 * 20) / 20 - 2 * 6.8) < 0.1)
-    True
+    >>> gap = np.maximum(np.abs(x) - 6.8, 0.0) ** 1.5 * np.ones(20)
+    >>> by_gaps, by_pressures = edge_area(edge_cells(strip, gap, True), 14 * 20)
+    >>> bool(abs(by_gaps / 20 - 2 * 6.8) < 1e-9), bool(abs(by_pressures / 20 - 2 * 6.8) < 0.1)
+    (True, True)
     """
-    last, before, share = edge
-    square, falls = last**2, before > last
-    reach = np.where(falls, square / np.where(falls, before**2 - square, 1.0), 0.5)  # from the middle of the last cell
-    return float(count + share @ (np.minimum(reach, 0.5 + FARTHEST) - 0.5))
+    square, falls = edge.last**2, edge.before > edge.last
+    # from the middle of the last cell
+    reach = np.where(falls, square / np.where(falls, edge.before**2 - square, 1.0), 0.5)
+    near, far = np.cbrt(edge.gap**2), np.cbrt(edge.beyond**2)
+    grows = far > near
+    by_gap = np.where(grows, 1.0 - near / np.where(grows, far - near, 1.0), reach)
+    areas = (count + edge.share @ (np.clip(v, 0.5 - FARTHEST, 0.5 + FARTHEST) - 0.5) for v in (by_gap, reach))
+    by_gaps, by_pressures = (float(area) for area in areas)
+    return by_gaps, by_pressures

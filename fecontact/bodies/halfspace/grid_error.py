@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.ndimage
 
-from fecontact.bodies.halfspace.edge import EdgeCells
+from fecontact.bodies.halfspace.edge import EdgeCells, edge_area
 from fecontact.bodies.halfspace.nested import blocks
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate
@@ -43,7 +43,6 @@ def grid_error_estimate(
     coarse: Array | None,
     modelled: tuple[slice, slice],
     edge: EdgeCells,
-    edge_area: float,
     points: bool = False,
     ends: Mask | None = None,
 ) -> ErrorEstimate:
@@ -57,8 +56,6 @@ def grid_error_estimate(
     modelled : (slice, slice)
         Part of the grid that was solved, by symmetry.
     edge : EdgeCells
-    edge_area : float
-        Area of the contact in cells, with its edge located within them.
     points : bool
         Whether the pressure of a cell is a force at its centre.
     ends : (nx, ny) bool array, optional
@@ -67,8 +64,8 @@ def grid_error_estimate(
     Examples
     --------
     >>> p, whole = np.ones((4, 4)), (slice(None), slice(None))
-    >>> nothing = EdgeCells(*np.zeros((3, 0)))
-    >>> round(grid_error_estimate(p, 1.012 * np.ones((2, 2)), whole, nothing, 16.0).pressure, 9)
+    >>> nothing = EdgeCells(*np.zeros((5, 0)))
+    >>> round(grid_error_estimate(p, 1.012 * np.ones((2, 2)), whole, nothing).pressure, 9)
     0.01
     """
     if not pressure.any():
@@ -85,6 +82,7 @@ def grid_error_estimate(
         return ErrorEstimate.none("not estimated so near an edge where it has no bound")
     at_edge = float(np.sqrt(squares) / norm)
     area = int((pressure > 0).sum())
+    by_gaps, by_pressures = edge_area(edge, area)
     across = _across(pressure, area)
     if coarse is None:
         inside, peak, error = 0.0, 0.0, max(ALONE * at_edge, usual / across)
@@ -93,14 +91,15 @@ def grid_error_estimate(
         inside = change / change_over_error
         error = float(np.hypot(OBLIQUE * at_edge, inside))
     error = min(1.0, error)
-    return ErrorEstimate(
+    found = ErrorEstimate(
         pressure=error,
         geometry=0.0,
         interior=inside,
         peak=max(peak, LEAST_SHARE * error),
-        area=max(abs(area / edge_area - 1), LEAST_SHARE * error),
+        area=max(abs(by_pressures / by_gaps - 1), LEAST_SHARE * error),
         faces_across=across,
     )
+    return found if pressure.all() else found.within_resolution()
 
 
 def _changes(pressure: Array, coarse: Array, counted: Mask) -> tuple[float, float]:

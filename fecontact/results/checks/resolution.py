@@ -94,22 +94,28 @@ def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, floa
 
 
 def coarse_pressures(result: SolvedScene) -> Iterator[str]:
-    """Warnings of contacts whose estimated pressure error exceeds `LARGEST_ERROR`."""
+    """Warnings of contacts not resolved, or whose pressure, peak or area may be off by more than `LARGEST_ERROR`."""
     for contact in result.contacts:
         if not contact.active.any():
             continue
         between = f"{contact.slave.name!r} and {contact.master.name!r}"
         number = int(contact.active.sum())
         estimate = contact.error_estimate
+        meshed = any(body is b for b in result.elastic_bodies for body in (contact.slave, contact.master))
+        remedy = " or solve with accuracy=0.05" if meshed else ""
         # a contact that fills its faces is as wide as they are
         if number <= 3 and not contact.active.all():
             yield (
-                f"The contact of {between} is carried by {number} {'point' if number == 1 else 'points'} only: forces "
-                "and approach may be off by tens of percent, pressures more. Refine the faces there."
+                f"The contact of {between} is carried by {number} {'point' if number == 1 else 'points'} only: its "
+                "peak and area are not resolved, forces and approach may be off by tens of percent. Refine the faces "
+                f"there{remedy}."
             )
-        elif estimate.pressure > LARGEST_ERROR:
-            meshed = any(body is b for b in result.elastic_bodies for body in (contact.slave, contact.master))
-            remedy = " or solve with accuracy=0.05" if meshed else ""
+        elif not estimate.resolved:
+            yield (
+                f"The contact of {between} is {estimate.faces_across:.2g} faces across: its peak and area are not "
+                f"resolved, and its pressure may be off by about {estimate.amount}. Refine the faces there{remedy}."
+            )
+        elif estimate.largest > LARGEST_ERROR:
             yield (f"The pressure between {between} may be off by about {estimate.amount}: {_cause(estimate, remedy)}")
         elif estimate.worst > LARGEST_ERROR:
             yield (

@@ -70,7 +70,7 @@ def test_peak_and_area():
         estimate = contact.error_estimate
         peak = abs(contact.max_pressure / hertz.spheres((10.0, math.inf), (UNIT, None), force=FORCE).p0 - 1)
         assert peak <= estimate.peak <= estimate.pressure
-        assert abs(contact.area / math.pi - 1) <= 1.5 * estimate.area
+        assert abs(contact.edge_area / math.pi - 1) <= estimate.area
         assert abs(estimate.faces_across / (2 * n / 3) - 1) < 0.05
 
 
@@ -101,10 +101,21 @@ def test_coarse_grids_are_warned_of_and_fine_ones_are_not():
     assert "Warning" not in str(ball(64))
 
 
+def test_below_three_cells_across_peak_and_area_carry_no_figure():
+    contact = fc.HalfSpace(UNIT, size=(8.0, 8.0), shape=(8, 8)).press(Paraboloid(10.0), force=FORCE)
+    estimate = contact.error_estimate
+    assert estimate.faces_across < 3
+    assert "(peak and area not resolved), " in str(contact)
+    assert contact.summary()["error_estimate"]["peak"] is None
+    (text,) = contact.warnings
+    assert "peak and area are not resolved" in text
+    assert "Take more cells" in text
+
+
 def test_reasons_for_no_estimate():
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(16, 16), pressure="point")
     assert "point forces" in str(half.press(Paraboloid(10.0), force=FORCE).error_estimate)
-    nothing = grid_error_estimate(np.zeros((4, 4)), None, (slice(4), slice(4)), EdgeCells(*np.zeros((3, 0))), 0.0)
+    nothing = grid_error_estimate(np.zeros((4, 4)), None, (slice(4), slice(4)), EdgeCells(*np.zeros((5, 0))))
     assert str(nothing) == "pressure: no contact, nothing to estimate"
     assert json.loads(json.dumps(nothing.summary()))["pressure"] is None
 

@@ -1,18 +1,22 @@
 """What a result says of contacts that its faces do not resolve: overlap left, and pressures that may be off."""
 
+import json
+import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fecontact as fc
 from fecontact.analytic import hertz
-from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.common.error_estimate import ErrorEstimate, UnboundedPeak
 from fecontact.results.checks.resolution import _cause, coarse_pressures, overlap_left
-from fecontact.surfaces import Cylinder
+from fecontact.surfaces import Cylinder, FunctionSurface
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
+UNBOUNDED = UnboundedPeak("punch", (1.0, 0.0, 0.0), 0.5)
 
 
 def crossed(push, element, cells=(4, 2, 2), coupling="mortar", scale=1.0):
@@ -83,11 +87,44 @@ def test_the_faces_across_are_those_of_the_diameter():
     assert abs(contact.error_estimate.faces_across / (2 * exact.a * n / 4.0) - 1) < 0.1
 
 
+def test_below_three_faces_across_peak_and_area_carry_no_figure():
+    """Source: Hertz. On two faces the largest pressure is off by more than any share of the mean error tells."""
+    result = ball(-0.5)
+    (contact,) = result.contacts
+    estimate = contact.error_estimate
+    assert 1 < estimate.faces_across < 3
+    assert math.isinf(estimate.peak)
+    assert math.isinf(estimate.area)
+    (line,) = (line for line in str(result).splitlines() if "error of pressure" in line)
+    assert re.search(r"about \d+ % \(peak and area not resolved\), [\d.]+ faces across", line)
+    told = json.loads(json.dumps(result.summary(), allow_nan=False))["contacts"][0]["error_estimate"]
+    assert (told["peak"], told["area"], told["resolved"]) == (None, None, False)
+    (text,) = coarse_pressures(result)
+    assert "its peak and area are not resolved" in text
+    assert text.endswith("Refine the faces there or solve with accuracy=0.05.")
+    assert "not resolved" not in str(ball(-15.0).contacts[0].error_estimate)
+
+
+@pytest.mark.parametrize("part", ["pressure", "peak", "area"])
+def test_any_of_the_three_figures_is_warned_of(part):
+    """Each by itself above a tenth; a peak without bound is not one."""
+    estimate = replace(ErrorEstimate(0.05, 0.0, 0.0, 0.05, 0.05, 5.0), **{part: 0.2})
+    body, active = SimpleNamespace(name="body"), np.array([True, False, True, True, True])
+    contact = SimpleNamespace(slave=body, master=body, active=active, error_estimate=estimate)
+    result = SimpleNamespace(contacts=[contact], elastic_bodies=())
+    (text,) = coarse_pressures(result)
+    assert "20 %" in text
+    contact.error_estimate = replace(estimate, pressure=0.05, area=0.05, peak=math.inf, unbounded=UNBOUNDED)
+    assert list(coarse_pressures(result)) == []
+
+
 def test_whole_faces_in_contact_are_not_noted():
     body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), SOLID, "bottom", {"top": "xyz"})
     floor = fc.RigidBody(fc.Plane())
     result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
     assert list(coarse_pressures(result)) == []
+    # as wide as its faces, few as they are
+    assert result.contacts[0].error_estimate.resolved
 
 
 @pytest.mark.parametrize("ring", [False, True])
@@ -124,3 +161,14 @@ def test_solving_to_an_accuracy_is_advised_where_there_are_elements_to_divide():
     result = fc.Scene([half, indenter], [fc.Contact(half, indenter)]).solve(forces={indenter: (0, 0, -0.05)})
     (text,) = coarse_pressures(result)
     assert "Refine the faces there." in text
+
+
+def test_of_many_equal_regions_one_is_counted():
+    """Source: counting. 25 equal bumps with a twenty-fifth of the force each, half a period of eight faces wide."""
+    mesh = fc.shapes.block((5.0, 5.0, 0.1), (40, 40, 1), element="hex8").translated((-2.5, -2.5, -0.1))
+    springs = fc.ElasticLayer(SOLID, thickness=0.5, surface=(mesh, "top"))
+    waves = FunctionSurface(lambda x, y: 2 - np.cos(2 * np.pi * x) - np.cos(2 * np.pi * y))
+    comb = fc.RigidBody(waves, name="comb")
+    contact = fc.Scene([springs, comb], [fc.Contact(springs, comb)]).solve(motions={comb: {"z": -1.0}}).contacts[0]
+    assert len(contact.regions) == 25
+    assert 2.5 < contact.error_estimate.faces_across < 4.0
