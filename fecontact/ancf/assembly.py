@@ -25,7 +25,7 @@ from fecontact.ancf.touch import ContactConstraints, ContactGaps, FacesMaster, M
 from fecontact.ancf.viscosity import ViscousStep, relaxed, viscous_step
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, shown
 from fecontact.fem.support import Support
 
 #: A contact: slave solid and boundary, rigid body or master solid and boundary, and perhaps the friction.
@@ -186,7 +186,7 @@ class Assembly:
         Raises
         ------
         InputError
-            For unknown solids or boundaries, or contact of a solid with itself.
+            For contacts that are no such tuples, unknown solids or boundaries, or contact of a solid with itself.
 
         Examples
         --------
@@ -210,7 +210,17 @@ class Assembly:
             return Faces(solids[k].space, solids[k].space.mesh.faces(boundary)), int(start[k])
 
         touches = []
-        for k, boundary, other, *friction in contacts:
+        for given in contacts:
+            match given:
+                case (int(k), str(boundary), RigidBody() | (int(), str()) as other):
+                    friction = 0.0
+                case (int(k), str(boundary), RigidBody() | (int(), str()) as other, friction):
+                    pass
+                case _:
+                    raise InputError(
+                        "A contact is (solid, boundary, rigid body) or (solid, boundary, (solid, boundary)), and its "
+                        f"friction if there is any; found {shown(given)}."
+                    )
             slave = side(k, boundary)
             if isinstance(other, RigidBody):
                 master: Master = RigidMaster(other)
@@ -218,7 +228,7 @@ class Assembly:
                 raise InputError(f"Solid {k} cannot be in contact with itself.")
             else:
                 master = FacesMaster(*side(*other))
-            touches.append(ContactConstraints(*slave, master, int(start[-1]), *friction))
+            touches.append(ContactConstraints(*slave, master, int(start[-1]), friction))
         return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import scipy.sparse as sp
 
@@ -92,6 +93,10 @@ class AncfBody(ElasticBody):
         assert projection.local is not None
         faces = self.mesh.faces(projection.surface)[projection.facet]
         return components_along(self.model.space.face_rows(faces, projection.local), directions)
+
+    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
+        """The body as it is: bricks with hanging nodes would need ties of gradients."""
+        return self
 
     def describe(self) -> str:
         """One-line description of the model."""

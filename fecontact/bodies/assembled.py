@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,6 +13,7 @@ from skfem import CellBasis
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arguments import instance
+from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
@@ -65,6 +66,10 @@ class AssembledBody(ElasticBody):
         """The given stiffness with its mesh, in the body's own axes; the same object in every pose of the body."""
         assert self.stiffness is not None
         return AssembledModel(self.mesh, self.material, self.supports, self.stiffness, self.backend, self.condensation)
+
+    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
+        """The body as it is: the stiffness of other cells is not known."""
+        return self
 
     @classmethod
     def from_skfem(

@@ -102,6 +102,17 @@ def save_rows(path: str | Path, columns: Sequence[str], rows: Iterable[Iterable[
     return write_atomically(path, "\n".join([*lines, ""]))
 
 
+def csv_name(name: str) -> str:
+    """A name given by a user as a cell of CSV: behind an apostrophe where a spreadsheet would take it for a formula.
+
+    Examples
+    --------
+    >>> csv_name("=1+1"), csv_name("gait 3")
+    ("'=1+1", 'gait 3')
+    """
+    return f"'{name}" if name.startswith(("=", "+", "-", "@", "\t", "\r")) else name
+
+
 @contextmanager
 def sole_writer(path: str | Path) -> Iterator[None]:
     """Keep other processes from adding rows to the same file; a file beside it, with this process's number, says so.

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import pdist
 
 from fecontact.common.arguments import function, instance, items, mapping, text
 from fecontact.common.arrays import Array, IntArray, Mask
@@ -280,6 +281,8 @@ def joined(meshes: list[T], tolerance: float) -> T:
     ------
     MeshError
         If the cell types differ, or a hanging node would become one with a point of another mesh.
+    InputError
+        If the tolerance would join points of one cell.
     """
     meshes = [instance("each of the meshes", m, CellSets) for m in items("the meshes", meshes, "meshes")]
     finite("the tolerance", tolerance)
@@ -289,7 +292,14 @@ def joined(meshes: list[T], tolerance: float) -> T:
     cell_start = np.cumsum([0] + [len(m.cells) for m in meshes])[:-1]
     points = np.concatenate([m.points for m in meshes])
     kept, number = np.unique(representatives(points, tolerance), return_inverse=True)
-    cells = number[np.concatenate([m.cells + p for m, p in zip(meshes, point_start, strict=True)])]
+    before = np.concatenate([m.cells + p for m, p in zip(meshes, point_start, strict=True)])
+    cells = number[before]
+    if len(lost := np.flatnonzero(_n_distinct(cells) < _n_distinct(before))):
+        corners = points[np.unique(before[lost[0]])]
+        raise InputError(
+            f"The tolerance {tolerance:g} joins points of one cell, those of cell {lost[0]}, which are "
+            f"{pdist(corners).min():.3g} apart; {len(lost)} cells in all. Give less than that."
+        )
     hanging = joined_hanging([m.hanging for m in meshes], np.split(number, point_start[1:]), len(kept))
     whole = type(meshes[0])(points[kept], cells, hanging=hanging)
     is_outer = np.zeros((len(cells), whole.n_faces), bool)
@@ -310,3 +320,8 @@ def joined(meshes: list[T], tolerance: float) -> T:
         groups=whole_sets["groups"],
         node_sets={k: np.unique(nodes) for k, nodes in whole_sets["node_sets"].items()},
     )
+
+
+def _n_distinct(cells: IntArray) -> IntArray:
+    """Number of distinct points of each cell."""
+    return 1 + (np.diff(np.sort(cells, axis=1), axis=1) != 0).sum(axis=1)

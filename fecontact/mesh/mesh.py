@@ -396,5 +396,7 @@ def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
     ------
     MeshError
         If the cell types differ, or a hanging node would become one with a point of another mesh.
+    InputError
+        If the tolerance would join points of one cell.
     """
     return replace(joined(meshes, tolerance), notes=tuple(dict.fromkeys(note for m in meshes for note in m.notes)))

@@ -289,5 +289,7 @@ def merge_sections(meshes: list[SectionMesh], tolerance: float) -> SectionMesh:
     ------
     MeshError
         If the cell types differ, or a hanging node would become one with a point of another section.
+    InputError
+        If the tolerance would join points of one cell.
     """
     return joined(meshes, tolerance)

@@ -17,7 +17,7 @@ from fecontact.common.arguments import file_path, items, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError
-from fecontact.common.files import check_writable, save_json, write_atomically, write_collection
+from fecontact.common.files import check_writable, csv_name, save_json, write_atomically, write_collection
 from fecontact.common.units import Units
 from fecontact.results.case_figures import FIGURES, GIVEN, contact_labels, row_figures
 from fecontact.results.field_map import FIELDS, FieldMap
@@ -148,10 +148,10 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         """Write all columns with the names of the cases and their status, a row for each case."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["case", "status", *self.figures])
+        writer.writerow(["case", "status", *map(csv_name, self.figures)])
         numbers = np.stack(list(self.figures.values()), axis=1).tolist()
         for row, line in zip(self.rows, numbers, strict=True):
-            writer.writerow([row["name"], row["status"], *map(repr, line)])
+            writer.writerow([csv_name(row["name"]), row["status"], *map(repr, line)])
         return write_atomically(check_writable(path), text.getvalue())
 
     def to_json(self, path: str | Path) -> Path:

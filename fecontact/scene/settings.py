@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,10 +20,10 @@ class Settings:
     tolerance: float
     options: Mapping[str, Any]
 
-    def check(self) -> None:
-        """Refuse an unknown solver or option before any work."""
+    def check(self, arguments: Iterable[str] = ()) -> None:
+        """Refuse an unknown solver or option before any work; it may be one of some arguments, misspelt."""
         share("the tolerance", self.tolerance)
-        validate_options(self.solver, self.options)
+        validate_options(self.solver, self.options, arguments)
 
 
 SEARCHES = ("global", "local")

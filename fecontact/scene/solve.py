@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -124,7 +125,7 @@ def solve_scene(
     options = renamed(options if search == "global" else {**options, "search": search})
     search = str(options.pop("search", search))
     settings = Settings(solver, tolerance, options)
-    settings.check()
+    settings.check(inspect.signature(solve_scene).parameters)
     processes = check_engine(model, engine, ranks, accuracy, solver)
     if not isinstance(finite_motion, bool) and not (isinstance(finite_motion, str) and finite_motion == "auto"):
         raise InputError(f"finite_motion must be 'auto', True or False; found {shown(finite_motion)}.")

@@ -15,9 +15,10 @@ a function         of the user, see `solvers.custom`
 
 from __future__ import annotations
 
+import difflib
 import inspect
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Protocol, runtime_checkable
@@ -230,7 +231,7 @@ def _claimed(problem: ComplementarityProblem, outcome: Outcome, solver: str) -> 
     )  # fmt: skip
 
 
-def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) -> None:
+def validate_options(solver: str | CustomSolver, options: Mapping[str, object], arguments: Iterable[str] = ()) -> None:
     """Refuse an unknown solver or unknown options, before a problem is built.
 
     Parameters
@@ -238,6 +239,8 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) 
     solver : str or callable
         As in `solve`.
     options : mapping
+    arguments : names
+        Arguments of the caller, one of which a misspelt option may mean.
 
     Raises
     ------
@@ -270,9 +273,10 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) 
         parameters = inspect.signature(NATIVE.get(name, backend)).parameters.values()
         allowed = {each.name for each in parameters if each.kind is each.KEYWORD_ONLY} - {"name"}
         if unknown := sorted(set(options) - allowed):
+            meant = difflib.get_close_matches(unknown[0], [*arguments, *allowed], 1)
             raise InputError(
-                f"The solver {name!r} has no option {', '.join(map(repr, unknown))}; "
-                f"its options are: {', '.join(sorted(allowed))}."
+                f"The solver {name!r} has no option {', '.join(map(repr, unknown))}"
+                f"{f'. Did you mean {meant[0]!r}? I' if meant else '; i'}ts options are: {', '.join(sorted(allowed))}."
             )
     iterations = options.get("max_iterations", 1)
     if not (isinstance(iterations, int) and iterations > 0):

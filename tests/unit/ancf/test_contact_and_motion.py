@@ -344,6 +344,9 @@ def test_bad_contacts_are_refused():
         Assembly.of([solid], None, [(1, "bottom", FLOOR)])
     with pytest.raises(fc.InputError, match="itself"):
         Assembly.of([solid], None, [(0, "bottom", (0, "top"))])
+    for given in ((0,), (0, "bottom"), (0, "bottom", 0), ("bottom", 0, FLOOR), (0, "bottom", FLOOR, 0.1, 0.2), 5, "ab"):
+        with pytest.raises(fc.InputError, match=r"A contact is \(solid, boundary, rigid body\)"):
+            Assembly.of([solid], None, [given])  # type: ignore[list-item]
     with pytest.raises(fc.InputError, match="supports must be given"):
         Assembly.of([solid], [{}, {}])
     with pytest.raises(fc.InputError, match="rho"):

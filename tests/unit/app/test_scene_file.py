@@ -253,6 +253,7 @@ von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
     ("old", "new", "message"),
     [
         ("E = 10.0", "E = -1.0", "materials.cork: Young's modulus E must be positive"),
+        pytest.param("E = 10.0", f"E = {10**400}", "materials.cork.E: must be a finite number", id="400 digits"),
         ("E = 10.0", "E = true", "materials.cork.E: must be a finite number; found True"),
         ("E = 10.0\n", "", "line 6, materials.cork.E: is missing"),
         ('"cork"', '{core = "cork"}', "bodies.block.material.core: the mesh has no element set 'core'"),
@@ -330,6 +331,12 @@ end = {point = [0, 0, 1]}
     assert "springs #1.start.body: unknown body 'floo', did you mean 'floor'" in told
     assert "springs #1.end.point: must be a list of 3 numbers" in told
     assert "springs #2: The stiffness of 'spring' must be positive" in told
+
+
+def test_a_byte_order_mark_is_no_fault(write, tmp_path):
+    marked = tmp_path / "marked.toml"
+    marked.write_bytes(b"\xef\xbb\xbf" + write(BLOCK + LOADS).read_bytes())
+    assert [b.name for b in fc.read_scene(marked).scene.bodies] == ["block", "floor"]
 
 
 def test_files_that_are_none(write, tmp_path):

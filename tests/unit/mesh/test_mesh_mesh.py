@@ -90,6 +90,13 @@ def test_merge_follows_chains_of_close_points():
     assert len(merge(meshes, 1.5e-7).points) == 8
 
 
+def test_merge_refuses_to_join_points_of_one_cell():
+    # cells of 0.5, nodes in the middles of their edges
+    with pytest.raises(InputError, match=r"tolerance 0.25 joins points of one cell.* 0.25 apart"):
+        merge([block(), block().translated((1.0, 0.0, 0.0))], 0.25)
+    assert len(merge([block("hex8"), block("hex8").translated((1.1, 0.0, 0.0))], 0.2).points) == 45
+
+
 def test_merge_refuses_different_cells():
     with pytest.raises(MeshError, match=r"hex20.*hex8|hex8.*hex20"):
         merge([block("hex8"), block("hex20")], 1e-9)

@@ -93,6 +93,13 @@ def test_files_have_all_columns_and_rows(blocks, tmp_path):
         table.save(tmp_path / "a.xls")
 
 
+def test_a_name_is_no_formula_of_a_spreadsheet(blocks, tmp_path):
+    scene, cases, _ = blocks
+    table = scene.sweep([{**cases[0], "name": "=1+1"}])
+    with table.save(tmp_path / "a.csv").open(encoding="utf-8", newline="") as file:
+        assert [line["case"] for line in csv.DictReader(file)] == ["'=1+1"]
+
+
 def test_a_resumed_table_has_the_loads_and_the_parameters_of_now(blocks, tmp_path):
     scene, cases, _ = blocks
     path = tmp_path / "rows.jsonl"

@@ -480,6 +480,8 @@ def test_bad_solve_arguments():
             scene.solve(motions={body: {"z": -0.01}}, tolerance=tolerance)
     with pytest.raises(InputError, match=r"no option 'speed'"):
         scene.solve(motions={body: {"z": -0.01}}, speed=9)
+    with pytest.raises(InputError, match=r"no option 'motion'. Did you mean 'motions'\?"):
+        scene.solve(motion={body: {"z": -0.01}})
 
 
 def test_nothing_long_happens_before_a_bad_load_is_refused(monkeypatch):

@@ -6,6 +6,8 @@ import re
 import numpy as np
 import pytest
 from common_scenes import BALL_ON_BLOCK
+from skfem import Basis, ElementHex1, ElementVector
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fecontact as fc
 from fecontact.app.cli import main
@@ -93,6 +95,19 @@ def test_what_cannot_be_divided_says_so():
     result = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(forces={ball: (0, 0, -4 * FORCE)}, accuracy=1e-4)
     assert not result.convergence.met
     assert "divided" in result.convergence.reason
+
+
+def test_bodies_whose_cells_are_not_known_to_be_divisible_say_so():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    basis = Basis(mesh.to_skfem(), ElementVector(ElementHex1()), intorder=3)
+    K = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis)
+    held = {"bottom": "xyz"}
+    given = fc.AssembledBody.from_skfem(basis, K, STEEL, contact="top", supports=held)
+    for body in (given, fc.AncfBody(mesh, STEEL, "top", held)):
+        ball = fc.RigidBody(Paraboloid(RADIUS)).placed((0.5, 0.5, 1.0))
+        result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.01}}, accuracy=0.01)
+        assert "divided" in result.convergence.reason
+        assert not result.convergence.met
 
 
 def test_without_an_accuracy_there_are_no_steps():
