@@ -15,7 +15,7 @@ from fecontact.common.units import Units
 
 
 def plot_indentation(found: IndentationFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
-    """Pressure, gap, displacement of the surface, and the von Mises stress below the line y = 0 (or nearest to it).
+    """Pressure, gap, displacement of the surface, and the von Mises stress in the plane y = constant below the peak.
 
     Parameters
     ----------

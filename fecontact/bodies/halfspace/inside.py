@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.interpolate
+import scipy.signal
 import scipy.special
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -42,6 +43,10 @@ CORE = 0.1
 ON_EDGE = 1e-9
 """Distance in cells from a cell edge or from the surface that counts as rounding of the coordinates."""
 
+ALONE = np.pad(np.ones((1, 1)), 1)
+LINE = 1_000_000
+"""Pressures of one cell alone, and pairs of points and cells at a time below a line."""
+
 OUTWARDS = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 """Signs of xx, yy, zz, xy, yz, xz under reversal of z."""
 
@@ -64,8 +69,11 @@ class Loaded:
     material: Material | None
     layers: Sequence[Layer]
 
-    def free(self, points: Array, chunk: int) -> Array:
-        """Stress (n, 6) at points (n, 3), z into the body, under a surface that is free outside the grid."""
+    def free(self, points: Array, chunk: int, waves: _Hankel | None = None) -> Array:
+        """Stress (n, 6) at points (n, 3), z into the body, under a surface that is free outside the grid.
+
+        By a table of transforms for layers, where one is at hand.
+        """
         top = self.layers[0] if self.layers else None
         if top is None:
             assert self.material is not None
@@ -73,9 +81,7 @@ class Loaded:
         out = np.zeros((len(points), 6))
         near = points[:, 2] <= top.thickness * (1 + ON_INTERFACE)
         out[near] = self._love(points[near], top.material, chunk)
-        reach = math.hypot(*(float(np.ptp(points[:, k])) + self.grid.size[k] for k in (0, 1)))
-        reach += float(np.abs(points[:, :2]).max())
-        waves = _Hankel.up_to(reach, top.thickness)
+        waves = waves or self._waves(points)
         for z in np.unique(points[:, 2]):
             here = points[:, 2] == z
             spectrum = wave_stress(waves.k, float(z), self.layers, self.material)
@@ -84,6 +90,27 @@ class Loaded:
                 spectrum = spectrum - wave_stress(waves.k, float(z), alone, top.material)
             out[here] += self._summed(waves.field(spectrum), points[here], chunk)
         return out
+
+    def _waves(self, points: Array) -> _Hankel:
+        reach = math.hypot(*(float(np.ptp(points[:, k])) + self.grid.size[k] for k in (0, 1)))
+        return _Hankel.up_to(reach + float(np.abs(points[:, :2]).max()), self.layers[0].thickness)
+
+    def below(self, y: float, depths: Array) -> Array:
+        """Stress (nx, n, 6) below the middles of the cells on a line, at depths (n,), under a free surface.
+
+        The field of one cell, convolved with the pressures along x.
+        """
+        ix, iy = np.nonzero(self.pressure)
+        box = slice(ix.min(), ix.max() + 1), slice(iy.min(), iy.max() + 1)
+        cell = replace(self, grid=Grid((3 * self.grid.cell[0], 3 * self.grid.cell[1]), (3, 3)), pressure=ALONE)
+        dx = np.arange(1 - box[0].stop, self.grid.shape[0] - box[0].start) * self.grid.cell[0]
+        offsets = np.stack([a.ravel() for a in np.meshgrid(dx, y - self.grid.y[box[1]], 0.0, indexing="ij")], axis=1)
+        waves = cell._waves(offsets) if self.layers else None
+        lines = []
+        for depth in depths:
+            field = cell.free(offsets + np.array([0.0, 0.0, depth]), LINE, waves).reshape(len(dx), -1, 6)
+            lines.append(scipy.signal.fftconvolve(field, self.pressure[box][..., None], "valid", axes=0).sum(axis=1))
+        return np.stack(lines, axis=1)
 
     def _cells(self, loads: Array) -> tuple[IntArray, Array, Array]:
         """Numbers (m, 2), centres (m, 3) and loads (m,) of the cells with a load, of loads (nx, ny)."""

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.interpolate
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.common.arrays import Array
 from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
 from fecontact.fem.stress import von_mises
 
-#: Points of the section through the body, along the surface and downwards.
-SECTION = (61, 31)
-#: Cells per side onto which the pressures of a free half-space are aggregated for the section.
-SECTION_CELLS = 32
-#: Least depth of the section's points, as a share of a cell.
-FEWEST = 0.02
+#: Cells per side of a free half-space, beyond which they are joined for the section.
+SECTION_CELLS = 512
+#: Least depth of a section over a cell, growth of its depths, and depth over the side of the blocks that count there.
+SHALLOWEST, GROWTH, BLOCK = 0.02, 1.15, 8.0
+#: Depth of the lower side of an interface, over that of the interface.
+BELOW_INTERFACE = 1 + 1e-9
 #: Colours of cells by their state, and arrows along a side of the grid.
 COLOURS = {"open": "#f2f2f2", "sticks": "#9ecae1", "slips": "#fdae6b"}
 ARROWS = 16
@@ -37,7 +38,7 @@ Dragged = Any
 def plot_pressed(
     contact: Pressed, path: str | Path | None = None, units: Units | None = None, name: str = ""
 ) -> Figure:
-    """Pressure, gap, displacement of the surface, and the von Mises stress below the line y = 0 (or nearest to it).
+    """Pressure, gap, displacement of the surface, and the von Mises stress in the plane y = constant below the peak.
 
     Parameters
     ----------
@@ -132,62 +133,94 @@ def _draw_cells(axes: Any, grid: Grid, values: Array, names: Units, **colours: A
     )
 
 
-def section(contact: Pressed, y: float = 0.0, depth: float | None = None) -> tuple[Array, Array, Array]:
-    """Stress in the plane y = constant below the contact.
+def section(contact: Pressed, depth: float | None = None) -> tuple[float, Array, Array, Array]:
+    """Stress in the plane y = constant through the largest pressure, below the middles of the cells along x.
+
+    Depths are half a cell apart at the surface and grow by `GROWTH`; both sides of interfaces are among them. Cells
+    count by blocks whose side is a small share of the depth; by larger ones only beyond `SECTION_CELLS` cells.
 
     Parameters
     ----------
     contact : HalfSpaceContact
-    y : float
     depth : float, optional
         Depth of the section; by default half the grid's side (a fifth if periodic) or, on a rigid base, the layers.
 
     Returns
     -------
+    y : float
+        Place of the plane.
     x : (n,) array
     z : (m,) array
-        If the depth is not positive.
+        Not positive.
     stress : (n, m, 6) array
         xx, yy, zz, xy, yz, xz, tension positive.
     """
-    grid = contact.grid
+    grid, y = contact.grid, float(contact.grid.y[np.unravel_index(contact.pressure.argmax(), contact.grid.shape)[1]])
     deepest = grid.size[0] / (5 if contact.periodic else 2) if depth is None else depth
+    interfaces = np.cumsum([layer.thickness for layer in contact.layers])
     if contact.material is None:
-        deepest = min(deepest, sum(layer.thickness for layer in contact.layers))
-    highest = FEWEST * min(grid.cell)
-    x = np.linspace(-0.5, 0.5, SECTION[0]) * (grid.size[0] - grid.cell[0])
-    z = -np.linspace(highest, deepest, SECTION[1])
-    X, Z = np.meshgrid(x, z, indexing="ij")
-    points = np.stack([X.ravel(), np.full(X.size, y), Z.ravel()], axis=1)
-    return x, z, _gathered(contact).stress(points).reshape(*X.shape, 6)
+        deepest, interfaces = min(deepest, interfaces[-1]), interfaces[:-1]
+    coarsest = 0 if contact.periodic else section_blocks(contact)
+    depths = _depths(min(grid.cell) * 2**coarsest, deepest, interfaces)
+    if not contact.active.any():
+        return y, grid.x, -depths, np.zeros((grid.shape[0], len(depths), 6))
+    if contact.periodic:
+        points = np.stack([a.ravel() for a in np.meshgrid(grid.x, y, -depths, indexing="ij")], axis=1)
+        return y, grid.x, -depths, contact.stress(points).reshape(grid.shape[0], len(depths), 6)
+    largest = max(coarsest, int(np.log2(min(grid.shape))) - 2)
+    halvings = np.clip(np.log2(depths / (BLOCK * min(grid.cell))).astype(int), coarsest, largest)
+    missing = [-n % 2 ** int(halvings.max()) for n in grid.shape]
+    pressure = np.pad(contact.pressure, [(0, m) for m in missing])
+    shift = [m * side / 2 for m, side in zip(missing, grid.cell, strict=True)]
+    lines = []
+    for n in np.unique(halvings):
+        means = pressure.reshape(len(pressure) // 2**n, 2**n, -1, 2**n).mean(axis=(1, 3))
+        sides = [side * count for side, count in zip(grid.cell, pressure.shape, strict=True)]
+        loaded = inside.Loaded(Grid((sides[0], sides[1]), means.shape), means, contact.material, contact.layers)
+        stress = loaded.below(y - shift[1], depths[halvings == n]) * inside.OUTWARDS
+        lines.append(scipy.interpolate.make_interp_spline(loaded.grid.x + shift[0], stress, 1)(grid.x))
+    return y, grid.x, -depths, np.concatenate(lines, axis=1)
 
 
-def _gathered(contact: Pressed) -> Pressed:
-    """The contact on larger cells with the same forces, for stresses at a depth."""
-    while (
-        not contact.periodic and max(contact.grid.shape) > SECTION_CELLS and not any(n % 2 for n in contact.grid.shape)
-    ):
-        nx, ny = contact.grid.shape
-        pressure = contact.pressure.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
-        contact = replace(contact, grid=contact.grid.coarser, pressure=pressure)
-    return contact
+def section_blocks(contact: Pressed) -> int:
+    """How often the cells of a free surface are joined by two for its section, to be no more than `SECTION_CELLS`."""
+    return max(0, int(np.ceil(np.log2(max(contact.grid.shape) / SECTION_CELLS))))
+
+
+def _depths(cell: float, deepest: float, interfaces: Array) -> Array:
+    """Depths of a section, graded to the cell, with both sides of interfaces."""
+    step = cell / 2
+    steady = step * np.arange(1, 1 / (GROWTH - 1))
+    count = max(2, 1 + int(np.log(max(deepest / steady[-1], 1)) / np.log(GROWTH)))
+    inner = np.concatenate([[SHALLOWEST * cell], steady, np.geomspace(steady[-1], max(deepest, steady[-1]), count)])
+    sides = interfaces[:, None] * [1.0, BELOW_INTERFACE]
+    depths = np.unique(np.concatenate([inner, [deepest], sides.ravel()]))
+    return np.asarray(depths[depths <= deepest])
 
 
 def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
-    """Draw the von Mises stress below the middle of the pressure."""
-    centre = contact.centre_of_pressure[1]
-    x, z, stress = section(contact, y=float(centre) if np.isfinite(centre) and not contact.periodic else 0.0)
+    """Draw the von Mises stress in the plane through the largest pressure."""
+    y, x, z, stress = section(contact)
     values = von_mises(stress.reshape(-1, 6)).reshape(stress.shape[:2])
     drawn = axes.contourf(x, z, values.T, levels=24, cmap="YlOrRd")
     axes.figure.colorbar(drawn, ax=axes, label=names.after("von Mises stress", "stress"))
     depth = 0.0
     for layer in contact.layers:
         depth -= layer.thickness
-        if depth > z[-1]:
+        if depth > z.min():
             axes.axhline(depth, color="black", linewidth=0.8)
+    i, k = np.unravel_index(values.argmax(), values.shape)
+    axes.plot(x[i], z[k], "k+")
+    title = (
+        f"y = {names.number(y, 'length')}, below the largest pressure\n"
+        f"largest (+): {names.number(values[i, k], 'stress')}, {names.number(-z[k], 'length')} deep"
+    )
+    if not contact.periodic and (blocks := section_blocks(contact)):
+        title += f", of blocks of {2**blocks} x {2**blocks} cells"
+    axes.set_title(title, fontsize="medium")
     axes.set_xlabel(names.after("x", "length"))
     axes.set_ylabel(names.after("z", "length"))
-    axes.set_aspect("equal" if -z[-1] > 0.2 * (x[-1] - x[0]) else "auto")
+    axes.set_aspect("equal" if -z.min() > 0.2 * (x[-1] - x[0]) else "auto")
 
 
 def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:

@@ -7,7 +7,10 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import boussinesq
+from fecontact.bodies.halfspace import pictures
 from fecontact.bodies.halfspace.inside import _point_force, _point_shear, mean_distance
+from fecontact.bodies.halfspace.pictures import section
+from fecontact.fem.stress import von_mises
 from fecontact.surfaces import FlatPunch, Paraboloid, self_affine
 
 UNIT = fc.Material(E=2.0, nu=0.3)
@@ -291,3 +294,38 @@ def test_tractions_are_carried_through_every_depth():
     alone = -boussinesq.stress(points * [1, 1, -1], force=(0.3, 0.2, 0.0), material=UNIT).sum(axis=0) * 0.5**2
     np.testing.assert_allclose(carried[[5, 4]], alone[2, :2], rtol=0.01)
     assert 0.75 < alone[2, 0] / 0.3 < 1
+
+
+@pytest.mark.parametrize(
+    ("shape", "options"),
+    [((51, 36), {}), ((51, 36), {"layers": [fc.Layer(fc.Material(4.0, 0.2), 0.03)]}), ((32, 32), {"periodic": True})],
+)
+def test_the_section_is_below_the_peak_and_has_its_stresses(shape, options):
+    half = fc.HalfSpace(fc.Material(1.0, 0.3), (1.0, 0.8), shape, **options)
+    x, y = half.grid.x[:, None], half.grid.y[None, :]
+    z = np.minimum((x + 0.1) ** 2 + y**2, 20 * ((x - 0.2) ** 2 + (y - 0.2) ** 2) - 0.003)  # a needle beside a ball
+    contact = half.press(z, force=0.005)
+    at, along, depths, stress = section(contact)
+    i, j = np.unravel_index(contact.pressure.argmax(), shape)
+    assert at == half.grid.y[j] > 0.15
+    points = np.stack([a.ravel() for a in np.meshgrid(along, at, depths, indexing="ij")], axis=1)
+    some = np.random.default_rng(1).choice(len(points), 150, replace=False)
+    exact = contact.stress(points[some])
+    # blocks are an eighth of the depth at most: (1/24)(1/8)^2 of a field that is squared in curvature by some 15
+    assert np.abs(stress.reshape(-1, 6)[some] - exact).max() < 0.01 * contact.max_pressure
+    # within a cell below the needle, where joined cells and a plane y = 0 had next to nothing
+    mises = von_mises(stress.reshape(-1, 6)).reshape(stress.shape[:2])
+    assert mises.max() > 0.3 * contact.max_pressure
+    assert abs(along[np.unravel_index(mises.argmax(), mises.shape)[0]] - half.grid.x[i]) < 1.5 * half.grid.cell[0]
+    if half.layers:
+        assert {-0.03, -0.03 * (1 + 1e-9)} <= set(depths)
+
+
+def test_large_grids_and_no_contact_have_a_section(monkeypatch):
+    half = fc.HalfSpace(fc.Material(1.0, 0.3), (1.0, 1.0), (64, 64))
+    ball = half.press(fc.Sphere(2.0), force=0.01)
+    fine = section(ball)[3]
+    monkeypatch.setattr(pictures, "SECTION_CELLS", 32)
+    assert "of blocks of 2 x 2 cells" in ball.plot().axes[3].get_title()
+    assert abs(von_mises(section(ball)[3].reshape(-1, 6)).max() / von_mises(fine.reshape(-1, 6)).max() - 1) < 0.01
+    assert not section(half.press(fc.Sphere(2.0), approach=-0.01))[3].any()
