@@ -175,7 +175,8 @@ def kinks(surface: Surface, points: Array) -> Kinks | None:
     if not angle.any():
         return None
     mean = float(angle**2 @ length / (angle @ length))
-    spread = float((angle @ length) ** 2 / (angle**2 @ length * length.sum()))
+    # at most one, by Cauchy and Schwarz, but for rounding
+    spread = min(1.0, float((angle @ length) ** 2 / (angle**2 @ length * length.sum())))
     size = float(facets.mean_facet_size[chosen].mean())
     convex = float(np.sign(np.einsum("ni,ni->n", turn, apart) @ (angle * length)))
     return Kinks(mean, size / spread, spread, _directions(facets, chosen), convex, size)

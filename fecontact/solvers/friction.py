@@ -22,14 +22,14 @@ from itertools import chain
 
 import numpy as np
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import SolverError
 from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
 from fecontact.solvers.friction_newton import FrictionRows, friction_newton, tied
 from fecontact.solvers.friction_problem import FrictionProblem, FrictionSolution
-from fecontact.solvers.friction_slide import SlidingLoadError, driving_load, holding_factor, slide
+from fecontact.solvers.friction_slide import SlidingLoadError, driving_load, holding_factor, slide, sliding_modes
 from fecontact.solvers.friction_sweeps import friction_sweeps
-from fecontact.solvers.problem import InfeasibleLoadError, Status
+from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Status
 from fecontact.solvers.registry import TOLERANCE, attempt
 from fecontact.solvers.scaling import ScaledProblem, scale
 
@@ -82,24 +82,32 @@ def solve_friction(
     direction = unbalanced_motion(scaled, rows)
     if direction is not None:
         raise InfeasibleLoadError(_cannot_hold(scaled, rows), direction)
+    closed = bool((scaled.g[rows.normals] < 0).any())
     best: FrictionSolution | None = None
+    guided = False
+    apart: FrictionSolution | None = None
     starts = _starts(problem, scaled, rows, start)
     while (begin := next(starts, None)) is not None:
         x, p, name = begin
         steps = FIRST_STEPS if best is None else LATER_STEPS
         outcome, orientation = friction_newton(scaled, rows, x, p, max_iterations=steps)
-        forces = scaled.forces(outcome.x)
+        forces = scaled.forces(np.where(np.abs(outcome.x) < scaled.rounding_of(outcome.x), 0.0, outcome.x))
         found = FrictionSolution(
             problem, forces, scaled.motion(outcome.p), outcome.status, outcome.message, outcome.nit, name,
             time.perf_counter() - began, tuple(outcome.history), orientation,
         )  # fmt: skip
         if found.residuals.within(tolerance):
-            status = Status.SOLVED if forces.any() else Status.NO_CONTACT
-            return replace(found, status=status, message="solved")
-        if best is None:
+            if forces.any() or not closed:
+                return replace(found, status=Status.SOLVED if forces.any() else Status.NO_CONTACT, message="solved")
+            # what was closed has drifted apart: the answer only if no other is found
+            apart = apart or replace(found, status=Status.NO_CONTACT, message="solved")
+        if best is not None and not guided:
+            guided = True
             starts = chain(_held(scaled, rows, outcome.x, outcome.p), starts)
         best = found if best is None or found.residuals.worst < best.residuals.worst else best
     assert best is not None
+    if apart is not None:
+        return apart
     raise SolverError(
         f"No certified answer of the problem with friction: {best.message} ({best.residuals}; tolerance "
         f"{tolerance:.0e}). Take smaller load steps; with much friction there may be no solution or several."
@@ -148,24 +156,34 @@ def _starts(
     to_p = np.linalg.pinv(scaled.motion_map)
     if start is not None:
         yield start[0] / scaled.force_scale, to_p @ start[1], "newton"
-    x, p = np.zeros(scaled.n), np.zeros(scaled.r)
-    bare = attempt(problem.normal_problem(x))
-    touching = np.ones(len(rows.normals), bool)
-    if bare.success:
-        x[rows.normals] = bare.forces / scaled.force_scale[rows.normals]
-        p, touching = to_p @ bare.q, bare.active
-    if np.isinf(rows.mu).any():
-        # a rough surface is the limit of much friction
-        outcome, _ = friction_newton(scaled, replace(rows, mu=np.minimum(rows.mu, NEARLY_ROUGH)), x, p)
-        yield outcome.x, outcome.p, "newton"
-    elif bare.success:
+    slides = sliding_modes(scaled, rows)
+    for modes in (slides, slides[:, :0]) if slides.shape[1] else (slides,):
+        # what friction alone can hold is held in the first guess: without friction the body would drift away
+        x, p, touching = _pressed(scaled, rows, modes)
+        if np.isinf(rows.mu).any():
+            # a rough surface is the limit of much friction
+            outcome, _ = friction_newton(scaled, replace(rows, mu=np.minimum(rows.mu, NEARLY_ROUGH)), x, p)
+            yield outcome.x, outcome.p, "newton"
+        elif x.any():
+            yield x, p, "newton"
+        x, p = tied(scaled, rows, x, p, touching)
         yield x, p, "newton"
-    x, p = tied(scaled, rows, x, p, touching)
-    yield x, p, "newton"
-    for k in range(ATTEMPTS):
-        outcome = friction_sweeps(scaled, rows, x, p, tolerance=FIRST_SWEEPS / 10**k)
-        x, p = outcome.x, outcome.p
-        yield x, p, "sweeps, newton"
+        for k in range(ATTEMPTS):
+            outcome = friction_sweeps(scaled, rows, x, p, tolerance=FIRST_SWEEPS / 10**k)
+            x, p = outcome.x, outcome.p
+            yield x, p, "sweeps, newton"
+
+
+def _pressed(scaled: ScaledProblem, rows: FrictionRows, held: Array) -> tuple[Array, Array, Mask]:
+    """Forces (N,) without friction, motion (r,) and what touches (n,), with motions (r, k) held; all, if unsolved."""
+    n, x = rows.normals, np.zeros(scaled.n)
+    left = np.linalg.svd(held)[0][:, held.shape[1] :]
+    B, F = left.T @ scaled.B[:, n], left.T @ scaled.F
+    bare = attempt(ComplementarityProblem(scaled.matrix[np.ix_(n, n)], scaled.g[n], B, F))
+    if not bare.success:
+        return x, np.zeros(scaled.r), np.ones(len(n), bool)
+    x[n] = bare.forces
+    return x, left @ bare.q, bare.active
 
 
 def _cannot_hold(scaled: ScaledProblem, rows: FrictionRows) -> str:

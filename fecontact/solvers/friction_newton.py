@@ -52,6 +52,11 @@ BY_GAPS_ALONE = 1e6
 EASED = 0.5
 """Largest coefficient of friction in the first step from forces without tangential part; it doubles in every step."""
 
+DIVERGED = 1e12
+"""Largest force or motion, relative to those of the start and to the data: the rounding of larger ones is above the
+tolerance. Strips and belts stay below ten; no bound holds for a compliance that is not definite.
+"""
+
 SINGULAR = 1e-14
 """Reciprocal condition number below which the smallest step is taken: forces of rigid bodies are not unique."""
 
@@ -144,6 +149,7 @@ def friction_newton(
     history: list[float] = []
     merits: list[float] = []
     best = (np.inf, x, p)
+    largest = bound(problem, x, p)
     orientation, eases, thrown, first = 1, not x[rows.tangents].any(), False, (x, p)
     for nit in range(max_iterations + 1):
         merit = trial.merit if weight == 1 else _trial(problem, rows, x, p).merit
@@ -174,12 +180,19 @@ def friction_newton(
                 share /= 2
                 trial = _trial(problem, rows, x + share * dx, p + share * dp, weight)
         x, p = x + share * dx, p + share * dp
+        if not max(np.abs(x).max(), np.abs(p).max(initial=0.0)) <= largest:
+            break
     if thrown and nit < max_iterations:
         left = max_iterations - nit
         found, orientation = friction_newton(problem, rows, *first, max_iterations=left, weight=BY_GAPS_ALONE)
         return replace(found, nit=nit + found.nit, history=history + found.history), orientation
     message = f"{max_iterations} Newton steps were not enough"
     return Outcome(best[1], best[2], Status.ITERATION_LIMIT, message, max_iterations, history), orientation
+
+
+def bound(problem: ScaledProblem, x: np.ndarray, p: np.ndarray) -> float:
+    """Size of forces and motions from which an iteration that began at x (N,) and p (r,) has diverged."""
+    return DIVERGED * max(float(np.abs(part).max(initial=0.0)) for part in (x, p, problem.g, problem.F))
 
 
 def _eased(rows: FrictionRows, nit: int) -> FrictionRows:

@@ -59,7 +59,7 @@ class FrictionResiduals:
     def within(self, tolerance: float) -> bool:
         """Whether the answer is certified: penetration within ten times the tolerance, the others within it."""
         others = (getattr(self, each.name) for each in fields(self) if each.name != "penetration")
-        return bool(self.penetration <= 10 * tolerance and max(others) <= tolerance)
+        return self.penetration <= 10 * tolerance and all(each <= tolerance for each in others)
 
     def __str__(self) -> str:
         return ", ".join(f"{each.name} {getattr(self, each.name):.1e}" for each in fields(self))
@@ -180,8 +180,11 @@ class FrictionProblem:
         bound = np.where(rough, size, limit)
         spent = np.where(rough, 0.0, limit) * slipped
         given = np.where(rough, 0.0, np.einsum("fk,fk->f", t, s))
-        # the rounding of slip counts by the limits, which exceed the forces under much friction
-        work = max(every.work, every.gap * float(np.where(rough, 0.0, limit).sum()))
+        # the rounding of slip counts by the limits, which exceed the forces under much friction, and by the motions
+        # that cancel in it
+        rows = self.tangents.ravel()
+        terms = max(largest(self.rows.g[rows]), largest(np.abs(self.rows.B[:, rows]).T @ np.abs(q)))
+        work = max(every.gap, MOTION_FLOOR * terms) * max(every.force, float(np.where(rough, 0.0, limit).sum()))
         return FrictionResiduals(
             normal.penetration,
             normal.tension,
@@ -193,8 +196,9 @@ class FrictionProblem:
         )
 
 
-#: Share of force scale times gap scale below which dissipated work is rounding.
-NO_WORK = 1e-4
+#: Share of force scale times gap scale below which dissipated work is rounding, and share of the largest motions, whose
+#: sum slip is, that counts as such a scale.
+NO_WORK, MOTION_FLOOR = 1e-4, 0.1
 
 
 @one_line
@@ -249,7 +253,7 @@ class FrictionSolution:
         problem = self.problem
         return Solution(
             problem.normal_problem(self.forces), self.forces[problem.normals], self.q, self.status, self.message,
-            self.nit, self.solver, self.seconds, self.history,
+            self.nit, self.solver, self.seconds, self.history, problem.rows.residual_scales(self.forces, self.q),
         )  # fmt: skip
 
     @property

@@ -26,6 +26,9 @@ from fecontact.solvers.scaling import DEPENDENT_ROW, ROUNDING, UNBALANCED, Scale
 OPENS = 0.01
 """Share of the squared motion of touching points along their normals, up to which a rigid motion counts as sliding."""
 
+SLIDES = 0.5
+"""The same for motions that friction may hold: up slopes of 45 degrees."""
+
 FIRST = 1e-3
 """First motion of the guide, relative to the data of the problem."""
 
@@ -90,15 +93,45 @@ class Guided:
 
 def driving_load(problem: ScaledProblem, rows: FrictionRows, touching: np.ndarray) -> np.ndarray | None:
     """Part c (r,) of the load that works on motions along the tangents of touching points (n,); None without any."""
-    normal = problem.B[:, rows.normals[touching]]
-    across = problem.B[:, rows.tangents[np.isin(rows.points, rows.normals[touching])].ravel()]
-    total = normal @ normal.T + across @ across.T
-    size, axes = np.linalg.eigh(total)
-    axes = axes[:, size > DEPENDENT_ROW * size.max(initial=0.0)]
-    opening, modes = eigh(axes.T @ normal @ normal.T @ axes, axes.T @ total @ axes)
-    basis, _ = np.linalg.qr(axes @ modes[:, opening <= OPENS])
+    basis = _along_tangents(problem, rows, touching, np.eye(problem.r), OPENS)
     c = basis @ (basis.T @ problem.F)
     return np.asarray(c) if np.linalg.norm(c) > UNBALANCED * np.linalg.norm(problem.F) else None
+
+
+def sliding_modes(problem: ScaledProblem, rows: FrictionRows) -> np.ndarray:
+    """Motions (r, k) that friction may hold alone where what is closed, if anything, slides or does not move at all."""
+    closed = problem.g[rows.normals] < 0
+    touching = closed if closed.any() else ~closed
+    along = _along_tangents(problem, rows, touching, np.eye(problem.r), OPENS)
+    size, axes = np.linalg.eigh(
+        along @ along.T + np.outer(problem.F, problem.F) / max(problem.F @ problem.F, ROUNDING**2)
+    )
+    across = axes[:, size <= DEPENDENT_ROW]
+    return np.concatenate([along, across @ _along_tangents(problem, rows, touching, across, SLIDES, True)], axis=1)
+
+
+def _along_tangents(
+    problem: ScaledProblem,
+    rows: FrictionRows,
+    touching: np.ndarray,
+    motions: np.ndarray,
+    most: float,
+    still: bool = False,
+) -> np.ndarray:
+    """Basis (j, k) of motions (r, j) with at most a share of the squared motion of touching points along normals.
+
+    `still`: with those that do not move the points at all.
+    """
+    tangents = rows.tangents[np.isin(rows.points, rows.normals[touching])].ravel()
+    normal, across = (problem.B[:, each] for each in (rows.normals[touching], tangents))
+    least = DEPENDENT_ROW * (np.linalg.norm(normal) ** 2 + np.linalg.norm(across) ** 2)
+    normal, across = motions.T @ normal, motions.T @ across
+    total = normal @ normal.T + across @ across.T
+    size, axes = np.linalg.eigh(total)
+    moving = size > least
+    axes, rest = axes[:, moving], axes[:, ~moving & still]
+    opening, modes = eigh(axes.T @ normal @ normal.T @ axes, axes.T @ total @ axes)
+    return np.concatenate([np.linalg.qr(axes @ modes[:, opening <= most])[0], rest], axis=1)
 
 
 def slide(

@@ -9,18 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.solvers.friction_newton import FrictionRows
+from fecontact.solvers.friction_newton import FrictionRows, bound
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.problem import Status
 from fecontact.solvers.scaling import ScaledProblem
 
 SWEEPS = 5
 """Sweeps between two updates of the rigid motion."""
-
-GROWTH = 1e12
-"""Largest force, relative to those of the start and to the data, at which sweeps have diverged: the rounding of larger
-ones is above the tolerance. Strips and belts stay below ten; no bound holds for a compliance that is not definite.
-"""
 
 
 def friction_sweeps(
@@ -55,7 +50,7 @@ def friction_sweeps(
     x, p = x.copy(), p.copy()
     history: list[float] = []
     best = (np.inf, x.copy(), p.copy())
-    largest = GROWTH * max(float(np.abs(part).max(initial=0.0)) for part in (x, p, problem.g, problem.F))
+    largest = bound(problem, x, p)
     frictional = {int(n): k for k, n in enumerate(rows.points)}
     for nit in range(1, max_iterations + 1):
         before = x.copy()

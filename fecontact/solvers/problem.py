@@ -116,8 +116,9 @@ class Residuals:
 
     def within(self, tolerance: float) -> bool:
         """Whether the answer is certified: penetration within ten times the tolerance, the others within it."""
-        others = max(self.tension, self.complementarity, self.equilibrium)
-        return bool(self.penetration <= 10 * tolerance and others <= tolerance)
+        others = (self.tension, self.complementarity, self.equilibrium)
+        # one by one: a number that is not one is not below the tolerance, but may be hidden by `max`
+        return self.penetration <= 10 * tolerance and all(each <= tolerance for each in others)
 
     def __str__(self) -> str:
         return (
@@ -232,7 +233,9 @@ class ComplementarityProblem:
     def _scales(self, forces: np.ndarray, deflection: np.ndarray, rigid: np.ndarray) -> ResidualScales:
         row = np.abs(self.B).max(axis=1, initial=0.0)
         row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
-        force = max(float(np.abs(forces).sum()), largest(ratio(self.F, row)))
+        # a load on a row of zeros is no scale of forces: it is left unbalanced, by all of itself
+        load = np.divide(self.F, row, out=np.zeros_like(row), where=row > 0)
+        force = max(float(np.abs(forces).sum()), largest(load))
         # where the motion exceeds g by more than a tenth, the floor of the sum is the higher one
         gap = max(largest(deflection), GAP_FLOOR * largest(rigid), TERM_FLOOR * largest(self.g))
         return ResidualScales(force, gap, row * force + np.abs(self.F))
@@ -330,6 +333,8 @@ class Solution:
         Wall time.
     history : tuple of float
         The solver's own residual, one entry per iteration; may be empty.
+    scales : ResidualScales, optional
+        Of the problem of which this is a part; by default its own.
     """
 
     problem: ComplementarityProblem = field(repr=False)
@@ -341,6 +346,7 @@ class Solution:
     solver: str
     seconds: float = 0.0
     history: tuple[float, ...] = ()
+    scales: ResidualScales | None = None
 
     @property
     def success(self) -> bool:
@@ -355,7 +361,7 @@ class Solution:
     @cached_property
     def residuals(self) -> Residuals:
         """Residuals of forces and motion, recomputed from the problem."""
-        return self.problem.residuals(self.forces, self.q)
+        return self.problem.residuals(self.forces, self.q, self.scales)
 
     @property
     def active(self) -> np.ndarray:

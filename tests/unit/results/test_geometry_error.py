@@ -47,6 +47,16 @@ def ball(n, hollow=False):
     return Facets(SurfaceMesh(points, facets[:, ::-1] if hollow else facets)), points
 
 
+@pytest.mark.parametrize(("degrees", "n"), [(4, 3), (5, 10), (6, 6)])
+def test_sides_that_all_turn_alike_are_all_of_them_but_for_rounding(degrees, n):
+    """Their share is 1; rounding made it 1 + 2e-16 here, and a root of what is left of it no number."""
+    t, k = np.radians(degrees * np.arange(n + 1)), np.arange(n)
+    ring = np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)
+    sides = np.stack([k, k + 1, k + n + 2, k + n + 1], axis=1)
+    found = kinks(Facets(SurfaceMesh(np.concatenate([ring, ring + np.array([0, 0, 1])]), sides)), ring)
+    assert 1 - 1e-12 < found.spread <= 1
+
+
 @pytest.mark.parametrize("hollow", [False, True])
 def test_kinks_of_a_ball(hollow):
     """Source: geometry. Facets of a size h turn by h / R in two directions."""

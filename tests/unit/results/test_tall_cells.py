@@ -32,3 +32,15 @@ def test_tall_cells_under_friction_are_warned_of(solid):
 )
 def test_others_are_not(solid, change):
     assert not warned(solid, **change)
+
+
+@pytest.mark.parametrize("corner", [True, False])
+def test_one_touching_node_is_judged_by_its_cells_if_it_has_any(corner):
+    """A ball above a corner, or above the middle of a face of 20-node cells, which only the contact has."""
+    at = (0.0, 0.0) if corner else (0.15, 0.15)
+    mesh = fc.shapes.block((0.6, 0.6, 0.9), (2, 2, 1), element="hex20").translated((-0.3, -0.3, -0.9))
+    pad = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.49), "top", {"bottom": "xyz"}, name="pad")
+    ball = fc.RigidBody(fc.Sphere(1.0), name="ball").placed(translation=(*at, 0.0))
+    result = fc.Scene([pad, ball], [fc.Contact(pad, ball, friction=0.3)]).solve(motions={ball: {"z": -0.001}})
+    assert result.n_active == 1
+    assert any("times as deep as wide" in text for text in result.warnings) is corner

@@ -9,6 +9,7 @@ from scipy.sparse.linalg import LinearOperator
 import fecontact.solvers.registry
 from fecontact.common.errors import InputError, SolverError
 from fecontact.solvers import ComplementarityProblem, Residuals, Status, attempt, solve
+from fecontact.solvers.friction_problem import FrictionResiduals
 from fecontact.solvers.outcome import Outcome
 from fecontact.solvers.scaling import scale
 
@@ -68,6 +69,25 @@ def test_what_is_not_finite_is_infinitely_wrong() -> None:
     for forces, q in (([np.nan, 0.0], [0.0]), ([0.0, np.inf], [0.0]), ([0.0, 0.0], [np.nan])):
         found = problem.residuals(np.array(forces), np.array(q))
         assert min(found.penetration, found.tension, found.complementarity, found.equilibrium) == np.inf
+
+
+@pytest.mark.parametrize("load", [1e-300, 1e-20, 1e-8])
+def test_a_load_on_a_row_of_zeros_is_left_unbalanced_by_all_of_itself(load: float) -> None:
+    """Not by a load over nothing, which is infinite, nor by infinity over infinity, which is no number."""
+    rows, loads = np.array([[1.0, 1.0], [0.0, 0.0]]), np.array([1.0, load])
+    found = residuals(EYE, [-1.0, 1.0], [1.0, 0.0], rows, loads, [0.0, 0.0])
+    # the least scale of a row is 1e-6 of the largest
+    assert abs(found.equilibrium - load / (1e-6 + load)) < 1e-9 * found.equilibrium
+    nothing = residuals(EYE, [-1.0, 1.0], [1.0, 0.0], np.zeros((1, 2)), np.array([load]), [0.0])
+    assert nothing.equilibrium == 1
+
+
+def test_what_is_no_number_is_not_certified() -> None:
+    for k in range(4):
+        assert not Residuals(*np.where(np.arange(4) == k, np.nan, 0.0)).within(TOLERANCE)
+    for k in range(7):
+        assert not FrictionResiduals(*np.where(np.arange(7) == k, np.nan, 0.0)).within(TOLERANCE)
+    assert FrictionResiduals(*np.zeros(7)).within(TOLERANCE)
 
 
 @pytest.mark.parametrize(("forces", "q"), [(np.zeros(3), np.zeros(1)), (np.zeros(2), np.zeros(2))])

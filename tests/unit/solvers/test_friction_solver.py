@@ -20,8 +20,8 @@ from fecontact.solvers import (
     solve_friction,
 )
 from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
-from fecontact.solvers.friction_newton import FrictionRows, friction_newton
-from fecontact.solvers.friction_sweeps import GROWTH, friction_sweeps
+from fecontact.solvers.friction_newton import DIVERGED, FrictionRows, friction_newton
+from fecontact.solvers.friction_sweeps import friction_sweeps
 from fecontact.solvers.scaling import ScaledProblem, scale
 
 
@@ -135,8 +135,8 @@ def test_sweeps_stop_where_they_diverge(coupling: float, size: float) -> None:
         np.testing.assert_allclose(swept.x[2:], exact, rtol=1e-3)
     else:
         assert "diverged" in swept.message
-        assert abs(swept.nit - np.log(GROWTH) / np.log(coupling**2)) < 3
-        assert np.abs(swept.x).max() <= GROWTH * size
+        assert abs(swept.nit - np.log(DIVERGED) / np.log(coupling**2)) < 3
+        assert np.abs(swept.x).max() <= DIVERGED * size
     np.testing.assert_array_equal(swept.x[:2], [size, size])
 
 
@@ -224,6 +224,15 @@ def test_rounding_of_what_sticks_is_no_dissipation() -> None:
     problem = FrictionProblem(ComplementarityProblem(np.eye(16), g), points, tangents, np.full(8, 50.0))
     assert problem.residuals(np.repeat([1.0, -0.3 * (1 + 1e-15)], 8), np.zeros(0)).worst < 1e-10
     assert problem.residuals(np.repeat([1.0, -0.3 * (1 + 1e-12)], 8), np.zeros(0)).dissipation > 1e-9
+
+
+def test_the_work_of_rounding_is_no_dissipation() -> None:
+    """A stuck point whose slip is the difference of motions of 1: rounding of 1e-15; a slip of 1e-9 still counts."""
+    rows = ComplementarityProblem(1e-3 * np.eye(2), np.zeros(2), np.array([[0.0, 1.0], [0.0, 1.0]]), np.zeros(2))
+    problem = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3]))
+    for slip, certified in ((3e-16, True), (1e-9, False)):
+        found = problem.residuals(np.array([1.0, 0.1]), np.array([1.0, -1.0 - 1e-4 + slip]))
+        assert (found.dissipation <= 1e-10) is certified
 
 
 def test_a_drag_beyond_friction_is_refused_with_the_friction_that_holds() -> None:
