@@ -149,9 +149,9 @@ def solve(options: argparse.Namespace) -> int:
     if options.dry_run:
         say(scene.describe())
         return 0
-    for note in scene.notes:
-        say(f"note: {note}", sys.stderr)
     if scene.cases:
+        for note in scene.notes:  # a table has none
+            say(f"note: {note}", sys.stderr)
         return _sweep(scene, options)
     if options.montage or options.animate:
         raise InputError("--montage and --animate show the cases of a sweep; this scene has no [[cases]].")
@@ -189,7 +189,8 @@ def explain(options: argparse.Namespace) -> int:
 
     _check_files(options.json)
     scene = read_scene(options.scene)
-    told = explain(scene.scene, scene.loads, scene.options.get("solver", "auto"), scene.options.get("accuracy"))
+    loads = [*scene.cases, *scene.steps, scene.loads][0]
+    told = explain(scene.scene, loads, scene.options.get("solver", "auto"), scene.options.get("accuracy"))
     _show(_titled(scene, told), told.as_dict(), options.json)
     return 0
 

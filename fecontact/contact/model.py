@@ -10,7 +10,7 @@ from typing import Any, cast
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body, check_body
-from fecontact.common.arguments import instance, items
+from fecontact.common.arguments import instance, items, texts
 from fecontact.common.directions import Directions
 from fecontact.common.errors import InputError
 from fecontact.common.units import Units
@@ -32,12 +32,16 @@ class SceneModel:
     springs: Sequence[Spring] = ()
     units: Units | Sequence[str] = ()
     axes: Directions | Mapping[str, ArrayLike] | None = None
+    notes: Sequence[str] = ()
+    warnings: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bodies", items("the bodies of a scene", self.bodies, "bodies"))
         for name, kind in (("contacts", Contact), ("springs", Spring)):
             given = items(f"the {name} of a scene", getattr(self, name), f"{kind.__name__} objects")
             object.__setattr__(self, name, tuple(instance(f"each of the {name} of a scene", g, kind) for g in given))
+        for name in ("notes", "warnings"):
+            object.__setattr__(self, name, texts(f"the {name} of a scene", getattr(self, name)))
         object.__setattr__(self, "units", Units.of(self.units))
         object.__setattr__(self, "axes", Directions.of(self.axes))
         if not self.contacts and not self.springs:

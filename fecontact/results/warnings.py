@@ -98,8 +98,19 @@ def unbounded_pressures(result: SolvedScene) -> Iterator[str]:
             )
 
 
+def warnings_of_scene(result: SolvedScene) -> Iterator[str]:
+    """Warnings that the scene carries."""
+    yield from result.scene.warnings
+
+
+def notes_of_scene(result: SolvedScene) -> Iterator[str]:
+    """Notes that the scene carries."""
+    yield from result.scene.notes
+
+
 #: Checks for `ContactResult.warnings` and for `ContactResult.notes`.
 CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
+    warnings_of_scene,
     unborne_motions,
     large_strains,
     held_across,
@@ -111,7 +122,12 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     missed_accuracy,
     friction_not_unique,
 )
-NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (mended, single_step, unbounded_pressures)
+NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
+    notes_of_scene,
+    mended,
+    single_step,
+    unbounded_pressures,
+)
 
 
 def warnings_of(result: SolvedScene) -> tuple[str, ...]:

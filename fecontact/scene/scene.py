@@ -28,6 +28,8 @@ class Scene(SceneModel):
     axes : mapping of str to (3,) array, optional
         Names of two or three directions at right angles, in world axes, along which maps are drawn instead of x, y and
         z: ``{"medial": (-1, 0, 0), "anterior": (0, 1, 0)}``. Coordinates elsewhere stay those of the world.
+    notes, warnings : sequence of str, optional
+        Sentences that every result repeats, such as what the deck that the scene was read from says otherwise.
 
     Raises
     ------

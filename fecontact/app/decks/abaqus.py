@@ -7,19 +7,27 @@ with its line.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from fecontact.app.decks.abaqus_steps import Names, StepState, apply, steps_of
-from fecontact.app.decks.content import DeckContent, DeckPair, look_up
+from fecontact.app.decks.abaqus_steps import LOADS, Names, StepState, apply, follows_motion, steps_of
+from fecontact.app.decks.abaqus_unused import refuse_heat, unused
+from fecontact.app.decks.content import DeckContent, DeckPair, Remarks, look_up
 from fecontact.app.decks.materials import hyperelastic, hyperfoam
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.mesh.formats.abaqus_keywords import KeywordSection, numbers, one_spelling, read_sections
+from fecontact.mesh.formats.abaqus_keywords import (
+    KeywordSection,
+    missing_files,
+    one_spelling,
+    read_sections,
+    values_of,
+)
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.read import read_mesh
 
@@ -31,20 +39,86 @@ OF_MATERIAL = {"ELASTIC", "DENSITY", "HYPERELASTIC", "HYPERFOAM"}
 OF_INTERACTION = {"SURFACE BEHAVIOR", "FRICTION"}
 #: Parameters of *FRICTION that make it differ by direction, speed or pressure.
 OF_FRICTION = ("ANISOTROPIC", "EXPONENTIAL DECAY", "TAUMAX", "USER")
-#: Keywords whose loads and supports need axes or constraints that there are not here.
-REFUSED = {"TRANSFORM": "turns the axes of nodes", "SYSTEM": "turns coordinates"}
+#: Ties whose surfaces do not lie on each other.
+OF_TIES = ("CYCLIC SYMMETRY", "MULTISTAGE", "FLUID PERIODIC")
+#: Overclosure of a linear law under a pressure, relative to the shortening of the mesh's size under it, below which the
+#: law is a penalty, as programs need one, and not meant as a soft layer.
+PENALTY = 0.01
+#: Types of plane and axisymmetric elements.
+PLANE = re.compile(r"C(PS|PE|PEG|AX|GAX)\d")
 
 
 @dataclass
 class Found:
-    """What the model part of a deck has said so far."""
+    """What the model part of a deck has said so far; `part` is the one whose keywords are being read."""
 
+    instances: dict[str, list[str]]
+    types: dict[str, str]
+    by_nodes: frozenset[str]
+    part: str = ""
     sections: list[tuple[IntArray, str]] = field(default_factory=list)
     materials: dict[str, list[KeywordSection]] = field(default_factory=dict)
     interactions: dict[str, list[KeywordSection]] = field(default_factory=dict)
     pairs: list[tuple[KeywordSection, str]] = field(default_factory=list)
     ties: list[DeckPair] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    said: Remarks = field(default_factory=Remarks)
+
+    @classmethod
+    def of(cls, keywords: Sequence[KeywordSection]) -> Found:
+        """Names of instances by part, types of elements by set, and surfaces of nodes; else empty."""
+        instances: dict[str, list[str]] = {}
+        for s in keywords:
+            if s.keyword == "INSTANCE":
+                instances.setdefault(s.parameters.get("PART", "").upper(), []).append(s.parameters.get("NAME", ""))
+        given = [s.parameters for s in keywords if s.keyword == "ELEMENT"]
+        types = {p.get("ELSET", "").upper(): p.get("TYPE", "").upper() for p in given}
+        surfaces = (s.parameters for s in keywords if s.keyword == "SURFACE")
+        by_nodes = (p.get("NAME", "").upper() for p in surfaces if p.get("TYPE", "").upper() == "NODE")
+        return cls(instances, types, frozenset(by_nodes))
+
+    def cells(self, s: KeywordSection, mesh: Mesh) -> IntArray:
+        """Cells of the set that a keyword names, in a part those of all its instances.
+
+        Raises
+        ------
+        InputError
+            If there is no such set, or it is of plane elements.
+        """
+        name = s.parameters.get("ELSET", "")
+        known = {k.upper(): v for k, v in mesh.groups.items()}
+        # a set of one instance alone is called without it
+        inside = [[f"{i}.{name}", name] for i in self.instances.get(self.part, [])] if self.part else [[name]]
+        found = [
+            known[next(n for n in own if n.upper() in known).upper()]
+            for own in map(list, inside)
+            if any(n.upper() in known for n in own)
+        ]
+        if found:
+            return np.unique(np.concatenate(found))
+        if PLANE.match(kind := self.types.get(name.upper(), "")):
+            raise InputError(
+                f"{s.place}: the elements of {name!r} are plane or axisymmetric ({kind}); decks are scenes of "
+                "solids. fc.read_section reads their mesh, for fc.PlaneBody or fc.AxisymmetricBody."
+            )
+        if self.part and not self.instances.get(self.part):
+            return np.zeros(0, np.int64)
+        return mesh.groups[look_up(name, mesh.groups, "element set of solids", s.place)]
+
+    def surface(self, name: str, place: str, mesh: Mesh) -> str:
+        """Spelling of a surface's name.
+
+        Raises
+        ------
+        InputError
+            If there is none, or it is one of nodes.
+        """
+        if name.upper() in self.by_nodes:
+            raise InputError(
+                f"{place}: {name!r} is a surface of nodes (TYPE=NODE), which has no faces; make it one of elements."
+            )
+        if "." in name and name.upper() not in {k.upper() for k in mesh.boundaries}:
+            name = name.partition(".")[2]
+        return look_up(name, mesh.boundaries, "surface of solids", place)
 
 
 def read_deck(path: Path) -> DeckContent:
@@ -55,20 +129,25 @@ def read_deck(path: Path) -> DeckContent:
     InputError, MeshError
         For names that are missing, values that cannot be read, and keywords that would change the meaning of others.
     """
-    mesh = read_mesh(path)
     keywords = one_spelling(list(read_sections(path)))
+    if missing := missing_files(keywords):
+        raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.")
+    found = Found.of(keywords)
+    _refuse_plane(keywords, found)
+    mesh = read_mesh(path)
     sets = frozenset(s.parameters["NSET"].upper() for s in keywords if "NSET" in s.parameters)
-    found, names = Found(), Names(mesh, path.name, sets)
+    names = Names(mesh, path.name, sets)
     shape = mesh.points.shape
     state = StepState(np.full(shape, np.nan), np.zeros(shape), np.zeros(shape, bool))
     first = next((k for k, s in enumerate(keywords) if s.keyword == "STEP"), len(keywords))
+    refuse_heat(keywords)
     try:
         owner: list[KeywordSection] = []
         for s in keywords[:first]:
             owner = _model(s, owner, found, state, names)
-        steps = steps_of(keywords[first:], state, names, found.notes)
-        materials = {name: _material(parts, found.notes) for name, parts in found.materials.items()}
-        contacts, tied = _pairs(found, mesh)
+        steps = steps_of(keywords[first:], state, names, found.said)
+        materials = {name: _material(name, parts, found.said) for name, parts in found.materials.items()}
+        contacts, tied = _pairs(found, mesh, materials)
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
@@ -88,16 +167,35 @@ def read_deck(path: Path) -> DeckContent:
         steps,
         contacts,
         [*found.ties, *tied],
-        [*mesh.notes, *found.notes],
+        [*mesh.notes, *found.said.all_notes],
+        warnings=found.said.warnings,
+        finite_motion=follows_motion(keywords),
     )
+
+
+def _refuse_plane(keywords: Sequence[KeywordSection], found: Found) -> None:
+    """Refuse a deck whose elements are all plane or axisymmetric.
+
+    Raises
+    ------
+    InputError
+        If no element is a solid.
+    """
+    kinds = [s.parameters.get("TYPE", "").upper() for s in keywords if s.keyword == "ELEMENT"]
+    if kinds and all(map(PLANE.match, kinds)):
+        raise InputError(
+            f"{keywords[0].place.partition(',')[0]}: all elements are plane or axisymmetric ({kinds[0]}); decks are "
+            "scenes of solids. fc.read_section reads their mesh, for fc.PlaneBody or fc.AxisymmetricBody."
+        )
 
 
 def _model(
     s: KeywordSection, owner: list[KeywordSection], found: Found, state: StepState, names: Names
 ) -> list[KeywordSection]:
     """Take a keyword of the model part; returns the list of keywords of the material or interaction it belongs to."""
-    if s.keyword in REFUSED:
-        raise InputError(f"{s.place}: *{s.keyword} {REFUSED[s.keyword]}, which is not done here.")
+    if s.keyword in ("PART", "END PART", "INSTANCE", "END INSTANCE"):
+        begins = not s.keyword.startswith("END")
+        found.part = s.parameters.get("NAME" if s.keyword == "PART" else "PART", "").upper() if begins else ""
     if s.keyword in MESH:
         return owner
     if s.keyword in ("MATERIAL", "SURFACE INTERACTION"):
@@ -106,73 +204,97 @@ def _model(
     if s.keyword in OF_MATERIAL | OF_INTERACTION:
         owner.append(s)
     elif s.keyword == "SOLID SECTION":
-        elset = s.parameters.get("ELSET", "")
-        named = look_up(elset, names.mesh.groups, "element set of solids", s.place)
-        found.sections.append((names.mesh.groups[named], s.parameters.get("MATERIAL", "").upper()))
+        found.sections.append((found.cells(s, names.mesh), s.parameters.get("MATERIAL", "").upper()))
         if "ORIENTATION" in s.parameters:
-            found.notes.append(f"{s.place}: the orientation is not used; materials are isotropic.")
+            found.said.note(f"{s.place}: the orientation is not used; materials are isotropic.")
     elif s.keyword == "CONTACT PAIR":
         found.pairs += [(s, line) for line in s.lines]
     elif s.keyword == "TIE":
-        found.ties += [_pair(line, s.place, 0.0, names.mesh) for line in s.lines]
-    elif s.keyword in ("BOUNDARY", "AMPLITUDE"):
-        apply(s, state, names, (0.0, 0.0), found.notes)
+        if wrong := [p for p in OF_TIES if p in s.parameters]:
+            raise InputError(f"{s.place}: *TIE, {wrong[0]} ties surfaces that are apart, which is not done here.")
+        reach = s.parameters.get("POSITION TOLERANCE")
+        found.ties += [_pair(line, s.place, 0.0, found, names.mesh, reach) for line in s.lines]
+    elif s.keyword in ("PLASTIC", "CREEP", "VISCOELASTIC"):
+        at = f" above {values_of(s.lines[0])[0]:g}" if s.keyword == "PLASTIC" and s.lines else ""
+        found.said.warn(f"{s.place}: *{s.keyword} is not used: the material stays elastic{at}.")
+    elif s.keyword in (*LOADS, "AMPLITUDE"):
+        apply(s, state, names, (0.0, 0.0), found.said)
     else:
-        found.notes.append(f"{s.place}: *{s.keyword} is not used.")
+        unused(s, found.said)
     return owner
 
 
-def _pair(line: str, place: str, friction: float, mesh: Mesh) -> DeckPair:
+def _pair(line: str, place: str, friction: float, found: Found, mesh: Mesh, reach: str | None = None) -> DeckPair:
     """Slave and master of a data line."""
     words = [word.strip() for word in line.split(",")]
-    if len(words) < 2:
+    if len(words) < 2 or not words[1]:
         raise InputError(f"{place}: expected two surfaces, slave and master; found {line!r}.")
-    slave, master = (look_up(word, mesh.boundaries, "surface of solids", place) for word in words[:2])
-    return DeckPair(slave, master, friction, place)
+    slave, master = (found.surface(word, place, mesh) for word in words[:2])
+    return DeckPair(slave, master, friction, place, None if reach is None else values_of(reach)[0])
 
 
-def _pairs(found: Found, mesh: Mesh) -> tuple[list[DeckPair], list[DeckPair]]:
-    """Contacts, and pairs that are tied, with what is done differently noted."""
+def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material]) -> tuple[list[DeckPair], list[DeckPair]]:
+    """Contacts, and pairs that are tied, with what is done differently noted or warned of."""
     contacts: list[DeckPair] = []
     tied: list[DeckPair] = []
+    stiffest = max((m.E for m in materials.values()), default=0.0) / float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     for s, line in found.pairs:
         name = s.parameters.get("INTERACTION", "")
         if name.upper() not in found.interactions:
             raise InputError(f"{s.place}: there is no *SURFACE INTERACTION {name!r}.")
-        friction, ties = 0.0, False
+        friction, ties = 0.0, "TIED" in s.parameters
         for part in found.interactions[name.upper()]:
             if part.keyword == "FRICTION":
-                friction = _friction(part, found.notes)
-                continue
-            form = part.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
-            ties |= form == "TIED"
-            if form not in ("HARD", "TIED"):
-                found.notes.append(f"{part.place}: the contact is hard, without the {form.lower()} overclosure.")
-        pair = _pair(line, s.place, friction, mesh)
+                friction = _friction(part, found.said)
+            else:
+                ties |= _behaviour(part, stiffest, found.said)
+        pair = _pair(line, s.place, friction, found, mesh)
         (tied if ties else contacts).append(pair)
         if "ADJUST" in s.parameters:
-            found.notes.append(f"{s.place}: ADJUST is not used; gaps are those of the mesh.")
+            # zero moves only the nodes that lie in the master
+            moves = s.parameters["ADJUST"].rstrip(".0") != ""
+            (found.said.warn if moves else found.said.note)(
+                f"{s.place}: ADJUST is not used; gaps are those of the mesh."
+            )
     return contacts, tied
 
 
-def _friction(part: KeywordSection, notes: list[str]) -> float:
+def _behaviour(part: KeywordSection, stiffest: float, said: Remarks) -> bool:
+    """Whether *SURFACE BEHAVIOR ties; a soft law is warned of, one so stiff that it is a penalty noted.
+
+    Raises
+    ------
+    InputError
+        If surfaces cannot part.
+    """
+    if "NO SEPARATION" in part.parameters:
+        raise InputError(f"{part.place}: surfaces that touch once never part (NO SEPARATION), which is not done here.")
+    form = part.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
+    if form == "LINEAR" and part.lines and stiffest <= PENALTY * values_of(part.lines[0])[0]:
+        said.note(f"{part.place}: the contact is hard, without the linear overclosure, a penalty.")
+    elif form not in ("HARD", "TIED"):
+        said.warn(f"{part.place}: the contact is hard, without the soft {form.lower()} overclosure.")
+    return form == "TIED"
+
+
+def _friction(part: KeywordSection, said: Remarks) -> float:
     """Coefficient of friction of its keyword: the first one, infinite where rough."""
     if "ROUGH" in part.parameters:
         return math.inf
-    if unused := [word for word in OF_FRICTION if word in part.parameters]:
-        notes.append(f"{part.place}: friction is the first coefficient, everywhere; {', '.join(unused)} is not used.")
-    return float(numbers(part.lines, float)[0]) if part.lines else 0.0
+    if left := [word for word in OF_FRICTION if word in part.parameters]:
+        said.warn(f"{part.place}: friction is the first coefficient, everywhere; {', '.join(left)} is not used.")
+    return values_of(part.lines[0])[0] if part.lines and part.lines[0].strip(", ") else 0.0
 
 
-def _material(parts: Sequence[KeywordSection], notes: list[str]) -> Material:
+def _material(name: str, parts: Sequence[KeywordSection], said: Remarks) -> Material:
     """Material of its keywords, at rest and at the first temperature."""
     given = {s.keyword: s for s in parts}
-    density = float(numbers(given["DENSITY"].lines, float)[0]) if "DENSITY" in given else None
+    density = values_of(given["DENSITY"].lines[0])[0] if "DENSITY" in given else None
     for keyword in ("ELASTIC", "HYPERELASTIC", "HYPERFOAM"):
         if keyword not in given:
             continue
         s = given[keyword]
-        c = numbers(s.lines, float).tolist()
+        c = [v for line in s.lines for v in values_of(line)]
         order = int(s.parameters.get("N", 1))
         if keyword == "ELASTIC":
             form = s.parameters.get("TYPE", "ISO").upper()
@@ -181,7 +303,7 @@ def _material(parts: Sequence[KeywordSection], notes: list[str]) -> Material:
                     f"{s.place}: expected an isotropic material, E and nu; found type {form}, {s.lines[:1]}."
                 )
             if len(s.lines) > 1:
-                notes.append(f"{s.place}: the moduli of the first line are used at every temperature.")
+                said.note(f"{s.place}: the moduli of the first line are used at every temperature.")
             return Material(c[0], c[1], density)
         forms = [p for p in s.parameters if p not in ("N", "TEST DATA INPUT", "MODULI", "POISSON")]
         form = forms[0] if forms else "POLYNOMIAL"
@@ -189,6 +311,6 @@ def _material(parts: Sequence[KeywordSection], notes: list[str]) -> Material:
             made = hyperfoam(order, c, density) if keyword == "HYPERFOAM" else hyperelastic(form, order, c, density)
         except InputError as error:
             raise InputError(f"{s.place}: {error}") from None
-        notes.append(f"{s.place}: linear, with the moduli at rest: E = {made.E:.6g}, nu = {made.nu:.6g}.")
+        said.note(f"{s.place}: linear, with the moduli at rest: E = {made.E:.6g}, nu = {made.nu:.6g}.")
         return made
-    raise InputError("A material has none of *ELASTIC, *HYPERELASTIC and *HYPERFOAM.")
+    raise InputError(f"The material {name!r} has none of *ELASTIC, *HYPERELASTIC and *HYPERFOAM.")

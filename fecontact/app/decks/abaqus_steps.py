@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import copy
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
-from fecontact.app.decks.content import DeckStep, look_up, numbered
+from fecontact.app.decks.abaqus_unused import unused
+from fecontact.app.decks.content import DeckStep, Remarks, look_up, numbered
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.mesh.formats.abaqus_deck import labelled_faces
-from fecontact.mesh.formats.abaqus_keywords import KeywordSection, numbers
+from fecontact.mesh.formats.abaqus_keywords import KeywordSection, values_of
 from fecontact.mesh.kinds import BY_MESHIO
 from fecontact.mesh.mesh import Mesh
 
@@ -20,15 +23,22 @@ from fecontact.mesh.mesh import Mesh
 NAMED = {"XSYMM": (0,), "YSYMM": (1,), "ZSYMM": (2,), "ENCASTRE": (0, 1, 2), "PINNED": (0, 1, 2)}
 #: Procedures of steps whose loads are static.
 STATIC = ("STATIC", "VISCO")
+#: Keywords of loads and supports, and parameters that change their meaning.
+LOADS = ("BOUNDARY", "CLOAD", "DLOAD", "DSLOAD")
+MEANING = ("USER", "SUBMODEL", "TIME DELAY", "SECTOR", "FOLLOWER", "CYCLIC MODE", "OMEGA0", "PHASE", "FIXED")
 
 
 @dataclass
 class Names:
-    """The mesh of a deck, to which boundaries of loads are added, and the names of all node sets of the deck."""
+    """The mesh of a deck, to which boundaries of loads are added, and the names of all node sets of the deck.
+
+    `faces` are the boundaries made for face loads, by set and label.
+    """
 
     mesh: Mesh
     source: str
     node_sets: frozenset[str]
+    faces: dict[tuple[str, str], str] = field(default_factory=dict)
 
     def nodes(self, name: str, place: str) -> IntArray | None:
         """Nodes of a set, or one by its number; None where they belong to no solid."""
@@ -36,6 +46,8 @@ class Names:
         if name.isdigit():
             return numbered(ids, [int(name)], "node", place) if ids is not None and int(name) in ids else None
         known = {k.upper(): v for k, v in self.mesh.node_sets.items()}
+        # a set of one instance alone is called without it
+        name = name if name.upper() in known or "." not in name else name.partition(".")[2]
         if name.upper() in known or name.upper() in self.node_sets:
             return known.get(name.upper())
         raise InputError(f"{place}: there is no node set {name!r}; there are: {', '.join(map(repr, known)) or 'none'}.")
@@ -57,12 +69,48 @@ class Names:
         return name
 
 
+@dataclass(frozen=True, eq=False)
+class Amplitude:
+    """Values over the time in a step or the total time, that are factors of loads or, if absolute, loads themselves."""
+
+    times: Array
+    values: Array
+    total: bool
+    absolute: bool
+
+    @classmethod
+    def of(cls, s: KeywordSection) -> Amplitude:
+        """Of its keyword, with CalculiX's shifts.
+
+        Raises
+        ------
+        InputError
+            If it is no table over growing times.
+        """
+        if s.parameters.get("DEFINITION", "TABULAR").upper() != "TABULAR" or "USER" in s.parameters:
+            raise InputError(f"{s.place}: expected a tabular amplitude; found {', '.join(s.parameters.values())}.")
+        flat = np.array([v for line in s.lines for v in values_of(line)])
+        shifts = [values_of(s.parameters.get(name, "0"))[0] for name in ("SHIFTX", "SHIFTY")]
+        if len(flat) == 0 or len(flat) % 2 or (np.diff(flat[::2]) < 0).any():
+            raise InputError(f"{s.place}: expected pairs of growing times and values; found {s.lines}.")
+        total = s.parameters.get("TIME", "").upper().startswith("TOTAL")
+        return cls(
+            flat[::2] + shifts[0], flat[1::2] + shifts[1], total, s.parameters.get("VALUE", "").upper() == "ABSOLUTE"
+        )
+
+    def at(self, time: float, given: float) -> float:
+        """The load at a time, of the value given with it."""
+        found = float(np.interp(time, self.times, self.values))
+        return found if self.absolute else found * given
+
+
 @dataclass
 class StepState:
     """Supports and loads that hold on from step to step.
 
-    `held` and `forces` (n_points, 3) are as in `DeckStep`; `given` (n_points, 3) marks the forces of this step, which
-    replace those of steps before.
+    `held` and `forces` (n_points, 3) are as in `DeckStep`. Loads add up in a step and replace those of steps before:
+    `given` (n_points, 3) marks the forces of this step, `fresh` are the names of its other loads, and `renewed` are the
+    kinds of which it has dropped all of before.
     """
 
     held: Array
@@ -70,23 +118,41 @@ class StepState:
     given: Mask
     pressures: dict[str, float] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.zeros(3))
-    #: Boundaries made for face loads, by set and label.
-    faces: dict[tuple[str, str], str] = field(default_factory=dict)
-    amplitudes: dict[str, tuple[Array, bool]] = field(default_factory=dict)
+    amplitudes: dict[str, Amplitude] = field(default_factory=dict)
+    renewed: set[str] = field(default_factory=set)
+    fresh: set[str] = field(default_factory=set)
 
-    def factor(self, s: KeywordSection, times: tuple[float, float]) -> float:
-        """Amplitude of a keyword at the end of the step: at its time in the step, or at the total time."""
+    def value(self, s: KeywordSection, times: tuple[float, float], given: float) -> float:
+        """Value of a load at the end of the step, by its amplitude at the time in the step or at the total time."""
         name = s.parameters.get("AMPLITUDE")
         if name is None:
-            return 1.0
+            return given
         if name.upper() not in self.amplitudes:
             raise InputError(f"{s.place}: there is no *AMPLITUDE {name!r}.")
-        table, total = self.amplitudes[name.upper()]
-        return float(np.interp(times[1] if total else times[0], table[:, 0], table[:, 1]))
+        amplitude = self.amplitudes[name.upper()]
+        return amplitude.at(times[1] if amplitude.total else times[0], given)
+
+    def begin_step(self) -> None:
+        """Loads of before may be replaced."""
+        self.given[:] = False
+        self.renewed.clear()
+        self.fresh.clear()
+
+    def press(self, name: str, value: float) -> None:
+        """Add a pressure on a boundary."""
+        self.pressures[name] = value + (self.pressures[name] if name in self.fresh else 0.0)
+        self.fresh.add(name)
+
+    def pull(self, gravity: Array) -> None:
+        """Add to gravity."""
+        self.gravity = gravity + (self.gravity if "GRAV" in self.fresh else 0.0)
+        self.fresh.add("GRAV")
 
 
-def steps_of(keywords: Sequence[KeywordSection], state: StepState, names: Names, notes: list[str]) -> list[DeckStep]:
-    """Static steps; others are noted.
+def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names, said: Remarks) -> list[DeckStep]:
+    """Static steps; others are warned of.
+
+    What holds on from earlier steps is taken anew in each, for amplitudes over the total time go on.
 
     Raises
     ------
@@ -94,138 +160,170 @@ def steps_of(keywords: Sequence[KeywordSection], state: StepState, names: Names,
         If there is none.
     """
     starts = [k for k, s in enumerate(keywords) if s.keyword == "STEP"]
-    out, total = [], 0.0
+    out: list[DeckStep] = []
+    done: list[tuple[Sequence[KeywordSection], float]] = []
+    total = 0.0
     for number, (a, b) in enumerate(pairwise([*starts, len(keywords)]), start=1):
         procedure = next((s for s in keywords[a:b] if s.keyword in STATIC), None)
         if procedure is None:
-            notes.append(f"{keywords[a].place}: step {number} is left out: it is not static.")
+            said.warn(f"{keywords[a].place}: step {number} is left out: it is not static.")
             continue
-        if "NLGEOM" in keywords[a].parameters:
-            notes.append(f"{keywords[a].place}: NLGEOM is not used; strains are small.")
-        row = numbers(procedure.lines[:1], float)
-        period = float(row[1]) if len(row) > 1 else 1.0
-        total += period
-        state.given = np.zeros(state.forces.shape, bool)
-        for s in keywords[a:b]:
-            if s.keyword not in ("STEP", "END STEP", *STATIC):
-                apply(s, state, names, (period, total), notes)
-        out.append(
-            DeckStep(
-                f"step {number}",
-                state.held.copy(),
-                state.forces.copy(),
-                dict(state.pressures),
-                gravity=state.gravity.copy(),
+        if "PERTURBATION" in keywords[a].parameters:
+            raise InputError(
+                f"{keywords[a].place}: a step of perturbation adds to the one before; write its loads in full."
             )
-        )
+        # a blank or zero period is one (Abaqus Keywords Reference: *STATIC)
+        period = ([*values_of(procedure.lines[0]), 0.0, 0.0][1] if procedure.lines else 0.0) or 1.0
+        total += period
+        done.append((keywords[a:b], period))
+        state = copy.deepcopy(model)
+        for k, (step, its) in enumerate(done, start=1):
+            state.begin_step()
+            for s in step:
+                if s.keyword not in ("STEP", "END STEP", *STATIC):
+                    apply(s, state, names, (its, total), said if k == len(done) else Remarks())
+        out.append(DeckStep(f"step {number}", state.held, state.forces, state.pressures, gravity=state.gravity))
     if not out:
         raise InputError(f"{names.source} has no static step (*STEP with *STATIC), so there is nothing to solve.")
     return out
 
 
-def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float, float], notes: list[str]) -> None:
-    """Take a keyword of a step; those that are not used are noted."""
+def follows_motion(keywords: Sequence[KeywordSection]) -> bool:
+    """Whether a step is geometrically nonlinear, and with it those after it."""
+    steps = (s.parameters for s in keywords if s.keyword == "STEP")
+    return any("NLGEOM" in given and given["NLGEOM"].upper() != "NO" for given in steps)
+
+
+def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float, float], said: Remarks) -> None:
+    """Take a keyword of a step; what is said of those that are not used, see `abaqus_unused`.
+
+    Raises
+    ------
+    InputError
+        If a load would be lost.
+    """
     if s.keyword == "AMPLITUDE":
-        if s.parameters.get("DEFINITION", "TABULAR").upper() != "TABULAR":
-            raise InputError(f"{s.place}: expected a tabular amplitude; found {s.parameters['DEFINITION']!r}.")
-        total = s.parameters.get("TIME", "").upper().startswith("TOTAL")
-        state.amplitudes[s.parameters.get("NAME", "").upper()] = numbers(s.lines, float).reshape(-1, 2), total
+        state.amplitudes[s.parameters.get("NAME", "").upper()] = Amplitude.of(s)
         return
-    if s.keyword not in ("BOUNDARY", "CLOAD", "DLOAD", "DSLOAD"):
-        notes.append(f"{s.place}: *{s.keyword} is not used.")
+    if s.keyword not in LOADS:
+        unused(s, said)
         return
+    if wrong := [p for p in MEANING if p in s.parameters]:
+        raise InputError(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.")
     _reset(s, state)
-    factor = state.factor(s, times)
+    value = partial(state.value, s, times)
     for line in s.lines:
-        words = [word.strip() for word in line.split(",")]
+        words = [*(word.strip() for word in line.split(",")), *[""] * 4]
         if s.keyword in ("BOUNDARY", "CLOAD"):
             nodes = names.nodes(words[0], s.place)
             if nodes is None:
-                notes.append(f"{s.place}: {line!r} is not used: {words[0]} has no nodes of solids.")
+                _lost(
+                    s,
+                    f"{words[0]} has no nodes of solids",
+                    value(_number(words[3 if s.keyword == "BOUNDARY" else 2])),
+                    said,
+                )
             elif s.keyword == "BOUNDARY":
-                _hold(s, words, nodes, state, factor, notes)
+                _hold(s, words, nodes, state, value, said)
             else:
-                _push(s, words, nodes, state, factor, notes)
+                _push(s, words, nodes, state, value, said)
         elif s.keyword == "DLOAD":
-            _load_cells(s, words, state, names, factor, notes)
+            _load_cells(s, words, state, names, value, said)
         else:
-            _load_surface(s, words, state, names, factor, notes)
+            _load_surface(s, words, state, names, value, said)
+
+
+def _lost(s: KeywordSection, why: str, value: float, said: Remarks) -> None:
+    """Note what has no effect here; refuse it where its value is not zero."""
+    if value:
+        raise InputError(f"{s.place}: *{s.keyword} of {value:g} would be lost: {why}.")
+    said.note(f"{s.place}: a line of *{s.keyword} is not used: {why}.")
 
 
 def _reset(s: KeywordSection, state: StepState) -> None:
-    """Drop what OP=NEW replaces."""
-    if s.parameters.get("OP", "MOD").upper() != "NEW":
+    """Drop what the first OP=NEW of a kind in a step replaces; *DLOAD and *DSLOAD are one kind, as in CalculiX."""
+    kind = "DLOAD" if s.keyword == "DSLOAD" else s.keyword
+    if s.parameters.get("OP", "MOD").upper() != "NEW" or kind in state.renewed:
         return
-    if s.keyword == "BOUNDARY":
+    state.renewed.add(kind)
+    if kind == "BOUNDARY":
         state.held[:] = np.nan
-    elif s.keyword == "CLOAD":
+    elif kind == "CLOAD":
         state.forces[:] = 0.0
     else:
         state.pressures.clear()
-        state.gravity[:] = 0.0
+        state.gravity = np.zeros(3)
 
 
 def _hold(
-    s: KeywordSection, words: list[str], nodes: IntArray, state: StepState, factor: float, notes: list[str]
+    s: KeywordSection,
+    words: list[str],
+    nodes: IntArray,
+    state: StepState,
+    value: Callable[[float], float],
+    said: Remarks,
 ) -> None:
     """Supports and prescribed displacements: ``set, first, last, value`` or ``set, ENCASTRE``."""
-    if s.parameters.get("TYPE", "DISPLACEMENT").upper() != "DISPLACEMENT" or "FIXED" in s.parameters:
-        raise InputError(f"{s.place}: expected displacements; found *BOUNDARY with {', '.join(s.parameters)}.")
-    words += [""] * 4
+    if s.parameters.get("TYPE", "DISPLACEMENT").upper() != "DISPLACEMENT":
+        raise InputError(f"{s.place}: expected displacements; found *BOUNDARY, TYPE={s.parameters['TYPE']}.")
     if words[1].upper() in NAMED:
-        components, value = NAMED[words[1].upper()], 0.0
+        components, size = NAMED[words[1].upper()], 0.0
     else:
         first, last = int(words[1]), int(words[2] or words[1])
-        components, value = tuple(range(first - 1, last)), _number(words[3])
+        components, size = tuple(range(first - 1, last)), value(_number(words[3]))
         if last > 3:
-            notes.append(f"{s.place}: components above 3 of {words[0]!r} are not used.")
+            said.note(f"{s.place}: components above 3 of {words[0]!r} are not used.")
     for c in components:
         if c < 3:
-            state.held[nodes, c] = factor * value
+            state.held[nodes, c] = size
 
 
 def _push(
-    s: KeywordSection, words: list[str], nodes: IntArray, state: StepState, factor: float, notes: list[str]
+    s: KeywordSection,
+    words: list[str],
+    nodes: IntArray,
+    state: StepState,
+    value: Callable[[float], float],
+    said: Remarks,
 ) -> None:
     """Forces on nodes, ``set, component, value``; they add up in a step and replace those of steps before."""
     c = int(words[1]) - 1
     if c > 2:
-        notes.append(f"{s.place}: component {c + 1} of {words[0]!r} is not used.")
+        _lost(s, f"nodes of solids have no component {c + 1}", value(_number(words[2])), said)
         return
     old = nodes[~state.given[nodes, c]]
     state.forces[old, c] = 0.0
     state.given[nodes, c] = True
-    state.forces[nodes, c] += factor * _number(words[2])
+    state.forces[nodes, c] += value(_number(words[2]))
 
 
 def _load_cells(
-    s: KeywordSection, words: list[str], state: StepState, names: Names, factor: float, notes: list[str]
+    s: KeywordSection, words: list[str], state: StepState, names: Names, value: Callable[[float], float], said: Remarks
 ) -> None:
     """Pressures on faces, ``set, P2, value``, and gravity, ``set, GRAV, size, x, y, z``."""
     label = words[1].upper()
     if label == "GRAV":
-        size, *direction = (_number(word) for word in words[2:6])
         if words[0] and len(names.cells(words[0], s.place)) < len(names.mesh.cells):
-            notes.append(f"{s.place}: gravity acts on all bodies, not on {words[0]!r} alone.")
-        state.gravity = factor * size * np.array(direction)
+            said.warn(f"{s.place}: gravity acts on all bodies with a density, not on {words[0]!r} alone.")
+        state.pull(value(_number(words[2])) * np.array([_number(word) for word in words[3:6]]))
     elif label[:1] == "P" and label[1:].isdigit():
         key = (words[0].upper(), label)
-        if key not in state.faces:
-            state.faces[key] = names.boundary_of(names.cells(words[0], s.place), label, s.place)
-        state.pressures[state.faces[key]] = factor * _number(words[2])
+        if key not in names.faces:
+            names.faces[key] = names.boundary_of(names.cells(words[0], s.place), label, s.place)
+        state.press(names.faces[key], value(_number(words[2])))
     else:
-        notes.append(f"{s.place}: the load {label} on {words[0]!r} is not used.")
+        _lost(s, f"expected P1, P2, ... or GRAV; found {label!r} on {words[0]!r}", value(_number(words[2])), said)
 
 
 def _load_surface(
-    s: KeywordSection, words: list[str], state: StepState, names: Names, factor: float, notes: list[str]
+    s: KeywordSection, words: list[str], state: StepState, names: Names, value: Callable[[float], float], said: Remarks
 ) -> None:
     """Pressures on surfaces, ``surface, P, value``."""
+    size = value(_number(words[2]))
     if words[1].upper() != "P":
-        notes.append(f"{s.place}: the load {words[1]} on {words[0]!r} is not used.")
+        _lost(s, f"expected P; found {words[1]!r} on {words[0]!r}", size, said)
         return
-    name = look_up(words[0], names.mesh.boundaries, "surface of solids", s.place)
-    state.pressures[name] = factor * _number(words[2])
+    state.press(look_up(words[0], names.mesh.boundaries, "surface of solids", s.place), size)
 
 
 def _number(word: str) -> float:

@@ -39,10 +39,13 @@ class DeckBody:
     body : ElasticBody
     nodes : (n_points,) int array
         Points of its mesh among those of the deck.
+    loose : sequence of str
+        Warnings of nodes that ties leave loose.
     """
 
     body: ElasticBody
     nodes: IntArray
+    loose: Sequence[str] = ()
 
 
 def make_scene(deck: DeckContent, path: Path) -> SceneFile:
@@ -80,17 +83,23 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     several = len(loads) > 1
     names = [step.name for step in deck.steps]
     mixed = any(m.body.mesh.file_nodes is not None and (m.body.mesh.file_nodes < 0).any() for m in made)
+    # a path has no 'auto', which stops to carry poses where it changes nothing
+    options = {} if deck.finite_motion is None else {"finite_motion": False}
+    if deck.finite_motion:
+        options = {"finite_motion": True} if several and friction else {}
+    notes = (*(n for n in deck.notes if MIXED not in n or mixed), *unused)
+    loose = tuple(text for m in made for text in m.loose)
     return SceneFile(
         path,
         deck.title,
-        Scene(bodies, contacts),
+        Scene(bodies, contacts, notes=notes, warnings=(*deck.warnings, *loose)),
         {b.name: b for b in bodies},
         {} if several else loads[0],
-        {},
+        options,
         (),
         tuple({"name": n, **load} for n, load in zip(names, loads, strict=True)) if several and not friction else (),
         tuple(loads) if several and friction else (),
-        (*(n for n in deck.notes if MIXED not in n or mixed), *unused),
+        notes,
     )
 
 
@@ -153,16 +162,17 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
         )
     whole = replace(whole, cells=whole.cells[:, : _columns(whole, cells)])
     mesh = replace(whole, groups={name: cells, **{k: g for k, g in groups.items() if len(g)}}).part(name)
+    mesh = replace(mesh, notes=())  # the scene has them
     nodes = np.unique(whole.cells[cells])
     if whole.midface is None and len(nodes) != len(mesh.points):
         raise InputError(f"{deck.source}: {name!r} has nodes that are not its own.")
     mesh, supports = _supported(mesh, deck.steps[0].held[nodes])
-    mesh = tied(mesh, [t for t in deck.ties if t.slave in mesh.boundaries and t.master in mesh.boundaries])
+    mesh, loose = tied(mesh, [t for t in deck.ties if t.slave in mesh.boundaries and t.master in mesh.boundaries])
     materials = {k: deck.materials[k.removeprefix("material ")] for k in mesh.groups if k != name}
     touching = dict.fromkeys(n for pair in deck.contacts for n in (pair.slave, pair.master) if n in mesh.boundaries)
     material = next(iter(materials.values())) if len(materials) == 1 else materials
     body = ElasticBody(mesh, material, tuple(touching), supports, name=name, geometry="plain")
-    return DeckBody(body, nodes)
+    return DeckBody(body, nodes, loose)
 
 
 def _supported(mesh: Mesh, held: Array) -> tuple[Mesh, dict[str, str]]:

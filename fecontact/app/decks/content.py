@@ -76,6 +76,34 @@ class DeckPair:
     master: str
     friction: float
     place: str
+    #: Distance up to which nodes are tied; None for the default.
+    reach: float | None = None
+
+
+@dataclass
+class Remarks:
+    """What is said of a deck: notes, warnings of what may change its answer, and keywords that ask for output."""
+
+    notes: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+    def note(self, text: str) -> None:
+        """Add a note."""
+        self.notes.append(text)
+
+    def warn(self, text: str) -> None:
+        """Add a warning."""
+        self.warnings.append(text)
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """Notes, each once, and one on all requests for output."""
+        some = ", ".join(dict.fromkeys(r.rpartition(": ")[2] for r in self.requests))
+        places = f"{self.requests[0].partition(': ')[0]} and after: " if self.requests else ""
+        return tuple(
+            dict.fromkeys([*self.notes, *([f"{places}requests for output are not used: {some}."] * bool(some))])
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +147,10 @@ class DeckContent:
     notes : sequence of str
         What was changed, and what is not used, with its line.
     rigid : sequence of DeckRigid
+    warnings : sequence of str
+        The same of what may change the answer.
+    finite_motion : bool, optional
+        Whether poses are carried along, if the deck says.
     """
 
     source: str
@@ -131,6 +163,8 @@ class DeckContent:
     ties: Sequence[DeckPair]
     notes: Sequence[str]
     rigid: Sequence[DeckRigid] = ()
+    warnings: Sequence[str] = ()
+    finite_motion: bool | None = None
 
 
 def look_up(name: str, known: Mapping[str, IntArray], what: str, place: str) -> str:

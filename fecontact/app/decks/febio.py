@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid
+from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid, Remarks
 from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of
 from fecontact.app.decks.materials import of_febio
 from fecontact.common.arrays import IntArray
@@ -76,21 +76,24 @@ def read_feb(path: Path) -> DeckContent:
     root, missing = read_tree(path, numbered=True)
     raw = read_febio(path)
     mesh = build(raw, path.name)
-    notes = [*mesh.notes, *(f"{path.name}: the file {name} is missing." for name in missing)]
+    if missing:
+        raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.")
+    said = Remarks(list(mesh.notes))
     try:
-        parts = _parts(root, raw, mesh, path.name, notes)
+        parts = _parts(root, raw, mesh, path.name, said)
         names = _rigid_names(root)
-        contacts, ties = _pairs(root, notes)
+        contacts, ties = _pairs(root, said)
         wanted = {n for p in contacts for n in (p.slave, p.master)}
         stiff = [m for m in root.iterfind("Material/material") if m.get("type") == RIGID]
-        rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, notes)) for m in stiff]
-        curves, segments = Curves.of(root, notes), segments_of(root)
-        steps = deck_steps(segments, curves, mesh, {r.name: r for r in rigid}, names, path.name, notes)
+        rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, said)) for m in stiff]
+        curves, segments = Curves.of(root), segments_of(root)
+        steps = deck_steps(segments, curves, mesh, {r.name: r for r in rigid}, names, path.name, said)
     except (ValueError, TypeError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path.name} holds a value that cannot be read: {error}.") from error
-    notes += [f"{s.get('line')}: <{s.tag}> is not used." for s in root if s.tag not in USED]
+    for s in (s for s in root if s.tag not in USED):
+        said.warn(f"{s.get('line')}: <{s.tag}> is not used: what it changes is left out.")
     cells = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate([np.zeros(0, np.int64), *parts.rigid.values()]))
     if not len(cells):
         raise InputError(f"{path.name} has rigid parts only; a scene needs an elastic body.")
@@ -110,12 +113,13 @@ def read_feb(path: Path) -> DeckContent:
         [replace(s, held=s.held[kept], forces=s.forces[kept]) for s in steps],
         contacts,
         ties,
-        list(dict.fromkeys(notes)),
+        said.all_notes,
         [replace(r, attached=point[r.attached][point[r.attached] >= 0]) for r in rigid],
+        tuple(dict.fromkeys(said.warnings)),
     )
 
 
-def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, notes: list[str]) -> Parts:
+def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, said: Remarks) -> Parts:
     """Materials of the domains; those of FEBio 2.5 stand at <Elements>."""
     found = {_name(m): m for m in root.iterfind("Material/material")}
     by_id = {m.get("id", ""): name for name, m in found.items()}
@@ -137,7 +141,7 @@ def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, notes: list[str
             shells = [f.ravel() for f in raw.shells.get(domain, [])]
             out.rigid_shells[name] = np.unique(np.concatenate([out.rigid_shells[name], *shells]))
         elif domain in mesh.groups:
-            out.materials.setdefault(name, _material(material, notes))
+            out.materials.setdefault(name, _material(material, said))
             out.sections.append((mesh.groups[domain], name))
     return out
 
@@ -154,17 +158,22 @@ def _rigid_names(root: Element) -> dict[str, str]:
     return names | {name: name for name in names.values()}
 
 
-def _material(material: Element, notes: list[str]) -> Material:
+def _material(material: Element, said: Remarks) -> Material:
     """Linear material of a law at rest."""
     kind, where = material.get("type", ""), material
     while kind in OUTER and (inner := where.find(OUTER[kind])) is not None:
-        notes.append(f"{material.get('line')}: of the {kind} material only its {OUTER[kind]} is used.")
+        said.note(f"{material.get('line')}: of the {kind} material only its {OUTER[kind]} is used.")
         density = where.findtext("density")
         where, kind = inner, inner.get("type", "")
         if density is not None and where.find("density") is None:
             ElementTree.SubElement(where, "density").text = density
     values = {}
     for child in where:
+        if child.get("lc"):
+            raise InputError(
+                f"{child.get('line')}: <{child.tag}> of a material changes by a load curve, which is not done here; "
+                "write its value."
+            )
         try:
             values[child.tag] = float(child.text or "")
         except ValueError:
@@ -176,14 +185,14 @@ def _material(material: Element, notes: list[str]) -> Material:
         )
     if kind != "isotropic elastic":
         moduli = f"E = {made.E:.6g}, nu = {made.nu:.6g}"
-        notes.append(f"{material.get('line')}: {kind} is linear here, with the moduli at rest: {moduli}.")
+        said.note(f"{material.get('line')}: {kind} is linear here, with the moduli at rest: {moduli}.")
     return made
 
 
-def _glued(name: str, root: Element, names: dict[str, str], mesh: Mesh, notes: list[str]) -> list[IntArray]:
+def _glued(name: str, root: Element, names: dict[str, str], mesh: Mesh, said: Remarks) -> list[IntArray]:
     """Nodes that <bc type="rigid"> or <rigid> attaches to a rigid part."""
     entries = [b for section in root.iter("Boundary") for b in section if (b.get("type") or b.tag) == "rigid"]
-    sets = [nodes_of(b, mesh, notes) for b in entries if rigid_name(b, names) == name]
+    sets = [nodes_of(b, mesh, said) for b in entries if rigid_name(b, names) == name]
     return [nodes for nodes in sets if nodes is not None]
 
 
@@ -226,7 +235,7 @@ def _rigid(
     return DeckRigid(name, centre, surface_mesh, frozenset(names), attached)
 
 
-def _pairs(root: Element, notes: list[str]) -> tuple[list[DeckPair], list[DeckPair]]:
+def _pairs(root: Element, said: Remarks) -> tuple[list[DeckPair], list[DeckPair]]:
     """Sliding and tied contacts of all steps; others are noted."""
     pairs = {}
     for pair in (p for tag in MESH_SECTIONS for p in root.iterfind(f"{tag}/SurfacePair")):
@@ -234,13 +243,23 @@ def _pairs(root: Element, notes: list[str]) -> tuple[list[DeckPair], list[DeckPa
         pairs[pair.get("name", "")] = ends
     contacts: list[DeckPair] = []
     ties: list[DeckPair] = []
+    inner = [c for step in root.iter("Step") for c in step.iter("contact")]
+    several = sum(len(step.findall("step")) or 1 for step in root.findall("Step")) > 1
     for c in root.iter("contact"):
         place, kind, name = c.get("line", ""), c.get("type", ""), c.get("surface_pair", "")
         if kind not in SLIDING | TIED:
-            notes.append(f"{place}: the contact {c.get('name') or name!r} of type {kind!r} is not used.")
+            said.warn(f"{place}: the contact {c.get('name') or name!r} of type {kind!r} is not used.")
             continue
         if name not in pairs:
             raise InputError(f"{place}: there is no surface pair {name!r}; there are: {', '.join(pairs) or 'none'}.")
+        if (wrong := c.find("fric_coeff")) is not None and wrong.get("lc"):
+            raise InputError(
+                f"{wrong.get('line')}: friction by a load curve changes with time, which is not done here."
+            )
+        if (c.findtext("tension") or "0").strip() != "0" and kind in SLIDING:
+            raise InputError(f"{place}: surfaces that pull on each other (tension) are not done here.")
+        if several and c in inner:
+            said.warn(f"{place}: the contact {c.get('name') or name!r} acts in all steps, not in its own alone.")
         friction = float(c.findtext("fric_coeff") or 0.0)
         slave, master = pairs[name]
         (ties if kind in TIED else contacts).append(DeckPair(slave, master, friction, place))

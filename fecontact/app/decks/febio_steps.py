@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from fecontact.app.decks.content import DeckFrame, DeckRigid, DeckStep, look_up
+from fecontact.app.decks.content import DeckFrame, DeckRigid, DeckStep, Remarks, look_up
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.fem.rigid import COMPONENTS, rigid_modes
@@ -22,32 +22,115 @@ DOFS = {"x": 0, "y": 1, "z": 2, "Rx": 0, "Ry": 1, "Rz": 2, "Ru": 3, "Rv": 4, "Rw
 SAME_TIME = 1e-9
 #: Extent of a plane across it, relative to the mesh, that is rounding of a file.
 FLAT = 1e-6
+#: What load curves may be between their points and beyond them; share of a curve over which a smooth one is taken as
+#: straight beyond its end.
+BETWEEN = ("linear", "step", "smooth")
+BEYOND = ("constant", "extrapolate", "repeat", "repeat offset")
+SLOPE = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCurve:
+    """A load curve of points (n, 2), with its interpolation between them and what holds beyond (FEBio's PointCurve).
+
+    A step has the value of the next point. 'smooth' is the parabola through three points, of more the mean, linear in
+    time, of the two parabolas through the ends of a piece and the point before or after it.
+    """
+
+    points: Array
+    between: str = "linear"
+    beyond: str = "constant"
+
+    @classmethod
+    def of(cls, c: Element) -> LoadCurve:
+        """Of its element, in any version.
+
+        Raises
+        ------
+        InputError
+            For an interpolation that is not known, or times that do not grow.
+        """
+        rows = [p.text or "" for p in c.iter() if p.tag in ("pt", "point", "loadpoint")]
+        points = np.array([row.split(",") for row in rows], dtype=float).reshape(-1, 2)
+        given = c.get("type", "") if c.get("type") != "loadcurve" else ""
+        between = (c.findtext("interpolate") or given or "linear").strip().lower()
+        beyond = (c.findtext("extend") or c.get("extend") or "constant").strip().lower()
+        if between not in BETWEEN or beyond not in BEYOND:
+            raise InputError(
+                f"{c.get('line')}: expected a load curve that is {', '.join(BETWEEN)} and goes on {', '.join(BEYOND)}; "
+                f"found {between!r} and {beyond!r}."
+            )
+        if not len(points) or (np.diff(points[:, 0]) <= 0).any():
+            raise InputError(f"{c.get('line')}: expected points with growing times; found {points[:, 0].tolist()}.")
+        return cls(points, between, beyond)
+
+    def at(self, time: float) -> float:
+        """Value at a time."""
+        t, f = self.points.T
+        length = t[-1] - t[0]
+        if len(t) == 1 or t[0] <= time <= t[-1]:
+            return self._inside(time)
+        if self.beyond.startswith("repeat"):
+            # at the end of a period its last point counts, not the first one of the next
+            periods = np.ceil((time - t[-1]) / length) if time > t[-1] else np.floor((time - t[0]) / length)
+            offset = periods * (f[-1] - f[0]) if self.beyond == "repeat offset" else 0.0
+            return self._inside(float(np.clip(time - periods * length, t[0], t[-1]))) + float(offset)
+        end, inner = (t[0], t[0] + SLOPE * length) if time < t[0] else (t[-1], t[-1] - SLOPE * length)
+        if self.beyond == "constant" or self.between == "step":
+            return self._inside(end)
+        return self._inside(end) + (time - end) * (self._inside(inner) - self._inside(end)) / (inner - end)
+
+    def _inside(self, time: float) -> float:
+        t, f = self.points.T
+        k = int(np.clip(np.searchsorted(t, time), 1, max(len(t) - 1, 1)))
+        if self.between == "step" or len(t) == 1:
+            return float(f[min(int(np.searchsorted(t, time)), len(t) - 1)])
+        if self.between == "linear" or len(t) == 2:
+            return float(np.interp(time, t, f))
+        left, right = max(k - 2, 0), min(k - 1, len(t) - 3)
+        one, other = (_parabola(t[n : n + 3], f[n : n + 3], time) for n in (left, right))
+        share = (time - t[k - 1]) / (t[k] - t[k - 1])
+        return one if left == right else (1 - share) * one + share * other
+
+    def bends(self, start: float, end: float) -> Array:
+        """Times of its points, repeated where it repeats."""
+        t = self.points[:, 0]
+        if not self.beyond.startswith("repeat") or len(t) < 2:
+            return t
+        length = t[-1] - t[0]
+        first, last = np.floor((start - t[0]) / length), np.ceil((end - t[0]) / length)
+        return np.asarray((t + length * np.arange(first, last + 1)[:, None]).ravel())
+
+
+def _parabola(t: Array, f: Array, time: float) -> float:
+    """Value of the parabola through three points."""
+    d = time - t
+    weights = [d[1] * d[2], d[0] * d[2], d[0] * d[1]] / ((t - np.roll(t, 1)) * (t - np.roll(t, 2)))
+    return float(weights @ f)
 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Load curves: times and values by number; linear between their points, constant beyond."""
+    """Load curves by number."""
 
-    points: Mapping[str, Array]
+    curves: Mapping[str, LoadCurve]
 
     @classmethod
-    def of(cls, root: Element, notes: list[str]) -> Curves:
+    def of(cls, root: Element) -> Curves:
         """Those of <LoadData>; other controllers are refused where they are used."""
-        points = {}
-        for c in (c for section in root.findall("LoadData") for c in section):
-            if c.tag == "loadcurve" or c.get("type", "loadcurve") == "loadcurve":
-                rows = [p.text or "" for p in c.iter() if p.tag in ("pt", "point", "loadpoint")]
-                points[c.get("id", "")] = np.array([row.split(",") for row in rows], dtype=float).reshape(-1, 2)
-        return cls(points)
+        every = (c for section in root.findall("LoadData") for c in section)
+        return cls(
+            {c.get("id", ""): LoadCurve.of(c) for c in every if c.tag == "loadcurve" or c.get("type") == "loadcurve"}
+        )
 
     def at(self, entry: Element, time: float) -> float:
         """Factor of an entry's load curve at a time; one without."""
         lc = entry.get("lc")
         if lc is None:
             return 1.0
-        if lc not in self.points:
+        if lc not in self.curves:
             raise InputError(f"{entry.get('line')}: there is no load curve {lc!r} of points.")
-        return float(np.interp(time, *self.points[lc].T))
+        return self.curves[lc].at(time)
 
     def numbers(self, entry: Element, time: float) -> Array:
         """Numbers of an entry times its load curve."""
@@ -113,7 +196,7 @@ def deck_steps(
     rigid: Mapping[str, DeckRigid],
     rigid_names: Mapping[str, str],
     source: str,
-    notes: list[str],
+    said: Remarks,
 ) -> list[DeckStep]:
     """Supports and loads at the end of each step and wherever one of its load curves bends, if they change there."""
     out: list[DeckStep] = []
@@ -124,7 +207,7 @@ def deck_steps(
             state.motions = {name: np.full(6, np.nan) for name in rigid}
             state.loads = {name: np.zeros(6) for name in rigid}
             for entry in segment.active:
-                _apply(entry, time, state, curves, mesh, rigid_names, notes)
+                _apply(entry, time, state, curves, mesh, rigid_names, said)
             frames = [_frame(part, state, mesh) for part in rigid.values()]
             now = [state.held, state.forces, *state.motions.values(), *state.loads.values()]
             now += [np.array(list(state.pressures.values())), *state.tractions.values()]
@@ -148,8 +231,8 @@ def _same(one: Array, other: Array) -> bool:
 
 def _times(segment: Segment, curves: Curves) -> list[float]:
     """Times of the points of the load curves in use, up to the end of the step, and the end."""
-    used = {c.get("lc", "") for entry in segment.active for c in entry.iter()} & set(curves.points)
-    times = np.concatenate([[segment.end], *(curves.points[lc][:, 0] for lc in used)])
+    used = {c.get("lc", "") for entry in segment.active for c in entry.iter()} & set(curves.curves)
+    times = np.concatenate([[segment.end], *(curves.curves[lc].bends(segment.start, segment.end) for lc in used)])
     slack = SAME_TIME * max(abs(segment.end), 1e-300)
     inside = np.unique(times[(times > segment.start + slack) & (times <= segment.end + slack)])
     return inside[np.append(np.diff(inside) > slack, True)].tolist()
@@ -162,15 +245,17 @@ def _apply(
     curves: Curves,
     mesh: Mesh,
     rigid_names: Mapping[str, str],
-    notes: list[str],
+    said: Remarks,
 ) -> None:
     """Take an element of <Boundary>, <Rigid>, <Loads> or <Constraints>; those that are not used are noted."""
     kind = entry.get("type") or entry.tag
     place = entry.get("line", "")
     nodes = None
     if entry.get("node_set") is not None:
-        nodes = nodes_of(entry, mesh, notes)
+        nodes = nodes_of(entry, mesh, said)
         if nodes is None:
+            if entry.tag == "nodal_load":
+                raise InputError(f"{place}: the load on {entry.get('node_set')!r} would be lost: no nodes of solids.")
             return
     if kind in ("zero displacement", "fix") and nodes is not None:
         for c in _fixed(entry):
@@ -182,17 +267,19 @@ def _apply(
     elif kind in ("nodal_force", "nodal_load") and nodes is not None:
         _push(entry, time, state, curves, nodes)
     elif kind in ("pressure", "traction") and entry.tag == "surface_load":
-        _load_surface(entry, kind, time, state, curves, mesh, notes)
+        _load_surface(entry, kind, time, state, curves, mesh, said)
     elif kind == "symmetry plane":
-        _mirror(entry, state, mesh, notes)
+        _mirror(entry, state, mesh, said)
     elif kind in ("rigid_fixed", "rigid_displacement", "rigid_rotation", "rigid_force", "rigid_moment"):
         _rigid(entry, kind, time, state, curves, rigid_name(entry, rigid_names))
     else:
         what = f"<{entry.tag}>" if kind == entry.tag else f"<{entry.tag} type={kind!r}>"
-        notes.append(f"{place}: {what} is not used.")
+        if entry.tag.endswith("_load"):
+            raise InputError(f"{place}: {what} is not done here, and its load would be lost.")
+        said.warn(f"{place}: {what} is not used: what it changes is left out.")
 
 
-def nodes_of(entry: Element, mesh: Mesh, notes: list[str]) -> IntArray | None:
+def nodes_of(entry: Element, mesh: Mesh, said: Remarks) -> IntArray | None:
     """Nodes of an element's set, or of its surface ``@surface:name``; None where they belong to no solid."""
     name = entry.get("node_set", "")
     what, _, of = name.rpartition(":")
@@ -200,7 +287,7 @@ def nodes_of(entry: Element, mesh: Mesh, notes: list[str]) -> IntArray | None:
         return mesh.boundary_nodes(of)
     if not what and name in mesh.node_sets:
         return mesh.node_sets[name]
-    notes.append(f"{entry.get('line')}: not used, as {name!r} has no nodes of solids.")
+    said.note(f"{entry.get('line')}: not used, as {name!r} has no nodes of solids.")
     return None
 
 
@@ -244,14 +331,14 @@ def _push(entry: Element, time: float, state: State, curves: Curves, nodes: IntA
 
 
 def _load_surface(
-    entry: Element, kind: str, time: float, state: State, curves: Curves, mesh: Mesh, notes: list[str]
+    entry: Element, kind: str, time: float, state: State, curves: Curves, mesh: Mesh, said: Remarks
 ) -> None:
     """A pressure against the outward normal, or a traction."""
     inner = entry.find("surface")
     name = (entry if inner is None else inner).get("surface", "")
     if name not in mesh.boundaries:
-        notes.append(f"{entry.get('line')}: not used, as {name!r} is no surface of solids.")
-    elif kind == "pressure":
+        raise InputError(f"{entry.get('line')}: the load on {name!r} would be lost: it is no surface of solids.")
+    if kind == "pressure":
         state.pressures[name] = state.pressures.get(name, 0.0) + _value(entry, time, curves, "pressure")[0]
     else:
         factor = 1.0 if entry.find("scale") is None else _value(entry, time, curves, "scale")[0]
@@ -259,14 +346,13 @@ def _load_surface(
         state.tractions[name] = state.tractions.get(name, np.zeros(3)) + traction
 
 
-def _mirror(entry: Element, state: State, mesh: Mesh, notes: list[str]) -> None:
+def _mirror(entry: Element, state: State, mesh: Mesh, said: Remarks) -> None:
     """Hold the component across a plane of symmetry that is normal to an axis."""
     name = look_up(entry.get("surface", ""), mesh.boundaries, "surface of solids", entry.get("line", ""))
     nodes = mesh.boundary_nodes(name)
     flat = np.ptp(mesh.points[nodes], axis=0) <= FLAT * np.linalg.norm(np.ptp(mesh.points, axis=0))
     if flat.sum() != 1:
-        notes.append(f"{entry.get('line')}: not used, as {name!r} is no plane normal to an axis.")
-        return
+        raise InputError(f"{entry.get('line')}: {name!r} is no plane normal to an axis, so it is not held across.")
     state.held[nodes, int(np.argmax(flat))] = 0.0
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from fecontact.app.scene_file.bodies import AnyBody
 from fecontact.app.scene_file.outputs import Output, write_output
+from fecontact.common.errors import InputError
 from fecontact.results.case_table import CaseTable
 from fecontact.results.result import ContactResult
 from fecontact.scene.path_result import LoadPath
@@ -35,7 +36,7 @@ class SceneFile:
     steps : tuple of dict
         Steps of a load path with friction: arguments of `Scene.solve_path`; empty unless given.
     notes : tuple of str
-        Of a deck: what was changed and what is not used.
+        Of a deck: what was changed and what is not used; what may change the answer is among the scene's warnings.
     """
 
     path: Path
@@ -49,16 +50,48 @@ class SceneFile:
     steps: tuple[dict[str, Any], ...] = ()
     notes: tuple[str, ...] = ()
 
+    @property
+    def _verb(self) -> str:
+        """Method that solves it."""
+        return "sweep" if self.cases else "solve_path" if self.steps else "solve"
+
     def solve(self) -> ContactResult:
-        """Solve the scene under its loads, see `Scene.solve`; for the cases of a sweep use `sweep`."""
+        """Solve the scene under its loads, see `Scene.solve`.
+
+        Raises
+        ------
+        InputError
+            If it has several cases or steps: see `sweep` and `solve_path`.
+        """
+        if given := self.cases or self.steps:
+            what = "cases" if self.cases else "steps of a load path"
+            raise InputError(f"{self.path.name} has {len(given)} {what}: call {self._verb}() instead of solve().")
         return self.scene.solve(**self.loads, **self.options)
 
     def solve_path(self) -> LoadPath:
-        """Solve the steps of a load path, see `Scene.solve_path`."""
+        """Solve the steps of a load path, see `Scene.solve_path`.
+
+        Raises
+        ------
+        InputError
+            If it has none.
+        """
+        if not self.steps:
+            raise InputError(
+                f"{self.path.name} has no steps of a load path: call {self._verb}() instead of solve_path()."
+            )
         return self.scene.solve_path(self.steps, **self.options)
 
     def sweep(self, keep: Sequence[str] = ()) -> CaseTable:
-        """Solve all cases and write their files; `keep` as in `Scene.sweep`."""
+        """Solve all cases and write their files; `keep` as in `Scene.sweep`.
+
+        Raises
+        ------
+        InputError
+            If it has none.
+        """
+        if not self.cases:
+            raise InputError(f"{self.path.name} has no cases: call {self._verb}() instead of sweep().")
         table = self.scene.sweep([{**self.options, **case} for case in self.cases], keep=keep)
         for output in self.outputs:
             table.save(output.path)
@@ -86,6 +119,7 @@ class SceneFile:
         lines += [f"  case     {case['name']}" for case in self.cases]
         lines += [f"  step     {k}: {', '.join(step)}" for k, step in enumerate(self.steps, start=1)]
         lines += [f"  output   {o.kind}: {o.path}" for o in self.outputs]
+        lines += [f"  warning  {warning}" for warning in self.scene.warnings]
         lines += [f"  note     {note}" for note in self.notes]
         return "\n".join(lines)
 

@@ -128,7 +128,8 @@ def _deck(path: Path, out: str | Path | None, change: Callable[[dict[str, Any]],
     root = Table(values, (), Faults(path, {}))
     options = _solve_options(root.table("solve"))
     root.faults.check()
-    scene = replace(read_deck_scene(path), options=options)
+    scene = read_deck_scene(path)
+    scene = replace(scene, options={**scene.options, **options})
     if out is None:
         return scene
     kinds = ("cases",) if scene.cases else ("vtu", "json")

@@ -143,6 +143,18 @@ def numbers(lines: list[str], dtype: type) -> NDArray:
     return np.array([v for v in text.split(",") if v], dtype=dtype)
 
 
+def values_of(line: str) -> list[float]:
+    """Numbers of a data line in their places, zero where blank; ``1.0D0`` is read as 1.0e0.
+
+    Examples
+    --------
+    >>> values_of(" , 2.5D0, ,1e5,")
+    [0.0, 2.5, 0.0, 100000.0]
+    """
+    words = [word.strip().upper().replace("D", "E") for word in line.split(",")]
+    return [float(word or 0) for word in (words if words[-1] else words[:-1])]
+
+
 def coordinates(section: KeywordSection) -> NDArray:
     """Rows (n, 4) of *NODE: number and coordinates. What is blank or left out is zero; what follows is not read."""
     counts = np.array([line.count(",") for line in section.lines])

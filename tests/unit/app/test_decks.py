@@ -153,7 +153,7 @@ def test_steps_without_friction_are_cases(deck):
     rows = scene.sweep()
     forces = np.abs([row["contacts"][0]["force"][2] for row in rows])
     assert np.abs(forces - [0.1, 0.3]).max() < ROUNDING
-    assert any("step 2 is left out: it is not static" in note for note in scene.notes)
+    assert any("step 2 is left out: it is not static" in text for text in scene.scene.warnings)
 
 
 def test_steps_with_friction_are_a_load_path(deck):
@@ -180,17 +180,29 @@ def test_friction_of_a_deck(deck, keyword, mu, note):
     path = deck(step("*DSLOAD\nCap_above, P, 0.1\n"), "0.4", ("*FRICTION\n0.4, 1e5", keyword))
     scene = fc.read_scene(path)
     assert scene.scene.contacts[0].mu == mu
-    assert any("friction is the first coefficient, everywhere; ANISOTROPIC" in n for n in scene.notes) == note
+    assert any("friction is the first coefficient, everywhere; ANISOTROPIC" in n for n in scene.scene.warnings) == note
 
 
 def test_what_is_not_used_is_listed_by_line(deck):
     path = deck(step("*DSLOAD\nCap_above, P, 0.1\n*TEMPERATURE\nNLower, 30.\n"))
     lines = path.read_text().splitlines()
-    notes = fc.read_scene(path).notes
-    for keyword in ("*PLASTIC", "*INITIAL CONDITIONS", "*NODE PRINT", "*TEMPERATURE"):
-        line = next(k for k, text in enumerate(lines, start=1) if text.startswith(keyword))
-        assert f"blocks.inp, line {line}: {keyword} is not used." in notes
-    assert any("the contact is hard, without the linear overclosure" in note for note in notes)
+    scene = fc.read_scene(path)
+
+    def place(keyword):
+        return f"blocks.inp, line {next(k for k, text in enumerate(lines, start=1) if text.startswith(keyword))}"
+
+    for keyword in ("*INITIAL CONDITIONS", "*TEMPERATURE"):
+        assert f"{place(keyword)}: {keyword} is not used." in scene.notes
+    asked = f"{place('*NODE PRINT')} and after: requests for output are not used: *NODE PRINT."
+    assert asked in scene.notes
+    assert any("the contact is hard, without the linear overclosure, a penalty" in note for note in scene.notes)
+    yields = f"{place('*PLASTIC')}: *PLASTIC is not used: the material stays elastic above 1."
+    assert scene.scene.warnings == (yields,)
+    result = scene.solve()
+    assert yields in result.warnings
+    assert asked in result.notes
+    assert yields in result.summary()["warnings"]
+    assert f"Warning:   {yields}" in str(result)
 
 
 def test_the_command_line_solves_decks(deck, tmp_path, capsys):
@@ -198,7 +210,7 @@ def test_the_command_line_solves_decks(deck, tmp_path, capsys):
     assert main(["solve", str(path), "--out", str(tmp_path / "out")]) == 0
     told = capsys.readouterr()
     assert "three blocks" in told.out
-    assert "*PLASTIC is not used" in told.err
+    assert "Warning:   blocks.inp, line 342: *PLASTIC is not used" in told.out
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["blocks.json", "blocks.vtu"]
     assert main(["solve", str(path), "--dry-run"]) == 0
     assert "*PLASTIC is not used" in capsys.readouterr().out

@@ -82,3 +82,220 @@ def test_supports_and_forces_at_nodes_added_within_a_body(read):
     # a force at each of four nodes of the foot, not at those added between them
     path = read(text.replace("*DSLOAD", "*CLOAD\nFOOT, 1, 0.5\n*DSLOAD"))
     assert abs(sum(f[0] for f in path.loads["forces"].values()) - 2) < 1e-12
+
+
+PRESS = "*DSLOAD\nUP_face_top, P, {0}\n"
+PRESS_NEW = "*DSLOAD, OP=NEW\nUP_face_top, P, "
+#: Free to spread, so that the contact's force is the load's.
+SLIDES = "*BOUNDARY\nLOW_bottom, 3\nLOW_x_min, 1\nLOW_y_min, 2\nUP_x_min, 1\nUP_y_min, 2\n"
+
+
+def forces_of(scene):
+    """Total forces of its cases, or of the one."""
+    if scene.cases:
+        return [
+            row["contacts"][0]["force"][2] * (-1) ** (row["contacts"][0]["slave"] == "LOW") for row in scene.sweep()
+        ]
+    contact = scene.solve().contacts[0]
+    return [contact.total_force]
+
+
+SMALL = blocks(divisions=((1, 1, 1), (1, 1, 1)))
+
+
+@pytest.mark.parametrize(
+    ("steps", "expected"),
+    [
+        # OP=NEW twice in a step: the second does not drop the first
+        (step("*CLOAD, OP=NEW\nUP_top, 3, -1.\n*CLOAD, OP=NEW\nUP_top, 3, -.5\n"), [6.0]),
+        (step(PRESS.format(1)) + step(f"{PRESS_NEW}2.\n*DSLOAD, OP=NEW\nLOW_face_x_min, P, 0.\n"), [1.0, 2.0]),
+        # loads on one surface add up in a step; those by cells and by surfaces are renewed together
+        (step(PRESS.format(1) + PRESS.format(1)), [2.0]),
+        (step("*DLOAD\nUP, P2, 1.\n") + step(f"{PRESS_NEW}2.\n"), [1.0, 2.0]),
+        # a blank field, and a period of one by default
+        (step("*DSLOAD, AMPLITUDE=A\nUP_face_top, P, 2.\n", static="*STATIC\n, 2., , .1\n"), [2.0]),
+        (step("*DSLOAD, AMPLITUDE=A\nUP_face_top, P, 2.\n", static="*STATIC\n.1,\n"), [1.0]),
+        (step("*DSLOAD, AMPLITUDE=A\nUP_face_top, P, 2.\n", static="*STATIC\n"), [1.0]),
+        # over the total time a load goes on in steps that do not repeat it, over a step's time it stays
+        (step("*DSLOAD, AMPLITUDE=T\nUP_face_top, P, 2.\n") + step("") + step(""), [1.0, 2.0, 3.0]),
+        (step("*DSLOAD, AMPLITUDE=A\nUP_face_top, P, 2.\n") + step(""), [1.0, 1.0]),
+        # absolute values replace the load's; shifts of times and values
+        (step("*DSLOAD, AMPLITUDE=B\nUP_face_top, P, 7.\n"), [0.5]),
+        (step("*DSLOAD, AMPLITUDE=S\nUP_face_top, P, 2.\n"), [4.5]),
+    ],
+)  # fmt: skip
+def test_loads_of_steps_and_amplitudes(steps, expected, read):
+    # CalculiX 2.20 gives the same, but for absolute values, which it does not have
+    tables = (
+        "*AMPLITUDE, NAME=A\n0., 0., 2., 1.\n*AMPLITUDE, NAME=B, VALUE=ABSOLUTE\n0., 0., 1., .5\n"
+        "*AMPLITUDE, NAME=T, TIME=TOTAL TIME\n0., 0., 4., 2.\n"
+        "*AMPLITUDE, NAME=S, SHIFTX=-1., SHIFTY=.25\n0., 0., 2., 2.\n"
+    )
+    scene = read(deck_of(SMALL, steps, tables + SLIDES))
+    assert np.abs(np.array(forces_of(scene)) - expected).max() < 1e-9
+
+
+@pytest.mark.parametrize(("line", "mu"), [("*FRICTION\n, 1e5\n", 0.0), ("*FRICTION\n 3.D-1, \n", 0.3)])
+def test_a_blank_coefficient_of_friction(line, mu, read):
+    scene = read(deck_of(SMALL, step(PRESS.format(1)), SLIDES, line))
+    assert scene.scene.contacts[0].mu == mu
+
+
+def test_several_steps_are_not_solved_as_one(read, tmp_path):
+    two = step(PRESS.format(1)) + step(PRESS.format(2))
+    cases = read(deck_of(SMALL, two, SLIDES))
+    path = read(deck_of(SMALL, two, SLIDES, "*FRICTION\n.3,\n"))
+    one = read(deck_of(SMALL, step(PRESS.format(1)), SLIDES))
+    with pytest.raises(fc.InputError, match=r"has 2 cases: call sweep\(\) instead of solve"):
+        cases.solve()
+    with pytest.raises(fc.InputError, match=r"2 steps of a load path: call solve_path\(\) instead of solve"):
+        path.solve()
+    for verb in (one.solve_path, one.sweep):
+        with pytest.raises(fc.InputError, match=r"call solve\(\) instead"):
+            verb()
+
+
+@pytest.mark.parametrize(
+    ("model", "steps", "words"),
+    [
+        ("*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", "", r"\*EQUATION ties displacements"),
+        ("*COUPLING, REF NODE=9999, SURFACE=UP_face_top\n*KINEMATIC\n1, 3\n", "", r"\*COUPLING ties nodes to one"),
+        ("*CLEARANCE, MASTER=LOW_face_top, SLAVE=UP_face_bottom, VALUE=.1\n", "", r"\*CLEARANCE changes the gap"),
+        ("", "*MODEL CHANGE, TYPE=CONTACT PAIR, REMOVE\nUP_face_bottom, LOW_face_top\n", r"\*MODEL CHANGE adds or rem"),
+        ("", "*CHANGE FRICTION, INTERACTION=I\n*FRICTION\n.2,\n", r"\*CHANGE FRICTION changes a contact"),
+        ("*TIE, CYCLIC SYMMETRY, NAME=T\nLOW_face_x_min, LOW_face_y_min\n", "", "CYCLIC SYMMETRY ties surfaces that"),
+        ("*EXPANSION\n1e-5,\n", "*TEMPERATURE\nLOW_bottom, 30.\n", r"\*TEMPERATURE expands a material"),
+        ("*INITIAL CONDITIONS, TYPE=STRESS\n1, 1., 0., 0., 0., 0., 0.\n", "", "begin without stress"),
+        ("*SURFACE, NAME=N, TYPE=NODE\nUP_bottom,\n*TIE, NAME=T\nN, LOW_face_top\n", "", "'N' is a surface of nodes"),
+        ("", "*DLOAD\nUP, CENTRIF, 1., 0., 0., 0., 1., 0., 0.\n", "would be lost: expected P1, P2"),
+        ("", "*CLOAD\nUP_top, 4, 1.\n", "have no component 4"),
+        ("*NODE, NSET=ALONE\n9999, 0., 0., 9.\n", "*CLOAD\nALONE, 3, -1.\n", "ALONE has no nodes of solids"),
+        ("", "*CLOAD, USER\nUP_top, 3, -1.\n", r"\*CLOAD with USER"),
+        ("*AMPLITUDE, NAME=A\n1., 0., 0., 1.\n", "", "expected pairs of growing times"),
+        ("*INCLUDE, INPUT=absent.inp\n", "", "includes are missing: absent.inp"),
+    ],
+)  # fmt: skip
+def test_what_changes_the_question_is_refused(model, steps, words, read):
+    with pytest.raises(fc.InputError, match=words):
+        read(deck_of(SMALL, step(PRESS.format(1) + steps), SLIDES + model))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"interaction": "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n50.,\n"}, "without the soft linear"),
+        (
+            {"interaction": "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=EXPONENTIAL\n1., .1\n"},
+            "without the soft exponential",
+        ),
+        ({"model": SLIDES + "*SOMETHING NEW\n"}, r"*SOMETHING NEW is not used: what it changes is left out"),
+        ({"model": SLIDES, "interaction": "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n1e6,\n"}, None),
+    ],
+)
+def test_what_may_change_the_answer_is_a_warning_of_the_result(options, words, read):
+    scene = read(deck_of(SMALL, step(PRESS.format(1)), **{"model": SLIDES, **options}))
+    warnings = scene.solve().warnings
+    assert any(words in text for text in warnings) if words else not scene.scene.warnings
+
+
+def test_the_soft_law_that_is_refused_at_once(read):
+    with pytest.raises(fc.InputError, match="never part"):
+        read(deck_of(SMALL, step(PRESS.format(1)), SLIDES, interaction="*SURFACE BEHAVIOR, NO SEPARATION\n"))
+
+
+def test_plane_cells_are_named(read):
+    text = "*NODE\n1, 0, 0\n2, 1, 0\n3, 1, 1\n4, 0, 1\n*ELEMENT, TYPE=CAX4, ELSET=E\n1, 1, 2, 3, 4\n"
+    with pytest.raises(fc.InputError, match=r"plane or axisymmetric \(CAX4\).*fc.read_section"):
+        read(text)
+    beside = text.replace("\n1, 1, 2", "\n90001, 90001, 90002").replace(", 3, 4\n", ", 90003, 90004\n")
+    for n in range(1, 5):
+        beside = beside.replace(f"\n{n}, ", f"\n9000{n}, ")
+    with pytest.raises(fc.InputError, match=r"elements of 'E' are plane or axisymmetric"):
+        read(beside + deck_of(SMALL, step(PRESS.format(1)), SLIDES + "*SOLID SECTION, ELSET=E, MATERIAL=M\n"))
+
+
+@pytest.mark.parametrize(("reach", "loose"), [("", True), (", POSITION TOLERANCE=0.15", False)])
+def test_ties_reach_as_far_as_the_deck_says(reach, loose, read):
+    cap = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1), element="hex8").translated((0.0, 0.0, 2.0))
+    # one corner of four lies a tenth above the block below, of size one
+    cap = cap.mapped(lambda x: x + 0.1 * np.outer((x[:, 2] < 2.1) & (x[:, 0] + x[:, 1] > 1.9), [0, 0, 1]))
+    model = (
+        f"{listed('CAP', cap, 9001)}*SOLID SECTION, ELSET=CAP, MATERIAL=M\n*TIE, NAME=T{reach}\n"
+        f"CAP_face_bottom, UP_face_top\n{SLIDES}CAP_x_min, 1\nCAP_y_min, 2\n"
+    )
+    result = read(deck_of(SMALL, step("*DSLOAD\nCAP_face_top, P, 1.\n"), model)).solve()
+    found = [text for text in result.warnings if "stay loose" in text]
+    assert bool(found) == loose
+    if loose:
+        assert "1 of 9 nodes of the tied 'CAP_face_bottom' lie up to 0.1 from 'UP_face_top'" in found[0]
+
+
+#: A deck as Abaqus/CAE writes it: sections within parts, one part of which stands twice.
+CAE = """*Heading
+** Job name: blocks Model name: Model-1
+*Preprint, echo=NO, model=NO, history=NO, contact=NO
+*Part, name=Cube
+{mesh}*Nset, nset=Set-1, generate
+  1,  8,  1
+*Elset, elset=Set-1
+ 1,
+** Section: Section-1
+*Solid Section, elset=Set-1, material=Gum
+,
+*End Part
+*Assembly, name=Assembly
+*Instance, name=Cube-1, part=Cube
+*End Instance
+*Instance, name=Cube-2, part=Cube
+          0.,           0.,           1.
+*End Instance
+*Nset, nset=Foot, instance=Cube-1
+{bottom}*Nset, nset=Head, instance=Cube-2
+{top}*Elset, elset=_Lower_S2, internal, instance=Cube-1
+ 1,
+*Surface, type=ELEMENT, name=Lower
+_Lower_S2, S2
+*Elset, elset=_Upper_S1, internal, instance=Cube-2
+ 1,
+*Surface, type=ELEMENT, name=Upper
+_Upper_S1, S1
+*End Assembly
+*Material, name=Gum
+*Elastic
+100., 0.3
+*Surface Interaction, name=IntProp-1
+1.,
+*Friction
+0.,
+*Surface Behavior, pressure-overclosure=HARD
+*Boundary
+Foot, ENCASTRE
+*Contact Pair, interaction=IntProp-1, small sliding, type=SURFACE TO SURFACE, adjust=0.0
+Upper, Lower
+*Step, name=Step-1, nlgeom=NO
+*Static
+1., 1., 1e-05, 1.
+*Boundary
+Head, 1, 1
+Head, 2, 2
+Head, 3, 3, -0.05
+*Restart, write, frequency=0
+*Output, field, variable=PRESELECT
+*Output, history, variable=PRESELECT
+*End Step
+"""
+
+
+def test_the_form_of_abaqus_cae(read):
+    cube = SMALL[0]
+    mesh = listed("X", cube, 1).partition("*NSET")[0].replace(", ELSET=X", "")
+    sets = {side: "".join(f"{n + 1},\n" for n in cube.boundary_nodes(side).tolist()) for side in ("bottom", "top")}
+    scene = read(CAE.format(mesh=mesh, **sets))
+    assert [b.name for b in scene.scene.bodies] == ["Cube-1", "Cube-2"]
+    assert not scene.scene.warnings
+    assert scene.options == {"finite_motion": False}
+    python = scene_of(SMALL)
+    expected = python.solve(motions={python.bodies[1]: {"z": -0.05}}).contacts[0].total_force
+    assert abs(scene.solve().contacts[0].total_force - expected) < 1e-9 * expected
+    asked = "requests for output are not used: *PREPRINT, *RESTART, *OUTPUT."
+    assert any(asked in note for note in scene.notes)

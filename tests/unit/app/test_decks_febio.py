@@ -1,9 +1,12 @@
 """Scenes from FEBio decks of all versions, by problems with known answers."""
 
+from xml.etree import ElementTree
+
 import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.app.decks.febio_steps import LoadCurve
 
 # displacements that are linear in the coordinates are exact
 ROUNDING = 1e-9
@@ -197,13 +200,55 @@ def test_nodes_that_a_rigid_part_holds(axis, deck):
     assert np.abs(force(scene.solve()) - [0, 0, 0.1]).max() < ROUNDING
 
 
-def test_what_is_not_used_is_listed_by_line(deck):
+def test_what_is_not_used_is_a_warning_of_the_result(deck):
     more = "<Initial>\n</Initial><Contact>\n<contact type='sticky' surface_pair='Pair'/></Contact>"
-    loads = PRESS.replace("</Loads>", "<body_load type='const'/></Loads>")
-    notes = fc.read_scene(deck(loads, more=more)).notes
-    expected = ("<Initial> is not used", "the contact 'Pair' of type 'sticky' is not used", "<body_load type='const'>")
+    more += "<Constraints>\n<constraint type='volume' surface='Low_top'/></Constraints>"
+    result = fc.read_scene(deck(more=more)).solve()
+    expected = (
+        "<Initial> is not used",
+        "the contact 'Pair' of type 'sticky' is not used",
+        "<constraint type='volume'>",
+    )
     for words in expected:
-        assert any(words in note and "blocks.feb, line " in note for note in notes), words
+        assert any(words in text and "blocks.feb, line " in text for text in result.warnings), words
+    assert any("neo-Hookean is linear here" in text for text in result.notes)
+
+
+#: Times, and values by hand of each curve through (1, 1), (2, 4), (3, 9), (4, 9).
+CURVES = {
+    ("LINEAR", "CONSTANT"): {0.0: 1, 1.5: 2.5, 3.5: 9, 7.0: 9},
+    ("STEP", "CONSTANT"): {0.0: 1, 1.0: 1, 1.5: 4, 2.0: 4, 2.1: 9, 5.0: 9},
+    ("LINEAR", "EXTRAPOLATE"): {0.0: -2, 5.0: 9},
+    ("LINEAR", "REPEAT"): {4.5: 2.5, 7.0: 9, 7.5: 2.5, -1.5: 2.5},
+    ("LINEAR", "REPEAT OFFSET"): {4.5: 10.5, 7.0: 17, 7.5: 18.5},
+    # parabolas x^2 through the first three, and -2.5 x^2 + 17.5 x - 21 through the last three
+    ("SMOOTH", "CONSTANT"): {1.5: 2.25, 2.5: (6.25 + 7.125) / 2, 3.5: 9.625, 9.0: 9},
+    # slope -2.5 at the end
+    ("SMOOTH", "EXTRAPOLATE"): {5.0: 9 - 2.5 + 2.5 * 3 * 0.001},
+}
+
+
+@pytest.mark.parametrize(("how", "expected"), list(CURVES.items()))
+def test_load_curves_of_every_kind(how, expected):
+    points = "<pt>1,1</pt><pt>2,4</pt><pt>3,9</pt><pt>4,9</pt>"
+    text = f"<interpolate>{how[0]}</interpolate><extend>{how[1]}</extend><points>{points}</points>"
+    new = LoadCurve.of(ElementTree.fromstring(f'<load_controller id="1" type="loadcurve">{text}</load_controller>'))
+    given = f'type="{how[0].lower()}" extend="{how[1].lower()}"'
+    old = LoadCurve.of(ElementTree.fromstring(f'<loadcurve id="1" {given}>{points}</loadcurve>'))
+    for time, value in expected.items():
+        assert abs(new.at(time) - value) < 1e-9
+        assert old.at(time) == new.at(time)
+
+
+def test_a_curve_that_repeats_bends_in_every_period(deck):
+    repeated = CURVE.replace(
+        "<points><pt>0,0</pt><pt>1,1</pt>", "<extend>REPEAT</extend><points><pt>0,0</pt><pt>.5,1</pt>"
+    )
+    path = deck()
+    path.write_text(path.read_text().replace(CURVE, repeated))
+    scene = fc.read_scene(path)
+    # the end of the second period equals that of the first, and is no step of its own
+    assert abs(force(scene.solve())[2] - 0.1) < ROUNDING
 
 
 @pytest.mark.parametrize(
@@ -217,9 +262,28 @@ def test_what_is_not_used_is_listed_by_line(deck):
         ({"more": RIGID.format("")}, "no rigid material 'Gel'"),
         ({"bcs": DOWN.replace("<relative>0", "<relative>1")}, "relative"),
         ({"bcs": DOWN.replace("<dof>z", "<dof>w")}, "expected a component"),
+        ({"loads": PRESS.replace("</Loads>", "<body_load type='const'/></Loads>")}, "its load would be lost"),
+        ({"loads": PRESS.replace('surface="Up_top"', 'surface="Up_rim"')}, "no surface of solids"),
+        ({"more": "<LoadData><loadcurve id='9' type='cubic spline'/></LoadData>"}, "expected a load curve"),
+        ({"mu": "0.1</fric_coeff><tension>1</tension><fric_coeff>0.1"}, "pull on each other"),
         ({"bcs": DOWN.replace("<value", "<valve").replace("</value", "</valve")}, "expected <value> or <scale>"),
     ],
 )
 def test_decks_that_cannot_be_used(options, words, deck):
     with pytest.raises(fc.InputError, match=words):
         fc.read_scene(deck(**options))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("<E>1</E>", '<E lc="1">1</E>', "<E> of a material changes by a load curve"),
+        ("<fric_coeff>", '<fric_coeff lc="1">', "friction by a load curve"),
+        ("<Mesh>", '<Mesh from="other.feb"/><Mesh>', "includes are missing: other.feb"),
+    ],
+)
+def test_what_changes_with_time_or_is_missing(old, new, words, deck):
+    path = deck()
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(fc.InputError, match=words):
+        fc.read_scene(path)
