@@ -113,6 +113,7 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--amplitude", type=float, help="wave along x")
     form.add_argument("--wavelength", type=float, help="wave; the period unless given")
     form.add_argument("--file", help="heights (.npy .txt .csv .xyz .asc) or a surface (.stl .ply .obj), facing down")
+    form.add_argument("--height-unit", type=float, help="of the heights in that of lengths: 1e-6 for nm beside mm")
     form.add_argument("--peaks-up", action="store_true", help="heights as measured: the highest touch, not the lowest")
     form.add_argument("--trend", default="none", help="mean, plane or quadratic, subtracted from the heights")
     form.add_argument("--hurst", type=float, default=0.8, help="rough")

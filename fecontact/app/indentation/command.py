@@ -176,8 +176,9 @@ def _refuse_foreign(shape: str, given: Options) -> None:
     if foreign := sorted((every - set(OWN[shape])) & set(given)):
         known = ", ".join("--" + name.replace("_", "-") for name in OWN[shape])
         raise InputError(f"--{foreign[0].replace('_', '-')} says nothing about the shape {shape!r}, which has {known}.")
-    if (given.get("trend", "none") != "none" or given.get("peaks_up")) and shape != "heights":
-        raise InputError("--trend and --peaks-up go with heights from a file.")
+    own = given.get("trend", "none") != "none" or given.get("peaks_up") or "height_unit" in given
+    if own and shape != "heights":
+        raise InputError("--trend, --peaks-up and --height-unit go with heights from a file.")
 
 
 def _shape(
@@ -223,10 +224,10 @@ def _heights(given: Options, cells: Cells, size: Size | None) -> tuple[Any, Cell
     path = Path(file)
     if path.suffix.lower() in READERS:
         return Facets(read_surface(path)), cells, size
-    surface = read_topography(path)
-    if surface.size is None and size is None:
+    surface = read_topography(path, given.get("height_unit"), None if size is None else Grid(size, (2, 2)).size)
+    if surface.size is None:
         raise InputError(f"{path.name} does not give its size: set it with --size.")
     z = -surface.z if given.get("peaks_up") else surface.z
     if given.get("trend", "none") != "none":
         z = detrend(z, given["trend"])
-    return z - np.nanmin(z), (z.shape[0], z.shape[1]), surface.size if size is None else size
+    return z - np.nanmin(z), (z.shape[0], z.shape[1]), surface.size

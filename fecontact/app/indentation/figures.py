@@ -57,6 +57,11 @@ class CurveFigures:
         """All figures for scripts."""
         return {"shape": self.steps[0].name, "loads": [step.as_dict() for step in self.steps]}
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the contacts, each with the force that it concerns."""
+        return tuple(f"At the force {s.contact.force:g}: {text}" for s in self.steps for text in s.contact.warnings)
+
     def __str__(self) -> str:
         names = (*CURVE, "regions")
         head = "".join(f"{name:>19}" for name in names)
@@ -64,6 +69,7 @@ class CurveFigures:
         worst = max(step.contact.residuals.worst for step in self.steps)
         error = max(self.steps, key=lambda step: step.contact.error_estimate.pressure).contact.error_estimate
         ends = [f"residuals: {worst:.1e}", f"largest error of {error}"]
+        ends += [f"Warning: {text}" for text in self.warnings]
         return "\n".join([f"{self.steps[0].name}, {len(self.steps)} loads", head, *lines, *ends])
 
 

@@ -262,16 +262,16 @@ def _rigid(name: str, table: Table, folder: Path) -> RigidBody | None:
 
 def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:
     """A surface z(x, y) from a file."""
-    path, size = existing(table, "file", folder), table.numbers("size", 2)
+    path, size, unit = existing(table, "file", folder), table.numbers("size", 2), table.number("unit")
     trend, peaks_up = table.text("trend", TRENDS), table.flag("peaks_up")
     table.finish()
     if path is None or table.faulty:
         return None
-    found = table.attempt(lambda: surfaces.read_topography(path), "file")
+    sides = None if size is None else (size[0], size[1])
+    found = table.attempt(lambda: surfaces.read_topography(path, unit, sides), "file")
     if found is None:
         return None
-    sides = found.size if size is None else (size[0], size[1])
-    if sides is None:
+    if (sides := found.size) is None:
         table.fault("size", f"is missing, and {path.name} does not give it.")
         return None
 

@@ -20,6 +20,7 @@ from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.grid_error import grid_error_estimate
 from fecontact.bodies.halfspace.layered import Layer
 from fecontact.bodies.halfspace.symmetry import part_of
+from fecontact.bodies.halfspace.validity import validity_warnings
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number_array, whole
 from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, UnboundedPeak
@@ -165,6 +166,11 @@ class HalfSpaceContact:
 
     @property
     def warnings(self) -> tuple[str, ...]:
+        """Warnings of large errors, of a contact not resolved, and of strains and slopes that are not small."""
+        return (*self._error_warnings, *validity_warnings(self))
+
+    @property
+    def _error_warnings(self) -> tuple[str, ...]:
         """Warning of a contact not resolved, or of an estimated error of pressure, peak or area above a tenth."""
         estimate = self.error_estimate
         if not estimate.largest > LARGEST_ERROR:

@@ -107,6 +107,15 @@ class FrictionPath:
         """
         return checks.positive("the coefficient of wear", coefficient) * self.work
 
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the contacts, each with the first step that it concerns."""
+        first: dict[str, int] = {}
+        for k, contact in enumerate(self.contacts, 1):
+            for text in contact.warnings:
+                first.setdefault(text, k)
+        return tuple(f"Step {k}: {text}" for text, k in first.items())
+
     def rows(self) -> list[dict[str, float]]:
         """Figures of each step by name."""
         return [dict(zip(COLUMNS, _row(contact), strict=True)) for contact in self.contacts]
@@ -119,6 +128,7 @@ class FrictionPath:
             "size": list(first.grid.size),
             "friction": first.friction,
             "steps": self.rows(),
+            "warnings": list(self.warnings),
         }
 
     def save(self, path: str | Path) -> Path:
@@ -135,6 +145,7 @@ class FrictionPath:
                 "".join(f"{name:>15}" for name in shown),
                 *lines,
                 f"work of friction {self.dissipated.sum():.6g}, worst residual {worst:.1e}",
+                *(f"Warning: {text}" for text in self.warnings),
             ]
         )
 

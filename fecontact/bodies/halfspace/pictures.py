@@ -220,7 +220,7 @@ def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
     axes.set_title(title, fontsize="medium")
     axes.set_xlabel(names.after("x", "length"))
     axes.set_ylabel(names.after("z", "length"))
-    axes.set_aspect("equal" if -z.min() > 0.2 * (x[-1] - x[0]) else "auto")
+    axes.set_aspect("equal" if -z.min() > 0.25 * (x[-1] - x[0]) else "auto")
 
 
 def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:

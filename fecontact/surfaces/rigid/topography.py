@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tokenize import TokenError
 
@@ -10,10 +11,13 @@ import numpy as np
 
 from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import number_array
+from fecontact.common.checks import number_array, positive, positives
 from fecontact.common.errors import InputError
 
 READABLE = (".npy", ".txt", ".csv", ".xyz", ".asc")
+
+STEEPEST = 3.0
+"""Rms slope above which heights are taken to be in another unit than the sides, unless their unit is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +36,10 @@ class Topography:
     size: tuple[float, float] | None
 
 
-def read_topography(path: str | Path) -> Topography:
+def read_topography(path: str | Path, unit: float | None = None, size: tuple[float, float] | None = None) -> Topography:
     r"""Read a topography; the suffix decides.
+
+    The formats do not say the unit of heights, which is often another one than that of lengths. No unit is guessed.
 
     ========================  ==================================================================================
     ``.npy``                  array (nx, ny)
@@ -45,6 +51,11 @@ def read_topography(path: str | Path) -> Topography:
     Parameters
     ----------
     path : str or Path
+    unit : float, optional
+        Unit of the file's heights in that of lengths, such as 1e-6 for nanometres beside millimetres. Without it they
+        are taken to be the same, and steep surfaces of a known size are refused.
+    size : (float, float), optional
+        Sides of the grid; those of the file unless given.
 
     Returns
     -------
@@ -53,7 +64,8 @@ def read_topography(path: str | Path) -> Topography:
     Raises
     ------
     InputError
-        For an unknown suffix, a missing file, or contents that do not fit the suffix.
+        For an unknown suffix, a missing file, contents that do not fit the suffix, or heights that seem to be in
+        another unit.
 
     Examples
     --------
@@ -82,7 +94,30 @@ def read_topography(path: str | Path) -> Topography:
         raise InputError(f"{file.name!r} is not a readable {suffix} topography: {error}") from error
     if out.z.ndim != 2 or min(out.z.shape) < 2:
         raise InputError(f"{file.name!r} holds no grid of at least 2 x 2 heights; found shape {out.z.shape}.")
+    if size is not None:
+        x, y = positives("a topography's size", size, 2)
+        out = replace(out, size=(x, y))
+    if unit is not None:
+        return replace(out, z=positive("the unit of the heights", unit) * out.z)
+    if out.size is not None:
+        _check_unit(out.z, out.size, file.name)
     return out
+
+
+def _check_unit(z: Array, size: tuple[float, float], name: str) -> None:
+    """Refuse heights (nx, ny) whose slopes say that they are in another unit than the sides of their grid."""
+    squares = 0.0
+    with np.errstate(invalid="ignore", over="ignore"):  # heights may be infinite, beside each other too
+        for axis, (n, side) in enumerate(zip(z.shape, size, strict=True)):
+            slopes = np.diff(z, axis=axis) * (n / side)
+            kept = slopes[np.isfinite(slopes)]
+            squares += float((kept**2).mean()) if len(kept) else 0.0
+    if (slope := math.sqrt(squares)) > STEEPEST:
+        raise InputError(
+            f"The heights in {name!r} rise by {slope:.3g} per length (rms): they seem to be in another unit than the "
+            f"sides {size[0]:g} x {size[1]:g}. Give their unit in that of lengths (unit=, --height-unit), such as "
+            "1e-6 for nanometres beside millimetres, or 1 if they are as steep."
+        )
 
 
 def _columns(table: Array) -> Topography:

@@ -135,14 +135,17 @@ def test_refusals(arguments, message, capsys):
 
 
 def test_refusals_of_heights(tmp_path, capsys):
-    z = np.random.default_rng(0).normal(size=(16, 16))
+    z = 0.01 * np.random.default_rng(0).normal(size=(16, 16))
     holes = z.copy()
     holes[3, 4] = np.nan
     np.save(tmp_path / "holes.npy", holes)
-    np.save(tmp_path / "slope.npy", 1e-3 * z + np.arange(16)[:, None])
+    np.save(tmp_path / "slope.npy", 1e-3 * z + 0.01 * np.arange(16)[:, None])
+    np.save(tmp_path / "nm.npy", 1e6 * z)
     common = ["--E=1", "--force=1", "--size=1"]
     for file, more, message in (
         ("holes.npy", [], "hold 1 NaN"),
+        ("nm.npy", [], "another unit"),
+        ("nm.npy", ["--height-unit=0"], "unit of the heights"),
         ("slope.npy", ["--periodic"], "do not repeat along x"),
         ("slope.npy", [], "reaches the border"),
     ):

@@ -9,13 +9,14 @@ import fecontact as fc
 from fecontact.app.cli import main
 
 SOFT = fc.Material(E=1.0, nu=0.0)
-FORCES = np.geomspace(0.1, 1.2, 5)
+LENGTH = 0.01 ** (1 / 3)  # keeps strains and slopes small
+FORCES = np.geomspace(0.001, 0.012, 5)
 
 
 @pytest.fixture(scope="module")
 def curve():
     """A paraboloid of radius 1 on E* = 1, whose contact is Hertz's; given in no order."""
-    half = fc.HalfSpace(SOFT, size=(2.2, 2.2), shape=(64, 64))
+    half = fc.HalfSpace(SOFT, size=(2.2 * LENGTH, 2.2 * LENGTH), shape=(64, 64))
     return half, half.curve(fc.surfaces.Paraboloid(1.0), FORCES[[2, 0, 4, 1, 3]])
 
 
@@ -40,12 +41,12 @@ def test_a_load_of_a_curve_is_that_load_alone(curve):
 
 def test_a_tilting_surface_and_warnings_of_coarse_loads(monkeypatch):
     monkeypatch.setattr("fecontact.bodies.halfspace.contact.LARGEST_ERROR", 0.06)  # between the two estimates
-    half = fc.HalfSpace(SOFT, size=(3.0, 3.0), shape=(16, 16))
-    found = half.curve(fc.surfaces.Paraboloid(1.0), [0.02, 0.2], load_point=(0.05, 0.0))
+    half = fc.HalfSpace(SOFT, size=(3 * LENGTH, 3 * LENGTH), shape=(16, 16))
+    found = half.curve(fc.surfaces.Paraboloid(1.0), [0.0002, 0.002], load_point=(0.05 * LENGTH, 0.0))
     assert len(found) == 2
     assert len(found.warnings) == 1
-    assert found.warnings[0].startswith("At the force 0.02: ")
-    assert "Warning: At the force 0.02" in str(found)
+    assert found.warnings[0].startswith("At the force 0.0002: ")
+    assert "Warning: At the force 0.0002" in str(found)
 
 
 def test_files_and_pictures(curve, tmp_path):

@@ -113,7 +113,7 @@ def test_detrend(trend, power):
 
 
 def test_topography_files(tmp_path):
-    z = np.arange(12.0).reshape(3, 4)
+    z = np.arange(12.0).reshape(3, 4) / 16
     x, y = np.meshgrid([0.0, 0.5, 1.0], [0.0, 1.0, 2.0, 3.0], indexing="ij")
     np.save(tmp_path / "a.npy", z)
     np.savetxt(tmp_path / "a.txt", z.T)
@@ -127,6 +127,25 @@ def test_topography_files(tmp_path):
         assert np.array_equal(read_topography(tmp_path / f"a.{suffix}").z, z), suffix
     assert read_topography(tmp_path / "a.xyz").size == (1.5, 4.0)
     assert read_topography(tmp_path / "a.asc").size == (6.0, 8.0)
+
+
+def test_heights_in_another_unit_than_the_sides_are_refused_not_guessed(tmp_path):
+    z = 40 * np.random.default_rng(1).normal(size=(8, 6))
+    z[2, 3], z[5] = np.nan, np.inf
+    np.save(tmp_path / "nm.npy", z)
+    (tmp_path / "nm.asc").write_text("ncols 2\nnrows 2\ncellsize 0.1\n0 30\n10 5\n")
+    # over 0.1, they rise by -5 and 30 along x, -10 and 25 along y
+    with pytest.raises(InputError, match=r"'nm.asc' rise by 287 per length .* unit than the sides 0.2 x 0.2"):
+        read_topography(tmp_path / "nm.asc")
+    assert np.allclose(read_topography(tmp_path / "nm.asc", 1e-6).z * 1e6, [[10, 0], [5, 30]])
+    assert read_topography(tmp_path / "nm.asc", 1.0).z.max() == 30  # as steep, by the user's word
+    assert read_topography(tmp_path / "nm.npy").size is None  # nothing to compare with
+    with pytest.raises(InputError, match="another unit"):
+        read_topography(tmp_path / "nm.npy", size=(1.0, 1.0))
+    assert read_topography(tmp_path / "nm.npy", size=(1000.0, 1000.0)).size == (1000.0, 1000.0)
+    for bad in (0.0, -1.0, np.nan):
+        with pytest.raises(InputError, match="unit of the heights"):
+            read_topography(tmp_path / "nm.npy", bad)
 
 
 @pytest.mark.parametrize(
