@@ -17,7 +17,7 @@ NO_CONTACT = "no contact, nothing to estimate"
 
 
 class UnboundedPeak(NamedTuple):
-    """A pressure that grows without bound towards an edge.
+    """A pressure that grows without bound towards an edge or a tip.
 
     Attributes
     ----------
@@ -26,16 +26,22 @@ class UnboundedPeak(NamedTuple):
     point : (float, float, float)
         Point of the contact at the edge where the pressure found is largest.
     exponent : float
-        Of the inverse distance from the edge.
+        Of the inverse distance from the edge; zero for a logarithm, as under the tip of a cone or the ridge of a wedge.
     """
 
     body: str
     point: tuple[float, float, float]
     exponent: float
 
+    @property
+    def where(self) -> str:
+        """The edge or tip in words."""
+        return f"the {'edge' if self.exponent else 'tip'} of {self.body!r}"
+
     def __str__(self) -> str:
         place = ", ".join(f"{v:.4g}" for v in self.point)
-        return f"unbounded at the edge of {self.body!r}, as distance^-{self.exponent:.2g}, first at ({place})"
+        order = f"as distance^-{self.exponent:.2g}" if self.exponent else "as a logarithm"
+        return f"unbounded at {self.where}, {order}, first at ({place})"
 
 
 @one_line
@@ -116,7 +122,7 @@ class ErrorEstimate:
         """How much the pressure, its peak and the area are off, in words."""
         mean, area = f"{percent(self.pressure)} in the mean", f"and the area by {percent(self.area)}"
         if self.unbounded is not None:
-            mean = f"{mean} away from the edge of {self.unbounded.body!r}, where it has no bound"
+            mean = f"{mean} away from {self.unbounded.where}, where it has no bound"
             return f"{mean}, {area}" if self.resolved else mean
         return f"{mean} and {percent(self.peak)} at its peak, {area}" if self.resolved else mean
 
@@ -132,7 +138,7 @@ class ErrorEstimate:
         area = f"area {percent(self.area)}" if self.resolved else "area not resolved"
         figures, where = f"peak {percent(self.peak)}, {area}" if self.resolved else "peak and area not resolved", ""
         if self.unbounded is not None:
-            figures, where = f"no peak, {area}", f" away from the edge of {self.unbounded.body!r}"
+            figures, where = f"no peak, {area}", f" away from {self.unbounded.where}"
         if self.traction is not None:
             figures += f", tractions of friction {percent(self.traction)}"
         text = (

@@ -6,9 +6,15 @@ gives the error (`EDGE_ERROR`, from Westergaard's wavy surface on fine grids). O
 
 Inside, the change from the grid of cells twice as large counts. A smooth pressure has a third of it as its error, one
 with a kink or a logarithm about all.
+
+The largest pressure is that of a cell. Below a rounded tip the pressure is p0 - C r^s: s is 2 where the surface is
+smooth, n - 1 below a tip r^n. Its means over squares of 2, 4 and 6 cells round the largest pressure lack C' 2^s, C' 4^s
+and C' 6^s, from which s and p0 follow. Below a cone or a wedge s is 0, a logarithm: the pressure has no bound.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 import scipy.ndimage
@@ -34,8 +40,58 @@ ALONE, USUAL, USUAL_OF_OUTLINE = 1.5, 0.2, 0.6
 CHANGE, CHANGE_OF_POINTS, CHANGE_OF_OUTLINE = 1.2, 0.7, 5.0
 #: Cells beside those with a pressure without bound that do not count either.
 BESIDE = 2
-#: Least error of the largest pressure and of the area, as a share of that of the pressure.
-LEAST_SHARE = 0.25
+#: Least error of the largest pressure and of the area, as shares of that of the pressure.
+LEAST_SHARE, AREA_SHARE = 0.25, 0.35
+#: Exponents s below a tip, and (3^s - 1) / (2^s - 1), the ratio of what means over 6 and 4 cells lack of that over 2.
+TIPS = np.linspace(0.05, 2.0, 40)
+TIP_RATIOS = (3**TIPS - 1) / (2**TIPS - 1)
+#: Ratio up to which it is a logarithm, for which it is log 3 / log 2 = 1.585; cones have 1.54 to 1.59, r^1.2 1.61 to
+#: 1.69.
+LOGARITHM = 1.598
+#: Distance in cells, and as a share of the contact's width, up to which a largest pressure is one at the edge and as
+#: much in error as the pressure there.
+AT_EDGE, AT_EDGE_OF_WIDTH = 2.5, 0.25
+
+
+class Peak(NamedTuple):
+    """Largest pressure of a grid: its relative error, whether it has no bound, and its distance from the edge."""
+
+    error: float
+    unbounded: bool
+    depth: float
+
+
+def peak_of(pressure: Array) -> Peak:
+    """The largest pressure and what the cells around it tell of it.
+
+    Parameters
+    ----------
+    pressure : (nx, ny) array
+
+    Examples
+    --------
+    Means over cells below a cone and of a paraboloid:
+
+    >>> x = (np.arange(640) - 319.5) / 320
+    >>> r = np.hypot(x[:, None], x[None, :])
+    >>> cone, round_one = (p.reshape(32, 20, 32, 20).mean(axis=(1, 3)) for p in (np.arccosh(1 + 1 / r), 2 - r**2))
+    >>> peak_of(cone).unbounded, peak_of(round_one).unbounded
+    (True, False)
+    >>> bool(abs(peak_of(round_one).error - (2 / round_one.max() - 1)) < 1e-5)
+    True
+    """
+    i, j = np.unravel_index(int(pressure.argmax()), pressure.shape)
+    around = np.arange(-3, 4)
+    near = np.take(np.take(pressure, i + around, 0, mode="wrap"), j + around, 1, mode="wrap")
+    means = (near[2:4, 2:4].mean(), near[2:4, 3:5].mean(), near[3:5, 2:4].mean(), near[3:5, 3:5].mean())
+    a, b = divmod(int(np.argmax(means)), 2)
+    six = near[a : a + 6, b : b + 6]
+    two, four = float(max(means)), float(six[1:5, 1:5].mean())
+    ratio = (two - float(six.mean())) / (two - four) if six.all() and two > four else np.inf
+    rest = (two - four) / (2 ** float(np.interp(ratio, TIP_RATIOS, TIPS)) - 1)
+    highest = float(pressure[i, j])
+    depth = float(np.hypot(*np.meshgrid(around, around))[near == 0].min(initial=np.inf))
+    return Peak(abs(two + rest - highest) / highest, ratio < LOGARITHM, depth)
 
 
 def grid_error_estimate(
@@ -84,19 +140,21 @@ def grid_error_estimate(
     area = int((pressure > 0).sum())
     by_gaps, by_pressures = edge_area(edge, area)
     across = _across(pressure, area)
+    peak = peak_of(pressure)
     if coarse is None:
-        inside, peak, error = 0.0, 0.0, max(ALONE * at_edge, usual / across)
+        inside, of_peak, error = 0.0, 0.0, max(ALONE * at_edge, usual / across)
     else:
-        change, peak = _changes(pressure[modelled], coarse, counted[modelled])
+        change, of_peak = _changes(pressure[modelled], coarse, counted[modelled])
         inside = change / change_over_error
         error = float(np.hypot(OBLIQUE * at_edge, inside))
     error = min(1.0, error)
+    share = 1.0 if peak.depth <= min(AT_EDGE, AT_EDGE_OF_WIDTH * across) else LEAST_SHARE
     found = ErrorEstimate(
         pressure=error,
         geometry=0.0,
         interior=inside,
-        peak=max(peak, LEAST_SHARE * error),
-        area=max(abs(by_pressures / by_gaps - 1), LEAST_SHARE * error),
+        peak=max(peak.error, of_peak, share * error),
+        area=max(abs(by_pressures / by_gaps - 1), AREA_SHARE * error),
         faces_across=across,
     )
     return found if pressure.all() else found.within_resolution()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.analytic import hertz
+from fecontact.analytic import axisymmetric, hertz
 from fecontact.app.indentation.indentation import curve, indent
 from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies.halfspace.edge import EdgeCells
@@ -99,6 +99,55 @@ def test_coarse_grids_are_warned_of_and_fine_ones_are_not():
     assert text in str(ball(10, 4.0))
     assert ball(64).warnings == ()
     assert "Warning" not in str(ball(64))
+
+
+def powers(n, cells, a=1.0):
+    """A rigid surface r^n / 100 pressed until the contact has a radius of one, and its closed form."""
+    exact = axisymmetric.indent(modulus=1.0, slope=lambda r: 0.01 * n * r ** (n - 1), a=a)
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(cells, cells))
+    r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
+    return half.press(0.01 * r**n, force=exact.force), exact
+
+
+@pytest.mark.parametrize("n", [1.5, 2.0, 4.0, 6.0])
+@pytest.mark.parametrize("cells", [24, 33, 48])
+def test_peak_and_area_below_powers_of_the_radius(n, cells):
+    """Source: Sneddon's integrals. The peak lies at a sharp tip, in the middle, or near the edge.
+
+    Errors that vanish by chance are below half of the pressure's; then the estimate may be that large.
+    """
+    contact, exact = powers(n, cells)
+    estimate = contact.error_estimate
+    known = exact.pressure(np.array([1e-12, *np.linspace(0.5, 0.98, 25)])).max()
+    for found, told in (
+        (abs(known / contact.max_pressure - 1), estimate.peak),
+        (abs(contact.edge_area / math.pi - 1), estimate.area),
+    ):
+        assert told >= 0.8 * found
+        assert told <= max(3 * found, 1.2 * estimate.pressure)
+
+
+@pytest.mark.parametrize("cells", [16, 24, 33, 64])
+def test_the_tip_of_a_cone_is_a_logarithm(cells):
+    """Source: Sneddon's cone, p = E* tan(angle) arccosh(a/r) / 2; with r^1.2 in its place the pressure is bounded."""
+    contact, _ = powers(1, cells)
+    peak = contact.error_estimate.unbounded
+    assert peak.exponent == 0
+    assert np.hypot(*peak.point[:2]) < 3.0 / cells
+    assert "unbounded at the tip of 'counter-surface', as a logarithm" in str(contact)
+    assert contact.warnings == ()
+    blunt, _ = powers(1.2, cells)
+    assert blunt.error_estimate.unbounded is None
+    assert blunt.error_estimate.peak > 0.2
+
+
+def test_the_ridge_of_a_wedge_is_a_logarithm():
+    """Source: a kink of a rigid profile, whose pressure on a half-plane is a logarithm (Johnson 1985, section 5.2)."""
+    half = fc.HalfSpace(UNIT, size=(1.0, 8 / 64), shape=(64, 8), periodic=True)
+    wedge = 0.01 * np.abs(half.grid.x)[:, None] * np.ones(8)
+    peak = half.press(wedge, force=2e-4).error_estimate.unbounded
+    assert peak.exponent == 0
+    assert abs(peak.point[0]) < 1 / 64
 
 
 def test_below_three_cells_across_peak_and_area_carry_no_figure():
