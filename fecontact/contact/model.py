@@ -7,10 +7,12 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, cast
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.protocol import Body, check_body
 from fecontact.common.arguments import instance, items, texts
+from fecontact.common.arrays import Array
 from fecontact.common.directions import Directions
 from fecontact.common.errors import InputError
 from fecontact.common.units import Units
@@ -84,6 +86,13 @@ class SceneModel:
     def twists(self) -> bool:
         """Whether bodies of revolution turn about their axis, which leaves their surfaces as they are."""
         return any(body.dimension == "twist" for body in self.bodies)
+
+    @cached_property
+    def sizes(self) -> Array:
+        """Lengths (n_bodies,) of the bodies; rigid shapes, of which some have none, take the largest of the others."""
+        own = [b.size for b in self.bodies]
+        largest = max((b.size for b in self.bodies if not b.is_rigid), default=max(own))
+        return np.array([largest if b.is_rigid else b.size for b in self.bodies])
 
     @property
     def has_friction(self) -> bool:

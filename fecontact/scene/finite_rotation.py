@@ -237,7 +237,7 @@ def _elastic_size(result: ContactResult) -> float:
         u - frame.modes(motion[:, None])[:, 0]
         for u, frame, motion in zip(result.state.displacements, result.loading.frames, motions, strict=True)
     ]
-    floor = 1e-9 * min(frame.body.size for frame in result.loading.frames)
+    floor = 1e-9 * float(result.scene.sizes.min())
     return max(floor, *(float(np.abs(r).max(initial=0.0)) for r in rest))
 
 
@@ -271,9 +271,9 @@ class _Path:
         small = {name: given for name, given in arguments.items() if name not in ("search", "finite_motion")}
         left = {b: {**given, **dict.fromkeys(posed[b], 0.0)} for b, given in motions.items()}
         self._held = {**small, "motions": left}
-        sizes = np.array([b.size for b in scene.bodies])
-        self._scale = np.concatenate([np.ones((len(sizes), 3)), np.repeat(sizes[:, None], 3, axis=1)], axis=1)
-        self._place = np.zeros((len(sizes), 6))
+        self._sizes = scene.sizes
+        self._scale = np.where(np.arange(6) < 3, 1.0, scene.sizes[:, None])
+        self._place = np.zeros(self._scale.shape)
         self._places: list[Array] = []
         self._steps: list[Array] = []
 
@@ -320,7 +320,7 @@ class _Path:
 
     def runs_away(self, result: ContactResult) -> bool:
         """Whether the next step is far larger than the motion it corrects and than the step limit."""
-        relative = np.abs(self.steps(result) * self._scale) / self._scale[:, 3:4]
+        relative = self._lengths(self.steps(result)) / self._sizes[:, None]
         return bool(self.size_of(self.steps(result)) > GROWTH * self._first and relative.max() > LARGEST_STEP)
 
     def steps(self, result: ContactResult) -> Array:
@@ -329,15 +329,18 @@ class _Path:
 
     def size_of(self, steps: Array) -> float:
         """Largest displacement due to steps (n_bodies, 6)."""
-        return float(np.abs(steps * self._scale).max())
+        return float(self._lengths(steps).max())
+
+    def _lengths(self, steps: Array) -> Array:
+        """Lengths (n_bodies, 2) of the translations and rotations of steps (n_bodies, 6), the same in all axes."""
+        return np.asarray(np.linalg.norm((steps * self._scale).reshape(-1, 2, 3), axis=2))
 
     def _share(self, steps: Array, result: ContactResult) -> float:
         """Admissible share of a step, limited by rotation, translation and the error of linearised gaps."""
-        relative = np.abs(steps * self._scale) / self._scale[:, 3:4]
-        shift, turn = float(relative[:, :3].max()), float(relative[:, 3:].max())
+        shift, turn = (float(each.max()) for each in self._lengths(steps).T / self._sizes)
         if max(shift, turn) <= LARGEST_STEP:
             return 1.0
-        allowed = LARGEST_STEP * float(self._scale[:, 3].min())
+        allowed = LARGEST_STEP * float(self._sizes.min())
         error = linearisation_error(result).gap
         # the error grows with the square of the step
         far = np.sqrt(allowed / error) if error > allowed else 1.0

@@ -23,8 +23,8 @@ def check_rest(result: ContactResult) -> ContactResult:
     SupportError
         Describes the motion.
     """
-    bodies, frames, state = result.scene.bodies, result.loading.frames, result.state
-    sizes = [b.size for b in bodies if not b.is_rigid] or [b.size for b in bodies]
+    frames, state = result.loading.frames, result.state
+    sizes = result.scene.sizes
     gaps = np.concatenate([i.gap for i in result.condensed.interfaces])
     known = max(sizes) + float(np.abs(gaps[np.isfinite(gaps)]).max(initial=0.0))
     found = [motion - frame.prescribed for frame, motion in zip(frames, state.motions, strict=True)]

@@ -45,6 +45,9 @@ LATER_STEPS = 120
 NEARLY_ROUGH = 10.0
 """Coefficient of friction whose solution is the start for an infinite one."""
 
+NEUTRAL = 1e-9
+"""Size of the motion of touching points by a unit of rigid motion below which they do not feel it."""
+
 FIRST_SWEEPS = 1e-3
 """Relative change of forces to which the first sweeps converge."""
 
@@ -93,9 +96,11 @@ def solve_friction(
         outcome, orientation = friction_newton(scaled, rows, x, p, max_iterations=steps)
         forces = scaled.forces(np.where(np.abs(outcome.x) < scaled.rounding_of(outcome.x), 0.0, outcome.x))
         found = FrictionSolution(
-            problem, forces, scaled.motion(outcome.p), outcome.status, outcome.message, outcome.nit, name,
-            time.perf_counter() - began, tuple(outcome.history), orientation,
+            problem, forces, scaled.motion(_nearest(scaled, rows, outcome.x, outcome.p)), outcome.status,
+            outcome.message, outcome.nit, name, time.perf_counter() - began, tuple(outcome.history), orientation,
         )  # fmt: skip
+        if not found.residuals.within(tolerance):  # what is open would be closed
+            found = replace(found, q=scaled.motion(outcome.p))
         if found.residuals.within(tolerance):
             if forces.any() or not closed:
                 return replace(found, status=Status.SOLVED if forces.any() else Status.NO_CONTACT, message="solved")
@@ -172,6 +177,15 @@ def _starts(
             outcome = friction_sweeps(scaled, rows, x, p, tolerance=FIRST_SWEEPS / 10**k)
             x, p = outcome.x, outcome.p
             yield x, p, "sweeps, newton"
+
+
+def _nearest(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Array:
+    """The least motion (r,) that is the same as p where points with forces x (N,) touch."""
+    touching = x[rows.points] > 0
+    kept = np.concatenate([rows.normals[x[rows.normals] > 0], rows.tangents[touching].ravel()])
+    axes, size, _ = np.linalg.svd(scaled.B[:, kept], full_matrices=False)
+    axes = axes[:, size > NEUTRAL]
+    return axes @ (axes.T @ p)
 
 
 def _pressed(scaled: ScaledProblem, rows: FrictionRows, held: Array) -> tuple[Array, Array, Mask]:

@@ -198,7 +198,7 @@ class FrictionProblem:
 
 #: Share of force scale times gap scale below which dissipated work is rounding, and share of the largest motions, whose
 #: sum slip is, that counts as such a scale.
-NO_WORK, MOTION_FLOOR = 1e-4, 0.1
+NO_WORK, MOTION_FLOOR = 1e-2, 0.01
 
 
 @one_line

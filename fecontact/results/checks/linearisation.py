@@ -32,6 +32,8 @@ MOST_POINTS = 400
 NEUTRAL = 1e-7
 #: Largest weight of inner nodes in a closest point on the rim.
 ON_RIM = 1e-9
+#: Share of the force up to which a point does not make a contact wider.
+ALONE = 1e-6
 #: Least approach, relative to the smallest body, used as a scale: less is rounding.
 LEAST_APPROACH = 1e-9
 
@@ -50,7 +52,7 @@ def linearisation_error(result: SolvedScene) -> LinearisationError:
     """
     if result.linearisation is not None:
         return result.linearisation
-    least = LEAST_APPROACH * min(b.size for b in result.scene.bodies)
+    least = LEAST_APPROACH * float(result.scene.sizes.min())
     found = [LinearisationError(0.0, least, 0.0)]
     motions = driven_motions(result)
     if np.any(motions):
@@ -67,7 +69,7 @@ def linearisation_error(result: SolvedScene) -> LinearisationError:
 
 def driven_motions(result: SolvedScene) -> Array:
     """Rigid motions (n_bodies, 6) of a result, without those that change no gap: undetermined ones, and twists."""
-    frames, motions = result.loading.frames, result.motions
+    motions = result.motions
     if result.scene.twists:
         motions = motions * (np.arange(6) != COMPONENTS.index("rz"))
     B = result.condensed.problem.B
@@ -75,7 +77,7 @@ def driven_motions(result: SolvedScene) -> Array:
         return motions
     squares, directions = np.linalg.eigh(B @ B.T)
     neutral = directions[:, squares <= NEUTRAL**2 * squares[-1]]
-    scale = np.array([[1.0] * 3 + [f.body.size] * 3 for f in frames])
+    scale = np.where(np.arange(6) < 3, 1.0, result.scene.sizes[:, None])
     count = np.cumsum([0] + [p.free.shape[1] for p in result.condensed.parts])
     fields = [p.frame.free @ neutral[a:b] for p, a, b in zip(result.condensed.parts, count, count[1:], strict=False)]
     basis, _ = np.linalg.qr(scale.reshape(-1, 1) * np.concatenate(fields))
@@ -178,9 +180,12 @@ def _indentation(fields: ContactFields) -> float:
     """
     softness = 1 / fields.slave.contact_modulus + 1 / fields.master.contact_modulus
     total = fields.total_force
+    # by what carries, and not by a distance of rounding: a point alone has none from itself
+    if np.count_nonzero(fields.forces > ALONE * total) < 2:
+        return np.inf
     arm = fields.centres - fields.forces @ fields.centres / total
     width = 3 * float(np.sqrt(fields.forces @ (arm**2).sum(axis=1) / total))
-    return fields.mean_pressure * width * softness if width > 0 else np.inf
+    return fields.mean_pressure * width * softness
 
 
 def _looked_at(fields: ContactFields) -> IntArray:

@@ -43,6 +43,23 @@ def test_error_of_a_shift_has_the_size_that_geometry_tells():
     assert error.approach == pytest.approx(0.05, rel=0.1)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1 / 3])
+@pytest.mark.parametrize("at", [(0.0, 0.0), (0.13, -0.07)])
+def test_one_point_is_judged_by_the_approach_in_every_unit(at, unit):
+    """A point alone has no width; rounding of its place as one said that 900 times the approach was left out."""
+    mesh = fc.shapes.block((4.0 * unit, 4.0 * unit, unit), (2, 2, 1)).translated((-2.0 * unit, -2.0 * unit, -unit))
+    plate = fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"}, name="pad")
+    ball = fc.RigidBody(fc.Sphere(radius=RADIUS * unit), name="ball").placed((at[0] * unit, at[1] * unit, 0.0))
+    scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
+    result = scene.solve(motions={ball: {"z": -0.05 * unit}}, finite_motion=False)
+    assert result.n_active == 1
+    error = linearisation_error(result)
+    # the ball's gap at the node before it is pressed: its distance from the pole squared over twice the radius
+    depth = 0.05 - (at[0] ** 2 + at[1] ** 2) / (2 * RADIUS)
+    assert error.approach / unit == pytest.approx(depth, rel=1e-2)
+    assert error.gap < BEARABLE * error.approach
+
+
 def test_small_motions_are_left_as_they_are():
     result, _ = under_ball(motions={"z": -0.05})
     alone, _ = under_ball(motions={"z": -0.05}, finite_motion=False)

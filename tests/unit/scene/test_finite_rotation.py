@@ -28,7 +28,9 @@ class Found:
     error: float = 0.0
     motions: tuple = ()
     loading: object = None
-    scene: object = field(default_factory=lambda: SimpleNamespace(bodies=("the body",), twists=False))
+    scene: object = field(
+        default_factory=lambda: SimpleNamespace(bodies=("the body",), sizes=np.array([SIZE]), twists=False)
+    )
     originals: tuple = ()
     linearisation: object = None
 
@@ -44,7 +46,9 @@ def path(monkeypatch):
     """A path of one body of size 2 at the origin."""
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
     monkeypatch.setattr(finite, "driven_motions", lambda r: r.motions)
-    return finite._Path(SimpleNamespace(bodies=[Block()], has_friction=False, twists=False), {}, Stopwatch())
+    return finite._Path(
+        SimpleNamespace(bodies=[Block()], sizes=np.array([SIZE]), has_friction=False, twists=False), {}, Stopwatch()
+    )
 
 
 @pytest.mark.parametrize(
@@ -105,7 +109,7 @@ def test_rest_is_measured_by_elastic_displacements_but_not_by_less_than_1e_9_of_
     frame = SimpleNamespace(modes=lambda motions: np.full((3, 1), 0.25), body=SimpleNamespace(size=SIZE))
     for elastic, measure in ((0.5, 0.5), (1e-8, 1e-8), (1e-10, SIZE * 1e-9), (-0.5, 0.5)):
         state = SimpleNamespace(displacements=(np.array([0.25, 0.25, 0.25 + elastic]),))
-        scene = SimpleNamespace(twists=False)
+        scene = SimpleNamespace(sizes=np.array([SIZE]), twists=False)
         result = SimpleNamespace(
             scene=scene, state=state, loading=SimpleNamespace(frames=(frame,)), motions=(np.zeros(6),)
         )
