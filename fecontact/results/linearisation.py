@@ -30,3 +30,22 @@ class LinearisationError:
     def worst(self) -> float:
         """The largest of the change of gap over the approach, of direction, and of the stretch."""
         return max(self.gap / self.approach, self.direction, self.stretch)
+
+
+@dataclass(frozen=True)
+class CarriedMotion:
+    """What carrying the poses along has changed, against the answer to linearised motions.
+
+    Attributes
+    ----------
+    motion : float
+        Largest change of a rigid motion, relative to the largest motion; rotations by the size of their body.
+    force : float
+        Largest change of a contact's force, relative to the largest.
+    rest : float
+        The motion by which the poses would go on, relative to the largest: what is still linearised.
+    """
+
+    motion: float
+    force: float
+    rest: float

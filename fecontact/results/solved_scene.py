@@ -26,7 +26,7 @@ from fecontact.contact.springs import SpringState
 from fecontact.contact.step_end import StepEnd
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence
-from fecontact.results.linearisation import LinearisationError
+from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.resultants import hold_of_body, hold_of_boundary
 from fecontact.solvers import ComplementarityProblem, Residuals, Solution
 from fecontact.solvers.friction_problem import FrictionSolution
@@ -67,6 +67,8 @@ class SolvedScene:
         Solved to an accuracy: the steps on the way to it.
     linearisation : LinearisationError, optional
         Error of linearised motions, where it decided whether poses are updated (``finite_motion="auto"``).
+    carried : CarriedMotion, optional
+        After a finite motion from the poses given: what carrying them along has changed.
     friction : FrictionSolution, optional
         Solution of the condensed problem with friction; `solution` then is that of its normal forces alone, under the
         tangential forces found.
@@ -91,6 +93,7 @@ class SolvedScene:
     unrefined: Sequence[Body] = ()
     convergence: Convergence | None = None
     linearisation: LinearisationError | None = field(default=None, repr=False)
+    carried: CarriedMotion | None = field(default=None, repr=False)
     friction: FrictionSolution | None = field(default=None, repr=False)
     step_end: StepEnd | None = field(default=None, repr=False)
     follows_step: bool = False

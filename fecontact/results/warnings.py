@@ -43,6 +43,26 @@ def unborne_motions(result: SolvedScene) -> Iterator[str]:
         else:
             remedy = "Use finite_motion='auto' (or True), which carries the poses along."
         yield f"Bodies move or turn far: {what}. {remedy}"
+    elif result.carried is not None and result.carried.rest > UNMENDED:
+        yield (
+            "Bodies move or turn far: the poses have not settled, and the motions would go on by "
+            f"{100 * result.carried.rest:.2g} %. The load may find no rest: hold the motion, or apply less."
+        )
+
+
+def carried_motions(result: SolvedScene) -> Iterator[str]:
+    """Note on what carrying the poses has changed, or on what is left out where it has not converged."""
+    if (carried := result.carried) is not None:
+        yield (
+            f"Poses were carried along: rigid motions differ by {100 * carried.motion:.2g} % and forces of contacts by "
+            f"{100 * carried.force:.2g} % from those of linearised motions (finite_motion=False); "
+            f"{100 * carried.rest:.1g} % of the motions are still linearised."
+        )
+    elif result.originals and result.linearisation is not None and BEARABLE < result.linearisation.worst <= UNMENDED:
+        yield (
+            f"Poses could not be carried along: linearised motions leave out {100 * result.linearisation.worst:.2g} %, "
+            "in gaps of the indentation, in directions of forces or in lengths."
+        )
 
 
 def large_strains(result: SolvedScene) -> Iterator[str]:
@@ -124,6 +144,7 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
 )
 NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     notes_of_scene,
+    carried_motions,
     mended,
     single_step,
     unbounded_pressures,

@@ -25,6 +25,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.checks.linearisation import BEARABLE, driven_motions, linearisation_error
+from fecontact.results.linearisation import CarriedMotion
 from fecontact.results.result import ContactResult
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import SearchHistory, solve_local_case, sorted_case
@@ -33,6 +34,9 @@ from fecontact.scene.poses import posed_scene
 #: Change of pose, relative to the elastic displacements, at convergence. The last change is included in the linearised
 #: solution, so the remaining error is of its square.
 SETTLED = 1e-4
+#: Change of pose, relative to the motions, at which 'auto' stops: a load that goes along with a body turns it further,
+#: which the errors of gaps do not show.
+CARRIED = 1e-3
 #: Largest rotation (radians) of one step, and largest translation or error of a linearised gap (relative to a body's
 #: size), so that a distant contact is not overshot.
 LARGEST_STEP = 0.2
@@ -83,8 +87,9 @@ def solve_finite(
         tell_part(f"pose {k + 1}")
         result = path.solved()
         change = path.size_of(path.steps(result)) / _elastic_size(result)
+        carried = path.carried(result)
         if change <= SETTLED:
-            return path.finished(result)
+            return path.finished(replace(result, carried=None if poses else carried))
         path.go_on(result)
     raise SolverError(
         f"The poses have not settled after {MOST_STEPS} steps (last change {change:.1e} of the elastic displacement). "
@@ -142,28 +147,35 @@ def follow_from(
         return path.finished(best)
     if path.at_rest(best):
         return replace(best, originals=path.originals)
+    path.carried(best)
     path.go_on(best)
-    return _followed(path, best, least)
+    # the first result has carried poses already
+    return replace(_followed(path, best, least), carried=None)
 
 
 def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
-    """The first bearable result on a path, or the best before the motions stop to converge."""
+    """The first bearable result on a path whose motions settle, or the best before they stop to converge."""
     waited = 0
+    carried: CarriedMotion | None = None
     try:
         for k in range(MOST_STEPS):
             tell_part(f"pose {k + 2}")
             now, error = _judged(path.solved())
-            if error <= BEARABLE:
-                return path.finished(now)
-            waited = 0 if error < least else waited + 1
-            if error < least:
-                best, least = now, error
+            change = path.carried(now)
+            if error <= BEARABLE and (change is None or change.rest <= CARRIED):
+                return path.finished(replace(now, carried=change))
+            # of bearable ones the one whose motions have changed least
+            nearer = carried is None or change is None or change.rest < carried.rest
+            better = nearer if error <= BEARABLE and least <= BEARABLE else error < least
+            waited = 0 if better else waited + 1
+            if better:
+                best, least, carried = now, error, change
             if waited > PATIENCE or path.runs_away(now) or path.at_rest(now):
                 break
             path.go_on(now)
     except FecontactError:
         pass  # a pose without a solution: the earlier result is returned with its warning
-    return replace(best, originals=path.originals)
+    return replace(best, originals=path.originals, carried=carried)
 
 
 def _judged(result: ContactResult) -> tuple[ContactResult, float]:
@@ -241,6 +253,11 @@ def _elastic_size(result: ContactResult) -> float:
     return max(floor, *(float(np.abs(r).max(initial=0.0)) for r in rest))
 
 
+def _forces(result: ContactResult) -> Array:
+    """Sizes (n_contacts,) of the forces of contacts."""
+    return np.array([contact.total_force for contact in result.contacts])
+
+
 class _Path:
     """Iteration of the bodies' motions to equilibrium, with Anderson acceleration (Walker & Ni 2011).
 
@@ -276,6 +293,8 @@ class _Path:
         self._place = np.zeros(self._scale.shape)
         self._places: list[Array] = []
         self._steps: list[Array] = []
+        #: Motions and forces of contacts of the first result.
+        self._linear: tuple[Array, Array] | None = None
 
     @property
     def originals(self) -> Sequence[Body]:
@@ -295,11 +314,12 @@ class _Path:
 
     def finished(self, result: ContactResult) -> ContactResult:
         """The result for the original bodies, on whole surfaces if requested."""
+        carried = result.carried
         if self._whole and any(i.region is not None for i in result.interfaces):
             now = self._now.scene
             loading, settings = sorted_case(now, self._now.loads(self._held))
             result = solved(now, loading, None, settings, self._watch)
-        return replace(result, originals=self.originals)
+        return replace(result, originals=self.originals, carried=carried)
 
     def begin(self, result: ContactResult) -> None:
         """Set the first iterate from a result of small motions and the prescribed motions."""
@@ -307,12 +327,26 @@ class _Path:
         steps = driven_motions(result) - prescribed * _taken_up(self._scene)
         self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
+        self._linear = steps, _forces(result)
 
     def begin_at(self, poses: Sequence[Pose]) -> None:
         """Set the first iterate from poses of the bodies."""
         every = zip(self._scene.bodies, self._start, poses, strict=True)
         self._place = np.stack([_motion(start, body, pose) for body, start, pose in every])
         self._first = self.size_of(self._place)
+
+    def carried(self, result: ContactResult) -> CarriedMotion | None:
+        """What carrying the poses has changed since the first result; None of that one itself."""
+        steps, forces = self.steps(result), _forces(result)
+        motions = self._place + steps
+        if self._linear is None:
+            self._linear = motions, forces
+            return None
+        first, pressed = self._linear
+        size = max(self.size_of(motions), _elastic_size(result))
+        largest = float(max(forces.max(initial=0.0), pressed.max(initial=0.0))) or 1.0
+        force = float(np.abs(forces - pressed).max(initial=0.0)) / largest
+        return CarriedMotion(self.size_of(motions - first) / size, force, self.size_of(steps) / size)
 
     def at_rest(self, result: ContactResult) -> bool:
         """Whether the poses have converged."""

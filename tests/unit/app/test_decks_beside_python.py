@@ -299,3 +299,39 @@ def test_the_form_of_abaqus_cae(read):
     assert abs(scene.solve().contacts[0].total_force - expected) < 1e-9 * expected
     asked = "requests for output are not used: *PREPRINT, *RESTART, *OUTPUT."
     assert any(asked in note for note in scene.notes)
+
+
+def tilt_of(result):
+    """Slope of the top's settlement along x, by least squares."""
+    body = result.scene.bodies[1]
+    top = body.mesh.boundary_nodes("UP_face_top")
+    x = body.mesh.points[top]
+    columns = np.stack([np.ones(len(x)), x[:, 0], x[:, 1]], axis=1)
+    return np.linalg.lstsq(columns, result.displacement(result.given(body))[top, 2], rcond=None)[0][1]
+
+
+def test_nlgeom_is_followed_and_what_it_changes_is_said(read):
+    meshes = blocks(divisions=((3, 3, 3), (3, 3, 3)))
+    top = meshes[1].boundary_nodes("top")
+    at = top[np.argmin(np.linalg.norm(meshes[1].points[top] - [2 / 3, 1 / 3, 2], axis=1))] + 5001
+    # a block that is free to tilt about y, under a force beside its middle
+    held = "*BOUNDARY\nLOW_bottom, 1, 3\nLOW_y_min, 2\nUP_y_min, 2\n5001, 1\n"
+    load = f"*CLOAD\n{at}, 3, -1.\n"
+    linear = read(deck_of(meshes, step(load), held))
+    assert linear.options == {"finite_motion": False}
+    one = linear.solve()
+    # CalculiX 2.20, surface to surface, K = 1e6
+    assert abs(tilt_of(one) + 0.03255059) < 5e-6
+    assert any("linearised motions leave out" in text for text in one.warnings)
+    finite = read(deck_of(meshes, step(load, "*STEP, NLGEOM\n"), held))
+    two = finite.solve()
+    # the same with NLGEOM in ten increments, with finite strains of some percent under the force too
+    assert abs(tilt_of(two) + 0.03847803) < 0.03 * 0.0385
+    three = finite.scene.solve(**finite.loads, finite_motion=True)
+    assert abs(tilt_of(two) / tilt_of(three) - 1) < 1e-4
+    assert not any("Bodies move" in text for text in (*two.warnings, *three.warnings))
+    for result in (two, three):
+        assert any("rigid motions differ by 21 % and forces of contacts by 0.026 %" in text for text in result.notes)
+    # of an order that the force overturns
+    with_more = read(deck_of(meshes, step(load.replace("-1.", "-3."), "*STEP, NLGEOM\n"), held)).solve()
+    assert any("the poses have not settled" in text for text in with_more.warnings)

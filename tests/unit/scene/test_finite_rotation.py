@@ -10,7 +10,9 @@ import fecontact as fc
 from fecontact.common.errors import SolverError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.results.checks.linearisation import BEARABLE
+from fecontact.results.linearisation import CarriedMotion
 from fecontact.scene import finite_rotation as finite
+from fecontact.scene.finite_rotation import CARRIED
 
 SIZE = 2.0
 
@@ -33,6 +35,8 @@ class Found:
     )
     originals: tuple = ()
     linearisation: object = None
+    contacts: tuple = ()
+    carried: object = None
 
 
 def moving(x=0.0, ry=0.0, error=0.0, moved=0.0):
@@ -116,8 +120,11 @@ def test_rest_is_measured_by_elastic_displacements_but_not_by_less_than_1e_9_of_
         assert abs(finite._elastic_size(result) / measure - 1) < 1e-6
 
 
-def followed(monkeypatch, first, errors, away=(), rest=()):
-    """What `follow` makes of results with these errors, and how many it asked for; an exception is raised."""
+def followed(monkeypatch, first, errors, away=(), rest=(), goes_on=(0.0,)):
+    """What `follow` makes of results with these errors, and how many it asked for; an exception is raised.
+
+    `goes_on` are the motions that are left of each.
+    """
     asked = []
 
     class Path:
@@ -135,6 +142,9 @@ def followed(monkeypatch, first, errors, away=(), rest=()):
             if isinstance(error, Exception):
                 raise error
             return Found(error)
+
+        def carried(self, result):
+            return CarriedMotion(0.0, 0.0, goes_on[min(len(asked), len(goes_on)) - 1])
 
         def finished(self, result):
             return ("finished", result)
@@ -160,6 +170,14 @@ def test_what_is_bearable_is_not_followed(monkeypatch):
     assert (word, result.error, asked) == ("finished", 0.999 * BEARABLE, 1)
     (word, result), asked = followed(monkeypatch, 0.5, [0.2, 1.001 * BEARABLE, 0.0])
     assert (word, result.error, asked) == ("finished", 0.0, 3)
+
+
+def test_what_is_bearable_goes_on_until_its_motions_settle(monkeypatch):
+    (word, result), asked = followed(monkeypatch, 0.5, [0.0], goes_on=(0.1, 1.001 * CARRIED, 0.999 * CARRIED))
+    assert (word, result.carried.rest, asked) == ("finished", 0.999 * CARRIED, 3)
+    # where they do not, the bearable one that had settled best
+    result, asked = followed(monkeypatch, 0.5, [0.0], goes_on=(0.1, 0.05, 0.2))
+    assert (result.originals, result.carried.rest, asked) == (("the body",), 0.05, 2 + 9)
 
 
 @pytest.mark.parametrize(
