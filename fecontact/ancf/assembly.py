@@ -212,10 +212,8 @@ class Assembly:
         touches = []
         for given in contacts:
             match given:
-                case (int(k), str(boundary), RigidBody() | (int(), str()) as other):
-                    friction = 0.0
-                case (int(k), str(boundary), RigidBody() | (int(), str()) as other, friction):
-                    pass
+                case (int(k), str(boundary), RigidBody() | (int(), str()) as other, *rest) if len(rest) < 2:
+                    friction = rest[0] if rest else 0.0
                 case _:
                     raise InputError(
                         "A contact is (solid, boundary, rigid body) or (solid, boundary, (solid, boundary)), and its "
