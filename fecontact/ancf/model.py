@@ -19,7 +19,7 @@ from fecontact.ancf.release import sides_by_label
 from fecontact.ancf.solid import AncfSolid, linear_functions
 from fecontact.ancf.space import AncfSpace
 from fecontact.ancf.supports import hold
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.material import Material
 from fecontact.fem.coordinates import Coordinates
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
@@ -144,7 +144,9 @@ class AncfModel(Model):
         """Strains (n_cells, 27, 6) inside the cells."""
         return self._strain_at(u, hex_quadrature(20)[0])
 
-    def energy_error(self, u: Array, cells: IntArray) -> EnergyError:
+    def energy_error(
+        self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
+    ) -> EnergyError:
         """None: gradients are shared at nodes, so strains do not jump and none is smoother."""
         return NO_CELLS
 

@@ -164,7 +164,10 @@ def _ancf(parser: argparse.ArgumentParser) -> None:
 def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="SCENE.toml, or a deck: .inp (Abaqus, CalculiX) or .feb (FEBio)")
     parser.add_argument(
-        "--accuracy", type=_share, metavar="2%", help="divide the meshes until the pressure is within it"
+        "--accuracy",
+        type=_accuracy,
+        metavar="2%",
+        help="divide the meshes until the pressure is within it, or figures by name: pressure=2%%,force=1%%",
     )
     parser.add_argument("--engine", metavar="petsc", help="solve by PETSc on several processes under MPI")
     parser.add_argument("-n", "--ranks", type=int, metavar="N", help="number of processes of the engine petsc")
@@ -183,6 +186,14 @@ def _share(text: str) -> float:
     """A share such as '2%' or '0.02'."""
     number = text.strip().removesuffix("%")
     return float(number) / 100 if number != text.strip() else float(number)
+
+
+def _accuracy(text: str) -> float | dict[str, float]:
+    """An accuracy of the pressure such as '2%', or of figures by name such as 'pressure=2%,force=1%'."""
+    if "=" not in text:
+        return _share(text)
+    pairs = (part.partition("=") for part in text.split(","))
+    return {name.strip(): _share(value) for name, _, value in pairs}
 
 
 def _explain(parser: argparse.ArgumentParser) -> None:

@@ -90,6 +90,14 @@ class BodyBlock:
     free: Array
     hold: MeanConstraint | None
 
+    def answer(self, forces: Array) -> Array:
+        """Displacements (n_dofs,) by forces along its rows alone, up to a rigid motion."""
+        loads = None
+        if self.hold is not None:
+            f = self.rows.T @ forces
+            loads = self.hold.balanced(f) - f
+        return self.body.displacement(self.rows, forces, loads)
+
 
 @one_line
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,15 @@ true ones, so that the difference estimates the error (Zienkiewicz & Zhu 1987, *
 procedure for practical engineering analysis*). Its square, relative to the energy, is the relative error of the
 compliance: a body of finite elements is too stiff by that much (Strang & Fix 1973, *An Analysis of the Finite Element
 Method*, section 1.7).
+
+Hexahedra of 8 nodes bend too stiffly by shears that vary along them, and several rows of them show no jump of these.
+Before their strains are averaged, each cell therefore gets the displacements 1 - X_k^2 inside that lower its energy
+most (Wilson, Taylor, Doherty & Ghaboussi 1973, *Incompatible displacement models*; scaled as in Taylor, Beresford &
+Wilson 1976, so that a uniform stress calls for none). With them its strains are complete linear functions.
+
+Cells alone through a plate or beside a clamped edge have no neighbour that would show what they miss. Where a surface
+is free, its traction is known to be zero: recovered stresses there are made so (Wiberg & Abdulwahab 1993, *Patch
+recovery based on superconvergent derivatives and equilibrium*).
 """
 
 from __future__ import annotations
@@ -13,15 +22,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
-from fecontact.fem.element_stiffness import determinant_3x3, jacobians
-from fecontact.fem.stress import gauss_strain, to_nodes
+from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
+from fecontact.fem.stress import HEXAHEDRON, components, gauss_strain, hooke, to_nodes
+from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.element.quadrature import element_quadrature, quadrature_basis
 from fecontact.mesh.mesh import Mesh
 
 #: Materials that are averaged apart from each other, since strains jump between them; more are taken for one.
 MOST_MATERIALS = 12
+#: Share of the squared normals of faces at a point below which they lie in a plane, or are one.
+FLAT = 0.15
+#: Components of a symmetric tensor at its places, in the order of `fem.stress.VOIGT`.
+SYMMETRIC = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 
 
 @one_line
@@ -33,7 +47,7 @@ class EnergyError:
     ----------
     cells : (n,) int array
     error : (n,) array
-        Of the difference between recovered and found strains.
+        Of the difference between recovered and found strains; of two fields, the product of their differences.
     energy : (n,) array
         Of the found strains.
     """
@@ -48,7 +62,14 @@ NO_CELLS = EnergyError(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
 
 
 def energy_error(
-    mesh: Mesh, u: Array, lame: Array, shear: Array, cells: IntArray, selective: bool = False
+    mesh: Mesh,
+    u: Array,
+    lame: Array,
+    shear: Array,
+    cells: IntArray,
+    selective: bool = False,
+    other: Array | None = None,
+    free: Mask | None = None,
 ) -> EnergyError:
     """Error of displacements by their recovered strains.
 
@@ -62,6 +83,10 @@ def energy_error(
         Those that are looked at.
     selective : bool
         See `fem.stress.gauss_strain`.
+    other : (n_points, 3) array, optional
+        Second field, whose error is multiplied with that of the first.
+    free : (n_points,) bool array, optional
+        Points that nothing acts on, with no traction where they are on the skin.
 
     Examples
     --------
@@ -75,41 +100,110 @@ def energy_error(
     (True, 0.02)
     """
     error, energy = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
+    skin, along = (np.zeros(0, np.int64), np.zeros((0, 3, 3))) if free is None else _free_skin(mesh, free)
     for part in by_material(lame, shear, cells):
-        midface = None if mesh.midface is None else mesh.midface[part]
-        some = replace(
-            mesh,
-            cells=mesh.cells[part],
-            boundaries={},
-            groups={},
-            node_sets={},
-            midface=midface,
-            hanging=None,
-            file_elements=None,
-        )
-        strain, _ = gauss_strain(some, u, selective)
-        smooth = to_nodes(some, strain)
+        some = mesh if len(part) == len(mesh.cells) else _only(mesh, part)
+        strains = [gauss_strain(some, each, selective)[0] for each in (u, other) if each is not None]
+        smooth = [to_nodes(some, _completed(some, e, lame[part], shear[part]), complete=True) for e in strains]
+        for each in smooth:
+            each[skin] = _without_traction(each[skin], along, lame[part[0]], shear[part[0]])
         for group in some.cell_groups:
             _, W = element_quadrature(some.cells.shape[1], group.pattern, group.midfaces)
             N, dN = quadrature_basis(some.cells.shape[1], group.pattern, group.midfaces)
             dV = determinant_3x3(jacobians(some.points[group.nodes], dN)) * W
-            own = strain[group.cells, : len(W)]
+            own = [e[group.cells, : len(W)] for e in strains]
+            missed = [N @ s[group.nodes] - e for s, e in zip(smooth, own, strict=True)]
             at = part[group.cells]
             moduli = lame[at, None], shear[at, None]
-            error[at] = (dV * energy_density(N @ smooth[group.nodes] - own, *moduli)).sum(axis=1)
-            energy[at] = (dV * energy_density(own, *moduli)).sum(axis=1)
+            error[at] = (dV * energy_density(missed[0], *moduli, missed[-1])).sum(axis=1)
+            energy[at] = (dV * energy_density(own[0], *moduli)).sum(axis=1)
     return EnergyError(cells, error[cells], energy[cells])
+
+
+def _free_skin(mesh: Mesh, free: Mask) -> tuple[IntArray, Array]:
+    """Free points (n,) of the skin, and projections (n, 3, 3) onto what is tangential to all faces at a point."""
+    faces = mesh.face_nodes(mesh.outer_faces)
+    corners = mesh.points[faces[:, :4]]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    skin = np.unique(faces)
+    skin = skin[free[skin]]
+    place = np.full(len(mesh.points), -1)
+    place[skin] = np.arange(len(skin))
+    at, normal = place[faces].ravel(), np.repeat(normals, faces.shape[1], axis=0)
+    products = np.zeros((len(skin), 3, 3))
+    np.add.at(products, at[at >= 0], (normal[:, :, None] * normal[:, None, :])[at >= 0])
+    size, axes = np.linalg.eigh(products)
+    tangential = (size < FLAT * size[:, -1:]).astype(float)
+    return skin, np.einsum("nik,nk,njk->nij", axes, tangential, axes)
+
+
+def _without_traction(strain: Array, along: Array, lame: float, shear: float) -> Array:
+    """Strains (n, 6) whose stresses are those given but for the tractions across projections (n, 3, 3)."""
+    stress = components(along @ hooke(strain, np.array(lame), np.array(shear))[:, SYMMETRIC] @ along)
+    trace = stress[:, :3].sum(axis=1, keepdims=True)
+    return (stress - lame / (3 * lame + 2 * shear) * trace * (np.arange(6) < 3)) / (2 * shear)
+
+
+def _only(mesh: Mesh, cells: IntArray) -> Mesh:
+    """A mesh of some of the cells, with all points."""
+    midface = None if mesh.midface is None else mesh.midface[cells]
+    return replace(
+        mesh,
+        cells=mesh.cells[cells],
+        boundaries={},
+        groups={},
+        node_sets={},
+        midface=midface,
+        hanging=None,
+        file_elements=None,
+    )
+
+
+def _completed(mesh: Mesh, strain: Array, lame: Array, shear: Array) -> Array:
+    """Strains (n_cells, n_q, 6), those of 8-node hexahedra with the displacements inside that lower the energy most.
+
+    These are a_k (1 - X_k^2) / 2 for each direction k, X from -1 to 1, with gradients c_k g_k: g_k is that of X_k in
+    the middle of the cell, and c_k = -X_k det J(0) / det J. Coupling of different k, by the skewness of a cell, is left
+    out, so that a_k solves (lambda + mu) g (g . a) + mu |g|^2 a = -sum_q dV c_k sigma g / sum_q dV c_k^2.
+    """
+    out = strain
+    for group in mesh.cell_groups:
+        if mesh.cells.shape[1] > 8 or group.pattern != HEXAHEDRON:
+            continue
+        out = out.copy() if out is strain else out
+        X, W = element_quadrature(8, group.pattern, ())
+        x, cells = mesh.points[group.nodes], group.cells
+        det = determinant_3x3(jacobians(x, quadrature_basis(8, group.pattern, ())[1]))
+        inverse, middle = inverse_3x3(jacobians(x, element_basis(8, group.pattern, (), np.full((1, 3), 0.5))[1])[:, 0])
+        g, c = inverse / 2, (1 - 2 * X) * (middle[:, None] / det)[..., None]
+        stress = hooke(strain[cells, : len(W)], lame[cells, None], shear[cells, None])[..., SYMMETRIC]
+        pull = np.einsum("cqk,cqij->ckij", c * (det * W)[..., None], stress, optimize=True)
+        pull = np.einsum("ckij,ckj->cki", pull, g) / (c**2 * (det * W)[..., None]).sum(axis=1)[..., None]
+        square = (g**2).sum(axis=2, keepdims=True)
+        ratio = ((lame + shear) / (lame + 2 * shear))[cells, None, None]
+        a = (ratio * g * (g * pull).sum(axis=2, keepdims=True) / square - pull) / (shear[cells, None, None] * square)
+        slopes = components((a[..., :, None] * g[..., None, :] + a[..., None, :] * g[..., :, None]) / 2)
+        out[cells, : len(W)] += c @ slopes
+    return out
 
 
 def by_material(lame: Array, shear: Array, cells: IntArray) -> list[IntArray]:
     """Cells (n,) parted by their Lame constants (n_cells,)."""
+    if (lame == lame[0]).all() and (shear == shear[0]).all():
+        return [cells]
     kinds, kind = np.unique(np.stack([lame, shear], axis=1)[cells], axis=0, return_inverse=True)
     if len(kinds) > MOST_MATERIALS:
         return [cells]
     return [cells[kind.ravel() == k] for k in range(len(kinds))]
 
 
-def energy_density(strain: Array, lame: Array, shear: Array) -> Array:
-    """Twice the energy (...) of strains (..., 6) in the order of `fem.stress.VOIGT`, shears not doubled."""
-    square = (strain[..., :3] ** 2).sum(axis=-1) + 2 * (strain[..., 3:] ** 2).sum(axis=-1)
-    return np.asarray(lame * strain[..., :3].sum(axis=-1) ** 2 + 2 * shear * square)
+def energy_density(strain: Array, lame: Array, shear: Array, other: Array | None = None) -> Array:
+    """Twice the energy (...) of strains (..., 6), or their product with others.
+
+    Components are in the order of `fem.stress.VOIGT`, shears not doubled.
+    """
+    second = strain if other is None else other
+    both = strain * second
+    product = both[..., :3].sum(axis=-1) + 2 * both[..., 3:].sum(axis=-1)
+    return np.asarray(lame * strain[..., :3].sum(axis=-1) * second[..., :3].sum(axis=-1) + 2 * shear * product)

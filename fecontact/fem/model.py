@@ -252,9 +252,20 @@ class Model:
         """Stresses (n_points, 6) at the nodes, averaged over all cells, or some (NaN at nodes without such a cell)."""
         return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
-    def energy_error(self, u: Array, cells: IntArray) -> EnergyError:
-        """Error of displacements (n_dofs,) in cells (n,)."""
-        return energy_error(self.mesh, u.reshape(-1, 3), self.lame, self.shear, cells, self.selective)
+    def energy_error(
+        self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
+    ) -> EnergyError:
+        """Error of displacements (n_dofs,) in cells (n,), or its product with that of others.
+
+        Nothing acts on points that are `free` (n_points,), apart from supports.
+        """
+        second = None if other is None else other.reshape(-1, 3)
+        if free is not None:
+            free = free.copy()
+            for name in self.supports:
+                free[self.mesh.boundary_nodes(name)] = False
+        constants = self.lame, self.shear, cells, self.selective
+        return energy_error(self.mesh, u.reshape(-1, 3), *constants, second, free)
 
     def touched(self, rows: sp.csr_matrix) -> IntArray:
         """Triples of coordinates, each of one node, that rows (n, n_dofs) act on."""

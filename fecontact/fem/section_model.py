@@ -134,19 +134,24 @@ class SectionModel(Model):
         """Ratio (n_cells,) of the strain yy to xx + zz in plane stress."""
         return -self.lame / (self.lame + 2 * self.shear) if self.plane_stress else None
 
-    def energy_error(self, u: Array, cells: IntArray) -> EnergyError:
-        """Error of displacements (n_dofs,) in cells (n,)."""
+    def energy_error(
+        self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
+    ) -> EnergyError:
+        """Error of displacements (n_dofs,) in cells (n,), or its product with that of others."""
         points = self.section.points(cells=cells)
-        strain = np.zeros((len(self.mesh.cells), points.dV.shape[1], 6))
-        strain[cells] = self.section.strain(u, self.selective, self._across, cells)[0]
-        volume = np.zeros(strain.shape[:2])
+        volume = np.zeros((len(self.mesh.cells), points.dV.shape[1]))
         volume[cells] = points.dV
+        strains = []
+        for each in (u, other):
+            if each is not None:
+                strains.append(np.zeros((*volume.shape, 6)))
+                strains[-1][cells] = self.section.strain(each, self.selective, self._across, cells)[0]
         error, energy = np.zeros(len(self.mesh.cells)), np.zeros(len(self.mesh.cells))
         for part in by_material(self.lame, self.shear, cells):
-            smooth = self.section.to_nodes(strain, part)[self.mesh.cells[part]]
-            moduli = self.lame[part, None], self.shear[part, None]
-            error[part] = (volume[part] * energy_density(points.N @ smooth - strain[part], *moduli)).sum(axis=1)
-            energy[part] = (volume[part] * energy_density(strain[part], *moduli)).sum(axis=1)
+            nodes, moduli = self.mesh.cells[part], (self.lame[part, None], self.shear[part, None])
+            missed = [points.N @ self.section.to_nodes(e, part)[nodes] - e[part] for e in strains]
+            error[part] = (volume[part] * energy_density(missed[0], *moduli, missed[-1])).sum(axis=1)
+            energy[part] = (volume[part] * energy_density(strains[0][part], *moduli)).sum(axis=1)
         return EnergyError(cells, error[cells], energy[cells])
 
     def nodal_strain(self, u: Array) -> Array:

@@ -12,13 +12,15 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 from fecontact.fem.stiffness import batches
-from fecontact.mesh.element.degenerate import linear_shapes, node_positions
+from fecontact.mesh.element.degenerate import Pattern, linear_shapes, node_positions
 from fecontact.mesh.element.hexahedron import hex_shapes
 from fecontact.mesh.element.quadrature import element_quadrature, reduced_quadrature
 from fecontact.mesh.mesh import CellGroup, Mesh
 
 #: Order of the six components of symmetric tensors, as in VTK files.
 VOIGT = ("xx", "yy", "zz", "xy", "yz", "xz")
+#: Node pattern of a regular hexahedron of 8 nodes.
+HEXAHEDRON: Pattern = tuple(range(8))
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
@@ -93,14 +95,14 @@ def _gauss_points(mesh: Mesh, group: CellGroup) -> Array:
     return element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)[0]
 
 
-def to_nodes(mesh: Mesh, values: Array, cells: IntArray | None = None) -> Array:
+def to_nodes(mesh: Mesh, values: Array, cells: IntArray | None = None, complete: bool = False) -> Array:
     """Gauss-point values (n_cells, n_q, k) fitted in each cell, evaluated at its nodes and averaged: (n_points, k).
 
     With `cells`, only those count; nodes without such a cell get NaN.
 
     The fit is by least squares: with the functions of the element's corners (trilinear in a hexahedron, linear in a
     tetrahedron) for quadratic elements, constant for linear ones, where superconvergence is found (Hinton & Campbell
-    1974).
+    1974); with `complete` also trilinear in hexahedra of 8 nodes, whose values then are complete linear functions.
     """
     total = np.zeros((len(mesh.points), values.shape[2]))
     count = np.zeros(len(mesh.points))
@@ -108,7 +110,7 @@ def to_nodes(mesh: Mesh, values: Array, cells: IntArray | None = None) -> Array:
     for group in mesh.cell_groups:
         X = _gauss_points(mesh, group)
         fit = np.full((group.nodes.shape[1], len(X)), 1 / len(X))
-        if mesh.cells.shape[1] > 8:
+        if mesh.cells.shape[1] > 8 or (complete and group.pattern == HEXAHEDRON):
             where = node_positions(mesh.cells.shape[1], group.pattern, group.midfaces)
             fit = linear_shapes(group.pattern, where)[0] @ np.linalg.pinv(linear_shapes(group.pattern, X)[0])
         nodal = np.einsum("nq,cqk->cnk", fit, values[group.cells, : len(X)])

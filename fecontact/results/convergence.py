@@ -3,10 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from fecontact.common.error_estimate import percent
 from fecontact.common.one_line import one_line
+
+#: Figures of which an accuracy can be asked by name; an accuracy without a name is that of the pressure.
+FIGURES = ("pressure", "peak", "area", "force", "approach", "tilt")
+
+
+def asked(accuracy: float | Mapping[str, float]) -> dict[str, float]:
+    """Accuracies by the names of figures.
+
+    Examples
+    --------
+    >>> asked(0.02)
+    {'pressure': 0.02}
+    """
+    return dict(accuracy) if isinstance(accuracy, Mapping) else {"pressure": accuracy}
 
 
 @dataclass(frozen=True)
@@ -24,6 +40,10 @@ class Step:
         Largest pressure, and area of all contacts.
     seconds : float
         Time from the start to the end of this step.
+    area_error : float
+        Estimated relative error of the area, the largest of all contacts.
+    force, approach, tilt : float or None
+        Estimated relative errors of forces and motions, see `results.response_error`.
     """
 
     n_dofs: int
@@ -35,11 +55,29 @@ class Step:
     max_pressure: float
     area: float
     seconds: float
+    area_error: float = 0.0
+    force: float | None = None
+    approach: float | None = None
+    tilt: float | None = None
 
     @property
-    def worst(self) -> float:
-        """The larger error of pressure and tractions."""
-        return max(self.pressure, self.traction or 0.0)
+    def errors(self) -> dict[str, float]:
+        """Estimated errors by the names of `FIGURES`; those without one, as of a peak without bound, are left out."""
+        found = {
+            "pressure": max(self.pressure, self.traction or 0.0), "peak": self.peak, "area": self.area_error,
+            "force": self.force, "approach": self.approach, "tilt": self.tilt,
+        }  # fmt: skip
+        return {name: error for name, error in found.items() if error is not None and math.isfinite(error)}
+
+    def over(self, accuracy: float | Mapping[str, float]) -> float:
+        """Largest ratio of an error to the accuracy asked of it."""
+        found = self.errors
+        return max(found.get(name, 0.0) / wanted for name, wanted in asked(accuracy).items())
+
+    def text(self, accuracy: float | Mapping[str, float]) -> str:
+        """Errors of the figures that were asked for, in words."""
+        found = self.errors
+        return ", ".join(f"{name} {percent(found[name])}" for name in asked(accuracy) if name in found)
 
 
 @one_line
@@ -49,8 +87,8 @@ class Convergence:
 
     Attributes
     ----------
-    accuracy : float
-        Requested relative error of the pressure, and of the tractions of friction.
+    accuracy : float or mapping of str to float
+        Requested relative error of the pressure, and of the tractions of friction; or of figures by name.
     steps : tuple of Step
     met : bool
         Whether the estimate times its safety factor is within it.
@@ -58,7 +96,7 @@ class Convergence:
         Reason of the end.
     """
 
-    accuracy: float
+    accuracy: float | Mapping[str, float]
     steps: tuple[Step, ...]
     met: bool
     reason: str
@@ -66,18 +104,35 @@ class Convergence:
     def as_dict(self) -> dict[str, Any]:
         """All figures, ready for JSON; the error of a peak without bound is None."""
         steps = [asdict(s) | {"peak": s.peak if math.isfinite(s.peak) else None} for s in self.steps]
-        return asdict(self) | {"steps": steps}
+        plain = dict(self.accuracy) if isinstance(self.accuracy, Mapping) else self.accuracy
+        return {**vars(self), "accuracy": plain, "steps": steps}
 
     def __str__(self) -> str:
         names = ("dofs", "hanging", "candidates", "pressure", "traction", "peak", "max p", "area", "s")
+        more = [n for n in ("force", "approach", "tilt") if any(getattr(s, n) is not None for s in self.steps)]
         head = "{:>9} {:>8} {:>11} {:>9} {:>9} {:>8} {:>12} {:>12} {:>7}".format(*names)
+        head += "".join(f" {name:>9}" for name in more)
         rows = [
             f"{s.n_dofs:>9} {s.n_hanging:>8} {s.n_candidates:>11} {s.pressure:>9.2%} "
             f"{_percent(s.traction):>9} {_percent(s.peak):>8} "
             f"{s.max_pressure:>12.6g} {s.area:>12.6g} {s.seconds:>7.2f}"
+            + "".join(f" {_percent(getattr(s, name)):>9}" for name in more)
             for s in self.steps
         ]
-        return "\n".join([head, *rows, f"Accuracy {self.accuracy:.3g}: {self.reason}"])
+        return "\n".join([head, *rows, f"Accuracy {accuracy_text(self.accuracy)}: {self.reason}"])
+
+
+def accuracy_text(accuracy: float | Mapping[str, float]) -> str:
+    """An accuracy as text.
+
+    Examples
+    --------
+    >>> accuracy_text(0.02), accuracy_text({"pressure": 0.02, "force": 0.01})
+    ('0.02', 'pressure 0.02, force 0.01')
+    """
+    if not isinstance(accuracy, Mapping):
+        return f"{accuracy:.3g}"
+    return ", ".join(f"{name} {value:.3g}" for name, value in accuracy.items())
 
 
 def _percent(error: float | None) -> str:

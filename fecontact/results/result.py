@@ -154,6 +154,7 @@ class ContactResult(SolvedScene):
                 }
                 for c in self.contacts
             ],
+            "response_error": self.response_error.summary(),
             "bodies": [{"name": b.name, "reaction": self.reaction(b).tolist()} for b in self.scene.bodies],
             "warnings": list(self.warnings),
             "notes": list(self.notes),

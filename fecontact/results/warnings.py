@@ -5,16 +5,18 @@ A check is a function of the result that yields sentences; `CHECKS` lists them. 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
+from fecontact.common.error_estimate import LARGEST_ERROR, percent
 from fecontact.results.checks.held_across import held_across
 from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 from fecontact.results.checks.overlaps import undeclared_overlaps
 from fecontact.results.checks.resolution import coarse_pressures, overlap_left
 from fecontact.results.checks.rims import contact_at_rims
 from fecontact.results.checks.tall_cells import tall_cells
+from fecontact.results.convergence import accuracy_text, asked
 from fecontact.results.solved_scene import SolvedScene
 
 #: Strain above which a result warns: the relative error of small-strain elasticity is of the size of the strain.
@@ -22,6 +24,8 @@ LARGEST_STRAIN = 0.05
 #: Error of linearised motions above which a result warns whose poses were carried along already: nothing else mends it,
 #: so that less than a percent, of the size of other errors of modelling, needs no action.
 UNMENDED = 0.01
+#: What errors of forces and motions do where elements are too stiff.
+SIGNS = {"force": "large", "approach": "small", "tilt": "small"}
 
 
 def unborne_motions(result: SolvedScene) -> Iterator[str]:
@@ -75,13 +79,46 @@ def large_strains(result: SolvedScene) -> Iterator[str]:
 
 
 def missed_accuracy(result: SolvedScene) -> Iterator[str]:
-    """Warning of a requested accuracy that was not reached."""
+    """Warnings of a requested accuracy that was not reached, and of figures that are worse than what was asked."""
     steps = result.convergence
-    if steps is not None and not steps.met:
+    if steps is None:
+        return
+    last, wanted = steps.steps[-1], asked(steps.accuracy)
+    if not steps.met:
         yield (
-            f"The accuracy {steps.accuracy:g} was not reached: the estimate of the pressure's error is "
-            f"{steps.steps[-1].pressure:.2g}. {steps.reason[0].upper()}{steps.reason[1:]}."
+            f"The accuracy {accuracy_text(steps.accuracy)} was not reached: the estimated error is "
+            f"{last.text(steps.accuracy)}. {steps.reason[0].upper()}{steps.reason[1:]}."
         )
+    loosest = max(wanted.values())
+    worse = {name: error for name, error in last.errors.items() if name not in wanted and error > loosest}
+    if worse:
+        found = ", ".join(f"{name} {percent(error)}" for name, error in worse.items())
+        ask = ", ".join(f"{name!r}: {value:g}" for name, value in (wanted | dict.fromkeys(worse, loosest)).items())
+        yield (
+            f"The accuracy {accuracy_text(steps.accuracy)} was asked of {' and '.join(wanted)}. Estimated errors of "
+            f"other figures are larger: {found}. Ask for them by name, accuracy={{{ask}}}"
+            f"{_better_cells(result, worse)}."
+        )
+
+
+def stiff_bodies(result: SolvedScene) -> Iterator[str]:
+    """Warning of forces and motions that are off because the elements of the bodies are too stiff."""
+    found = {name: v for name, v in vars(result.response_error).items() if v is not None and v > LARGEST_ERROR}
+    if found and result.convergence is None:
+        off = ", ".join(f"the {name} about {percent(v)} too {SIGNS[name]}" for name, v in found.items())
+        ask = ", ".join(f"{name!r}: 0.05" for name in found)
+        yield (
+            f"The elements of the bodies are too stiff: {off}. Refine the meshes or solve with accuracy={{{ask}}}"
+            f"{_better_cells(result, found)}."
+        )
+
+
+def _better_cells(result: SolvedScene, figures: Iterable[str]) -> str:
+    """Advice on linear cells, where figures are off because cells are too stiff."""
+    linear = [b.name for b in result.elastic_bodies if b.mesh.cells.shape[1] == 8]
+    if not linear or not set(figures) & set(SIGNS):
+        return ""
+    return f"; or give {linear[0]!r} cells of 20 nodes, mesh.upgraded(20), which bend better than those of 8"
 
 
 def friction_not_unique(result: SolvedScene) -> Iterator[str]:
@@ -138,6 +175,7 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     undeclared_overlaps,
     overlap_left,
     coarse_pressures,
+    stiff_bodies,
     tall_cells,
     missed_accuracy,
     friction_not_unique,

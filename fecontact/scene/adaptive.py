@@ -17,16 +17,25 @@ import numpy as np
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
+from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.common.errors import InputError
 from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.interface import Interface
 from fecontact.contact.model import SceneModel
 from fecontact.fem.route import memory_budget
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.convergence import Convergence, Step
+from fecontact.results.convergence import FIGURES, Convergence, Step, asked
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, with_bodies
-from fecontact.scene.marking import edge_points, facets_at, facets_opposite, marked_cells, marked_facets, parts_of
+from fecontact.scene.marking import (
+    edge_points,
+    facets_at,
+    facets_opposite,
+    marked_by_response,
+    marked_cells,
+    marked_facets,
+    parts_of,
+)
 
 #: Safety factor of an estimate: the smallest ratio of estimate and error in docs/error_estimates.md is 0.92.
 SAFETY = 1.1
@@ -56,23 +65,46 @@ class Target:
 
     Attributes
     ----------
-    accuracy : float
-        Relative error of the pressure in L2 over the contact, and of the tractions of friction.
+    accuracy : float or mapping of str to float
+        Relative error of the pressure in L2 over the contact, and of the tractions of friction; or errors of the
+        figures `results.convergence.FIGURES` by name.
     max_dofs : int, optional
     max_seconds : float, optional
     """
 
-    accuracy: float
+    accuracy: float | Mapping[str, float]
     max_dofs: int | None = None
     max_seconds: float | None = None
 
     def __post_init__(self) -> None:
-        positive("The accuracy", self.accuracy)
-        if self.accuracy >= 1:
-            raise InputError(f"accuracy is a relative error below 1, such as 0.02 for 2 %; found {self.accuracy!r}.")
+        unknown = [name for name in asked(self.accuracy) if name not in FIGURES]
+        if unknown or not asked(self.accuracy):
+            found = repr(unknown[0]) if unknown else "none"
+            raise InputError(f"accuracy by name is asked of {', '.join(FIGURES)}; found {found}.")
+        for name, value in asked(self.accuracy).items():
+            of = f" of the {name}" if isinstance(self.accuracy, Mapping) else ""
+            positive(f"The accuracy{of}", value)
+            if value >= 1:
+                raise InputError(f"accuracy{of} is a relative error below 1, such as 0.02 for 2 %; found {value!r}.")
         for name in ("max_dofs", "max_seconds"):
             if getattr(self, name) is not None:
                 positive(f"The limit {name}", getattr(self, name))
+
+    def pressure(self, estimate: ErrorEstimate) -> float | None:
+        """Error of the pressure of a contact at which it, its peak and its area are as asked; None where none is."""
+        found = {"pressure": estimate.worst, "peak": estimate.peak, "area": estimate.area}
+        of_figure = {n: wanted * estimate.worst / found[n] for n, wanted in self._wanted(found) if found[n] > 0}
+        return min(of_figure.values(), default=None)
+
+    def response(self, result: ContactResult) -> tuple[str, float] | None:
+        """Name of the error of forces and motions that is farthest above what is asked, and how far; None: none is."""
+        found = {n: e for n, e in vars(result.response_error).items() if e is not None and n in asked(self.accuracy)}
+        over = {n: SAFETY * found[n] / wanted for n, wanted in self._wanted(found)}
+        worst = max(over, key=over.__getitem__, default=None)
+        return None if worst is None or over[worst] <= 1 else (worst, over[worst])
+
+    def _wanted(self, found: Mapping[str, float]) -> list[tuple[str, float]]:
+        return [(n, wanted) for n, wanted in asked(self.accuracy).items() if n in found and np.isfinite(found[n])]
 
 
 Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None], Sequence[Pose]], ContactResult]
@@ -101,10 +133,10 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
         factors = sum({id(c): c.memory for b in result.elastic_bodies if (c := b.model.condensation)}.values())
         reason, finer = _reason_to_end(steps, target, factors), None
         if not reason:
-            finer = _divided(now.scene, result, target.accuracy, not _reason_to_end(steps, target, factors, TWICE))
+            finer = _divided(now.scene, result, target, not _reason_to_end(steps, target, factors, TWICE))
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
         if finer is None:
-            met = SAFETY * steps[-1].worst <= target.accuracy
+            met = SAFETY * steps[-1].over(target.accuracy) <= 1
             told = Convergence(target.accuracy, tuple(steps), met, reason)
             return replace(result, unrefined=tuple(scene.bodies), convergence=told)
         moved = any(b.pose is not before.pose for b, before in zip(result.scene.bodies, now.scene.bodies, strict=True))
@@ -126,6 +158,8 @@ def _step(result: ContactResult, seconds: float) -> Step:
         max_pressure=max((c.max_pressure for c in result.contacts), default=0.0),
         area=sum(c.area for c in result.contacts),
         seconds=seconds,
+        area_error=max((e.area for e in estimates), default=0.0),
+        **vars(result.response_error),
     )
 
 
@@ -134,11 +168,13 @@ def _reason_to_end(steps: Sequence[Step], target: Target, factors: int, least: f
 
     `least` is the least growth of the unknowns that is expected of the next division.
     """
-    last = steps[-1]
-    if SAFETY * last.worst <= target.accuracy:
-        return f"the estimate of {last.worst:.2%}, times {SAFETY} for safety, is within it"
-    before = [s.worst for s in steps[: -1 - PATIENCE]]
-    if len(steps) > PATIENCE + 1 and min(s.worst for s in steps[-1 - PATIENCE :]) > PROGRESS * min(before):
+    last, wanted = steps[-1], target.accuracy
+    if SAFETY * last.over(wanted) <= 1:
+        if not isinstance(wanted, Mapping):
+            return f"the estimate of {last.errors['pressure']:.2%}, times {SAFETY} for safety, is within it"
+        return f"the estimates ({last.text(wanted)}), times {SAFETY} for safety, are within it"
+    before = [s.over(wanted) for s in steps[: -1 - PATIENCE]]
+    if len(steps) > PATIENCE + 1 and min(s.over(wanted) for s in steps[-1 - PATIENCE :]) > PROGRESS * min(before):
         return f"the last {PATIENCE + 1} divisions did not lower the error: a singular edge, or geometry"
     if len(steps) > MOST_DIVISIONS:
         return f"the meshes have been divided {MOST_DIVISIONS} times"
@@ -162,25 +198,32 @@ def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
     return KnownContact(contact.points, contact.active, EDGE * largest.toarray().ravel())
 
 
-def _divided(scene: SceneModel, result: ContactResult, accuracy: float, again: bool) -> SceneModel | None:
+def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bool) -> SceneModel | None:
     """The scene on finer meshes, faces divided `again` where that is due; None if no body has a cell to divide."""
     marks: dict[int, dict[str, IntArray]] = {}
     below: dict[int, IntArray] = {}
     edges: dict[int, dict[str, Array]] = {}
     number = {id(b): k for k, b in enumerate(result.scene.bodies)}
     touching = [c for c in result.contacts if c.active.any()]
-    worst = max((c.error_estimate.worst for c in touching), default=0.0)
+    wanted = {id(c): target.pressure(c.error_estimate) for c in touching}
+    over = max((c.error_estimate.worst / t for c in touching if (t := wanted[id(c)])), default=0.0)
     # beside an edge where the pressure has no bound, more divisions do not help
-    again = again and worst > NEAR * accuracy and all(c.error_estimate.unbounded is None for c in touching)
+    again = again and over > NEAR and all(c.error_estimate.unbounded is None for c in touching)
+    response = target.response(result)
+    if response is not None:
+        parts = result.response_errors.cells[response[0]]
+        below = {k: cells for k, cells in enumerate(marked_by_response(parts, response[1])) if len(cells)}
+        marks = {k: {} for k in below}
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
-        if not contact.active.any():
+        accuracy = wanted.get(id(contact))
+        if accuracy is None or (response is not None and SAFETY * contact.error_estimate.worst <= accuracy):
             continue
         both = (interface.slave, interface.master)
         own = contact.facet_numbers[marked_facets(contact, accuracy / SAFETY)]
         for body, name, facets in zip(both, interface.surfaces, (own, facets_opposite(interface, own)), strict=True):
             of_body = marks.setdefault(number[id(body)], {})
             of_body[name] = np.union1d(of_body.get(name, facets), facets)
-            if again and worst <= FAR * accuracy:
+            if again and over <= FAR:
                 at_edge = edges.setdefault(number[id(body)], {})
                 at_edge[name] = np.concatenate([at_edge.get(name, np.zeros((0, 3))), edge_points(contact)])
         for body, cells in zip(both, marked_cells(contact, accuracy), strict=True):
@@ -192,12 +235,12 @@ def _divided(scene: SceneModel, result: ContactResult, accuracy: float, again: b
             continue
         bodies[k] = bodies[k].divided(given, below[k])
         if again and given and bodies[k] is not scene.bodies[k]:
-            parts = {n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()}
-            for name in parts.keys() & edges.get(k, {}).keys():
+            once = {n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()}
+            for name in once.keys() & edges.get(k, {}).keys():
                 points = result.scene.bodies[k].pose.to_body(edges[k][name])
-                parts[name] = np.intersect1d(parts[name], facets_at(points, bodies[k], name))
-            if any(len(p) for p in parts.values()):
-                more = bodies[k].divided(parts)
+                once[name] = np.intersect1d(once[name], facets_at(points, bodies[k], name))
+            if any(len(p) for p in once.values()):
+                more = bodies[k].divided(once)
                 bodies[k] = more if more.n_dofs <= TWICE * scene.bodies[k].n_dofs else bodies[k]
     if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
         return None

@@ -27,6 +27,7 @@ from fecontact.fem.factor import available_backends, has_bordered
 from fecontact.fem.model import Model
 from fecontact.fem.route import choose_route, memory_budget
 from fecontact.mesh import shapes
+from fecontact.results.convergence import accuracy_text, asked
 from fecontact.results.model_size import modelled
 from fecontact.scene.adaptive import GROWTH, SAFETY, Target
 from fecontact.scene.carried import KEYED
@@ -143,7 +144,10 @@ class Explanation:
 
 
 def explain(
-    scene: SceneModel, loads: Mapping[str, Any] | None = None, solver: str = "auto", accuracy: float | None = None
+    scene: SceneModel,
+    loads: Mapping[str, Any] | None = None,
+    solver: str = "auto",
+    accuracy: float | Mapping[str, float] | None = None,
 ) -> Explanation:
     """Estimate the cost of solving a scene, without assembly or factorisation.
 
@@ -153,8 +157,8 @@ def explain(
     loads : mapping, optional
         Arguments of `Scene.solve`; those other than loads are ignored.
     solver : str
-    accuracy : float, optional
-        As of `Scene.solve`.
+    accuracy : float or mapping of str to float, optional
+        As of `Scene.solve`; the tightest of several.
 
     Returns
     -------
@@ -202,12 +206,13 @@ def explain(
 def _divisions(
     conditions: Sequence[UnilateralConstraints],
     chosen: Sequence[np.ndarray],
-    accuracy: float,
+    accuracy: float | Mapping[str, float],
     n_dofs: int,
     seconds: float,
 ) -> str:
     """What it may take to an accuracy: every division about halves the error, see `FIRST_ERROR` and `GROWTH`."""
     target, error = Target(accuracy), 0.0
+    tightest, text = min(asked(target.accuracy).values()), accuracy_text(accuracy)
     for condition, candidates in zip(conditions, chosen, strict=True):
         interface = condition.as_contact
         if interface is not None:
@@ -215,11 +220,11 @@ def _divisions(
             faces = int(np.isin(surface.facets, nodes).all(axis=1).sum()) * 2 ** interface.slave.planes_through(nodes)
             across = np.sqrt(4 * max(CANDIDATES_IN_CONTACT * faces, 1) / np.pi)
             error = max(error, FIRST_ERROR[interface.pairing.coupling] / across)
-    n = max(0, int(np.ceil(np.log2(SAFETY * error / target.accuracy)))) if error > 0 else 0
+    n = max(0, int(np.ceil(np.log2(SAFETY * error / tightest)))) if error > 0 else 0
     if n == 0:
-        return f"{accuracy:.3g}: these meshes may do"
+        return f"{text}: these meshes may do"
     total = seconds * sum(GROWTH ** (k * 4 / 3) for k in range(n + 1))
-    return f"{accuracy:.3g}: about {n} divisions, to {n_dofs * GROWTH**n:.2g} unknowns and {total:.2g} s"
+    return f"{text}: about {n} divisions, to {n_dofs * GROWTH**n:.2g} unknowns and {total:.2g} s"
 
 
 def _coupling(interface: Interface, n: int) -> str:

@@ -24,7 +24,7 @@ ENGINES = ("own", "petsc")
 WORTHWHILE = 300_000
 
 
-def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: float | None, solver: object) -> int:
+def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: object, solver: object) -> int:
     """Number of processes; 0 for this one alone.
 
     Raises

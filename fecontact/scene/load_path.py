@@ -57,7 +57,7 @@ def solve_path(
     path: str | Path | None = None,
     *,
     finite_motion: bool = False,
-    accuracy: float | None = None,
+    accuracy: float | Mapping[str, float] | None = None,
     max_dofs: int | None = None,
     max_seconds: float | None = None,
     tolerance: float = TOLERANCE,
@@ -82,11 +82,11 @@ def solve_path(
         Whether rigid motions are finite: poses are updated in every step until they converge, prescribed motions are
         finite (rotation vectors, from the given poses), and slip is counted on surfaces that move along. By default
         motions are small.
-    accuracy : float, optional
+    accuracy : float or mapping of str to float, optional
         Relative error of the contact pressure and of the tractions of friction (L2) at the end of the path, such as
         0.02: the path is solved, meshes are divided where its last step needs it, and it is solved again, until the
-        estimated errors are within it. Fields belong to the divided bodies, ``path[k].solved(body)``;
-        ``path[-1].convergence`` has the rounds. Not together with a file.
+        estimated errors are within it; by name as in `Scene.solve`. Fields belong to the divided bodies,
+        ``path[k].solved(body)``; ``path[-1].convergence`` has the rounds. Not together with a file.
     max_dofs, max_seconds : int and float, optional
         Limits of the way there, as in `Scene.solve`.
     tolerance : float

@@ -6,6 +6,8 @@ the error means a fixed share of its square (W. Dörfler, SIAM J. Numer. Anal. 3
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fecontact.bodies.protocol import Body
@@ -78,6 +80,17 @@ def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, In
     chosen[_most(error, _share(contact.error_estimate.pressure, tolerance))] = True
     ours, theirs = contact.energy_errors
     return ours.cells[chosen[: len(ours.cells)]], theirs.cells[chosen[len(ours.cells) :]]
+
+
+def marked_by_response(parts: Sequence[Array], over: float) -> list[IntArray]:
+    """Cells of each body to divide by their parts in an error of forces or motions, which is so much too large.
+
+    Halving a cell quarters its part at least: errors of forces are squares of errors of strains.
+    """
+    sizes = np.abs(np.concatenate(parts))
+    chosen = np.zeros(len(sizes), bool)
+    chosen[_most(sizes, (1 - AIM / over) / (1 - HALVED**2))] = True
+    return [np.flatnonzero(c) for c in np.split(chosen, np.cumsum([len(p) for p in parts])[:-1])]
 
 
 def parts_of(facets: IntArray, body: Body, finer: Body, name: str) -> IntArray:

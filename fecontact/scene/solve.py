@@ -46,7 +46,7 @@ def solve_scene(
     tractions: Mapping[tuple[Body, str], Distribution] | None = None,
     gravity: ArrayLike | None = None,
     finite_motion: bool | str = "auto",
-    accuracy: float | None = None,
+    accuracy: float | Mapping[str, float] | None = None,
     max_dofs: int | None = None,
     max_seconds: float | None = None,
     solver: str | CustomSolver = "auto",
@@ -86,11 +86,12 @@ def solve_scene(
         Whether rigid motions are finite. True: poses are updated until they converge, and prescribed motions are
         finite (rotation vectors). False: motions are small and linearised. 'auto': poses are updated while
         linearised motions change gaps or lines of action by more than 1e-3 of the approach (see `linearisation`).
-    accuracy : float, optional
+    accuracy : float or mapping of str to float, optional
         Relative error of the contact pressure (L2), and of the tractions of friction, to reach, such as 0.02: meshes
-        of elastic bodies are divided where they need it, until the estimated errors are within it. The fields belong to
-        the divided bodies, `result.solved(body)`; `result.convergence` has the steps. Without it the meshes stay as
-        they are.
+        of elastic bodies are divided where they need it, until the estimated errors are within it. By name it is that
+        of 'pressure', 'peak', 'area', 'force', 'approach' or 'tilt', such as ``{"pressure": 0.02, "force": 0.01}``;
+        a warning names other figures that are worse. The fields belong to the divided bodies, `result.solved(body)`;
+        `result.convergence` has the steps. Without it the meshes stay as they are.
     max_dofs, max_seconds : int and float, optional
         Limits of the way there. The result is then the best one, and says what stopped it.
     solver : str or callable

@@ -365,7 +365,7 @@ def _solve_options(table: Table) -> dict[str, Any]:
         "solver": table.text("solver", ("auto", *available_solvers())),
         "tolerance": table.number("tolerance"),
         "finite_motion": table.flag("finite_motion", "auto"),
-        "accuracy": table.number("accuracy"),
+        "accuracy": table.number_or_named("accuracy"),
         "max_dofs": table.integer("max_dofs"),
         "max_seconds": table.number("max_seconds"),
         "engine": table.text("engine", ENGINES),

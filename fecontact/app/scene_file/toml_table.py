@@ -205,6 +205,13 @@ class Table:
             return None
         return float(value)
 
+    def number_or_named(self, key: str) -> float | dict[str, float] | None:
+        """A finite number, or a table of such numbers by name."""
+        if not isinstance(self.values.get(key), dict):
+            return self.number(key)
+        named = self.table(key)
+        return {name: value for name in named.values if (value := named.number(name)) is not None}
+
     def integer(self, key: str, required: bool = False) -> int | None:
         """A whole number."""
         value = self._take(key, required)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from matplotlib.figure import Figure
 
 from fecontact.common.errors import InputError
-from fecontact.results.convergence import Convergence
+from fecontact.results.convergence import Convergence, asked
 
 
 def draw_convergence(convergence: Convergence | None) -> Figure:
@@ -28,7 +30,11 @@ def draw_convergence(convergence: Convergence | None) -> Figure:
     ):
         axes.loglog(x, [100 * s.pressure for s in steps], "o-", label="pressure, L2")
         axes.loglog(x, [100 * s.peak for s in steps], "s--", label="peak pressure")
-        axes.axhline(100 * convergence.accuracy, color="0.5", linewidth=1.0, label="asked for")
+        for name in ("force", "approach", "tilt"):
+            if any(name in s.errors for s in steps):
+                axes.loglog(x, [100 * s.errors.get(name, math.nan) for s in steps], "^:", label=name)
+        for name, value in asked(convergence.accuracy).items():
+            axes.axhline(100 * value, color="0.5", linewidth=1.0, label=f"asked of the {name}")
         axes.set_xlabel(label)
         axes.grid(True, which="both", alpha=0.25)
     figure.axes[0].set_ylabel("estimated error, %")

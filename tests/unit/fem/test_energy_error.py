@@ -36,6 +36,33 @@ def test_linear_cells_miss_the_slope_of_a_strain():
     assert abs(energy / (modulus * (1 / 3 - 1 / 12 / n**2)) - 1) < 1e-9
 
 
+def test_linear_cells_in_bending_miss_what_their_shear_costs():
+    """Source: u = (k x z, 0, -k x^2 / 2) of pure bending, nu = 0, at the nodes of cells one or two across: their strain
+    xx is that of the field, and their shear k (x - middle) / 2 instead of none costs mu k^2 L^2 / 12 for a length L.
+
+    A uniform strain on distorted cells is missed by nothing.
+    """
+    for across in (1, 2):
+        mesh = fc.shapes.block((4.0, 1.0, 1.0), (8, 1, across), element="hex8").translated((0, 0, -0.5))
+        shear = np.full(len(mesh.cells), 0.5)
+        x, z = mesh.points[:, 0], mesh.points[:, 2]
+        u = np.stack([x * z, 0 * x, -(x**2) / 2], axis=1)
+        error, energy = totals(energy_error(mesh, u, 0 * shear, shear, np.arange(len(shear))))
+        assert abs(error / (4 * 0.5 * 0.5**2 / 12) - 1) < 1e-9
+        assert abs((energy - error) / (4 / 12) - 1) < 1e-9
+    skew = mesh.mapped(lambda p: p + 0.05 * np.sin(3 * p[:, [1, 2, 0]]))
+    error, energy = totals(energy_error(skew, skew.points[:, [2, 0, 1]] + skew.points, shear, shear, np.arange(16)))
+    assert error < 1e-24 * energy
+    # of two fields: the product of their errors
+    other = np.stack([0 * x, x * z, 0 * x], axis=1)
+    one, two, both = (
+        energy_error(mesh, v, shear, shear, np.arange(16), other=w).error.sum()
+        for v, w in ((u, None), (other, None), (u + other, None))
+    )
+    product = energy_error(mesh, u, shear, shear, np.arange(16), other=other).error.sum()
+    assert abs(both - one - two - 2 * product) < 1e-12 * both
+
+
 def test_quadratic_cells_hold_it():
     error, energy = linear_strain(6, "hex20")
     assert error < 1e-12 * energy

@@ -142,6 +142,17 @@ def test_a_scene_file_and_the_command_line_ask_for_an_accuracy(tmp_path, capsys)
     told = json.loads((tmp_path / "out.json").read_text())["convergence"]
     assert told["accuracy"] == 0.2
     assert told["met"]
+    assert (
+        main(["solve", str(path), "--accuracy", "pressure=30%, force=0.4", "--json", str(tmp_path / "out.json")]) == 0
+    )
+    told = json.loads((tmp_path / "out.json").read_text())["convergence"]
+    assert told["accuracy"] == {"pressure": 0.3, "force": 0.4}
+    named = tmp_path / "named.toml"
+    named.write_text(path.read_text().replace("accuracy = 0.3", "accuracy = {pressure = 0.3, force = 0.4}"))
+    assert read_scene(named).solve().convergence.accuracy == {"pressure": 0.3, "force": 0.4}
+    named.write_text(path.read_text().replace("accuracy = 0.3", "accuracy = {pressure = 0.3, strength = 0.4}"))
+    with pytest.raises(fc.InputError, match="found 'strength'"):
+        read_scene(named)
     path.write_text(path.read_text().replace("accuracy = 0.3", "max_dofs = 3000"))
     with pytest.raises(fc.InputError, match="no accuracy"):
         read_scene(path)
@@ -251,3 +262,37 @@ def test_the_edge_is_found_on_other_meshes_of_the_body(solved):
     outside = np.hypot(corners[..., 0], corners[..., 1]) > CONTACT
     assert (outside.any(axis=1) & ~outside.all(axis=1)).all()
     assert len(facets_at(points[:0], block, "bottom")) == 0
+
+
+#: Force on a quarter of the plate below, on 20-node cells graded to its clamped sides (8 x 8 x 4, `accuracy` 0.03).
+PLATE = 0.003468
+
+
+def test_figures_are_asked_for_by_name():
+    """Bending of a plate of 8-node cells: its force is divided for, which the pressure alone leaves too large."""
+    mesh = fc.shapes.block((5.0, 5.0, 1.0), (4, 4, 1), element="hex8")
+    body = fc.ElasticBody(mesh, STEEL, "top", {"x_min": "x", "y_min": "y", "x_max": "xyz", "y_max": "xyz"})
+    ball = fc.RigidBody(fc.Sphere(20.0)).placed((0, 0, 1.0))
+    plate, asked = fc.Scene([body, ball], [fc.Contact(body, ball)]), {"pressure": 0.2, "force": 0.1}
+    loads = {"motions": {ball: {"z": -0.1}}, "finite_motion": False}
+    coarse, by_name = (plate.solve(**loads, accuracy=a) for a in (0.2, asked))
+    assert coarse.convergence.met
+    assert any("Estimated errors of other figures are larger: force" in text for text in coarse.warnings)
+    assert by_name.convergence.met
+    assert by_name.convergence.accuracy == asked
+    assert SAFETY * by_name.response_error.force <= 0.1 < coarse.response_error.force
+    assert not any("larger: force" in text for text in by_name.warnings)
+    assert abs(by_name.contacts[0].total_force / PLATE - 1) < 0.1 < coarse.contacts[0].total_force / PLATE - 1
+    assert by_name.summary()["convergence"]["accuracy"] == asked
+    assert "pressure 0.2, force 0.1" in str(by_name.convergence)
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "found"),
+    [({"forces": 0.1}, "pressure, peak, area, force, approach, tilt; found 'forces'"), ({}, "found none"),
+     ({"force": 2.0}, "accuracy of the force is a relative error below 1")],
+)  # fmt: skip
+def test_wrong_names_of_figures_are_refused(accuracy, found):
+    block, _, both = scene("hex8")
+    with pytest.raises(fc.InputError, match=found):
+        both.solve(forces={block: (0, 0, -FORCE)}, accuracy=accuracy)
