@@ -134,7 +134,7 @@ class ResponseErrors:
         start = np.cumsum([0] + [len(c.candidates) for c in self.contacts])
         touching = [k for k, c in enumerate(self.contacts) if c.active.any()]
         only_pressed = not self.frictional and all(part.loads is None for part in parts)
-        known = isinstance(problem.S, np.ndarray) and not self.frictional and len(closed) <= MOST_POINTS
+        known = problem.is_dense and not self.frictional and len(closed) <= MOST_POINTS
         alone = len(touching) == 1 and only_pressed and start[-1] == problem.n
         elastic = sum(float(each.energy.sum()) for each in self.primal)
         if only_pressed:

@@ -206,6 +206,11 @@ class ComplementarityProblem:
         return int(self.g.size)
 
     @property
+    def is_dense(self) -> bool:
+        """Whether the compliance is a matrix, no operator."""
+        return isinstance(self.S, np.ndarray)
+
+    @property
     def m(self) -> int:
         """Number of equilibrium rows."""
         return int(self.F.size)
