@@ -117,7 +117,7 @@ def main(sizes: tuple[int, ...] = (2, 3), out: str | Path = "out", accuracy: flo
                     "head": kind,
                     "n": n,
                     "held": result.reaction(cup)[:3],
-                    "area": contact.edge_area,
+                    "area": contact.area,
                     "peak": contact.max_pressure,
                     "thin": thin_layers(2 * THICKNESS if kind == "cartilage" else THICKNESS),
                     "equilibrium": result.residuals().equilibrium,
@@ -125,8 +125,8 @@ def main(sizes: tuple[int, ...] = (2, 3), out: str | Path = "out", accuracy: flo
             )
             size = float(np.linalg.norm(contact.force))
             print(
-                f"{kind:>10}{n:>3}{result.n_dofs:>8}{size:>9.1f}{contact.edge_area:>10.1f}{contact.max_pressure:>10.3f}"
-                f"{size / contact.edge_area:>10.3f}{result.seconds['total']:>6.1f}"
+                f"{kind:>10}{n:>3}{result.n_dofs:>8}{size:>9.1f}{contact.area:>10.1f}{contact.max_pressure:>10.3f}"
+                f"{size / contact.area:>10.3f}{result.seconds['total']:>6.1f}"
             )
         result.plot("pressure", folder / f"hip_joint_{kind}.png")
         peaks = [row["peak"] for row in rows if row["head"] == kind]

@@ -191,8 +191,8 @@ def main(sectors: int = 20, n: int = 3, out: str | Path = "out", accuracy: float
     result = scene.solve(forces={socket: LOAD}, free={socket: "x y z"}, accuracy=accuracy)
     contact, held = result.contacts[0], result.reaction(body, "end")
     print(f"contact force {np.linalg.norm(contact.force):.1f} N, peak {contact.max_pressure:.2f} MPa", end=", ")
-    print(f"area {contact.edge_area:.1f} mm2; the bone's end holds {np.array2string(held[:3], precision=1)} N")
-    figures: dict[str, dict] = {"contact": {"held": held[:3], "peak": contact.max_pressure, "area": contact.edge_area}}
+    print(f"area {contact.area:.1f} mm2; the bone's end holds {np.array2string(held[:3], precision=1)} N")
+    figures: dict[str, dict] = {"contact": {"held": held[:3], "peak": contact.max_pressure, "area": contact.area}}
     figures["contact"]["equilibrium"] = result.residuals().equilibrium
 
     print(f"{'material':>10}{'von Mises':>11}{'along z from':>14}{'to MPa':>8}")

@@ -175,7 +175,7 @@ def figures(result: fc.ContactResult, angle: float) -> dict:
         "medial": abs(float(inner.force[2])),
         "lateral": abs(float(outer.force[2])),
         "menisci": sum(abs(float(c.force[2])) for c in result.contacts[1:] if "upper" in c.surfaces),
-        "area": contact.edge_area,
+        "area": contact.area,
         "peak": contact.max_pressure,
         "tensions": {s.spring.name: s.tension for s in result.springs},
         "equilibrium": result.residuals().equilibrium,

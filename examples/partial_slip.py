@@ -31,12 +31,12 @@ def main(level: int = 1, out: str | Path = "out") -> dict[str, float]:
     path = scene.solve_path(steps)
     print(path)
 
-    worked = 2 * float(path.dissipated[4:].sum())  # from one reversal over the other and back
+    worked = 2 * float(path.friction_work[4:].sum())  # from one reversal over the other and back
     last = path[3].contacts[0]
     figures = {
         "energy of a cycle": worked,
         "of Mindlin and Deresiewicz": exact.cycle_energy,
-        "stick radius": float(np.sqrt(2 * last.friction.stick_area / np.pi)),
+        "stick radius": float(np.sqrt(2 * last.stick_area / np.pi)),
         "of Cattaneo and Mindlin": exact.c,
         "largest residual": max(result.friction.residuals.worst for result in path.steps),
     }

@@ -147,4 +147,4 @@ def elastic_cycle(seed, steps=6):
     assert all((np.linalg.norm(f[:, 1:], axis=1) < mu * f[:, 0]).all() for f in forces)
     far, largest = max(np.abs(s.q - first.q).max() for s in others), np.max(forces)
     left, changed = np.abs(others[-1].q - first.q).max(), np.abs(forces[-1] - forces[0]).max()
-    return left / far, changed / largest, sum(abs(s.friction.dissipated) for s in others) / (far * largest)
+    return left / far, changed / largest, sum(abs(s.friction.friction_work) for s in others) / (far * largest)

@@ -15,6 +15,7 @@ from fecontact.analytic.hertz_circle import CircularContact
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+from fecontact.common.renamed import renamed
 
 
 @dataclass(frozen=True)
@@ -85,9 +86,11 @@ class RoundSlip(Frictional[CircularContact]):
         return 2 * self.modulus * self.c
 
     @property
-    def dissipated(self) -> float:
+    def friction_work(self) -> float:
         """Work of friction while the tangential force grew from zero; a quarter of that of a cycle."""
         return self.cycle_energy / 4
+
+    dissipated = renamed("dissipated", "friction_work")
 
     @property
     def cycle_energy(self) -> float:

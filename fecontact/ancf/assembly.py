@@ -326,7 +326,7 @@ class Assembly:
             own = viscous_step(solid, self.part(q0, k), self.part(q1, k), h, memory[start:])
             forces[self.starts[k] : self.starts[k + 1]] = own.forces
             kept.append(own.memory)
-            lost, stored, start = lost + own.dissipated, stored + own.stored, start + len(own.memory)
+            lost, stored, start = lost + own.viscous_work, stored + own.stored, start + len(own.memory)
         return ViscousStep(forces, np.concatenate(kept), lost, stored)
 
     def step_tangent(self, q: Array, h: float, share: float) -> sp.csr_matrix:

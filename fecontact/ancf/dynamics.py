@@ -23,6 +23,7 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.common.files import check_writable, replacing
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import renamed
 
 #: Halvings of the step, less the steps made since, after which the motion stops.
 MOST_HALVINGS = 12
@@ -45,7 +46,7 @@ class Motion:
     time : (n,) array
     kinetic, strain, potential : (n,) arrays
         Energies; the potential of dead loads is zero at the initial coordinates.
-    work, dissipated, rubbed : (n,) arrays
+    work, viscous_work, friction_work : (n,) arrays
         Work of what varies in time, energy lost to viscosity, and work of friction, from the start.
     momentum : (n, 3) array
     contact_force : (n, n_touches, 3) array
@@ -66,8 +67,8 @@ class Motion:
     strain: Array
     potential: Array
     work: Array
-    dissipated: Array
-    rubbed: Array
+    viscous_work: Array
+    friction_work: Array
     momentum: Array
     contact_force: Array
     penetration: Array
@@ -76,6 +77,8 @@ class Motion:
     frame_times: Array
     now: Instant
 
+    dissipated, rubbed = renamed("dissipated", "viscous_work"), renamed("rubbed", "friction_work")
+
     @property
     def energy(self) -> Array:
         """Total energy (n,)."""
@@ -83,8 +86,8 @@ class Motion:
 
     @property
     def drift(self) -> float:
-        """Largest change of the total energy, neither work nor dissipated, relative to the largest kinetic energy."""
-        balance = self.energy - self.work + self.dissipated + self.rubbed
+        """Largest change of the total energy, less all work and losses, relative to the largest kinetic energy."""
+        balance = self.energy - self.work + self.viscous_work + self.friction_work
         change = balance - balance[0]
         return float(np.abs(change).max() / max(self.kinetic.max(), np.finfo(float).tiny))
 
@@ -375,7 +378,13 @@ class _Record:
         # the work of constant loads is the change of their potential
         work = now.work + potential - (self.rows[0][3] if self.rows else potential)
         figures = [now.time, kinetic, a.energy(now.q) + now.stored, potential, *a.momentum(now.v)]
-        figures += [float(max(0.0, -finite.min(initial=0.0))), float(now.nit), work, now.dissipated, now.rubbed]
+        figures += [
+            float(max(0.0, -finite.min(initial=0.0))),
+            float(now.nit),
+            work,
+            now.viscous_work,
+            now.friction_work,
+        ]
         self.rows.append(np.concatenate([figures, *resultants]))
         self.now = now
         if frame:
@@ -425,7 +434,7 @@ class _Record:
                 "delete the file, or continue with the original input."
             )
         now = replace(
-            now, time=float(now.time), work=float(now.work), dissipated=float(now.dissipated),
-            stored=float(now.stored), rubbed=float(now.rubbed), nit=int(now.nit),
+            now, time=float(now.time), work=float(now.work), viscous_work=float(now.viscous_work),
+            stored=float(now.stored), friction_work=float(now.friction_work), nit=int(now.nit),
         )  # fmt: skip
         return cls(rows, frames, times, now, prints)

@@ -53,19 +53,19 @@ def searched(
     weight, of_hubs = 2 * float(forces.max(initial=0.0)), 2 * float(np.abs(stresses).max(initial=0.0))
     limit = slip.limit(forces)
 
-    def rubbed(s: Array) -> float:
+    def friction_work(s: Array) -> float:
         size = np.linalg.norm(s.reshape(2, -1), axis=0)
         return float(np.multiply(limit, size, out=np.zeros(len(size)), where=np.isfinite(limit)).sum())
 
     def merit(x: Array, c: Conditions, s: Array) -> float:
         penetrated = float(np.maximum(-c.gap, 0.0).sum())
         strained = float(np.abs(a.hub_strains(x)).sum())
-        return a.energy(x) - float(load @ x) + weight * penetrated + of_hubs * strained + rubbed(s)
+        return a.energy(x) - float(load @ x) + weight * penetrated + of_hubs * strained + friction_work(s)
 
     before = None if driven else merit(q, conditions, slip.slip)
     slope = float((internal - load) @ direction) - weight * float(np.maximum(-conditions.gap, 0.0).sum())
     slope -= of_hubs * float(np.abs(a.hub_strains(q)).sum())
-    slope += rubbed(slip.slip + slip.T @ direction) - rubbed(slip.slip)
+    slope += friction_work(slip.slip + slip.T @ direction) - friction_work(slip.slip)
     tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
     share = 1.0
     for _ in range(MOST_HALVINGS):

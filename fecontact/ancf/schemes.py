@@ -69,9 +69,9 @@ class Instant:
         Internal strains of visco-elastic solids.
     tangential, owed : (n_multipliers, 3) arrays
         Forces of friction, and slip owed to the next step, see `slip`.
-    rubbed : float
+    friction_work : float
         Work of friction from the start.
-    dissipated, stored : float
+    viscous_work, stored : float
         Energy lost to viscosity from the start, and that of its branches.
     nit : int
         Number of iterations of the step.
@@ -88,9 +88,9 @@ class Instant:
     tangential: Array
     owed: Array
     work: float = 0.0
-    dissipated: float = 0.0
+    viscous_work: float = 0.0
     stored: float = 0.0
-    rubbed: float = 0.0
+    friction_work: float = 0.0
     nit: int = 0
 
     @property
@@ -105,7 +105,7 @@ class Instant:
         """The state at the end of a step of length h, before friction is told."""
         return Instant(
             self.time + h, q, v, a, b, forces, applied, viscous.memory, self.tangential, self.owed, work,
-            self.dissipated + viscous.dissipated, viscous.stored, self.rubbed, nit,
+            self.viscous_work + viscous.viscous_work, viscous.stored, self.friction_work, nit,
         )  # fmt: skip
 
 
@@ -183,7 +183,7 @@ class GeneralisedAlpha:
                 applied = acting(end, q, acceleration, viscous.forces - kept.by_hubs(ties))
                 work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(at, now, h, q, forces)
                 after = now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
-                return _rubbed(a, now, after, slip, slip.slip + slip.T @ change, t, h)
+                return _with_friction(a, now, after, slip, slip.slip + slip.T @ change, t, h)
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -248,7 +248,7 @@ class EnergyMomentum:
                 end_of_step = now.after(
                     h, viscous, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
                 )
-                return _rubbed(a, now, end_of_step, slip, slip.slip + slip.T @ change, t, h)
+                return _with_friction(a, now, end_of_step, slip, slip.slip + slip.T @ change, t, h)
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -311,7 +311,7 @@ def _since(begin: Stage, now: Instant) -> SlipStart:
     return SlipStart(now.q, tuple(t.master.pose for t in begin.assembly.touches), now.owed)
 
 
-def _rubbed(a: Assembly, now: Instant, after: Instant, slip: Slips, s: Array, t: Array, h: float) -> Instant:
+def _with_friction(a: Assembly, now: Instant, after: Instant, slip: Slips, s: Array, t: Array, h: float) -> Instant:
     """The end of a step with what friction made of it: s (2 f,) is the slip, and t the forces along it.
 
     Velocities jump where points stop; rigid bodies that move do work by friction, too.
@@ -321,8 +321,8 @@ def _rubbed(a: Assembly, now: Instant, after: Instant, slip: Slips, s: Array, t:
         return replace(after, tangential=tangential, owed=owed)
     moved = slip.T @ (after.q - now.q)
     v, lost = stopped(a, after.v, slip, after.forces, t, (moved - s) / h, h)
-    rubbed, work = after.rubbed + lost - float(t @ s), after.work + float(t @ (moved - s))
-    return replace(after, v=v, tangential=tangential, owed=owed, rubbed=rubbed, work=work)
+    friction_work, work = after.friction_work + lost - float(t @ s), after.work + float(t @ (moved - s))
+    return replace(after, v=v, tangential=tangential, owed=owed, friction_work=friction_work, work=work)
 
 
 def _widths(a: Assembly) -> Array:

@@ -26,6 +26,7 @@ from fecontact.ancf.newton import TangentialRows
 from fecontact.ancf.touch import ContactConstraints, ContactGaps
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.renamed import renamed
 from fecontact.solvers.friction_problem import ON_CONE, friction_limit, projected
 
 
@@ -58,7 +59,7 @@ class FrictionEnd:
         Tangential forces on the slave, and slip during the step, of each contact, in world axes; zero without friction.
     defect : float
         Of Coulomb's law, see `Slips.defect`.
-    dissipated : float
+    friction_work : float
         Work of friction during the step.
     start : SlipStart
         Whence the next step counts.
@@ -67,15 +68,17 @@ class FrictionEnd:
     forces: tuple[Array, ...]
     slip: tuple[Array, ...]
     defect: float
-    dissipated: float
+    friction_work: float
     start: SlipStart
+
+    dissipated = renamed("dissipated", "friction_work")
 
     def of(self, slips: Slips) -> Array:
         """Components (2 f,) of the tangential forces along the tangents of some slips."""
         return slips.of(np.concatenate([np.zeros((0, 3)), *self.forces]))
 
 
-def unrubbed(touches: Sequence[ContactConstraints], q: Array) -> FrictionEnd:
+def initial_friction(touches: Sequence[ContactConstraints], q: Array) -> FrictionEnd:
     """No forces and no slip, at coordinates q (n_dofs,)."""
     none = tuple(np.zeros((t.n_multipliers, 3)) for t in touches)
     owed = np.concatenate([np.zeros((0, 3)), *none])

@@ -28,7 +28,7 @@ from fecontact.ancf.free_motion import check_supports, free_motions
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.line_search import searched
 from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, tied_step, unsymmetric_step
-from fecontact.ancf.slip import FrictionEnd, Slips, slips, unrubbed
+from fecontact.ancf.slip import FrictionEnd, Slips, initial_friction, slips
 from fecontact.ancf.stage import Stage, Start
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import share
@@ -188,7 +188,7 @@ def equilibrium(
         begun = replace(start, level=float(min(levels, key=lambda s: _distance(stage(float(s)), start))))
     level, step = 0.0 if begun is None else begun.level, 1.0 / steps
     q = stage(level).assembly.q0 if begun is None else begun.q
-    friction = unrubbed(stage(level).assembly.touches, q) if begun is None else begun.friction
+    friction = initial_friction(stage(level).assembly.touches, q) if begun is None else begun.friction
     forces = None if begun is None else _joined(begun.forces)
     states: list[State] = [] if begun is None else [begun]
     balanced: Stage | None = None
@@ -309,7 +309,7 @@ def _unmoved(stage: Stage, level: float, last: State, tolerance: float) -> State
     """
     if _distance(stage, last) > tolerance:
         return None
-    still = replace(last.friction, slip=tuple(np.zeros_like(s) for s in last.friction.slip), dissipated=0.0)
+    still = replace(last.friction, slip=tuple(np.zeros_like(s) for s in last.friction.slip), friction_work=0.0)
     return replace(last, level=level, nit=0, friction=still)
 
 

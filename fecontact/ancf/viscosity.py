@@ -106,13 +106,13 @@ class ViscousStep:
         Over the step, to be added to the elastic ones.
     memory : (n,) array
         Internal strains at its end.
-    dissipated, stored : float
+    viscous_work, stored : float
         Energy lost in the step, and that of the branches at its end.
     """
 
     forces: Array
     memory: Array
-    dissipated: float
+    viscous_work: float
     stored: float
 
 
@@ -138,7 +138,7 @@ def viscous_step(solid: Viscous, q0: Array, q1: Array, h: float, memory: Array) 
     >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
     >>> solid = AncfSolid(space, fc.Material(E=3.0, nu=0.0), viscosity=Viscosity(retardation=2.0))
     >>> step = viscous_step(solid, space.q0, space.affine(np.diag([1.001, 1.0, 1.0])), 1.0, relaxed(solid, space.q0))
-    >>> round(step.dissipated / 1e-6, 2)  # E t_r (0.001)^2 / h
+    >>> round(step.viscous_work / 1e-6, 2)  # E t_r (0.001)^2 / h
     6.01
     """
     assert solid.viscosity is not None

@@ -176,7 +176,7 @@ def _sweep(scene: SceneFile, options: argparse.Namespace) -> int:
 
 def _follow(scene: SceneFile, to: str | None) -> int:
     path = scene.solve_path()
-    figures = {"steps": [result.summary() for result in path.steps], "dissipated": path.dissipated.tolist()}
+    figures = {"steps": [result.summary() for result in path.steps], "friction_work": path.friction_work.tolist()}
     remarks = _show(_titled(scene, f"{path[-1]}\n{path}"), figures, to)
     for written in scene.write(path[-1]):
         say(f"wrote {written}", remarks)

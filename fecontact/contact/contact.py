@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,9 +32,10 @@ class Contact:
     slave, master : Body
     surfaces : (str, str), optional
         Names of their surfaces; optional for a body with one contact surface.
-    swap : {'auto', 'never'}
+    swap : {'auto', 'never', 'always'}
         Whether sides may be swapped where faces do not match: the slave should be the coarser side for mortar coupling,
-        the finer one for nodal forces.
+        the finer one for nodal forces. 'always' swaps them if both have faces. Resultants are on the body named first
+        all the same.
     coupling : {'auto', 'nodal', 'mortar'}
         'nodal': forces on slave nodes; 'mortar': non-negative multipliers and weighted gaps over the exact overlap;
         'auto': nodal where faces match or nest and on rigid surfaces, mortar elsewhere.
@@ -74,7 +74,7 @@ class Contact:
     def __post_init__(self) -> None:
         among("axis_of", self.axis_of, ("slave", "master"))
         among("coupling", self.coupling, ("auto", "nodal", "mortar"))
-        among("swap", self.swap, ("auto", "never"))
+        among("swap", self.swap, ("auto", "never", "always"))
         for body in (self.slave, self.master):
             check_body(body)
         if self.slave is self.master:
@@ -124,12 +124,6 @@ class Contact:
                     f"coefficient of friction instead of {pair}."
                 )
         object.__setattr__(self, "friction", pair)
-
-    def turned_over(self) -> Self:
-        """The same contact with the sides swapped."""
-        axis_of = {"slave": "master", "master": "slave"}[self.axis_of] if self.friction_axis is not None else "slave"
-        one, other = self.surfaces or ("", "")
-        return replace(self, slave=self.master, master=self.slave, surfaces=(other, one), axis_of=axis_of)
 
     @property
     def mu(self) -> float:

@@ -12,6 +12,7 @@ FIGURES: dict[str, tuple[str, str]] = {
     **{f"force_{axis}": ("force", "") for axis in "xyz"},
     "force": ("force", ""),
     "area": ("length", "²"),
+    "point_area": ("length", "²"),
     "max_pressure": ("stress", ""),
     "mean_pressure": ("stress", ""),
     **{f"centre_{axis}": ("length", "") for axis in "xyz"},
@@ -19,7 +20,7 @@ FIGURES: dict[str, tuple[str, str]] = {
     "pressure_error": ("", ""),
     "stick_area": ("length", "²"),
     "slip_area": ("length", "²"),
-    "dissipated": ("moment", ""),
+    "friction_work": ("moment", ""),
 }
 #: Figures of a case as a whole.
 WHOLE = ("case", "status", "residual", "iterations", "seconds", "warnings")
@@ -40,40 +41,34 @@ def row_figures(row: Mapping[str, Any], contacts: Sequence[tuple[str, str]]) -> 
     row : mapping
         `ContactResult.summary` with parameters, loads and sides.
     contacts : sequence of (str, str)
-        Names of the bodies of each contact as given; forces are on the first.
+        Names of the bodies of each contact.
     """
     out = {**row.get("parameters", {}), **row.get("loads", {})}
-    for label, (first, _), contact in zip(contact_labels(contacts), contacts, row["contacts"], strict=True):
+    for label, contact in zip(contact_labels(contacts), row["contacts"], strict=True):
         head = f"{label}: " if len(contacts) > 1 else ""
-        sign = 1.0 if contact["slave"] == first else -1.0
-        out |= {f"{head}{name}": value for name, value in _of_contact(contact, sign).items()}
+        out |= {f"{head}{name}": value for name, value in _of_contact(contact).items()}
         for side, part in contact.get("sides", {}).items():
-            found = _resultant(part, sign, part["outline_area"])
-            out |= {f"{head}{side}: {name}": value for name, value in found.items()}
+            out |= {f"{head}{side}: {name}": value for name, value in _resultant(part).items()}
     out |= {f"{spring['name']}: tension": spring["tension"] for spring in row["springs"]}
     plain = [value for value in row["residuals"].values() if not isinstance(value, Mapping)]
     out |= {"residual": max(plain), "iterations": row["iterations"], "seconds": row["seconds"]["total"]}
     return out | {"warnings": len(row["warnings"])}
 
 
-def _of_contact(contact: Mapping[str, Any], sign: float) -> dict[str, Any]:
-    """Figures of a contact; force and mean pressure belong to the area with the edge located within the faces."""
-    area = contact["outline_area"]
-    out = _resultant(contact, sign, area)
-    friction = contact.get("friction", {})
-    out |= {name: friction[name] for name in ("stick_area", "slip_area", "dissipated") if name in friction}
+def _of_contact(contact: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures of a contact."""
+    out, friction = _resultant(contact), contact.get("friction", {})
+    out |= {name: friction[name] for name in ("stick_area", "slip_area", "friction_work") if name in friction}
     return out | {"regions": contact["regions"], "pressure_error": contact["error_estimate"]["pressure"]}
 
 
-def _resultant(part: Mapping[str, Any], sign: float, area: float) -> dict[str, Any]:
-    """Figures of a contact or of a part of it, of which `area` is given."""
+def _resultant(part: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures of a contact or of a part of it."""
     force = np.asarray(part["force"], float)
     centre = part["centre_of_pressure"] or [np.nan] * 3
     return {
-        **{f"force_{axis}": sign * f for axis, f in zip("xyz", force.tolist(), strict=True)},
+        **{f"force_{axis}": f for axis, f in zip("xyz", force.tolist(), strict=True)},
         "force": float(np.linalg.norm(force)),
-        "area": area,
-        "max_pressure": part["max_pressure"],
-        "mean_pressure": part["mean_pressure"] * part["area"] / area if area > 0 else 0.0,
+        **{name: part[name] for name in ("area", "point_area", "max_pressure", "mean_pressure")},
         **{f"centre_{axis}": x for axis, x in zip("xyz", centre, strict=True)},
     }

@@ -18,6 +18,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, csv_name, save_json, write_atomically, write_collection
+from fecontact.common.renamed import present_name
 from fecontact.common.units import Units
 from fecontact.results.case_figures import FIGURES, GIVEN, contact_labels, row_figures
 from fecontact.results.field_map import FIELDS, FieldMap
@@ -122,6 +123,7 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         InputError
             If there are none of that name.
         """
+        name = present_name(name, self.figures)
         among("column", name, self.figures)
         return self.figures[name]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,27 +15,36 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.directions import WORLD, Directions
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import RenamedKeys, redefined, renamed
 from fecontact.fem.energy_error import EnergyError
+from fecontact.results.cell_contact import CellContact, cell_contact
 from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
 from fecontact.results.facet_samples import beside_plane, facet_samples, pressure_shapes
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.recovered_field import RecoveredField, recovered_field
-from fecontact.results.resultants import Region, part_of, region_numbers, sides_of_plane
+from fecontact.results.resultants import Region, part_of, region_numbers, resultant, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.results.stick import has_reserve, reserve, traction_misfit
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
+#: Difference of both areas, relative, up to which they are the same.
+SAME = 1e-9
 #: Samples per side of a facet, by which one that a plane cuts is divided.
 SAMPLES = 8
 #: Faces across a contact from which on its edge is located within them.
 FACES_ACROSS = 2.0
+#: Mean pressure within an outline over the largest, above which the outline leaves out what carries the force.
+ABOVE_PEAK = 1.01
 
 
 @one_line
 @dataclass(frozen=True, eq=False)
 class ContactFields:
     """Pressures, gaps and resultants of one contact. Points and vectors are in world axes.
+
+    Fields at points are those of the slave; `force`, `moment` and all resultants are on the body that is named first in
+    the `Contact`, whichever side is the slave.
 
     Attributes
     ----------
@@ -71,7 +81,7 @@ class ContactFields:
     sharing : (n, n_surface_facets) csr_matrix
         Which point has a value on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
-        Reference point of `moment`: the slave's.
+        Reference point of `moment`: that of the first body.
     displacements : ((n_dofs,) array, (n_dofs,) array)
         Of slave and master, in their own axes.
     coupling : str
@@ -82,6 +92,8 @@ class ContactFields:
         Tractions and slip, of a contact with friction.
     directions : Directions
         Names of directions, for axes of maps.
+    swapped : bool
+        Whether the slave is the body named second.
     """
 
     slave: Body
@@ -107,6 +119,23 @@ class ContactFields:
     note: str
     friction: FrictionFields | None = None
     directions: Directions = WORLD
+    swapped: bool = False
+
+    @property
+    def bodies(self) -> tuple[Body, Body]:
+        """The bodies in the order of the `Contact`; forces are on the first."""
+        return (self.master, self.slave) if self.swapped else (self.slave, self.master)
+
+    @property
+    def label(self) -> str:
+        """Its bodies and surfaces in the order of the `Contact`."""
+        names = [f"{body.name}.{name}" for body, name in zip((self.slave, self.master), self.surfaces, strict=True)]
+        return " on ".join(names[::-1] if self.swapped else names)
+
+    @property
+    def sign(self) -> float:
+        """-1 where the first body is the master: factor from forces on the slave to resultants."""
+        return -1.0 if self.swapped else 1.0
 
     @property
     def pressure(self) -> Array:
@@ -118,24 +147,68 @@ class ContactFields:
         """Points (n,) that carry force."""
         return self.forces > 0
 
+    @cached_property
+    def whole(self) -> Region:
+        """Resultants and area: what prints, summaries, files, tables, maps and pages show."""
+        return part_of(self, np.ones(len(self.forces)), np.ones(len(self.facets)))
+
     @property
     def area(self) -> float:
+        """Area with the edge located within the faces, that of `outline`.
+
+        More accurate than `point_area`; that it is where fewer than `FACES_ACROSS` faces lie across the contact, on
+        which no edge is located, and of regions whose force no outline surrounds.
+        """
+        return self._redefined("area", "the area within the outline, as it is printed", "point_area")
+
+    @property
+    def point_area(self) -> float:
         """Sum of the areas of the points that carry force."""
         return float(self.weights[self.active].sum())
 
     @property
+    def stick_area(self) -> float:
+        """Area that sticks, by its outline or, where there is none, by the share of points; zero without friction."""
+        if self.friction is None or self.point_area == 0:
+            return 0.0
+        if (outline := self.stick_outline) is not None:
+            return min(outline.area, self.whole.area)
+        return self.friction.point_stick_area / self.point_area * self.whole.area
+
+    @property
+    def slip_area(self) -> float:
+        """The rest of `area`; zero without friction."""
+        return 0.0 if self.friction is None else self.whole.area - self.stick_area
+
+    edge_area = renamed("edge_area", "area", lambda contact: contact.whole.area)
+    edge_mean_pressure = renamed("edge_mean_pressure", "mean_pressure", lambda contact: contact.whole.mean_pressure)
+
+    @property
+    def mean_pressure(self) -> float:
+        """Total force over area; zero without contact."""
+        return self._redefined("mean_pressure", "over the area within the outline", "total_force / point_area")
+
+    def _redefined(self, name: str, meaning: str, former: str) -> float:
+        """A figure that had another value before, with a warning where it has."""
+        if abs(self.whole.area - self.point_area) > SAME * self.point_area:
+            redefined(name, meaning, former)
+        return float(getattr(self.whole, name))
+
+    @property
     def force(self) -> Array:
-        """Resultant (3,) on the slave, friction included."""
-        pressed = self.forces @ self.normals
-        return pressed if self.friction is None else pressed + self.friction.force
+        """Resultant (3,) on the first body, friction included."""
+        return self._on_first("force", resultant(self)[0])
 
     @property
     def moment(self) -> Array:
-        """Moment (3,) on the slave about its reference point, friction included."""
-        pressed = self.forces @ self.couples
-        if self.friction is None:
-            return pressed
-        return pressed + self.friction.moments(self.centres - self.reference_point).sum(axis=0)
+        """Moment (3,) on the first body about its reference point, friction included."""
+        return self._on_first("moment", resultant(self)[1])
+
+    def _on_first(self, name: str, value: Array) -> Array:
+        """A resultant, with a warning where it was on the other body before."""
+        if self.swapped:
+            redefined(name, f"that on {self.bodies[0].name!r}, which the contact names first", "that on the other body")
+        return value
 
     @property
     def total_force(self) -> float:
@@ -153,11 +226,6 @@ class ContactFields:
         """Largest nodal pressure."""
         return float(self.pressure.max(initial=0.0))
 
-    @property
-    def mean_pressure(self) -> float:
-        """Total force over area; zero without contact."""
-        return self.total_force / self.area if self.area > 0 else 0.0
-
     @cached_property
     def region(self) -> IntArray:
         """Connected region (n,) of each point: 1, 2, ... by load, 0 without force."""
@@ -166,7 +234,38 @@ class ContactFields:
     @cached_property
     def regions(self) -> tuple[Region, ...]:
         """Connected parts of the contact area, the most loaded first; points are connected by facets they share."""
-        return tuple(part_of(self, self.region == k) for k in range(1, self.region.max(initial=0) + 1))
+        numbers = range(1, self.region.max(initial=0) + 1)
+        return tuple(part_of(self, self.region == k, self._facet_region == k) for k in numbers)
+
+    @cached_property
+    def _facet_region(self) -> IntArray:
+        """Connected region (n_facets,) of each facet, 0 without force."""
+        at_nodes = self.at_nodes.copy()
+        at_nodes.data = self.region[at_nodes.indices].astype(float)
+        return np.asarray(at_nodes.max(axis=1).toarray().ravel()[self.facets].max(axis=1), dtype=np.int64)
+
+    @cached_property
+    def _cells(self) -> CellContact | None:
+        """The pressure on the cells of a half-space; None for other slaves."""
+        return cell_contact(self)
+
+    @cached_property
+    def areas(self) -> tuple[Array, Array]:
+        """Parts of `area`: of each facet (n_facets,) within the outline, and of points (n,) that none surrounds.
+
+        Cells of a half-space are points, with the edge located within them.
+        """
+        of_facets, of_points = np.zeros(len(self.facets)), np.where(self.active, self.weights, 0.0)
+        if self._cells is not None:
+            return of_facets, self._cells.areas
+        if self.readings is None or not self.readings.across >= FACES_ACROSS:
+            return of_facets, of_points
+        n = self.region.max() + 1
+        found = np.bincount(self._facet_region, self.outline.areas, n)
+        peaks = np.zeros(n)
+        np.maximum.at(peaks, self.region, self.pressure)
+        located = ABOVE_PEAK * found * peaks >= np.bincount(self.region, self.forces, n)
+        return np.where(located[self._facet_region], self.outline.areas, 0.0), of_points * ~located[self.region]
 
     @cached_property
     def singular_edge(self) -> SingularEdge | None:
@@ -193,6 +292,8 @@ class ContactFields:
         pressure: about 18 % (peak 5 %, area 6 %), resolved by 3.5 faces across
         """
         found = error_estimate(self, self.readings)
+        if self._cells is not None:
+            return self._cells.estimate(found)
         if self.traction_misfit is None:
             return found
         others = found.geometry**2 + found.interior**2
@@ -218,12 +319,6 @@ class ContactFields:
             return None
         held = self._stick_readings
         return self.stick.outline if held is not None and held.across >= FACES_ACROSS else None
-
-    @property
-    def stick_area(self) -> float:
-        """Area that sticks, by its outline where there is one; zero without friction."""
-        points = 0.0 if self.friction is None else self.friction.stick_area
-        return points if self.stick_outline is None else self.stick_outline.area
 
     @cached_property
     def traction_misfit(self) -> tuple[Array, float] | None:
@@ -272,22 +367,6 @@ class ContactFields:
         (True, True)
         """
         return contact_outline(self)
-
-    @property
-    def edge_area(self) -> float:
-        """Area with the edge located within the faces, that of `outline`.
-
-        More accurate than `area`, the sum of whole points; that it is where fewer than `FACES_ACROSS` faces lie across
-        the contact, on which no edge is located.
-        """
-        if not self.error_estimate.faces_across >= FACES_ACROSS:
-            return self.area
-        return self.outline.area
-
-    @property
-    def edge_mean_pressure(self) -> float:
-        """Total force over `edge_area`, as tables and pictures show it; zero without contact."""
-        return self.total_force / self.edge_area if self.edge_area > 0 else 0.0
 
     @cached_property
     def recovered(self) -> RecoveredField:
@@ -357,6 +436,29 @@ class ContactFields:
         here = np.heaviside((self.centres - point) @ normal, 0.5)
         share = np.divide(part, whole, out=here, where=whole > 0)
         return np.clip(share, 0.0, 1.0), np.divide(*parts.sum(axis=2))
+
+    def summary(self) -> dict[str, Any]:
+        """Figures for scripts, ready for JSON; an infinite coefficient of friction as "rough"."""
+        out = RenamedKeys(
+            slave=self.slave.name,
+            master=self.master.name,
+            surfaces=list(self.surfaces),
+            force_on=self.bodies[0].name,
+            **self.whole.summary(),
+            error_estimate=self.error_estimate.summary(),
+            regions=len(self.regions),
+            region_resultants=[region.summary() for region in self.regions],
+            note=self.note,
+        )
+        if (friction := self.friction) is not None:
+            out["friction"] = RenamedKeys(
+                mu=friction.mu if np.isfinite(friction.mu).all() else "rough",
+                force=friction.force.tolist(),
+                stick_area=self.stick_area,
+                slip_area=self.slip_area,
+                friction_work=friction.friction_work,
+            )
+        return out
 
     def sampled(self, values: Array, n: int = 4) -> tuple[Array, Array, Array]:
         """A nodal field sampled inside the facets; zero beyond the rim of an elastic master.

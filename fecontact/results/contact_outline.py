@@ -8,7 +8,8 @@ removed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -75,14 +76,21 @@ class ContactOutline:
 
     Attributes
     ----------
-    curves : tuple of OutlineCurve
-        The longest area first; none for sections.
     areas : (n_facets,) array
         Area of each facet within the outline.
+    contact : PressureAndGap
+    cut : _Cut, optional
+        Triangles of its facets, cut by the outline; None for sections.
     """
 
-    curves: tuple[OutlineCurve, ...]
     areas: Array
+    contact: PressureAndGap = field(repr=False)
+    cut: _Cut | None = field(default=None, repr=False)
+
+    @cached_property
+    def curves(self) -> tuple[OutlineCurve, ...]:
+        """Closed curves, the longest area first; none for sections."""
+        return () if self.cut is None else _curves(self.contact, self.cut, _hanging(self.contact))
 
     @property
     def area(self) -> float:
@@ -133,10 +141,9 @@ def contact_outline(contact: PressureAndGap) -> ContactOutline:
     contact : PressureAndGap
     """
     if contact.facets.shape[1] == 3:
-        return ContactOutline((), _section_areas(contact))
-    hanging = _hanging(contact)
-    cut = _cut(contact, hanging)
-    return ContactOutline(_curves(contact, cut, hanging), _areas(contact, cut))
+        return ContactOutline(_section_areas(contact), contact)
+    cut = _cut(contact, _hanging(contact))
+    return ContactOutline(_areas(contact, cut), contact, cut)
 
 
 def _cut(contact: PressureAndGap, hanging: IntArray) -> _Cut:

@@ -15,7 +15,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError, shown
 from fecontact.common.one_line import one_line
-from fecontact.results.contact_fields import FACES_ACROSS, ContactFields
+from fecontact.results.contact_fields import ContactFields
 
 
 @one_line
@@ -69,27 +69,6 @@ class DividingPlane:
 
 
 def sides_of_contact(contact: ContactFields, plane: DividingPlane, pose: Pose) -> dict[str, dict[str, Any]]:
-    """Figures of both sides of a contact by their names, ready for JSON.
-
-    Those of `resultants.Region.summary`, and ``outline_area``: with the edge located within the faces, so that both add
-    up to that of the contact.
-    """
-    point, normal = plane.in_world(pose)
-    parts = contact.split_by_plane(point, normal)
-    areas = _areas(contact, point, normal)
-    return {
-        name: {**part.summary(), "outline_area": part.area if areas is None else area}
-        for name, part, area in zip(plane.sides, parts, areas or (0.0, 0.0), strict=True)
-    }
-
-
-def _areas(contact: ContactFields, point: Array, normal: Array) -> tuple[float, float] | None:
-    """Areas inside the outline on both sides; None where no edge is located within the faces.
-
-    A facet that the plane cuts is divided as its whole area is, which is exact where the contact covers it.
-    """
-    if not contact.error_estimate.faces_across >= FACES_ACROSS:
-        return None
-    _, share = contact.shares(point, normal / np.linalg.norm(normal))
-    area = float(contact.outline.areas @ share)
-    return area, contact.outline.area - area
+    """Figures of both sides of a contact by their names, ready for JSON; see `ContactFields.split_by_plane`."""
+    parts = contact.split_by_plane(*plane.in_world(pose))
+    return {name: part.summary() for name, part in zip(plane.sides, parts, strict=True)}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import renamed
 from fecontact.contact.condensed_problem import DisplacementState
 from fecontact.contact.friction_rows import TangentialRows
 from fecontact.solvers import FrictionSolution
@@ -18,7 +18,7 @@ from fecontact.solvers import FrictionSolution
 @one_line
 @dataclass(frozen=True, eq=False)
 class FrictionFields:
-    """Friction at the n points of a contact. Vectors are in world axes and act on the slave.
+    """Friction at the n points of a contact. Vectors are in world axes and act on the slave; see `force`.
 
     Attributes
     ----------
@@ -44,6 +44,8 @@ class FrictionFields:
         Coefficient in the direction of a point's slip: the work of friction over pressure and length of the slip.
     detour : float
         Largest share by which a point's path during the step exceeds the chord, which its slip is.
+    sign : float
+        Factor from forces on the slave to those on the first body of the contact.
     """
 
     mu: float | tuple[float, float]
@@ -57,6 +59,7 @@ class FrictionFields:
     couples: Array = field(repr=False)
     mu_along_slip: Array = field(repr=False)
     detour: float = 0.0
+    sign: float = 1.0
 
     @property
     def traction(self) -> Array:
@@ -75,36 +78,26 @@ class FrictionFields:
 
     @property
     def force(self) -> Array:
-        """Resultant (3,) of friction on the slave."""
-        return np.asarray(self.resultants.sum(axis=0))
+        """Resultant (3,) of friction on the first body of the contact."""
+        return np.asarray(self.sign * self.resultants.sum(axis=0))
 
     def moments(self, levers: Array) -> Array:
         """Moments (n, 3) of the resultants at levers (n, 3), with their couples."""
         return np.asarray(np.cross(levers, self.resultants) + self.couples)
 
     @property
-    def stick_area(self) -> float:
-        """Area of the points that stick."""
+    def point_stick_area(self) -> float:
+        """Area of the points that stick; `ContactFields.stick_area` has its edge located within the faces."""
         return float(self.weights[self.sticking].sum())
 
     @property
-    def slip_area(self) -> float:
+    def point_slip_area(self) -> float:
         """Area of the points that slide."""
         return float(self.weights[self.sliding].sum())
 
-    def summary(self) -> dict[str, Any]:
-        """Figures for scripts, ready for JSON; an infinite coefficient as "rough"."""
-        return {
-            "mu": self.mu if np.isfinite(self.mu).all() else "rough",
-            "force": self.force.tolist(),
-            "stick_area": self.stick_area,
-            "slip_area": self.slip_area,
-            "dissipated": self.dissipated,
-        }
-
     @property
-    def dissipated(self) -> float:
-        """Work that friction dissipated during the load step, - sum t . s; never negative."""
+    def friction_work(self) -> float:
+        """Work of friction during the load step, - sum t . s; never negative."""
         return -float((self.forces * self.slip).sum())
 
     @property
@@ -113,9 +106,12 @@ class FrictionFields:
         return -np.einsum("ni,ni->n", self.traction, self.slip)
 
     @property
-    def rubbed(self) -> Array:
+    def sliding_integral(self) -> Array:
         """Integral of the pressure over the length of slip (n,); times Archard's coefficient the wear depth."""
         return self.work_density / self.mu_along_slip
+
+    dissipated, rubbed = renamed("dissipated", "friction_work"), renamed("rubbed", "sliding_integral")
+    stick_area, slip_area = renamed("stick_area", "point_stick_area"), renamed("slip_area", "point_slip_area")
 
 
 def friction_fields(

@@ -106,11 +106,11 @@ def _summary(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str])
     )  # fmt: skip
     rows = (
         (
-            f"{c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]}",
-            _vector(c.force),
-            f"{c.edge_area:.5g}" if c.active.any() else "no contact",
+            c.label,
+            _vector(c.whole.force),
+            f"{c.whole.area:.5g}" if c.active.any() else "no contact",
             f"{c.max_pressure:.5g}",
-            f"{c.edge_mean_pressure:.5g}",
+            f"{c.whole.mean_pressure:.5g}",
             str(c.error_estimate) if c.active.any() else "",
             _vector(c.centre_of_pressure) if c.active.any() else "",
         )

@@ -21,13 +21,26 @@ def _sharing(at_nodes: sp.csr_matrix, facets: IntArray) -> sp.csr_matrix:
 
 
 def contact_fields(
-    interface: Interface, candidates: IntArray, forces: Array, gap: Array, displacements: tuple[Array, Array]
+    interface: Interface,
+    candidates: IntArray,
+    forces: Array,
+    gap: Array,
+    displacements: tuple[Array, Array],
+    swapped: bool = False,
 ) -> ContactFields:
-    """Fields of a paired contact from the forces (n,) and gaps (n,) of its points."""
+    """Fields of a paired contact from the forces (n,) and gaps (n,) of its points.
+
+    Parameters
+    ----------
+    swapped : bool
+        Whether the slave is the body named second in the `Contact`.
+    """
     slave, pairing = interface.slave, interface.pairing
     surface = interface.slave_surface
     shown, local = np.unique(surface.facets[pairing.covered], return_inverse=True)
-    normals, centres, couples = _lines_of_action(interface, surface)
+    first = interface.master if swapped else slave
+    reference = first.pose.to_world(first.reference_point)
+    normals, centres, couples = _lines_of_action(interface, surface, reference)
     return ContactFields(
         slave=slave,
         master=interface.master,
@@ -46,24 +59,25 @@ def contact_fields(
         facets=local.reshape(-1, surface.facets.shape[1]),
         facet_numbers=pairing.covered,
         sharing=_sharing(pairing.at_nodes, surface.facets),
-        reference_point=slave.pose.to_world(slave.reference_point),
+        reference_point=reference,
         displacements=displacements,
         coupling=pairing.coupling,
         note=interface.note,
+        swapped=swapped,
     )
 
 
-def _lines_of_action(interface: Interface, surface: FacetSurface) -> tuple[Array, Array, Array]:
-    """`normals`, `centres` and `couples` of `ContactFields`."""
+def _lines_of_action(interface: Interface, surface: FacetSurface, reference: Array) -> tuple[Array, Array, Array]:
+    """`normals`, `centres` and `couples` of `ContactFields`, the latter about a reference point (3,)."""
     slave, pairing, turn = interface.slave, interface.pairing, interface.slave.pose.rotation
     if pairing.sums is not None:
         s = pairing.sums
-        couples = s.moments + np.cross(s.origin - slave.reference_point, s.normals)
+        couples = s.moments + np.cross(s.origin - slave.pose.to_body(reference), s.normals)
         return s.normals @ turn.T, slave.pose.to_world(s.centres), couples @ turn.T
     samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
     vectors = pairing.slave_normals @ turn.T
     if surface.out_of_plane is not None:
         # the force on a ring is the sum over its circumference
         samples, vectors = surface.out_of_plane.mean(samples), surface.out_of_plane.mean(vectors)
-    moments = np.cross(samples - slave.pose.to_world(slave.reference_point), vectors)
+    moments = np.cross(samples - reference, vectors)
     return pairing.average @ vectors, pairing.average @ samples, pairing.average @ moments

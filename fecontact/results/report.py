@@ -25,11 +25,11 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
     square = units.behind("length", "²")
     for c in result.contacts:
         lines += [
-            f"{c.slave.name}.{c.surfaces[0]} on {c.master.name}.{c.surfaces[1]} ({c.note})",
-            f"  force on {c.slave.name:<12} {_numbers(c.force)}{units.behind('force')}",
-            f"  moment                {_numbers(c.moment)}{units.behind('moment')}",
-            f"  area                  {c.edge_area:>13.6g}{square}   in {len(c.regions)} region(s)",
-            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.edge_mean_pressure:>13.6g}{units.behind('stress')}",
+            f"{c.label} ({c.note})",
+            f"  force on {c.bodies[0].name:<12} {_numbers(c.whole.force)}{units.behind('force')}",
+            f"  moment                {_numbers(c.whole.moment)}{units.behind('moment')}",
+            f"  area                  {c.whole.area:>13.6g}{square}   in {len(c.regions)} region(s)",
+            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.whole.mean_pressure:>13.6g}{units.behind('stress')}",
         ]
         if c.active.any():
             lines.append(f"  error of {c.error_estimate}")
@@ -39,8 +39,8 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
             mu = ", ".join(f"{each:g}" for each in np.atleast_1d(f.mu))
             lines += [
                 f"  friction, mu {mu:<9} {_numbers(f.force)}{units.behind('force')}",
-                f"  area stuck, sliding   {c.stick_area:>13.6g} {c.edge_area - c.stick_area:>13.6g}{square}",
-                f"  work of friction      {f.dissipated:>13.6g}{units.behind('moment')}   in this step",
+                f"  area stuck, sliding   {c.stick_area:>13.6g} {c.slip_area:>13.6g}{square}",
+                f"  work of friction      {f.friction_work:>13.6g}{units.behind('moment')}   in this step",
             ]
         if len(c.regions) > 1:
             lines += [

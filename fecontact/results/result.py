@@ -27,6 +27,7 @@ from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.model_size import model_size
 from fecontact.results.paired_fields import contact_fields
 from fecontact.results.report import peak_memory, report
+from fecontact.results.resultants import resultant
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.results.warnings import notes_of, warnings_of
 from fecontact.solvers import Solution
@@ -134,26 +135,7 @@ class ContactResult(SolvedScene):
             "n_candidates": self.n_candidates,
             "n_active": self.n_active,
             "condensation": self.condensation,
-            "contacts": [
-                {
-                    "slave": c.slave.name,
-                    "master": c.master.name,
-                    "surfaces": list(c.surfaces),
-                    "force": c.force.tolist(),
-                    "moment": c.moment.tolist(),
-                    "area": c.area,
-                    "outline_area": c.edge_area,
-                    "max_pressure": c.max_pressure,
-                    "mean_pressure": c.mean_pressure,
-                    "error_estimate": c.error_estimate.summary(),
-                    "centre_of_pressure": c.centre_of_pressure.tolist() if c.active.any() else None,
-                    "regions": len(c.regions),
-                    "region_resultants": [r.summary() for r in c.regions],
-                    "note": c.note,
-                    **({} if c.friction is None else {"friction": c.friction.summary()}),
-                }
-                for c in self.contacts
-            ],
+            "contacts": [c.summary() for c in self.contacts],
             "response_error": self.response_error.summary(),
             "bodies": [{"name": b.name, "reaction": self.reaction(b).tolist()} for b in self.scene.bodies],
             "warnings": list(self.warnings),
@@ -177,7 +159,8 @@ class ContactResult(SolvedScene):
 
     def __repr__(self) -> str:
         pairs = ", ".join(
-            f"{c.slave.name} on {c.master.name}: force {c.total_force:.4g}, peak {c.max_pressure:.4g}"
+            f"{' on '.join(body.name for body in c.bodies)}: "
+            f"force {np.linalg.norm(resultant(c)[0]):.4g}, peak {c.max_pressure:.4g}"
             for c in self.contacts[:2]
         )
         more = "" if len(self.contacts) <= 2 else f", and {len(self.contacts) - 2} more"
@@ -211,8 +194,11 @@ def make_result(
         springs += interface.spring_states(forces, gap)
         if (contact := interface.as_contact) is not None:
             own, other = (state.displacements[number[id(body)]] for body in (contact.slave, contact.master))
-            fields = contact_fields(contact, candidates, forces, gap, (own, other))
-            contacts.append(replace(fields, friction=friction.get(len(contacts)), directions=scene.directions))
+            k = len(contacts)
+            swapped = contact.slave is not scene.contacts[k].slave
+            fields = contact_fields(contact, candidates, forces, gap, (own, other), swapped)
+            rubbing = None if k not in friction else replace(friction[k], sign=fields.sign)
+            contacts.append(replace(fields, friction=rubbing, directions=scene.directions))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

@@ -17,6 +17,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import RenamedKeys
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
 from fecontact.results.friction_fields import FrictionFields
@@ -68,6 +69,14 @@ class LoadedPoints(Protocol):
     def friction(self) -> FrictionFields | None:
         """Tangential forces, if there is friction."""
 
+    @property
+    def areas(self) -> tuple[Array, Array]:
+        """Areas of each facet (n_facets,) within the outline, and of points (n,) that none surrounds."""
+
+    @property
+    def sign(self) -> float:
+        """Factor from forces on the slave to resultants."""
+
     def shares(self, point: Array, normal: Array) -> tuple[Array, Array]:
         """Shares of points (n,) and facets on one side of a plane."""
 
@@ -84,14 +93,17 @@ class Region:
     Attributes
     ----------
     area : float
+        As that of the whole contact, so that parts add up to it.
     force : (3,) array
-        Force on the slave, world axes.
+        Force on the first body of the contact, world axes.
     moment : (3,) array
-        Moment on the slave about the contact's `reference_point`.
+        Moment on it about the contact's `reference_point`.
     max_pressure, mean_pressure : float
         Mean pressure; zero without contact.
     centre_of_pressure : (3,) array
         Centre of pressure; NaN without contact.
+    point_area : float
+        Sum of the areas of its points.
     """
 
     area: float
@@ -100,21 +112,29 @@ class Region:
     max_pressure: float
     mean_pressure: float
     centre_of_pressure: Array
+    point_area: float
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON; no centre of pressure without contact."""
-        plain = {name: np.asarray(value).tolist() for name, value in vars(self).items()}
-        return plain if self.area > 0 else {**plain, "centre_of_pressure": None}
+        plain = RenamedKeys({name: np.asarray(value).tolist() for name, value in vars(self).items()})
+        return plain if self.area > 0 else RenamedKeys(plain, centre_of_pressure=None)
 
 
-def part_of(contact: LoadedPoints, share: Array) -> Region:
-    """Resultants of the points of a contact, friction included, weighted by shares (n,) between 0 and 1."""
-    forces = contact.forces * share
-    force, moment, friction = forces @ contact.normals, forces @ contact.couples, contact.friction
+def resultant(contact: LoadedPoints, share: Array | None = None) -> tuple[Array, Array]:
+    """Force (3,) and moment (3,), friction included, on the first body of a contact; of shares (n,) of its points."""
+    share = np.ones(len(contact.forces)) if share is None else share
+    forces, friction = contact.forces * share, contact.friction
+    force, moment = forces @ contact.normals, forces @ contact.couples
     if friction is not None:
         force = force + share @ friction.resultants
         moment = moment + share @ friction.moments(contact.centres - contact.reference_point)
-    total, area = float(forces.sum()), float((contact.weights * share)[contact.active].sum())
+    return contact.sign * force, contact.sign * moment
+
+
+def part_of(contact: LoadedPoints, share: Array, of_facets: Array) -> Region:
+    """Resultants of a part of a contact, friction included, by the shares (n,) and (n_facets,) of points and facets."""
+    forces, (force, moment) = contact.forces * share, resultant(contact, share)
+    total, area = float(forces.sum()), float(contact.areas[0] @ of_facets + contact.areas[1] @ share)
     return Region(
         area=area,
         force=force,
@@ -122,6 +142,7 @@ def part_of(contact: LoadedPoints, share: Array) -> Region:
         max_pressure=float(contact.pressure[share > 0].max(initial=0.0)),
         mean_pressure=total / area if area > 0 else 0.0,
         centre_of_pressure=forces @ contact.centres / total if total > 0 else np.full(3, np.nan),
+        point_area=float((contact.weights * share)[contact.active].sum()),
     )
 
 
@@ -149,8 +170,8 @@ def sides_of_plane(contact: LoadedPoints, point: ArrayLike, normal: ArrayLike) -
     p = vector("The point of the dividing plane", point)
     distance = (contact.centres - p) @ (n / length)
     near = np.abs(distance) <= ON_PLANE * contact.slave.size
-    share, _ = contact.shares(p, n / length)
-    front, back = part_of(contact, share), part_of(contact, 1 - share)
+    share, of_facets = contact.shares(p, n / length)
+    front, back = part_of(contact, share, of_facets), part_of(contact, 1 - share, 1 - of_facets)
     peaks = (float(contact.pressure[near | side].max(initial=0.0)) for side in (distance > 0, distance < 0))
     return replace(front, max_pressure=next(peaks)), replace(back, max_pressure=next(peaks))
 

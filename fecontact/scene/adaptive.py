@@ -156,7 +156,7 @@ def _step(result: ContactResult, seconds: float) -> Step:
         traction=max((e.traction for e in estimates if e.traction is not None), default=None),
         peak=max((e.peak for e in estimates), default=0.0),
         max_pressure=max((c.max_pressure for c in result.contacts), default=0.0),
-        area=sum(c.area for c in result.contacts),
+        area=sum(c.whole.area for c in result.contacts),
         seconds=seconds,
         area_error=max((e.area for e in estimates), default=0.0),
         **vars(result.response_error),

@@ -46,7 +46,7 @@ CURVED = 2e-3
 #: Change of a prescribed rotation (radians) from which a step is cut at once: poses do not tell whole turns.
 LARGEST_TURN = 3.0
 #: Format of the rows of a file; those of another one are refused.
-ROW_FORMAT = 2
+ROW_FORMAT = 3
 #: Advice where even the parts of a cut step turn too far.
 SMALLER = "Give smaller load steps."
 
@@ -209,8 +209,8 @@ class _Way:
         """The same with the contacts coupled as in a result: by the same sides and points."""
         contacts = [
             replace(
-                contact if result.given(interface.slave) is contact.slave else contact.turned_over(),
-                swap="never",
+                contact,
+                swap="never" if result.given(interface.slave) is contact.slave else "always",
                 coupling=interface.pairing.coupling,
             )
             for contact, interface in zip(self.model.contacts, result.interfaces, strict=True)
@@ -245,7 +245,7 @@ def _rebuilt(way: _Way, step: Mapping[str, Any], row: Mapping[str, Any]) -> _Don
     begin = since or StepEnd(tuple(body.pose for body in way.model.bodies))
     past = replace(begin, chosen=end.chosen, forces=end.forces, motion=end.motion)
     result = replace(way.solved(step, past, end.poses), follows_step=True)
-    return _Done(result, np.array(row["dissipated"]), int(row["cuts"]), since)
+    return _Done(result, np.array(row["friction_work"]), int(row["cuts"]), since)
 
 
 def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
@@ -275,9 +275,9 @@ def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
 
 
 def work_of(result: ContactResult, contact: int) -> float:
-    """Work that friction dissipated in a contact during its last step."""
+    """Work of friction in a contact during its last step."""
     found = result.contacts[contact].friction
-    return 0.0 if found is None else found.dissipated
+    return 0.0 if found is None else found.friction_work
 
 
 def _solved_step(

@@ -41,7 +41,7 @@ def rows_before(path: str | Path, prints: Sequence[Mapping[str, str]]) -> list[d
     for name in named:
         if name not in found:
             break
-        if not {"end", "since", "dissipated", "cuts"} <= set(found[name]):
+        if not {"end", "since", "friction_work", "cuts"} <= set(found[name]):
             raise InputError(f"The row {name!r} in {path} is not a step of a load path; choose another file.")
         rows.append(found[name])
     return rows
@@ -61,7 +61,7 @@ def append_step(
     row = {
         "name": name,
         **result.summary(),
-        "dissipated": work.tolist(),
+        "friction_work": work.tolist(),
         "cuts": cuts,
         "end": result.step_end.as_dict(),
         "since": None if since is None else since.as_dict(),

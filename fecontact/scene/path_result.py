@@ -16,11 +16,13 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive, whole
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import renamed
 from fecontact.results.case_row import fields_to_keep, kept_of, plane_of, row_of
 from fecontact.results.case_table import CaseTable
 from fecontact.results.dividing_plane import DividingPlane
 from fecontact.results.files import save_series
 from fecontact.results.result import ContactResult
+from fecontact.results.resultants import resultant
 
 
 @one_line
@@ -32,7 +34,7 @@ class LoadPath:
     ----------
     steps : tuple of ContactResult
         At the end of every step given.
-    dissipated : (n_steps, n_contacts) array
+    friction_work : (n_steps, n_contacts) array
         Work of friction during every step, parts of cut steps included; zero for contacts without friction.
     cuts : tuple of int
         Parts in which every step was solved.
@@ -41,9 +43,11 @@ class LoadPath:
     """
 
     steps: tuple[ContactResult, ...]
-    dissipated: Array
+    friction_work: Array
     cuts: tuple[int, ...]
     loads: tuple[Mapping[str, float], ...] = field(repr=False)
+
+    dissipated = renamed("dissipated", "friction_work")
 
     def __len__(self) -> int:
         """Number of steps."""
@@ -55,8 +59,8 @@ class LoadPath:
 
     @cached_property
     def forces(self) -> Array:
-        """Forces (n_steps, n_contacts, 3) on the slaves, friction included."""
-        return np.array([[c.force for c in result.contacts] for result in self.steps])
+        """Forces (n_steps, n_contacts, 3) on the first body of each contact, friction included."""
+        return np.array([[resultant(c)[0] for c in result.contacts] for result in self.steps])
 
     def motions(self, body: Body) -> Array:
         """Rigid motions (n_steps, 6) of a body's frame: translations and rotation vectors."""
@@ -83,7 +87,7 @@ class LoadPath:
         found = [result.contacts[contact].friction for result in self.steps]
         if any(f is None or np.isinf(f.mu).any() for f in found):
             raise InputError(f"Contact {contact} has no finite friction: Archard's law needs its work.")
-        return np.asarray(sum(coefficient * f.rubbed for f in found if f is not None))
+        return np.asarray(sum(coefficient * f.sliding_integral for f in found if f is not None))
 
     def table(
         self,
@@ -117,9 +121,9 @@ class LoadPath:
         rows = []
         for k, result in enumerate(self.steps):
             row = row_of(result, plane, bodies)
-            for contact, work in zip(row["contacts"], self.dissipated[k].tolist(), strict=True):
+            for contact, work in zip(row["contacts"], self.friction_work[k].tolist(), strict=True):
                 if "friction" in contact:
-                    contact["friction"]["dissipated"] = work
+                    contact["friction"]["friction_work"] = work
             rows.append({"name": f"step {k + 1}", **row, "parameters": given[k], "loads": dict(self.loads[k])})
         names = tuple((c.slave.name, c.master.name) for c in first.scene.contacts)
         maps = tuple(kept_of(result, fields) for result in self.steps)
@@ -146,9 +150,9 @@ class LoadPath:
     def __str__(self) -> str:
         lines = [f"{'step':>4}  {'normal':>12}  {'friction':>12}  {'stick area':>12}  {'slip area':>12}  {'work':>12}"]
         for k, result in enumerate(self.steps):
-            for c, work in zip(result.contacts, self.dissipated[k], strict=True):
+            for c, work in zip(result.contacts, self.friction_work[k], strict=True):
                 if c.friction is not None:
-                    f = c.friction
-                    values = (c.total_force, float(np.linalg.norm(f.force)), f.stick_area, f.slip_area, float(work))
+                    tangential = float(np.linalg.norm(c.friction.force))
+                    values = (c.total_force, tangential, c.stick_area, c.slip_area, float(work))
                     lines.append(f"{k + 1:>4}  " + "  ".join(f"{v:>12.5g}" for v in values))
         return "\n".join(lines)

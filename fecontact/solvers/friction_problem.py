@@ -23,6 +23,7 @@ import numpy as np
 
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import renamed
 from fecontact.solvers.problem import ComplementarityProblem, Solution, Status, largest, ratio
 
 
@@ -278,9 +279,11 @@ class FrictionSolution:
         return self.touching & (size >= (1 - ON_CONE) * self.problem.limit(self.forces))
 
     @property
-    def dissipated(self) -> float:
+    def friction_work(self) -> float:
         """Work of friction during the step, - sum t . s."""
         return -float((self.tangential * self.slip).sum())
+
+    dissipated = renamed("dissipated", "friction_work")
 
 
 #: Relative distance from the rim of a cone at which a point counts as sliding.

@@ -44,7 +44,7 @@ def test_partial_slip_of_two_balls(level, traction, radius, row):
     case = f"partial slip of balls, level {level}"
     error = math.sqrt(contact.weights @ found**2 / (contact.weights @ target**2))
     row(case, "traction at the nodes, L2 error", 0, error, traction, dofs=path[1].n_dofs)
-    row(case, "stick radius by points", exact.c, math.sqrt(2 * contact.friction.stick_area / math.pi), radius)
+    row(case, "stick radius by points", exact.c, math.sqrt(2 * contact.friction.point_stick_area / math.pi), radius)
     row(case, "stick radius by outline", exact.c, math.sqrt(2 * contact.stick_area / math.pi), 0.015)
     samples, sizes, areas = contact.sampled(np.linalg.norm(contact.friction.traction, axis=1), 6)
     known = exact.traction(np.hypot(*samples[:, :2].T))
@@ -175,13 +175,13 @@ def test_energy_of_load_paths(row):
     for _ in range(10):
         moves = rng.uniform([-0.02, -0.02, -0.02], [0.02, 0.02, 0.0], size=(10, 3))
         path = scene.solve_path([{"motions": {block: dict(zip("xyz", move, strict=True))}} for move in moves])
-        least, scale = min(least, path.dissipated.min()), max(scale, path.dissipated.max())
+        least, scale = min(least, path.friction_work.min()), max(scale, path.friction_work.max())
         assert worst(path) < CERTIFIED
     row("random load paths", "least work of a step over the largest", 0, -least / scale, 1e-12)
     rough = fc.Scene([block, floor], [fc.Contact(block, floor, friction=50.0)])
     cycle = [(0, 0, -0.02), (0.004, 0, -0.02), (0, 0.004, -0.02), (0, 0, -0.02)]
     path = rough.solve_path([{"motions": {block: dict(zip("xyz", move, strict=True))}} for move in cycle])
-    row("cycle without slip", "work over force times motion", 0, path.dissipated[1:].sum() / (0.02 * 0.004), 1e-9)
+    row("cycle without slip", "work over force times motion", 0, path.friction_work[1:].sum() / (0.02 * 0.004), 1e-9)
     change = np.abs(path.forces[3] - path.forces[0]).max() / path.forces[0, 0, 2]
     row("cycle without slip", "change of the force after it", 0, change, 1e-9)
 
@@ -241,7 +241,7 @@ def test_a_block_slides_seven_lengths(row):
     path = scene.solve_path([{"motions": {block: {"z": -0.01, "x": x}}} for x in (0.0, 1.0, 7.0)], finite_motion=True)
     normal = path.forces[2, 0, 2]
     row("long slide", "friction", 0.3 * normal, -path.forces[2, 0, 0], 1e-6)
-    row("long slide", "work of the second slide", 0.3 * normal * 6.0, path.dissipated[2, 0], 1e-6)
+    row("long slide", "work of the second slide", 0.3 * normal * 6.0, path.friction_work[2, 0], 1e-6)
 
 
 def roller(a, cells, arc):

@@ -46,7 +46,7 @@ def test_mindlin(n, most_l2, most_stick, row):
     row(case, "traction L2", 0.0, l2(found.traction[0], exact.traction(radius(half.grid))), most_l2)
     row(case, "stick radius", exact.c, math.sqrt(found.stick_area / math.pi), most_stick)
     row(case, "shift", exact.shift, found.shift[0], 1e-5)
-    row(case, "work of friction", exact.dissipated, found.dissipated, 1e-3)
+    row(case, "work of friction", exact.friction_work, found.friction_work, 1e-3)
     row(case, "processor time", 0.6, seconds)
     assert seconds < 2.0  # 0.45 was found; machines differ
     assert found.friction_residuals.worst < 1e-9
@@ -87,7 +87,7 @@ def test_fretting_cycle(row):
     steps = [fc.PressStep(force=exact.force, tangential=(s * exact.tangential, 0.0)) for s in shares]
     path = half.press_path(BALL, steps, friction=MU)
     case = "fretting, 128 x 128 cells"
-    row(case, "energy per cycle", exact.cycle_energy, path.dissipated[1:].sum(), 1e-2)
+    row(case, "energy per cycle", exact.cycle_energy, path.friction_work[1:].sum(), 1e-2)
     row(case, "shift at no force, unloading", exact.shift_in_cycle(0.0), path.shift[1, 0], 1e-2)
     row(case, "shift at no force, loading", -exact.shift_in_cycle(0.0), path.shift[3, 0], 1e-2)
     row(case, "shift at the end of the cycle", exact.shift, path.shift[4, 0], 1e-3)
@@ -200,7 +200,7 @@ def rolled(n, most_creep, most_l2, row):
     case = f"rolling, {n} cells across"
     row(case, "creepage", exact.creepage, creep[-1], most_creep)
     row(case, "traction L2", 0.0, l2(path.last.traction[0][:, 0], exact.traction(ahead)), most_l2)
-    rate = path.dissipated[-1] / width / cell
+    rate = path.friction_work[-1] / width / cell
     row(case, "work of friction per distance", exact.tangential * exact.creepage, rate, 6 * most_creep)
     assert creep[0] < 0.7 * creep[-1]  # the transient
     return creep[-1], exact.creepage
@@ -255,7 +255,7 @@ def test_random_paths_dissipate(seed, row):
         path = half.press_path(BALL, steps, mu)
         # work of friction of sliding by the approach, as a scale
         scales = np.array([mu * contact.force * contact.approach for contact in path.contacts])
-        least = min(least, float((path.dissipated / scales).min()))
+        least = min(least, float((path.friction_work / scales).min()))
         worst = max(worst, *(contact.friction_residuals.worst for contact in path.contacts))
     row(f"random paths, seed {seed}", "worst residual", 0.0, worst, 1e-9)
     row(f"random paths, seed {seed}", "least work of a step, over mu P approach", 0.0, min(least, 0.0), 1e-10)

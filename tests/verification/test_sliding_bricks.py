@@ -47,8 +47,8 @@ def test_a_block_slides_to_rest(scheme, solid, row):
     along = a.mass @ a.translation(np.array([1.0, 0.0, 0.0])) / MASS
     row(name, "way over v^2 / (2 mu g)", 1.0, along @ (motion.now.q - at_rest.q) * 2 * mu * GRAVITY / speed**2, 0.02)
     # what is left swings: the block is elastic
-    row(name, "work of friction over the kinetic energy", 1.0, motion.rubbed[-1] / motion.kinetic[0], 0.03)
-    row(name, "least work of a step over the largest", 0.0, min(np.diff(motion.rubbed).min(), 0.0), 1e-14)
+    row(name, "work of friction over the kinetic energy", 1.0, motion.friction_work[-1] / motion.kinetic[0], 0.03)
+    row(name, "least work of a step over the largest", 0.0, min(np.diff(motion.friction_work).min(), 0.0), 1e-14)
     if scheme == EnergyMomentum():
         row(name, "energy and work of friction, drift", 0.0, motion.drift, 1e-9)
 
@@ -75,7 +75,7 @@ def test_a_block_stays_on_a_slope_that_is_shaken(scheme, solid, row):
     name = f"block on a shaken slope, {type(scheme).__name__}"
     row(name, "motion of its feet over its swing", 0.0, moved.max() / swing, 1e-9)
     # the damping scheme leaves velocities to what sticks, and takes their energy
-    work = motion.rubbed[-1] / motion.kinetic.max()
+    work = motion.friction_work[-1] / motion.kinetic.max()
     row(name, "work of friction over the kinetic energy", 0.0, work, 1e-9 if scheme == EnergyMomentum() else 1e-2)
 
 
@@ -94,7 +94,7 @@ def test_a_belt_carries_a_block_along(solid, row):
     assert motion.success
     row("block on a belt", "momentum in the last third", MASS * speed, motion.momentum[-8:, 0].mean(), 0.03)
     row("block on a belt", "energy, work and friction, drift", 0.0, motion.drift, 1e-9)
-    row("block on a belt", "work of friction", MASS * speed**2 / 2, motion.rubbed[-1], 0.05)
+    row("block on a belt", "work of friction", MASS * speed**2 / 2, motion.friction_work[-1], 0.05)
 
 
 def test_nothing_creeps(row):

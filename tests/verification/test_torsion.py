@@ -95,7 +95,7 @@ def test_partial_slip_of_twisted_balls(level, traction, radius, rotation, row):
     target = -exact.traction(contact.points[:, 0])
     error = math.sqrt(contact.weights @ (t[:, 1] - target) ** 2 / (contact.weights @ target**2))
     row(case, "traction, L2 error", 0, error, traction, dofs=path[1].n_dofs)
-    row(case, "stick radius by area", exact.c, math.sqrt(contact.friction.stick_area / math.pi), radius)
+    row(case, "stick radius by area", exact.c, math.sqrt(contact.friction.point_stick_area / math.pi), radius)
     row(case, "rotation", exact.rotation, path[1].rigid_motion(upper).rotation[2], rotation)
     row(case, "torque of the tractions", -exact.torque, contact.moment[2], 1e-10)
     row(case, "traction in the plane over that round the axis", 0, np.abs(t[:, [0, 2]]).max() / np.abs(t).max(), 1e-11)
@@ -121,7 +121,7 @@ def test_a_cycle_of_torsion(row):
     row(case, "stick radius", exact.c, math.sqrt(contact.stick_area / math.pi), 0.004)
     row(case, "rotation", exact.rotation, turn, 0.0015, dofs=path[1].n_dofs)
     row(case, "rotation after a cycle over that before", 1.0, path[3].rigid_motion(upper).rotation[2] / turn, 1e-9)
-    row(case, "energy per cycle", energy, path.dissipated[2:].sum(), 0.001)
+    row(case, "energy per cycle", energy, path.friction_work[2:].sum(), 0.001)
 
 
 def test_a_press_fit_twisted_and_pulled(row):
@@ -144,7 +144,7 @@ def test_a_press_fit_twisted_and_pulled(row):
     path = scene.solve_path([{"motions": {ring: {"rz": turn}}} for turn in turns])
     case = "11 press fit"
     row(case, "torque at slip", limit * inner, path[2].reaction(ring)[5], 1e-4)
-    row(case, "work of a further turn", limit * inner * (turns[3] - turns[2]), path.dissipated[3, 0], 1e-4)
+    row(case, "work of a further turn", limit * inner * (turns[3] - turns[2]), path.friction_work[3, 0], 1e-4)
     row(case, "pressure", pressure, path[2].contacts[0].mean_pressure, 1e-4)
     assert path[1].contacts[0].friction.sticking.all()
     assert path[2].contacts[0].friction.sliding.all()

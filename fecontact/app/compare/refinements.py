@@ -199,7 +199,7 @@ def _solved(path: Path, change: Callable[[dict[str, Any]], None]) -> tuple[Row, 
         "estimate": max((c.error_estimate.pressure for c in result.contacts if c.active.any()), default=0.0),
         "found": {
             "max_pressure": max(c.max_pressure for c in result.contacts),
-            "area": sum(c.area for c in result.contacts),
+            "area": sum(c.whole.area for c in result.contacts),
         },
     }
     sampled = [contact.sampled(contact.pressure, SAMPLES) for contact in result.contacts]

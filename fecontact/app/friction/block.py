@@ -89,8 +89,8 @@ class BlockStudy(StudyFigures):
         return save_figure(figure, path)
 
     def _rows(self) -> list[dict[str, float]]:
-        values = zip(self.shift, self.friction, self.dragged.dissipated[:, 0], strict=True)
-        return [{"shift": float(s), "friction": float(f), "dissipated": float(w)} for s, f, w in values]
+        values = zip(self.shift, self.friction, self.dragged.friction_work[:, 0], strict=True)
+        return [{"shift": float(s), "friction": float(f), "friction_work": float(w)} for s, f, w in values]
 
 
 def block_study(
@@ -140,16 +140,17 @@ def block_study(
     drag = [{"forces": {block: (0, 0, -force)}, "free": {block: "z"}, "motions": {block: {"x": x}}} for x in shift]
     dragged = scene.solve_path(drag)
     slid = abs(shift[-1] - shift[-2])
-    first, last = (held[k].contacts[0].friction for k in (1, -1))
+    stuck = held[-1].contacts[0]
+    first, last = held[1].contacts[0].friction, stuck.friction
     assert first is not None
     assert last is not None
     figures: dict[str, tuple[float, float | None]] = {
         "friction under the pull": (-float(last.force[0]), pull),
         f"slip in {STEPS:,} steps of this load": (float(np.abs(last.moved - first.moved).max()), 0.0),
-        "share of the area that sticks": (last.stick_area / (last.stick_area + last.slip_area), None),
+        "share of the area that sticks": (stuck.stick_area / stuck.whole.area, None),
         "friction when all slides": (abs(float(dragged.forces[-1, 0, 0])), limit),
-        "work of friction of a slide": (float(dragged.dissipated[-1, 0]), limit * slid),
-        "least work of a step": (min(float(dragged.dissipated.min()), 0.0), 0.0),
+        "work of friction of a slide": (float(dragged.friction_work[-1, 0]), limit * slid),
+        "least work of a step": (min(float(dragged.friction_work.min()), 0.0), 0.0),
     }
     worst = max(r.friction.residuals.worst for r in (held[0], held[1], held[-1], *dragged.steps) if r.friction)
     setting = f"friction {mu:g}, {cells} x {cells} faces, {STEPS:,} steps held, {len(shift)} dragged"

@@ -147,10 +147,10 @@ def _mindlin(setting: Setting) -> FrictionStudy:
     path = setting.half_space(exact.a).press_path(Paraboloid(setting.radius), setting.steps(np.ones(1)), setting.mu)
     last = path.last
     figures: dict[str, tuple[float, float | None]] = {
-        "contact radius": (math.sqrt(last.area / math.pi), exact.a),
+        "contact radius": (math.sqrt(last.figures["area"] / math.pi), exact.a),
         "stick radius": (math.sqrt(last.stick_area / math.pi), exact.c),
         "shift": (last.shift[0], exact.shift),
-        "work of friction": (last.dissipated, exact.dissipated),
+        "work of friction": (last.friction_work, exact.friction_work),
         "tractions, L2 difference": (_round_difference(path, exact), 0.0),
         "traction across, over mu p0": (float(np.abs(last.traction[1]).max()) / setting.mu / exact.contact.p0, None),
     }
@@ -176,10 +176,10 @@ def _fretting(setting: Setting) -> FrictionStudy:
     path = setting.half_space(exact.a).press_path(Paraboloid(setting.radius), setting.steps(shares), setting.mu)
     middle = BRANCH // 2
     figures: dict[str, tuple[float, float | None]] = {
-        "energy per cycle": (float(path.dissipated[1:].sum()), exact.cycle_energy),
+        "energy per cycle": (float(path.friction_work[1:].sum()), exact.cycle_energy),
         "shift at the ends": (float(path.shift[0, 0]), exact.shift),
         "shift without force": (float(path.shift[middle, 0]), float(exact.shift_in_cycle(path.tangential[middle, 0]))),
-        "greatest work per area": (float(path.work.max()), None),
+        "greatest work per area": (float(path.work_density.max()), None),
     }
     return _study("fretting of a ball", _source("Mindlin & Deresiewicz", setting), path, exact, figures)
 
@@ -215,7 +215,7 @@ def _carter(setting: Setting) -> FrictionStudy:
     known, found = exact.traction(x), last.traction[0].mean(axis=1)
     figures: dict[str, tuple[float, float | None]] = {
         "creepage": (float(np.diff(path.shift[-2:, 0])[0]) / cell, exact.creepage),
-        "half-width of contact": (last.area / width / 2, line.a),
+        "half-width of contact": (last.figures["area"] / width / 2, line.a),
         "half-width of stick": (last.stick_area / width / 2, exact.c),
         "tractions, L2 difference": (float(np.linalg.norm(found - known) / np.linalg.norm(known)), 0.0),
     }

@@ -67,8 +67,6 @@ class Exact:
     pressure : function of x, y, or None
     compared : function of x, y
         Range in which pressures are compared.
-    sharp : bool
-        Whether the contact ends at the shape's own edge, which is then known.
     """
 
     source: str
@@ -76,7 +74,6 @@ class Exact:
     figures: dict[str, float]
     pressure: Callable[[Array, Array], Array] | None = None
     compared: Callable[[Array, Array], Mask] = field(default=lambda x, y: np.ones(np.shape(x + y), bool))
-    sharp: bool = False
 
 
 def closed_form(
@@ -124,7 +121,7 @@ def _round(
     known = {
         "force": figures.force,
         "approach": figures.approach,
-        "contact area": math.pi * figures.a**2,
+        "area": math.pi * figures.a**2,
         "stiffness": figures.stiffness,
     }
     return Exact(
@@ -163,7 +160,7 @@ class _OnHalfSpace(ClosedForms[Exact]):
         figures = {
             "force": exact.force,
             "approach": exact.approach,
-            "contact area": math.pi * exact.a**2,
+            "area": math.pi * exact.a**2,
             "stiffness": exact.stiffness,
         }
         if arm:
@@ -174,7 +171,6 @@ class _OnHalfSpace(ClosedForms[Exact]):
             figures,
             lambda x, y: exact.pressure(along[0] * x + along[1] * y, along[0] * y - along[1] * x),
             _within(SINGULAR * exact.a),
-            sharp=True,
         )
 
     def cone(self, angle: float) -> Exact | None:
@@ -200,7 +196,7 @@ class _OnHalfSpace(ClosedForms[Exact]):
             {
                 "force": exact.force,
                 "approach": exact.approach,
-                "contact area": math.pi * exact.a * exact.b,
+                "area": math.pi * exact.a * exact.b,
                 "maximum pressure": exact.p0,
                 "stiffness": exact.stiffness,
             },
@@ -263,7 +259,7 @@ class _OnLayer(ClosedForms[Exact]):
             {
                 "force": exact.force,
                 "approach": exact.approach,
-                "contact area": math.pi * exact.a**2,
+                "area": math.pi * exact.a**2,
                 "maximum pressure": exact.p0,
             },
             lambda x, y: exact.pressure(np.hypot(x, y)),
@@ -286,7 +282,7 @@ class _OnPeriod(ClosedForms[Exact]):
         return Exact(
             "Hertz's line contact, for a cylinder far from its neighbours",
             (exact.a, half.grid.size[1] / 2),
-            {"contact area": 2 * exact.a * half.grid.size[1], "maximum pressure": exact.p0},
+            {"area": 2 * exact.a * half.grid.size[1], "maximum pressure": exact.p0},
             lambda x, y: exact.pressure(np.broadcast_to(x, np.broadcast_shapes(np.shape(x), np.shape(y)))),
         )
 
@@ -305,7 +301,7 @@ class _OnPeriod(ClosedForms[Exact]):
             (half.grid.size[0] / 2, half.grid.size[1] / 2),
             {
                 "force": self.force,
-                "contact area": exact.area_fraction * area,
+                "area": exact.area_fraction * area,
                 "maximum pressure": exact.max_pressure,
                 "mean gap": exact.mean_gap,
             },

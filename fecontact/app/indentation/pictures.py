@@ -47,14 +47,13 @@ def plot_curve(found: CurveFigures, path: str | Path | None = None, units: Units
     names = units or Units()
     panels = {
         "approach": names.after("approach", "length"),
-        "area, edge fitted": "contact area" + (f" [{names.length}²]" if names.length else ""),
+        "area": "area" + (f" [{names.length}²]" if names.length else ""),
         "stiffness": "stiffness" + (f" [{names.force}/{names.length}]" if names.force and names.length else ""),
         "mean gap": names.after("mean gap", "length"),
     }
     curves = {}
     for name, label in panels.items():
-        key = "contact area" if name == "area, edge fitted" else name
-        known = [step.exact.figures.get(key, np.nan) if step.exact else np.nan for step in found.steps]
+        known = [step.exact.figures.get(name, np.nan) if step.exact else np.nan for step in found.steps]
         curves[label] = {"found": found.column(name), "exact": np.array(known, float)}
     title = f"{found.steps[0].name}, {len(found.steps)} loads"
     return plot_over_force(found.column("force"), curves, title, names, path)

@@ -27,11 +27,15 @@ from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, Unboun
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import redefined, renamed
 from fecontact.common.units import Units
 from fecontact.solvers import Residuals
 
 PUNCH = 0.5
 """Exponent of the inverse distance with which the pressure grows towards the end of a counter-surface."""
+
+SAME = 1e-9
+"""Difference of both areas, relative, up to which they are the same."""
 
 TOUCHING = np.ones((3, 3), int)
 """Cells that share a side or a corner belong to one region."""
@@ -131,13 +135,36 @@ class HalfSpaceContact:
 
     @property
     def area(self) -> float:
+        """Area with the edge located within its cells, see `edge`; several times more accurate for smooth surfaces."""
+        return self._redefined("area", "the area with its edge within the cells, as it is printed", "point_area")
+
+    @property
+    def point_area(self) -> float:
         """Area of the cells that carry pressure; error of first order in the cell size."""
         return int(self.active.sum()) * self.grid.area
 
+    edge_area = renamed("edge_area", "area", lambda contact: contact.figures["area"])
+
     @cached_property
-    def edge_area(self) -> float:
-        """Area with the edge located within its cells, see `edge`; several times more accurate for smooth surfaces."""
-        return edge_area(self._edge, int(self.active.sum()))[0] * self.grid.area
+    def figures(self) -> dict[str, float]:
+        """Figures by name: what objects, prints, files, tables and pictures show."""
+        area = edge_area(self._edge, int(self.active.sum()))[0] * self.grid.area
+        return {
+            "force": self.force,
+            "approach": self.approach,
+            "area": area,
+            "point_area": self.point_area,
+            "area_fraction": area / (self.grid.n_cells * self.grid.area),
+            "max_pressure": self.max_pressure,
+            "mean_pressure": self.force / area if area > 0 else 0.0,
+            "mean_gap": self.mean_gap,
+        }
+
+    def _redefined(self, name: str, meaning: str, former: str) -> float:
+        """A figure that had another value before, with a warning where it has."""
+        if abs(self.figures["area"] - self.point_area) > SAME * self.point_area:
+            redefined(name, meaning, former)
+        return self.figures[name]
 
     @cached_property
     def _edge(self) -> EdgeCells:
@@ -192,7 +219,7 @@ class HalfSpaceContact:
     @property
     def area_fraction(self) -> float:
         """Contact area over the area of the grid."""
-        return float(self.active.mean())
+        return self._redefined("area_fraction", "that of the area with its edge within the cells", "active.mean()")
 
     @property
     def max_pressure(self) -> float:
@@ -202,7 +229,7 @@ class HalfSpaceContact:
     @property
     def mean_pressure(self) -> float:
         """Force over contact area; zero without contact."""
-        return self.force / self.area if self.area > 0 else 0.0
+        return self._redefined("mean_pressure", "over the area with its edge within the cells", "force / point_area")
 
     @cached_property
     def centre_of_pressure(self) -> tuple[float, float]:
@@ -315,12 +342,8 @@ class HalfSpaceContact:
             "periodic": self.periodic,
             "cells": list(self.grid.shape),
             "size": list(self.grid.size),
-            "force": self.force,
-            "approach": self.approach,
+            **self.figures,
             "tilt": list(self.tilt),
-            "area": self.edge_area,
-            "max_pressure": self.max_pressure,
-            "mean_gap": self.mean_gap,
             "regions": self.n_regions,
             "error_estimate": self.error_estimate.summary(),
             "warnings": list(self.warnings),
@@ -360,10 +383,10 @@ class HalfSpaceContact:
         rows = [
             ("force", self.force),
             ("approach", self.approach),
-            ("contact area", self.area),
-            ("area, edge fitted", self.edge_area),
+            ("area", self.figures["area"]),
+            ("area of its cells", self.point_area),
             ("maximum pressure", self.max_pressure),
-            ("mean pressure", self.mean_pressure),
+            ("mean pressure", self.figures["mean_pressure"]),
             ("mean gap", self.mean_gap),
         ]
         return "\n".join(

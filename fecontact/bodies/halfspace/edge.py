@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array, Mask
+from fecontact.common.arrays import Array, IntArray, Mask
 
 FARTHEST = 1.0
 """Largest correction of an edge, in cells."""
@@ -37,6 +37,8 @@ class EdgeCells(NamedTuple):
         Gap of the first cell outside and of the one beyond it; zero where it is in contact or has no counter-surface.
     share : (n,) array
         Squared cosine between the edge's normal and the row or column, taken at the cell before.
+    place : (2, n) int array
+        Indices of the last cell.
     """
 
     last: Array
@@ -44,6 +46,19 @@ class EdgeCells(NamedTuple):
     gap: Array
     beyond: Array
     share: Array
+    place: IntArray
+
+    @property
+    def excess(self) -> tuple[Array, Array]:
+        """Areas (n,) in cells beyond the last cells, negative where the contact ends within; by gaps, by pressures."""
+        square, falls = self.last**2, self.before > self.last
+        # from the middle of the last cell
+        reach = np.where(falls, square / np.where(falls, self.before**2 - square, 1.0), 0.5)
+        near, far = np.cbrt(self.gap**2), np.cbrt(self.beyond**2)
+        grows = far > near
+        by_gap = np.where(grows, 1.0 - near / np.where(grows, far - near, 1.0), reach)
+        one, other = (self.share * (np.clip(v, 0.5 - FARTHEST, 0.5 + FARTHEST) - 0.5) for v in (by_gap, reach))
+        return one, other
 
 
 def pressed_ends(pressure: Array, allowed: Mask) -> Mask:
@@ -77,7 +92,7 @@ def edge_cells(pressure: Array, gap: Array, periodic: bool) -> EdgeCells:
     periodic : bool
     """
     parts = [_one_way(pressure, gap, axis, step, periodic) for axis in (0, 1) for step in (-1, 1)]
-    return EdgeCells(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    return EdgeCells(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
 
 def _one_way(pressure: Array, gap: Array, axis: int, step: int, periodic: bool) -> EdgeCells:
@@ -99,7 +114,7 @@ def _one_way(pressure: Array, gap: Array, axis: int, step: int, periodic: bool) 
     total = slope[0] + slope[1]
     share = np.divide(slope[axis], total, out=np.full(total.shape, 0.5), where=total > 0)
     beyond = (beside(outside, step)[tuple(at)], beside(outside, 2 * step)[tuple(at)])
-    return EdgeCells(pressure[tuple(at)], pressure[tuple(before)], *beyond, share)
+    return EdgeCells(pressure[tuple(at)], pressure[tuple(before)], *beyond, share, at)
 
 
 def _slope(pressure: Array, at: NDArray, axis: int) -> Array:
@@ -123,12 +138,5 @@ def edge_area(edge: EdgeCells, count: int) -> tuple[float, float]:
     >>> bool(abs(by_gaps / 20 - 2 * 6.8) < 1e-9), bool(abs(by_pressures / 20 - 2 * 6.8) < 0.1)
     (True, True)
     """
-    square, falls = edge.last**2, edge.before > edge.last
-    # from the middle of the last cell
-    reach = np.where(falls, square / np.where(falls, edge.before**2 - square, 1.0), 0.5)
-    near, far = np.cbrt(edge.gap**2), np.cbrt(edge.beyond**2)
-    grows = far > near
-    by_gap = np.where(grows, 1.0 - near / np.where(grows, far - near, 1.0), reach)
-    areas = (count + edge.share @ (np.clip(v, 0.5 - FARTHEST, 0.5 + FARTHEST) - 0.5) for v in (by_gap, reach))
-    by_gaps, by_pressures = (float(area) for area in areas)
+    by_gaps, by_pressures = (count + float(excess.sum()) for excess in edge.excess)
     return by_gaps, by_pressures

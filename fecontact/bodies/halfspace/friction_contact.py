@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
+from fecontact.bodies.halfspace.edge import edge_area, edge_cells
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import RenamedKeys, renamed
 from fecontact.common.units import Units
 from fecontact.solvers import FrictionResiduals
 
@@ -105,20 +107,58 @@ class FrictionContact(HalfSpaceContact):
         """Cells (nx, ny) in contact that do not slip."""
         return np.asarray(self.active & ~self.slipping)
 
-    @property
+    @cached_property
     def stick_area(self) -> float:
+        """Area that sticks, its edge located within the cells as that of the contact is.
+
+        There the reserve of friction mu p - |t| falls to zero as the pressure does at the edge of the contact, and slip
+        grows as the gap does (Ciavarella 1998, *The generalized Cattaneo partial slip plane contact problem*).
+        """
+        count, area = int(self.sticking.sum()), self.figures["area"]
+        if count == 0 or not self.slipping.any():
+            return area if count else 0.0
+        left = self.friction * self.pressure - np.hypot(self.traction[0], self.traction[1])
+        slid = np.where(self.slipping, np.hypot(self.slip[0], self.slip[1]), 0.0)
+        slid[~np.isfinite(self.gap)] = np.inf
+        edge = edge_cells(np.where(self.sticking, left, 0.0), slid, self.periodic)
+        return min(edge_area(edge, count)[0] * self.grid.area, area)
+
+    @property
+    def slip_area(self) -> float:
+        """The rest of `area`."""
+        return self.figures["area"] - self.stick_area
+
+    @property
+    def point_stick_area(self) -> float:
         """Area of the cells that stick."""
         return int(self.sticking.sum()) * self.grid.area
 
     @cached_property
-    def work(self) -> Array:
+    def work_density(self) -> Array:
         """Work of friction in the step, per area (nx, ny), not negative."""
         return np.asarray(-(self.traction * self.slip).sum(axis=0))
 
     @property
-    def dissipated(self) -> float:
+    def friction_work(self) -> float:
         """Work of friction in the step."""
-        return float(self.work.sum()) * self.grid.area
+        return float(self.work_density.sum()) * self.grid.area
+
+    @property
+    def sliding_integral(self) -> Array:
+        """Integral (nx, ny) of the pressure over the length of slip; times Archard's coefficient the wear depth.
+
+        Raises
+        ------
+        InputError
+            If friction is infinite, where what touches does not slide.
+        """
+        if np.isinf(self.friction):
+            raise InputError("Infinite friction has no sliding: Archard's law needs a finite coefficient.")
+        if self.friction == 0:
+            return self.pressure * np.hypot(self.slip[0], self.slip[1])
+        return self.work_density / self.friction
+
+    dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
 
     def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
         """Stress (n, 6) inside the half-space by pressures and tractions, see `HalfSpaceContact.stress`.
@@ -157,15 +197,16 @@ class FrictionContact(HalfSpaceContact):
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
-        return {
-            **super().summary(),
-            "friction": self.friction,
-            "tangential": list(self.tangential),
-            "shift": list(self.shift),
-            "stick_area": self.stick_area,
-            "dissipated": self.dissipated,
-            "friction_residuals": vars(self.friction_residuals),
-        }
+        return RenamedKeys(
+            super().summary(),
+            friction=self.friction,
+            tangential=list(self.tangential),
+            shift=list(self.shift),
+            stick_area=self.stick_area,
+            slip_area=self.slip_area,
+            friction_work=self.friction_work,
+            friction_residuals=vars(self.friction_residuals),
+        )
 
     def columns(self) -> dict[str, Array]:
         """Fields (nx, ny) on the cells by name."""
@@ -181,7 +222,8 @@ class FrictionContact(HalfSpaceContact):
             ("shift x", self.shift[0]),
             ("shift y", self.shift[1]),
             ("stick area", self.stick_area),
-            ("work of friction", self.dissipated),
+            ("slip area", self.slip_area),
+            ("work of friction", self.friction_work),
         ]
         if self.twist or self.torque:
             rows += [("torque", self.torque), ("twist", self.twist)]

@@ -19,6 +19,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.common.files import save_rows
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import RenamedKeys, renamed, warn
 
 COLUMNS = (
     "force",
@@ -29,9 +30,10 @@ COLUMNS = (
     "shift_x",
     "shift_y",
     "twist",
-    "contact_area",
+    "area",
     "stick_area",
-    "dissipated",
+    "slip_area",
+    "friction_work",
     "worst_residual",
 )
 
@@ -79,33 +81,43 @@ class FrictionPath:
         return np.array([contact.twist for contact in self.contacts])
 
     @cached_property
-    def dissipated(self) -> Array:
+    def friction_work(self) -> Array:
         """Work of friction (n,) in each step, not negative."""
-        return np.array([contact.dissipated for contact in self.contacts])
+        return np.array([contact.friction_work for contact in self.contacts])
 
     @cached_property
-    def work(self) -> Array:
+    def work_density(self) -> Array:
         """Work of friction per area (nx, ny) in all steps."""
-        return np.asarray(sum(contact.work for contact in self.contacts))
+        return np.asarray(sum(contact.work_density for contact in self.contacts))
 
-    def wear(self, coefficient: float) -> Array:
-        """Depth of wear (nx, ny) in all steps by the dissipated work, not fed back into the shape.
+    dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
+
+    def wear_depth(self, coefficient: float) -> Array:
+        """Wear depth (nx, ny) in all steps by Archard's law, h = k int p |ds|, not fed back into the shape.
 
         Parameters
         ----------
         coefficient : float
-            Worn volume per work of friction; Archard's coefficient over mu.
+            Archard's k, as of `LoadPath.wear_depth`: volume per force and distance, one over pressure. Worn volume per
+            work of friction is k over mu (Fouvry, Kapsa & Vincent, Wear 200 (1996) 186).
 
         Raises
         ------
         InputError
-            If the coefficient is not positive.
+            If the coefficient is not positive, or friction is infinite.
 
         References
         ----------
-        J. F. Archard, J. Appl. Phys. 24 (1953) 981; S. Fouvry, P. Kapsa, L. Vincent, Wear 200 (1996) 186.
+        J. F. Archard, J. Appl. Phys. 24 (1953) 981.
         """
-        return checks.positive("the coefficient of wear", coefficient) * self.work
+        k = checks.positive("the coefficient of wear", coefficient)
+        return np.asarray(sum(k * contact.sliding_integral for contact in self.contacts))
+
+    def wear(self, coefficient: float) -> Array:
+        """Former `wear_depth`, with worn volume per work of friction as its coefficient: k over mu. It warns."""
+        now = "wear(coefficient) is now wear_depth(coefficient * mu), by Archard's k; the old name will be removed."
+        warn(f"FrictionPath.{now}", stacklevel=3)
+        return checks.positive("the coefficient of wear", coefficient) * self.work_density
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -118,7 +130,7 @@ class FrictionPath:
 
     def rows(self) -> list[dict[str, float]]:
         """Figures of each step by name."""
-        return [dict(zip(COLUMNS, _row(contact), strict=True)) for contact in self.contacts]
+        return [RenamedKeys(zip(COLUMNS, _row(contact), strict=True)) for contact in self.contacts]
 
     def as_dict(self) -> dict[str, Any]:
         """All figures for scripts."""
@@ -136,7 +148,7 @@ class FrictionPath:
         return save_rows(path, COLUMNS, map(_row, self.contacts))
 
     def __str__(self) -> str:
-        shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "dissipated")
+        shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "friction_work")
         lines = ["".join(f"{row[name]:>15.6g}" for name in shown) for row in self.rows()]
         worst = max(contact.friction_residuals.worst for contact in self.contacts)
         return "\n".join(
@@ -144,7 +156,7 @@ class FrictionPath:
                 f"Half-space with friction {self.last.friction:g}, {len(self.contacts)} steps",
                 "".join(f"{name:>15}" for name in shown),
                 *lines,
-                f"work of friction {self.dissipated.sum():.6g}, worst residual {worst:.1e}",
+                f"work of friction {self.friction_work.sum():.6g}, worst residual {worst:.1e}",
                 *(f"Warning: {text}" for text in self.warnings),
             ]
         )
@@ -158,9 +170,10 @@ def _row(contact: FrictionContact) -> tuple[float, ...]:
         contact.torque,
         *contact.shift,
         contact.twist,
-        contact.area,
+        contact.figures["area"],
         contact.stick_area,
-        contact.dissipated,
+        contact.slip_area,
+        contact.friction_work,
         contact.friction_residuals.worst,
     )
 

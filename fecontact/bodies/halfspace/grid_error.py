@@ -120,7 +120,7 @@ def grid_error_estimate(
     Examples
     --------
     >>> p, whole = np.ones((4, 4)), (slice(None), slice(None))
-    >>> nothing = EdgeCells(*np.zeros((5, 0)))
+    >>> nothing = EdgeCells(*np.zeros((5, 0)), np.zeros((2, 0), int))
     >>> round(grid_error_estimate(p, 1.012 * np.ones((2, 2)), whole, nothing).pressure, 9)
     0.01
     """

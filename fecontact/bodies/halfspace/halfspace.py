@@ -453,7 +453,7 @@ class HalfSpace(SurfaceBody):
     @cached_property
     def facets(self) -> GridSurface:  # type: ignore[override]
         """Its surface: cell centres and quadrilaterals between them."""
-        return grid_surface(self.grid, "surface")
+        return grid_surface(self.grid, "surface", self.periodic, self.compliance.pressure == "point")
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance along rows: a matrix, or an operator for many rows of one cell each."""

@@ -62,7 +62,7 @@ def plot_pressed(
     draw_section(fourth, contact, names)
     figure.suptitle(
         f"{name + ': ' if name else ''}force {names.number(contact.force, 'force')}, "
-        f"area {names.number(contact.edge_area, 'length', '²')}, "
+        f"area {names.number(contact.figures['area'], 'length', '²')}, "
         f"approach {names.number(contact.approach, 'length')}"
     )
     return save_figure(figure, path)

@@ -24,10 +24,21 @@ class GridSurface(FacetSurface):
     grid : Grid
     start : int
         Number of the first cell among the points.
+    periodic : bool
+        Whether it repeats itself.
+    point_forces : bool
+        Whether the pressure of a cell is a force at its centre.
     """
 
     grid: Grid | None = None
     start: int = 0
+    periodic: bool = False
+    point_forces: bool = False
+
+    @property
+    def is_window(self) -> bool:
+        """Whether the cells are those of a part of a surface."""
+        return False
 
     @property
     def cells(self) -> Grid:
@@ -79,13 +90,13 @@ class GridSurface(FacetSurface):
         return Projection(projection, normals, points[:, 2].copy(), outside, matrix, facet, np.stack(local, axis=1))
 
 
-def grid_surface(grid: Grid, name: str) -> GridSurface:
+def grid_surface(grid: Grid, name: str, periodic: bool = False, point_forces: bool = False) -> GridSurface:
     """The surface of a half-space with the given grid."""
     nx, ny = grid.shape
     points = np.zeros((grid.n_cells, 3))
     points[:, 0] = np.repeat(grid.x, ny)
     points[:, 1] = np.tile(grid.y, nx)
-    return GridSurface(points, between_cells(nx, ny), name, grid=grid)
+    return GridSurface(points, between_cells(nx, ny), name, grid=grid, periodic=periodic, point_forces=point_forces)
 
 
 def between_cells(nx: int, ny: int) -> IntArray:

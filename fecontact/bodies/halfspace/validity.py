@@ -45,7 +45,7 @@ def _strain(contact: Pressed) -> tuple[float, str]:
         return largest / total, "the displacement over the thickness of the layers"
     if contact.periodic:
         top = contact.layers[0].material if contact.layers else contact.material
-        return contact.mean_pressure / top.plane_strain_modulus, "the mean pressure over the modulus"
+        return contact.figures["mean_pressure"] / top.plane_strain_modulus, "the mean pressure over the modulus"
     sides = [
         (np.ptp(np.flatnonzero(contact.active.any(axis=1 - axis))) + 1) * contact.grid.cell[axis] for axis in (0, 1)
     ]

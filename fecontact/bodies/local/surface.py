@@ -26,6 +26,11 @@ class WindowSurface(GridSurface):
     window: Window | None = None
 
     @property
+    def is_window(self) -> bool:
+        """True."""
+        return True
+
+    @property
     def _window(self) -> Window:
         assert self.window is not None
         return self.window

@@ -124,6 +124,8 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
     elif contact.coupling == "mortar" and _spreads_on_cells(surface, given.master_surface):
         note = f"the forces of {contact.master.name!r} are spread over the half-space's cells, mortar"
         given = replace(given.turned_over(), note=note)
+    elif contact.swap == "always" and facets_of(given.master_surface) is not None:
+        given = given.turned_over()
     surface, other = given.slave_surface, given.master_surface
     if surface.out_of_plane is not None and facets_of(other) is None:
         points = given.slave.pose.to_world(surface.points[surface.nodes])

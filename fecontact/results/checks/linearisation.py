@@ -185,7 +185,7 @@ def _indentation(fields: ContactFields) -> float:
         return np.inf
     arm = fields.centres - fields.forces @ fields.centres / total
     width = 3 * float(np.sqrt(fields.forces @ (arm**2).sum(axis=1) / total))
-    return fields.mean_pressure * width * softness
+    return total / fields.point_area * width * softness
 
 
 def _looked_at(fields: ContactFields) -> IntArray:

@@ -163,14 +163,14 @@ def _check_map(
 
 
 def _title(contact: ContactFields, units: Units) -> str:
-    head = f"{contact.slave.name}.{contact.surfaces[0]} on {contact.master.name}.{contact.surfaces[1]}"
+    whole = contact.whole
     if not contact.active.any():
-        return f"{head}\nno contact"
+        return f"{contact.label}\nno contact"
     return (
-        f"{head}\nforce {units.number(float(np.linalg.norm(contact.force)), 'force')}, "
-        f"area {units.number(contact.edge_area, 'length', '²')}, "
-        f"peak {units.number(contact.max_pressure, 'stress')}, "
-        f"mean {units.number(contact.edge_mean_pressure, 'stress')}"
+        f"{contact.label}\nforce {units.number(float(np.linalg.norm(whole.force)), 'force')}, "
+        f"area {units.number(whole.area, 'length', '²')}, "
+        f"peak {units.number(whole.max_pressure, 'stress')}, "
+        f"mean {units.number(whole.mean_pressure, 'stress')}"
     )
 
 

@@ -75,7 +75,7 @@ def test_energy_of_a_cycle_is_the_area_of_its_loop_and_the_work_of_the_slip(shar
     # the loop is a difference of two branches, and as the cube of the share smaller than either
     assert found.cycle_energy == pytest.approx(loop, rel=1e-14 / share**2 + 1e-9)
     work = over_disc(lambda r: -found.traction(r) * found.slip(r), found.a * (1 - 1e-15), found.c)
-    assert found.dissipated == pytest.approx(work, rel=1e-6)
+    assert found.friction_work == pytest.approx(work, rel=1e-6)
 
 
 def test_a_cycle_begins_and_ends_at_the_shift():

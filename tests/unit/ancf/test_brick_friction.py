@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, equilibrium
-from fecontact.ancf.slip import slips, unrubbed
+from fecontact.ancf.slip import initial_friction, slips
 
 MU = 0.3
 FLOOR = fc.RigidBody(fc.Plane(), name="floor")
@@ -44,7 +44,7 @@ def test_slip_and_its_gradient_by_differences(other, at):
     a = Assembly.of(solids, None, [contact])
     rng = np.random.default_rng(1)
     q = a.q0 + 1e-3 * rng.standard_normal(a.n_dofs)
-    start, step = unrubbed(a.touches, q).start, rng.standard_normal(a.n_dofs)
+    start, step = initial_friction(a.touches, q).start, rng.standard_normal(a.n_dofs)
     # slip since q itself is zero, so that the turn of the tangents has no part in the derivative there
     now = slips(a.touches, a.conditions(q).parts, q, start)
     ahead, behind = (slips(a.touches, a.conditions(x).parts, x, start).slip for x in (q + 1e-5 * step, q - 1e-5 * step))
@@ -71,9 +71,9 @@ def test_small_drags_are_those_of_a_linear_scene():
         # strains of 1e-4, and contact pressures of another rule in faces that are partly open
         assert normal == pytest.approx(-known.reaction(body)[2], rel=2e-3)
         assert tangential[:2] == pytest.approx(-known.reaction(body)[:2], abs=1e-3 * normal)
-        slipped.append(last.friction.dissipated)
+        slipped.append(last.friction.friction_work)
     assert min(slipped) >= 0
-    assert sum(slipped[1:]) == pytest.approx(linear.dissipated[1:].sum(), rel=0.05)
+    assert sum(slipped[1:]) == pytest.approx(linear.friction_work[1:].sum(), rel=0.05)
 
 
 def test_large_drags_slide_with_exactly_mu_times_the_normal_force():
@@ -90,11 +90,11 @@ def test_large_drags_slide_with_exactly_mu_times_the_normal_force():
     assert np.abs(size - MU * normal).max() < 1e-9 * normal.max()
     # across the drag the block grows a little wider or narrower
     assert -end.forces[0].sum(axis=0)[0] == pytest.approx(MU * normal.sum(), rel=1e-6)
-    assert all(s.friction.dissipated >= 0 for s in path.states)
+    assert all(s.friction.friction_work >= 0 for s in path.states)
     assert max(s.friction.defect for s in path.states) < 1e-9
     # the last of the work of the support goes into friction: force times distance, less what the strain energy took
     force = [-s.friction.forces[0].sum(axis=0)[0] for s in path.states[-2:]]
-    assert path.last.friction.dissipated == pytest.approx(force[1] * 0.1, rel=0.15)
+    assert path.last.friction.friction_work == pytest.approx(force[1] * 0.1, rel=0.15)
     # a state that is on the rim of all its cones is in balance with its load and does not go on sliding
     again = equilibrium(lambda level: Stage(a, motion=moved(a, (0.4, 0, -0.05))), steps=3, start=path.last)
     assert len(again.states) == 1

@@ -87,9 +87,9 @@ def deck(tmp_path):
 
 
 def force(result):
-    """Force on the upper body; sides may have been swapped."""
-    contact = result.contacts[0]
-    return contact.force if contact.slave.name != "Low" else -contact.force
+    """Force on the upper body, whichever the deck names first."""
+    whole, (first, _) = result.contacts[0].whole, result.contacts[0].bodies
+    return whole.force if first.name != "Low" else -whole.force
 
 
 def check_pressed(scene):

@@ -70,7 +70,7 @@ def test_peak_and_area():
         estimate = contact.error_estimate
         peak = abs(contact.max_pressure / hertz.spheres((10.0, math.inf), (UNIT, None), force=FORCE).p0 - 1)
         assert peak <= estimate.peak <= estimate.pressure
-        assert abs(contact.edge_area / math.pi - 1) <= estimate.area
+        assert abs(contact.figures["area"] / math.pi - 1) <= estimate.area
         assert abs(estimate.faces_across / (2 * n / 3) - 1) < 0.05
 
 
@@ -121,7 +121,7 @@ def test_peak_and_area_below_powers_of_the_radius(n, cells):
     known = exact.pressure(np.array([1e-12, *np.linspace(0.5, 0.98, 25)])).max()
     for found, told in (
         (abs(known / contact.max_pressure - 1), estimate.peak),
-        (abs(contact.edge_area / math.pi - 1), estimate.area),
+        (abs(contact.figures["area"] / math.pi - 1), estimate.area),
     ):
         assert told >= 0.8 * found
         assert told <= max(3 * found, 1.2 * estimate.pressure)
@@ -164,7 +164,9 @@ def test_below_three_cells_across_peak_and_area_carry_no_figure():
 def test_reasons_for_no_estimate():
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(16, 16), pressure="point")
     assert "point forces" in str(half.press(Paraboloid(10.0), force=FORCE).error_estimate)
-    nothing = grid_error_estimate(np.zeros((4, 4)), None, (slice(4), slice(4)), EdgeCells(*np.zeros((5, 0))))
+    nothing = grid_error_estimate(
+        np.zeros((4, 4)), None, (slice(4), slice(4)), EdgeCells(*np.zeros((5, 0)), np.zeros((2, 0), int))
+    )
     assert str(nothing) == "pressure: no contact, nothing to estimate"
     assert json.loads(json.dumps(nothing.summary()))["pressure"] is None
 

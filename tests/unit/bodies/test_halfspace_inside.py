@@ -121,13 +121,13 @@ def test_edge_fitted_area_of_a_ball(n):
     half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(3.05, 3.05), shape=(n, n))
     contact = half.press(Paraboloid(1.0), force=4 / 3)
     # counting cells errs by up to 1/n (1.3e-2 at 64); the fitted edge by less than half of that
-    assert abs(contact.edge_area / np.pi - 1) < 0.5 / n
+    assert abs(contact.figures["area"] / np.pi - 1) < 0.5 / n
 
 
 def test_the_edge_of_a_flat_punch_is_known():
     half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(64, 64))
     contact = half.press(FlatPunch(radius=1.0), force=2.0)
-    assert contact.edge_area == contact.area
+    assert contact.figures["area"] == contact.area
 
 
 def crowded(n=30, side=0.3, layers=(), size_y=None):

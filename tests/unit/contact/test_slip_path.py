@@ -62,7 +62,7 @@ def test_rolling_by_many_widths_is_no_slip(n_steps: int) -> None:
     ]
     assert max(shares[:-1]) < 0.2
     assert abs(shares[-1] - 1) < 1e-3  # normals of the contact lean by up to its half width over the radius
-    assert rolled.dissipated[1:].max() < 2e-3 * slid.dissipated[1:].max()
+    assert rolled.friction_work[1:].max() < 2e-3 * slid.friction_work[1:].max()
 
 
 @pytest.mark.parametrize(("turn", "cuts"), [(0.2, 1), (2 * np.pi, 32), (13.0, None)])
@@ -82,4 +82,4 @@ def test_spins_on_the_spot_are_cut(turn: float, cuts: int | None) -> None:
     path = scene.solve_path(steps, finite_motion=True)
     assert path.cuts[2] == cuts
     torque = abs(path[2].reaction(block)[5])
-    assert abs(path.dissipated[2, 0] / (torque * turn) - 1) < 0.01
+    assert abs(path.friction_work[2, 0] / (torque * turn) - 1) < 0.01

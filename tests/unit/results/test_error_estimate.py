@@ -146,7 +146,7 @@ def test_uniform_pressure_has_no_error():
     contact = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}}).contacts[0]
     assert contact.error_estimate.pressure < 1e-9
     assert contact.error_estimate.peak < 1e-9
-    assert abs(contact.edge_area - 1.0) < 1e-9
+    assert abs(contact.whole.area - 1.0) < 1e-9
     assert np.abs(contact.error_indicators).max() < 1e-9 * contact.max_pressure
 
 
@@ -176,7 +176,7 @@ def test_without_contact_there_is_nothing_to_estimate():
     contact = result.contacts[0]
     assert np.isnan(contact.error_estimate.pressure)
     assert "nothing to estimate" in str(contact.error_estimate)
-    assert contact.edge_area == 0.0
+    assert contact.whole.area == 0.0
     assert not contact.error_indicators.any()
     assert json.loads(json.dumps(result.summary()))["contacts"][0]["error_estimate"]["pressure"] is None
 

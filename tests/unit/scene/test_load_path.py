@@ -35,10 +35,10 @@ def test_a_dragged_block_slides_at_mu_times_the_force() -> None:
     path = scene.solve_path([{"motions": {block: {"z": -0.01, "x": x}}} for x in (0.0, 0.02, 0.0)])
     np.testing.assert_allclose(path.forces[:, 0, 0], [0.0, -0.003, 0.003], atol=1e-14)
     np.testing.assert_allclose(path.forces[:, 0, 2], 0.01, atol=1e-14)
-    assert (path.dissipated[1:] > 0).all()
+    assert (path.friction_work[1:] > 0).all()
     c = path[1].contacts[0]
     spent = 0.3 * (c.pressure * np.linalg.norm(c.friction.slip, axis=1)) @ c.weights
-    assert abs(path.dissipated[1, 0] / spent - 1) < 1e-12
+    assert abs(path.friction_work[1, 0] / spent - 1) < 1e-12
     # the wear depth is k p |s|: all pressure slides
     worn = path.wear_depth(0, 2.0) - 2.0 * sum(
         s.contacts[0].pressure * np.linalg.norm(s.contacts[0].friction.slip, axis=1) for s in path.steps
@@ -56,7 +56,7 @@ def test_the_order_of_loads_matters() -> None:
     assert abs(once.contacts[0].force[0] / path[1].contacts[0].force[0] - 1) < 1e-9  # sticking: the same here
     released = scene.solve_path([*steps, {"motions": {block: {"z": -0.01}}}])
     assert abs(released[2].contacts[0].force[0]) < 1e-14  # no slip: it comes back
-    assert abs(released.dissipated).max() < 1e-14
+    assert abs(released.friction_work).max() < 1e-14
 
 
 def test_a_block_on_a_slope_stays_or_slides() -> None:
@@ -228,7 +228,7 @@ def test_a_step_without_certified_solution_is_cut(monkeypatch: pytest.MonkeyPatc
     cut = scene.solve_path(steps)
     assert cut.cuts == (1, 2)
     assert abs(cut.forces - whole.forces).max() < 1e-12  # full slip: the path does not matter
-    assert cut.dissipated[1, 0] > 0
+    assert cut.friction_work[1, 0] > 0
 
 
 @pytest.mark.parametrize("finite_motion", [False, True])
@@ -248,7 +248,7 @@ def test_an_interrupted_path_goes_on_as_if_it_had_not_been(finite_motion: bool, 
     again = solved(5, file)
     assert [step.friction.nit for step in again.steps[:3]] == [0, 0, 0]  # certified, not solved
     np.testing.assert_allclose(again.forces, whole.forces, rtol=1e-12, atol=1e-16)
-    np.testing.assert_allclose(again.dissipated, whole.dissipated, rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(again.friction_work, whole.friction_work, rtol=1e-12, atol=1e-18)
     assert len(file.read_text().splitlines()) == 5
     for change, what in (({"first": 1.1}, "motions"), ({"finite_motion": not finite_motion}, "finite_motion")):
         with pytest.raises(fc.InputError, match=rf"row '1' .* another model or case \(.*{what}"):
@@ -299,7 +299,8 @@ def test_cases_of_a_sweep_are_single_steps() -> None:
         alone = scene.solve(**case).summary()
         np.testing.assert_allclose(row["contacts"][0]["force"], alone["contacts"][0]["force"], atol=1e-12)
         assert (
-            abs(row["contacts"][0]["friction"]["dissipated"] - alone["contacts"][0]["friction"]["dissipated"]) < 1e-14
+            abs(row["contacts"][0]["friction"]["friction_work"] - alone["contacts"][0]["friction"]["friction_work"])
+            < 1e-14
         )
         assert any("order of loads" in note for note in row["notes"])
 
@@ -340,7 +341,7 @@ def test_a_cut_step_is_rebuilt(tmp_path, monkeypatch: pytest.MonkeyPatch) -> Non
     cut = scene.solve_path(steps, tmp_path / "path.jsonl")
     again = scene.solve_path(steps, tmp_path / "path.jsonl")
     assert again.cuts == cut.cuts == (1, 2)
-    np.testing.assert_array_equal(again.dissipated, cut.dissipated)
+    np.testing.assert_array_equal(again.friction_work, cut.friction_work)
     slips = [found[1].contacts[0].friction.slip for found in (cut, again)]
     np.testing.assert_allclose(slips[1], slips[0], rtol=1e-12)
 
@@ -421,7 +422,7 @@ def test_a_path_has_a_table_of_its_steps_with_maps_and_sides(tmp_path: Path) -> 
     column = f"motions {block.name} x"
     assert table.column(column).tolist() == [0.0, 0.02, 0.0]
     np.testing.assert_allclose(table.column("force_x"), path.forces[:, 0, 0], atol=1e-14)
-    np.testing.assert_allclose(table.column("dissipated"), path.dissipated[:, 0], atol=1e-14)
+    np.testing.assert_allclose(table.column("friction_work"), path.friction_work[:, 0], atol=1e-14)
     # a quarter of a uniform pressure is on the left; once dragged, both sides have their friction
     np.testing.assert_allclose(table.column("left: force_z")[0], 0.0025, rtol=1e-9)
     for name in ("force_x", "force_z"):

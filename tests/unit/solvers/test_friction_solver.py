@@ -93,7 +93,7 @@ def test_random_problems_are_certified(k: int, loaded: bool, mu: float) -> None:
         found = solve_friction(random_problem(rng, f, k, mu, loaded))
         assert found.success
         assert found.residuals.worst < 1e-11  # rounding of a dense solve, ten times below the certificate
-        assert found.dissipated > -1e-12
+        assert found.friction_work > -1e-12
 
 
 def test_without_friction_the_answer_is_the_frictionless_one() -> None:
@@ -167,7 +167,7 @@ def test_a_single_point_by_hand() -> None:
     np.testing.assert_allclose(found.forces, [1.0, -0.3], atol=1e-14)
     np.testing.assert_allclose(found.slip, [[0.7]], atol=1e-14)
     assert found.sliding.all()
-    assert abs(found.dissipated - 0.21) < 1e-14
+    assert abs(found.friction_work - 0.21) < 1e-14
 
 
 def test_rough_points_stick_while_they_touch() -> None:

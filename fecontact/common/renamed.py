@@ -1,0 +1,61 @@
+"""Names of figures that have changed: for one release the old ones still work, and warn."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Container
+from typing import Any
+
+#: Former names of keys and columns.
+FORMER = {"outline_area": "area", "dissipated": "friction_work", "contact_area": "area"}
+
+
+class RenamedKeys(dict[str, Any]):
+    """A dictionary that knows the former names of its keys; they warn."""
+
+    def __missing__(self, key: str) -> Any:
+        """The value of a former name.
+
+        Examples
+        --------
+        >>> import warnings
+        >>> with warnings.catch_warnings(record=True) as told:
+        ...     warnings.simplefilter("always")
+        ...     RenamedKeys(area=2.0)["outline_area"]
+        2.0
+        >>> print(told[0].message)
+        'outline_area' is now 'area'; the old name will be removed.
+        """
+        new = present_name(key, self)
+        if new == key:
+            raise KeyError(key)
+        return self[new]
+
+
+def present_name(name: str, known: Container[str]) -> str:
+    """The name of a key or column that is given by its former one, with a warning; any other as it is."""
+    if name in known or (new := FORMER.get(name)) not in known:
+        return name
+    warn(f"{name!r} is now {new!r}; the old name will be removed.", stacklevel=4)
+    return str(new)
+
+
+def renamed(old: str, new: str, read: Callable[[Any], Any] | None = None) -> Any:
+    """A property that has the value of another, or what `read` finds, under its former name, and warns."""
+
+    def value(self: Any) -> Any:
+        warn(f"{type(self).__name__}.{old} is now {new}; the old name will be removed.", stacklevel=3)
+        return getattr(self, new) if read is None else read(self)
+
+    value.__doc__ = f"Former name of `{new}`; it warns."
+    return property(value)
+
+
+def redefined(new: str, meaning: str, former: str) -> None:
+    """Warn, at what asked for an attribute, that it has another meaning than before."""
+    warn(f"{new} is {meaning}; what it was before is {former}. This warning will be removed.", stacklevel=5)
+
+
+def warn(message: str, stacklevel: int) -> None:
+    """Warn of a name that has changed."""
+    warnings.warn(message, DeprecationWarning, stacklevel=stacklevel)
