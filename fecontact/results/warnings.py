@@ -21,6 +21,8 @@ from fecontact.results.solved_scene import SolvedScene
 
 #: Strain above which a result warns: the relative error of small-strain elasticity is of the size of the strain.
 LARGEST_STRAIN = 0.05
+#: Motion, relative to a body's size, above which it has moved.
+LEAST_MOVED = 1e-9
 #: Error of linearised motions above which a result warns whose poses were carried along already: nothing else mends it,
 #: so that less than a percent, of the size of other errors of modelling, needs no action.
 UNMENDED = 0.01
@@ -52,6 +54,22 @@ def unborne_motions(result: SolvedScene) -> Iterator[str]:
             "Bodies move or turn far: the poses have not settled, and the motions would go on by "
             f"{100 * result.carried.rest:.2g} %. The load may find no rest: hold the motion, or apply less."
         )
+
+
+def pushed_aside(result: SolvedScene) -> Iterator[str]:
+    """Warnings of bodies that overlap alone has moved, until nothing touched them."""
+    if result.loading.magnitude or any(contact.active.any() for contact in result.contacts):
+        return
+    for number, (body, size) in enumerate(zip(result.scene.bodies, result.scene.sizes, strict=True)):
+        given = (result.originals or result.scene.bodies)[number]
+        motion = result.rigid_motion(given)
+        moved = np.concatenate([motion.translation, size * motion.rotation])
+        moved[list(result.loading.frames[number].prescribed_components)] = 0.0
+        if (most := float(np.abs(moved).max())) > LEAST_MOVED * size:
+            yield (
+                f"Nothing touches any more: {body.name!r} was pushed aside by what overlapped it, by {most:.2g}, as "
+                "neither a support nor friction holds it. Hold that motion, if it is to be pressed."
+            )
 
 
 def carried_motions(result: SolvedScene) -> Iterator[str]:
@@ -169,6 +187,7 @@ def notes_of_scene(result: SolvedScene) -> Iterator[str]:
 CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     warnings_of_scene,
     unborne_motions,
+    pushed_aside,
     large_strains,
     held_across,
     contact_at_rims,

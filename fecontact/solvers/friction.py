@@ -87,7 +87,6 @@ def solve_friction(
         raise InfeasibleLoadError(_cannot_hold(scaled, rows), direction)
     closed = bool((scaled.g[rows.normals] < 0).any())
     best: FrictionSolution | None = None
-    guided = False
     apart: FrictionSolution | None = None
     starts = _starts(problem, scaled, rows, start)
     while (begin := next(starts, None)) is not None:
@@ -106,8 +105,7 @@ def solve_friction(
                 return replace(found, status=Status.SOLVED if forces.any() else Status.NO_CONTACT, message="solved")
             # what was closed has drifted apart: the answer only if no other is found
             apart = apart or replace(found, status=Status.NO_CONTACT, message="solved")
-        if best is not None and not guided:
-            guided = True
+        if best is None:
             starts = chain(_held(scaled, rows, outcome.x, outcome.p), starts)
         best = found if best is None or found.residuals.worst < best.residuals.worst else best
     assert best is not None
@@ -134,7 +132,7 @@ def _held(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Iter
     for found in slide(scaled, rows, load, x, p):
         if found.share >= 1:
             yield found.x, found.p, "guided, newton"
-        elif found.bound < 1:
+        elif 0 < found.bound < 1:
             direction = scaled.motion(found.p - before)
             text = (
                 "All that touches slides along the motion that the load drives; friction holds "
@@ -171,12 +169,16 @@ def _starts(
             yield outcome.x, outcome.p, "newton"
         elif x.any():
             yield x, p, "newton"
-        x, p = tied(scaled, rows, x, p, touching)
-        yield x, p, "newton"
+        stuck = x, p = tied(scaled, rows, x, p, touching)
+        if not modes.shape[1]:
+            yield *stuck, "newton"
+        # where a body may drift, sweeps come first: in many steps of Newton's method rounding decides where it goes
         for k in range(ATTEMPTS):
             outcome = friction_sweeps(scaled, rows, x, p, tolerance=FIRST_SWEEPS / 10**k)
             x, p = outcome.x, outcome.p
             yield x, p, "sweeps, newton"
+        if modes.shape[1]:
+            yield *stuck, "newton"
 
 
 def _nearest(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Array:

@@ -183,8 +183,7 @@ class FrictionProblem:
         given = np.where(rough, 0.0, np.einsum("fk,fk->f", t, s))
         # the rounding of slip counts by the limits, which exceed the forces under much friction, and by the motions
         # that cancel in it
-        rows = self.tangents.ravel()
-        terms = max(largest(self.rows.g[rows]), largest(np.abs(self.rows.B[:, rows]).T @ np.abs(q)))
+        terms = max(largest(self.rows.g), largest(np.abs(self.rows.B).T @ np.abs(q)))
         work = max(every.gap, MOTION_FLOOR * terms) * max(every.force, float(np.where(rough, 0.0, limit).sum()))
         return FrictionResiduals(
             normal.penetration,
@@ -199,7 +198,7 @@ class FrictionProblem:
 
 #: Share of force scale times gap scale below which dissipated work is rounding, and share of the largest motions, whose
 #: sum slip is, that counts as such a scale.
-NO_WORK, MOTION_FLOOR = 1e-2, 0.01
+NO_WORK, MOTION_FLOOR = 1e-2, 0.1
 
 
 @one_line

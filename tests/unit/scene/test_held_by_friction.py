@@ -9,15 +9,15 @@ import fecontact as fc
 FRAMES = ({"angle": 1.1}, {"angle": -2.0}, {"length": 1e3, "modulus": 2e5})
 
 
-def pressed(size, cells, nu, radius, at, depth, held="z", angle=0.0, length=1.0, modulus=1.0):
-    """A ball pushed into the top of a block, with friction of 0.8: written in other units, turned about z."""
+def pressed(size, cells, nu, radius, at, depth, held="z", angle=0.0, length=1.0, modulus=1.0, mu=0.8):
+    """A ball pushed into the top of a block, with friction: written in other units, turned about z."""
     turn = Rotation.from_rotvec((0.0, 0.0, angle)).as_matrix()
     mesh = fc.shapes.block(tuple(length * np.array(size)), cells, element="hex20")
     block = fc.ElasticBody(mesh, fc.Material(modulus, nu), contact="top", supports={"bottom": held}, name="block")
     pose = fc.Pose(translation=tuple(turn @ (length * np.array([*at, size[2]]))), rotation=turn)
     ball = fc.RigidBody(fc.Sphere(radius * length), pose=pose, name="ball")
     block = block.placed(rotation=turn)
-    scene = fc.Scene([block, ball], [fc.Contact(block, ball, friction=0.8)])
+    scene = fc.Scene([block, ball], [fc.Contact(block, ball, friction=mu)])
     return scene.solve(motions={ball: {"z": -depth * length}})
 
 
@@ -57,3 +57,19 @@ def test_its_certificate_is_that_of_the_problem_with_friction():
     result = scene.solve(motions={stamp: {"z": -0.01}})
     assert result.residuals().worst < 1e-10
     assert "inf" not in str(result)
+
+
+ASIDE = ((1.902, 0.346, 2.152), (4, 3, 4), 0.0, 4.447, (1.4557, 0.1173))
+
+
+@pytest.mark.parametrize(
+    ("change", "aside"),
+    [({"mu": 0.0}, True), ({}, False), ({"mu": 0.0, "held": "xyz"}, False), ({"mu": 0.0, "depth": -0.01}, False)],
+)
+def test_a_body_pushed_aside_is_told(change, aside):
+    """Without friction the ball pushes the block away; held, or never touched, it stays."""
+    result = pressed(*ASIDE, **{"depth": 0.000381, **change})
+    told = [text for text in result.warnings if text.startswith("Nothing touches any more: 'block' was pushed aside")]
+    assert bool(told) is aside
+    if aside:
+        assert not result.contacts[0].active.any()
