@@ -75,6 +75,13 @@ SHOWN: tuple[Entry, ...] = (
         },
     ),
     Entry(
+        "from_files",
+        {
+            "from_files": "Measured hills pressed on a half-space: the ridges carry the load, the valleys are open. The "
+            "largest pressures are where the map ends, at a sharp edge. The section lies below the largest of them.",
+        },
+    ),
+    Entry(
         "block_on_plane",
         {
             "block_on_plane": "Pressure under the block: what is left of the blue line has lifted off, as the force "

@@ -12,7 +12,9 @@ from pathlib import Path
 
 import fecontact as fc
 
-STEP = Path(__file__).with_name("bracket.step")
+HERE = Path(__file__).parent
+MESHES = HERE.parent / "meshes" if (HERE.parent / "meshes").is_dir() else HERE  # copied, they lie beside this script
+STEP = MESHES / "bracket.step"
 STEEL = fc.Material(E=210e3, nu=0.3)  # mm, N, MPa
 ALUMINIUM = fc.Material(E=70e3, nu=0.33)
 PRETENSION = 8000.0

@@ -11,7 +11,9 @@ import numpy as np
 
 import fecontact as fc
 
-STEP = Path(__file__).with_name("bracket.step")
+HERE = Path(__file__).parent
+MESHES = HERE.parent / "meshes" if (HERE.parent / "meshes").is_dir() else HERE  # copied, they lie beside this script
+STEP = MESHES / "bracket.step"
 BORE, PIN, THICK, FORCE = 5.0, 4.95, 5.0, 2000.0  # radii and thickness in mm, N
 ALUMINIUM = fc.Material(E=70e3, nu=0.33)  # MPa
 

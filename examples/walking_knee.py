@@ -13,11 +13,12 @@ import numpy as np
 import fecontact as fc
 
 HERE = Path(__file__).parent
+MESHES = HERE.parent / "meshes" if (HERE.parent / "meshes").is_dir() else HERE  # copied, they lie beside this script
 CARTILAGE = fc.Material(E=10.0, nu=0.45)  # MPa; mm and N throughout
 
 
 def main(poses: int = 6, out: str | Path = "out") -> fc.CaseTable:
-    femur, tibia = (fc.read_surface(HERE / name) for name in ("femur.stl", "tibia.stl"))  # under the cartilage
+    femur, tibia = (fc.read_surface(MESHES / name) for name in ("femur.stl", "tibia.stl"))  # under the cartilage
     axes = {"lateral": (1, 0, 0), "anterior": (0, 1, 0)}
     names = {"units": ("mm", "N", "MPa"), "names": ("femur", "tibia"), "axes": axes}
     joint = fc.Joint(femur, tibia, thickness=2.0, material=CARTILAGE, **names)

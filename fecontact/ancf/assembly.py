@@ -376,7 +376,19 @@ class Assembly:
         return np.concatenate([s.translation(direction) for s in self.solids])
 
     def gravity(self, acceleration: Array) -> Array:
-        """Weight (n_dofs,) by an acceleration (3,)."""
+        """Weight (n_dofs,) by an acceleration (3,).
+
+        Raises
+        ------
+        InputError
+            If a member has no mass.
+        """
+        if np.any(acceleration):
+            for k, member in enumerate(self.solids):
+                if not member.mass.data.any():
+                    raise InputError(
+                        f"Member {k} has no mass, so it weighs nothing: give its material a density, a line its mass."
+                    )
         return np.asarray(self.mass @ self.translation(acceleration))
 
     def conditions(self, q: Array) -> Conditions:

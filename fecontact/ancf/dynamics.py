@@ -17,6 +17,7 @@ from fecontact.ancf.newton import UnstableError
 from fecontact.ancf.schemes import RATE, GeneralisedAlpha, Instant, Scheme, acting
 from fecontact.ancf.stage import Stage, StageAt, Start, rate
 from fecontact.ancf.statics import State
+from fecontact.ancf.touch import NEAR
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError
@@ -254,6 +255,12 @@ def _acting(stage: Stage) -> tuple[object, ...]:
     return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in stage.assembly.touches]
 
 
+def _approach(then: Assembly, now: Assembly, q0: Array, q1: Array) -> float:
+    """Largest approach of two bodies in a step, see `ContactConstraints.approach`."""
+    pairs = zip(then.touches, now.touches, strict=True)
+    return max((after.approach(q0, q1, before) for before, after in pairs), default=0.0)
+
+
 def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: float) -> Instant:
     """The first instant, with its acceleration (without contact)."""
     time = 0.0 if start is None else start.time
@@ -318,6 +325,8 @@ def _march(
                 at.first.check_inverted(after.q)
                 wrong = 0.0 if accuracy is None else scheme.error(now, after, length) / accuracy
                 trouble = "" if wrong <= 1 else "The local error stayed too large."
+                if (closer := _approach(at(now.time).assembly, at(after.time).assembly, now.q, after.q)) > NEAR:
+                    trouble = f"Bodies meet and approach by {closer:.2g} of their thickness in a step of {length:.2g}."
             except (UnstableError, InvertedError, SolverError) as error:
                 wrong, trouble = np.inf, str(error)
             if trouble:

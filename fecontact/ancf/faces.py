@@ -90,6 +90,11 @@ class Faces:
         return 0.0
 
     @cached_property
+    def thickness(self) -> float:
+        """Smallest extent of all bricks."""
+        return float(np.ptp(self.space.mesh.points, axis=0).min())
+
+    @cached_property
     def widths(self) -> Array:
         """Lengths (n_multipliers,) on which multipliers act."""
         return np.sqrt(self.quadrature[2])

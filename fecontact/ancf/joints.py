@@ -29,6 +29,8 @@ from fecontact.fem.support import Support
 
 #: A member's number and a node of it, or a point or points (n, 3) of the initial shape of bricks.
 Place = tuple[int, Any]
+#: Relative difference of two gradients that is rounding.
+EQUAL = 1e-9
 
 
 class Jointed(Protocol):
@@ -37,6 +39,10 @@ class Jointed(Protocol):
     @property
     def n_dofs(self) -> int:
         """Number of coordinates."""
+
+    @property
+    def q0(self) -> Array:
+        """Initial coordinates (n_dofs,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +59,7 @@ class Joints:
     >>> cable = line(straight((0, 0, 0), (1, 0, 0), 2), EA=1.0, EI=1.0)
     >>> joints = Joints([cable])
     >>> joints.free([joints.flat(), joints.clamped((0, 0))]).shape
-    (18, 8)
+    (18, 9)
 
     A hinge of a brick about the middle of an edge of its end, and a hub:
 
@@ -103,8 +109,19 @@ class Joints:
         return sp.hstack([before, rows, sp.csr_matrix((rows.shape[0], sum(sizes[k + 1 :])))], format="csr")
 
     def clamped(self, place: Place) -> sp.csr_matrix:
-        """Position and all gradients fixed."""
-        return self._rows(place, None)
+        """Position and direction of a line fixed, so that it may stretch; elsewhere position and all gradients.
+
+        The gradient of a line is its direction times its stretch. All gradients of a beam, plate or solid at a node are
+        its directions and strains, which are then zero there: under an axial load such an end is too stiff.
+        """
+        k, where = place
+        self._check(k)
+        member = self.structures[k]
+        every = _vectors(member, k, where)
+        if len(every) != 2:
+            return self._rows(place, None)
+        tangent = every[1] @ member.q0.reshape(-1, 3)
+        return sp.vstack([self.pinned(place), self.guided(place, 1, scipy.linalg.null_space(tangent).T)], format="csr")
 
     def pinned(self, place: Place, directions: ArrayLike | None = None) -> sp.csr_matrix:
         """Position fixed, or along some directions (k, 3) only: a slot or roller."""
@@ -154,13 +171,40 @@ class Joints:
         return sp.csr_matrix(self._rows(one, [0], across) - self._rows(other, [0], across))
 
     def revolute(self, one: Place, other: Place, gradient: int) -> sp.csr_matrix:
-        """Positions tied, and the gradient (1, 2 or 3) along the axis of the hinge."""
-        return sp.csr_matrix(self._rows(one, [0, gradient]) - self._rows(other, [0, gradient]))
+        """Positions tied, and the gradient (1, 2 or 3) along the axis of the hinge, which must be the same in both.
+
+        Raises
+        ------
+        InputError
+            If it is not: a rigid motion of both members would then violate the tie.
+        """
+        return self._tied(one, other, [0, gradient])
 
     def rigid(self, one: Place, other: Place) -> sp.csr_matrix:
-        """Positions and all gradients tied; nodes may differ in place and direction only by a constant."""
+        """Positions and all gradients tied, which must have the same directions and sizes in both.
+
+        Raises
+        ------
+        InputError
+            If they have not, as where members meet at an angle: a rigid motion of both would then violate the tie.
+        """
         vectors = range(min(len(_vectors(self.structures[k], k, where)) for k, where in (one, other)))
-        return sp.csr_matrix(self._rows(one, vectors) - self._rows(other, vectors))
+        return self._tied(one, other, list(vectors))
+
+    def _tied(self, one: Place, other: Place, vectors: list[int]) -> sp.csr_matrix:
+        """Differences of vectors of two places, the gradients among them initially equal."""
+        rows = sp.csr_matrix(self._rows(one, vectors) - self._rows(other, vectors))
+        q0 = np.concatenate([s.q0 for s in self.structures])
+        off = np.linalg.norm((rows @ q0).reshape(-1, 3), axis=1)
+        gradients = np.linalg.norm((self._rows(one, vectors) @ q0).reshape(-1, 3), axis=1)
+        apart = [v for v, d, g in zip(vectors, off, gradients, strict=True) if v and d > EQUAL * g]
+        if apart:
+            raise InputError(
+                f"Gradient {apart[0]} of {one} and that of {other} differ, as of members that meet at an angle: tied to "
+                "each other they would stop them from turning together. Tie positions alone (`spherical`), or let the "
+                "members follow a hub of bricks (`follows`)."
+            )
+        return rows
 
     def motion(self, conditions: Sequence[sp.csr_matrix], changes: Sequence[ArrayLike | None]) -> Array:
         """Smallest change (n_dofs,) of the coordinates that changes every condition as given; None keeps one.

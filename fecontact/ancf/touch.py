@@ -31,6 +31,8 @@ from fecontact.surfaces.facet_surface import Projection
 
 #: Step, relative to the size of the rigid shape, of the differences for the derivative of its normals.
 TURN_STEP = 1e-6
+#: Approach of two bodies in a step of motion, over the smaller thickness, up to which they cannot pass each other.
+NEAR = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +76,10 @@ class Slave(Protocol):
     def offset(self) -> float:
         """Distance of the skin that touches from the points."""
 
+    @property
+    def thickness(self) -> float:
+        """Smallest extent of the body behind it; infinite for members, which have the distance of their skin."""
+
 
 class Master(ABC):
     """A contact partner of faces of bricks."""
@@ -92,6 +98,11 @@ class Master(ABC):
     def start(self) -> int | None:
         """Its first coordinate among those of all bodies; None without any."""
         return None
+
+    @property
+    @abstractmethod
+    def thickness(self) -> float:
+        """Smallest extent of the body behind it; infinite where it has no other side."""
 
     @abstractmethod
     def project(self, q: Array, points: Array) -> Projection:
@@ -136,6 +147,13 @@ class RigidMaster(Master):
         """The body's."""
         return self.body.pose
 
+    @property
+    def thickness(self) -> float:
+        """Of its box, or the length of its shape if that is less."""
+        outer = self.body.outside(np.zeros(0))
+        extent = np.ptp(outer.points, axis=0).min() + 2 * outer.radius if outer.is_bounded else np.inf
+        return min(outer.length, float(extent))
+
     def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3), in world axes."""
         return _on(self.body, points)
@@ -167,6 +185,11 @@ class FacesMaster(Master):
     def named(self) -> tuple[IntArray, int]:
         """The faces by number, and where their coordinates begin."""
         return self.faces.faces, self.start
+
+    @property
+    def thickness(self) -> float:
+        """Of the bricks."""
+        return self.faces.thickness
 
     def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3) on the faces as q has them."""
@@ -262,6 +285,33 @@ class ContactConstraints:
         if opposite is None:
             return self.components, moved
         return sp.csr_matrix(self.components - opposite), moved - (opposite @ (now - then)).reshape(-1, 3)
+
+    @cached_property
+    def thickness(self) -> float:
+        """Smallest extent of the two bodies."""
+        return min(self.slave.thickness, self.master.thickness)
+
+    def approach(self, then: Array, now: Array, before: ContactConstraints) -> float:
+        """Largest approach of points in a step that may bring them into contact, over the thickness; zero below `NEAR`.
+
+        Parameters
+        ----------
+        then, now : (n_dofs,) arrays
+            Coordinates of all bodies.
+        before : ContactConstraints
+            These constraints with the master where it stood then.
+        """
+        if not np.isfinite(self.thickness):
+            return 0.0
+        start = self.positions(then)
+        own = np.linalg.norm(self.positions(now) - start - self.master.carried(start, before.master.pose), axis=1)
+        fastest = own.max() + (0.0 if self.master.is_rigid else np.abs(now - then).max())
+        if fastest <= NEAR * self.thickness:
+            return 0.0
+        part = before.at(then)
+        n, gap = part.projection.normals, part.projection.gap - self.slave.offset
+        nearer = -np.einsum("ni,ni->n", n, self.slid(part, then, now, before.master.pose)[1])
+        return float(np.max(nearer, initial=0.0, where=nearer > gap)) / self.thickness
 
     def projection(self, q: Array) -> Projection:
         """Projection of the quadrature points on the master, in world axes."""

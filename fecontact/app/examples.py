@@ -39,7 +39,7 @@ def examples() -> dict[str, str]:
 
 
 def copy_example(name: str, to: str | Path = ".") -> list[Path]:
-    """Copy an example and the files that it names into a folder, which is made if missing.
+    """Copy an example and the files that it names, meshes too, into a folder, which is made if missing.
 
     Parameters
     ----------
@@ -62,7 +62,8 @@ def copy_example(name: str, to: str | Path = ".") -> list[Path]:
     if not found:
         raise InputError(f"There is no example {name!r}; there are: {', '.join(examples())}. Or all of them: all.")
     texts = "\n".join(path.read_text(encoding="utf-8") for path in found)
-    named = [path for path in sorted(folder.iterdir()) if path.is_file() and path.name in texts]
+    data = [path for place in (folder, folder.parent / "meshes") for path in sorted(place.iterdir())]
+    named = [path for path in data if path.is_file() and path.name in texts]
     target = Path(to)
     wanted = {path: target / path.name for path in (*found, *named)}
     if there := [place.name for place in wanted.values() if place.exists()]:

@@ -89,12 +89,12 @@ def test_names_and_contents(built, wheel):
     assert wheel.name == f"fecontact-{VERSION}-py3-none-any.whl"
     assert source.name == f"fecontact-{VERSION}.tar.gz"
     names = set(zipfile.ZipFile(wheel).namelist())
-    assert {"fecontact/py.typed", "fecontact/examples/knee.py", "fecontact/examples/bracket.step"} <= names
+    assert {"fecontact/py.typed", "fecontact/examples/knee.py", "fecontact/meshes/bracket.step"} <= names
     assert not [name for name in names if name.endswith(".pyc") or name.split("/")[0] in ("tests", "docs")]
     assert wheel.stat().st_size < 3e6
     with tarfile.open(source) as archive:
         inside = {name.partition("/")[2] for name in archive.getnames()}
-    assert {"README.md", "LICENSE", "Makefile", "docs/conf.py", "tests/unit/test_docs.py"} <= inside
+    assert {"README.md", "LICENSE", "Makefile", "docs/conf.py", "tests/unit/test_docs.py", "meshes/MESHES.md"} <= inside
     assert source.stat().st_size < 10e6
 
 

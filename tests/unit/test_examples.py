@@ -73,6 +73,15 @@ def test_walking_knee(tmp_path):
         assert (tmp_path / "walking_knee" / name).stat().st_size > 100
 
 
+def test_from_files(tmp_path):
+    forces, contact = load("from_files").main(out=tmp_path)
+    # the decks hold the same numbers
+    assert np.ptp(forces) < 1e-9 * forces[0]
+    assert abs(contact.force / 500.0 - 1) < 1e-9
+    assert len(contact.regions) > 5  # ridges
+    assert (tmp_path / "from_files.png").stat().st_size > 10_000
+
+
 #: Examples that lead to a first picture.
 FIRST = ("coated_rough", "pin_in_bore", "own_model", "walking_knee")
 

@@ -61,6 +61,11 @@ class MemberMaster(Master):
         return self.middle.start
 
     @property
+    def thickness(self) -> float:
+        """Twice the distance of its skin."""
+        return 2 * self.offset
+
+    @property
     def named(self) -> tuple[int, float]:
         """First coordinate and distance of the skin."""
         return self.start, self.offset
@@ -108,6 +113,11 @@ class MemberContact(ContactConstraints):
     def reach(self) -> float:
         """Distance of the axes or middle surfaces where the skins touch."""
         return self.slave.offset + self.master.offset
+
+    @property
+    def thickness(self) -> float:  # type: ignore[override]
+        """Twice the distance at which the skins touch: nearer, axes pass each other."""
+        return 2 * self.reach
 
     @cached_property
     def _ends(self) -> list[tuple[IntArray, Array]]:

@@ -51,6 +51,11 @@ class Trace:
         """Elements and distance."""
         return self.elements, self.offset
 
+    @property
+    def thickness(self) -> float:
+        """Infinite: what it touches has the other side."""
+        return np.inf
+
     @cached_property
     def _rule(self) -> tuple[Array, Array]:
         """Gauss points (n, n_axes) of an element, and their weights (n,)."""

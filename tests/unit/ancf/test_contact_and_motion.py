@@ -368,3 +368,37 @@ def test_contact_with_a_curved_tool_keeps_the_band():
     found, order = a.constants.reduced(a.constants.lessened(K, elsewhere))
     assert order is None
     assert abs(found - a.free.T @ (K - elsewhere) @ a.free).max() < 1e-14 * abs(K).max()
+
+
+@pytest.mark.parametrize("scheme", [GeneralisedAlpha(0.8), EnergyMomentum()], ids=["alpha", "conserving"])
+@pytest.mark.parametrize("other", ["ball", "brick"])
+def test_nothing_flies_through_another_body_in_a_long_step(scheme, other):
+    # a step of two thicknesses, then of half of one: shorter where they meet, not before
+    hard = fc.Material(E=1e3, nu=0.3, density=1.0)
+    thrown = brick((1, 1, 1), material=hard)
+    if other == "ball":
+        a = Assembly.of([thrown], None, [(0, "bottom", fc.RigidBody(fc.Sphere(0.5)).placed((0.5, 0.5, -2.1)))])
+    else:
+        a = Assembly.of(
+            [thrown, brick((1, 1, 1), at=(0.0, 0.0, -1.6), material=hard)], None, [(0, "bottom", (1, "top"))]
+        )
+    speed = np.zeros((a.n_dofs // 3, 3))
+    speed[: thrown.space.n_functions : 4, 2] = -1.0
+    for step in (1.0, 0.25):
+        motion = move(a, until=3.0, step=step, scheme=scheme, velocity=speed.ravel())
+        assert motion.success
+        assert np.abs(motion.contact_force).max() > 0.5
+        height = motion.now.q.reshape(-1, 3)[::4, 2]  # positions, then gradients
+        below = -1.1 if other == "ball" else height[len(height) // 2 :].max()
+        assert height[: thrown.space.n_functions // 4].min() > below - 0.1
+        assert np.diff(motion.time)[0] == step
+
+
+def test_a_long_step_along_a_body_is_not_cut():
+    a = Assembly.of(
+        [brick((1, 1, 1)), brick((1, 1, 1), (9.0, 1.0, 0.5), (-4.0, 0.0, -0.51))], None, [(0, "bottom", (1, "top"))]
+    )
+    speed = np.zeros((a.n_dofs // 3, 3))
+    speed[: a.n_dofs // 6 : 4, 0] = 1.0
+    motion = move(a, until=3.0, step=1.0, velocity=speed.ravel())
+    assert np.diff(motion.time).tolist() == [1.0, 1.0, 1.0]

@@ -1,0 +1,59 @@
+"""The data in meshes/: each file with its source and licence, read by the package, used by an example or a test."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "meshes"
+PAGE = "MESHES.md"
+FILES = sorted(path.name for path in FOLDER.iterdir() if path.name != PAGE)
+
+
+def test_every_file_has_its_source_and_a_licence_that_allows_to_pass_it_on():
+    rows = [line for line in (FOLDER / PAGE).read_text(encoding="utf-8").splitlines() if line.startswith("| `")]
+    named = {}
+    for row in rows:
+        files, what, source, licence = (cell.strip() for cell in row.strip("|").split("|"))
+        assert what
+        assert source
+        assert licence.startswith(("BSD-3-Clause", "public domain"))
+        named |= dict.fromkeys(re.findall(r"`([^`]+)`", files), licence)
+    assert sorted(named) == FILES
+    assert len(FILES) >= 4
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_file_is_used(name):
+    users = [*(ROOT / "examples").glob("*.py"), Path(__file__)]
+    assert any(name in path.read_text(encoding="utf-8") for path in users)
+
+
+def test_the_pin_is_a_cylinder():
+    mesh = fc.read_mesh(FOLDER / "pin.msh")
+    assert set(mesh.boundaries) == {"side", "top", "bottom"}
+    x = mesh.points[mesh.boundary_nodes("side")]
+    # nodes in the middles of edges lie on the cylinder, as the mesher placed them
+    assert np.abs(np.hypot(x[:, 0], x[:, 1]) - 4.95).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["blocks_abaqus.inp", "blocks_calculix.inp", "blocks_febio.feb"])
+def test_decks_of_three_programs_are_one_scene(name):
+    (contact,) = fc.read_scene(FOLDER / name).solve().contacts
+    # the same blocks in Python
+    lower = fc.shapes.block((40.0, 40.0, 20.0), (4, 4, 3), element="hex8")
+    upper = fc.shapes.block((20.0, 20.0, 10.0), (3, 3, 2), element="hex8").translated((10.0, 10.0, 20.0))
+    low = fc.ElasticBody(lower, fc.Material(5.0, 0.45), "top", {"bottom": "xyz"})
+    up = fc.ElasticBody(upper, fc.Material(200.0, 0.3), "bottom", {"top": "xyz"})
+    (same,) = fc.Scene([low, up], [fc.Contact(up, low)]).solve(motions={up: {"z": -0.2}}).contacts
+    assert abs(contact.total_force - same.total_force) < 1e-9 * same.total_force
+
+
+def test_measured_heights_are_a_grid_in_the_unit_asked_for():
+    z = fc.surfaces.read_topography(FOLDER / "hills.txt").z
+    assert z.shape == (128, 128)
+    assert np.array_equal(fc.surfaces.read_topography(FOLDER / "hills.txt", unit=1e-3).z, 1e-3 * z)
