@@ -77,8 +77,8 @@ SHOWN: tuple[Entry, ...] = (
     Entry(
         "from_files",
         {
-            "from_files": "Measured hills pressed on a half-space: the ridges carry the load, the valleys are open. The "
-            "largest pressures are where the map ends, at a sharp edge. The section lies below the largest of them.",
+            "from_files": "Measured hills pressed on a half-space: the ridges carry the load, the valleys are open. "
+            "The largest pressures are where the map ends, at a sharp edge. The section lies below the largest of them.",
         },
     ),
     Entry(

@@ -1,7 +1,8 @@
 """Files of others: one scene by decks of three programs, and measured heights pressed on a half-space.
 
 The decks of Abaqus, CalculiX and FEBio describe the same two blocks, so they have the same force. The heights are a
-terrain, measured by radar, in the place of a rough surface: 128 x 128 cells of 9.5 x 11.9 km, here mm, and a hundredth as high.
+terrain, measured by radar, in the place of a rough surface: 128 x 128 cells on 9.5 x 11.9 km, here mm, and a hundredth
+as high.
 
 Run: python examples/from_files.py
 """

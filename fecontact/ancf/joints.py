@@ -200,8 +200,8 @@ class Joints:
         apart = [v for v, d, g in zip(vectors, off, gradients, strict=True) if v and d > EQUAL * g]
         if apart:
             raise InputError(
-                f"Gradient {apart[0]} of {one} and that of {other} differ, as of members that meet at an angle: tied to "
-                "each other they would stop them from turning together. Tie positions alone (`spherical`), or let the "
+                f"Gradient {apart[0]} of {one} and that of {other} differ, as of members that meet at an angle: tied "
+                "to each other they would stop them from turning together. Tie positions alone (`spherical`), or let the "
                 "members follow a hub of bricks (`follows`)."
             )
         return rows

@@ -49,7 +49,9 @@ def test_pin_in_bore(tmp_path):
     )
     # a flange is no half-space: 3 percent on fine meshes, and the accuracy asked for
     assert abs(contact.max_pressure / exact.p0 - 1) < 0.15
-    assert not result.warnings
+    # the peak alone is worse than asked, and said to be
+    assert all("peak" in text for text in result.warnings)
+    assert contact.error_estimate.pressure < 0.2
     assert (tmp_path / "pin_in_bore.png").stat().st_size > 10_000
 
 
