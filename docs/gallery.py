@@ -78,7 +78,7 @@ SHOWN: tuple[Entry, ...] = (
         "from_files",
         {
             "from_files": "Measured hills pressed on a half-space: the ridges carry the load, the valleys are open. "
-            "The largest pressures are where the map ends, at a sharp edge. The section lies below the largest of them.",
+            "The pressure is largest where the map ends, at a sharp edge. The section lies below the largest of them.",
         },
     ),
     Entry(

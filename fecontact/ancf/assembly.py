@@ -212,21 +212,18 @@ class Assembly:
         touches = []
         for given in contacts:
             match given:
-                case (int(k), str(boundary), RigidBody() | (int(), str()) as other, *rest) if len(rest) < 2:
-                    friction = rest[0] if rest else 0.0
+                case (int(k), str(boundary), (int(), str()) as other, *friction) if len(friction) < 2:
+                    if other[0] == k:
+                        raise InputError(f"Solid {k} cannot be in contact with itself.")
+                    master: Master = FacesMaster(*side(*other))
+                case (int(k), str(boundary), RigidBody() as body, *friction) if len(friction) < 2:
+                    master = RigidMaster(body)
                 case _:
                     raise InputError(
                         "A contact is (solid, boundary, rigid body) or (solid, boundary, (solid, boundary)), and its "
                         f"friction if there is any; found {shown(given)}."
                     )
-            slave = side(k, boundary)
-            if isinstance(other, RigidBody):
-                master: Master = RigidMaster(other)
-            elif other[0] == k:
-                raise InputError(f"Solid {k} cannot be in contact with itself.")
-            else:
-                master = FacesMaster(*side(*other))
-            touches.append(ContactConstraints(*slave, master, int(start[-1]), friction))
+            touches.append(ContactConstraints(*side(k, boundary), master, int(start[-1]), *friction))
         return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:

@@ -201,8 +201,8 @@ class Joints:
         if apart:
             raise InputError(
                 f"Gradient {apart[0]} of {one} and that of {other} differ, as of members that meet at an angle: tied "
-                "to each other they would stop them from turning together. Tie positions alone (`spherical`), or let the "
-                "members follow a hub of bricks (`follows`)."
+                "to each other they would stop them from turning together. Tie positions alone (`spherical`), or let "
+                "the members follow a hub of bricks (`follows`)."
             )
         return rows
 

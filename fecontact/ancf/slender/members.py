@@ -115,7 +115,7 @@ class MemberContact(ContactConstraints):
         return self.slave.offset + self.master.offset
 
     @property
-    def thickness(self) -> float:  # type: ignore[override]
+    def thickness(self) -> float:
         """Twice the distance at which the skins touch: nearer, axes pass each other."""
         return 2 * self.reach
 
