@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test unit verification doctest lint types examples docs package pages gallery manual bench mutants compare clean
+.PHONY: hertz test unit verification doctest lint types examples docs package rounding pages gallery manual bench mutants compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -24,6 +24,17 @@ verification: $(READY)
 
 doctest: $(READY)
 	$(PYTEST) --doctest-modules fecontact tests/benchmarks/baselines.py tests/benchmarks/compare --ignore-glob="*/test_*.py"
+
+# instructions of NumPy beyond the basic ones, as this processor has them
+EXTRAS = $$($(BIN)/python -c "from numpy._core import _multiarray_umath as m; print(*(f for f in m.__cpu_dispatch__ if m.__cpu_features__[f]))")
+
+rounding: $(READY)  ## geometric decisions under 30 changes by rounding; they and the examples by other instructions
+	$(PYTEST) -m rounding --rounding 30 tests/unit tests/verification
+	@set -e; for core in Haswell Prescott; do \
+		export OPENBLAS_CORETYPE=$$core MKL_CBWR=SSE4_2 NPY_DISABLE_CPU_FEATURES="$(EXTRAS)"; \
+		$(PYTEST) -m rounding tests/unit tests/verification; \
+		$(MAKE) doctest; \
+	done
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rounding import change_by_rounding
 
 import fecontact as fc
 from fecontact.common.errors import MissingPackageError
@@ -9,6 +10,46 @@ from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.mesh.element.hexahedron import hex_nodes
 from fecontact.mesh.gmsh_session import load_gmsh
 from fecontact.mesh.mesh import Mesh
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--rounding", type=int, metavar="N", help="changes by rounding under which tests marked so run again"
+    )
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "rounding(n=2): run again under n changes of coordinates by rounding")
+
+
+def _changes(config, marker):
+    """Numbers of the changes by rounding that are asked for."""
+    given = config.getoption("rounding")
+    if given is None:
+        given = marker.args[0] if marker is not None and marker.args else 2
+    return range(1, given + 1)
+
+
+def pytest_generate_tests(metafunc):
+    marker = metafunc.definition.get_closest_marker("rounding")
+    if marker is not None and "changes" not in metafunc.fixturenames:
+        metafunc.fixturenames.append("rounding")
+        changes = _changes(metafunc.config, marker)
+        metafunc.parametrize("rounding", [0, *changes], indirect=True, ids=["", *(f"rounding{k}" for k in changes)])
+
+
+@pytest.fixture
+def changes(request):
+    """Numbers of the changes by rounding that are asked for."""
+    return _changes(request.config, request.node.get_closest_marker("rounding"))
+
+
+@pytest.fixture
+def rounding(request, monkeypatch):
+    """Number of the change by rounding under which the test runs; 0: none."""
+    if request.param:
+        change_by_rounding(monkeypatch, request.param)
+
 
 # which nodes of the 20-node hexahedron fall together, as {node: node it falls on}
 COALESCED = {

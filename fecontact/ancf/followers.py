@@ -119,7 +119,7 @@ class Moment:
     >>> from fecontact.ancf import AncfSpace
     >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
     >>> Q = Moment(0, "top", (0.0, 3.0, 0.0)).forces(space, space.q0)
-    >>> (Q @ space.rigid_modes()).round(12).tolist()  # no force, and this moment
+    >>> (0.0 + (Q @ space.rigid_modes()).round(12)).tolist()  # no force, and this moment; 0.0 + -0.0 is 0.0
     [0.0, 0.0, 0.0, 0.0, 3.0, 0.0]
     """
 

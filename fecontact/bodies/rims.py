@@ -22,12 +22,10 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import neighbouring_sides
 from fecontact.mesh.section_mesh import SectionMesh, line_shapes
+from fecontact.mesh.smooth_parts import SMOOTH
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
 
-#: Cosine of the angle between neighbouring faces up to which the body continues smoothly: 40 degrees. Even coarse
-#: facets of round bodies differ by less, chamfers and planes of symmetry by more.
-SMOOTH = np.cos(np.radians(40.0))
 #: Points along a side of a rim used to find near sides, and the number of them examined.
 ALONG, NEAREST = 5, 8
 #: Relative rounding of distances.

@@ -21,9 +21,9 @@ from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.orient import components
 from fecontact.mesh.pick import shared_sides, side_normals
 
-#: Cosine of the angle between neighbouring facets above which they continue each other: 40 degrees. Facets of round
-#: bodies, even coarse ones, differ by less, chamfers and planes of symmetry by more.
-SMOOTH = float(np.cos(np.radians(40.0)))
+#: Cosine of the angle between neighbouring facets above which they continue each other: 40 degrees, up to rounding.
+#: Facets of round bodies, even coarse ones, differ by less, chamfers and planes of symmetry by more.
+SMOOTH = float(np.cos(np.radians(40.0))) - 1e-9
 #: Angle (radians, 5 degrees) from which an edge may be a crease, and by how much the turn per length has to exceed all
 #: turns the same way near by.
 LEAST_CREASE, EXCESS = float(np.radians(5.0)), 3.0

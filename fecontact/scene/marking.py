@@ -19,6 +19,8 @@ from fecontact.surfaces.facet_surface import facets_of
 
 #: Largest share of the squared error in the faces marked by their indicators.
 BULK = 0.8
+#: Difference of squared errors, relative to them, by rounding and by the solver's tolerance.
+EQUAL = 1e-6
 #: Error of a divided face over its error before, and the share of the tolerance that the last division aims at.
 HALVED, AIM = 0.5, 0.9
 #: Error by the elements below a contact, over the tolerance, above which some of them are divided.
@@ -62,9 +64,11 @@ def _share(error: float, tolerance: float) -> float:
 
 def _most(squares: Array, share: float) -> IntArray:
     """Numbers of those with the largest squared errors, up to a share of all, `BULK` at most."""
-    order = np.argsort(-squares, kind="stable")
-    held = np.cumsum(squares[order])
-    return order[: np.searchsorted(held, min(share, BULK) * held[-1]) + 1]
+    largest = -np.sort(-squares)
+    held = np.cumsum(largest)
+    least = largest[min(int(np.searchsorted(held, min(share, BULK) * held[-1])), len(held) - 1)]
+    # with those that differ by rounding only, such as mirror images
+    return np.flatnonzero((squares >= (1 - EQUAL) * least) & (squares > 0))
 
 
 def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, IntArray]:

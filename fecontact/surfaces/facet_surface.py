@@ -21,7 +21,7 @@ from fecontact.mesh.facets import triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
-from fecontact.surfaces.closest_point import ON_SIDE, FacetPolynomials, facet_polynomials, shapes_at
+from fecontact.surfaces.closest_point import FacetPolynomials, facet_polynomials, shapes_at
 from fecontact.surfaces.flat_facets import FlatFacets
 from fecontact.surfaces.surface_ties import SurfaceTies, surface_ties
 
@@ -31,6 +31,11 @@ T = TypeVar("T")
 #: Tangential offset, relative to the surface's size, below which it is rounding: coordinates are accurate to 1e-16 of
 #: it.
 SHORTEST_OFFSET = 1e-12
+#: Difference of distances, relative to them and to a facet, below which facets are equally near: by rounding and by the
+#: steps of Newton's method.
+EQUAL = 1e-12
+#: Distance from a side, in a facet's coordinates, that counts as on it, and what a corner's function may lack of one.
+BESIDE, CORNER = 1e-9, 1e-8
 #: Sine of the angle between offset and normal above which a point whose closest point is on the rim lies outside.
 RIM_LEAN = 0.2
 
@@ -282,8 +287,10 @@ class FacetSurface:
         point, facet = point[kept], facet[kept]
         local, distance2 = self.polynomials.closest(points[point], facet, start=start)
         # the nearest facet of each point; of equal ones the first, so that shared edges are decided once
-        order = np.lexsort((facet, _rounded(distance2, self.mean_facet_size[facet]), point))
-        best = order[np.searchsorted(point[order], np.arange(len(points)))]
+        distance, first = np.sqrt(distance2), np.searchsorted(point, np.arange(len(points)))
+        least = np.minimum.reduceat(distance, first)[point]
+        equal = distance <= (1 + EQUAL) * least + EQUAL * self.mean_facet_size[facet]
+        best = np.minimum.reduceat(np.where(equal, np.arange(len(point)), len(point)), first)
         facet, local = facet[best], local[best]
         x, _, N = self.evaluate(facet, local)
         offset = points - x
@@ -292,7 +299,7 @@ class FacetSurface:
         columns = self.facets[facet]
         indptr = np.arange(0, columns.size + 1, columns.shape[1])
         weights = sp.csr_matrix((N.ravel(), columns.ravel(), indptr), shape=(len(points), len(self.points)))
-        return Projection(x, normals, gap, self._outside(facet, local, offset), weights, facet, local, self.name)
+        return Projection(x, normals, gap, self._outside(facet, local, N, offset), weights, facet, local, self.name)
 
     @cached_property
     def mean_normals(self) -> Array:
@@ -331,17 +338,18 @@ class FacetSurface:
         """Mask (n, 4) of the sides of their facet on which points lie."""
         s, t = local.T
         triangle = self.triangle[facet]
-        right = np.where(triangle, s + t >= 1 - ON_SIDE, s >= 1)
-        return np.stack([t <= 0, right, ~triangle & (t >= 1), s <= 0], axis=1)
+        right = np.where(triangle, s + t, s) >= 1 - BESIDE
+        return np.stack([t <= BESIDE, right, ~triangle & (t >= 1 - BESIDE), s <= BESIDE], axis=1)
 
     def distance_to_facet(self, points: Array, facet: IntArray) -> Array:
         """Distance (n,) of each point from its given facet."""
         return np.sqrt(self.polynomials.closest(points, facet)[1])
 
-    def _outside(self, facet: IntArray, local: Array, offset: Array) -> Mask:
-        """Whether a closest point lies on a rim side and the point's offset is directed outwards across it.
+    def _outside(self, facet: IntArray, local: Array, N: Array, offset: Array) -> Mask:
+        """Whether a closest point lies on the rim and the point's offset is directed outwards across it.
 
         On a plane of symmetry a coarse facet's normal is slightly inclined to the plane, so a small angle is tolerated.
+        A facet may reach the rim with a corner only: then its own sides do not tell, but that node.
         """
         normals = self.normals(facet, local)
         sideways = offset - np.einsum("ni,ni->n", offset, normals)[:, None] * normals
@@ -349,7 +357,9 @@ class FacetSurface:
         leaning = (sideways > 1e-6 * self.mean_facet_size[facet]) & (
             sideways > RIM_LEAN * np.linalg.norm(offset, axis=1)
         )
-        return leaning & (self._at_sides(facet, local) & self.on_rim[facet]).any(axis=1)
+        beside = self._at_sides(facet, local) & self.on_rim[facet]
+        corner = (N[:, :4] >= 1 - CORNER) & self.rim_nodes[self.facets[facet, :4]]
+        return leaning & (beside | corner).any(axis=1)
 
 
 def facets_of(surface: Surface) -> FacetSurface | None:
@@ -372,11 +382,3 @@ def has_cells(surface: Surface) -> bool:
     """Whether a surface is the grid of a half-space."""
     facets = facets_of(surface)
     return facets is not None and facets.cell_area is not None
-
-
-def _rounded(distance2: Array, size: Array) -> Array:
-    """Rounded logarithms of squared distances, so that equal distances compare equal.
-
-    Rounded to 1e-12, as the closest point moves tangentially by the root of that, and to 1e-12 of the facet's size.
-    """
-    return np.asarray(np.round(np.log(distance2 + (1e-12 * size) ** 2 + 1e-300), 12), dtype=np.float64)

@@ -23,15 +23,13 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.surfaces.closest_point import BLOCK, cross, dot, first_derivatives
-from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface
+from fecontact.surfaces.facet_surface import BESIDE, FacetSurface, Projection, Surface
 from fecontact.surfaces.normals import normals_of
 
 #: Cosine between both normals (one reversed) below which surfaces do not face each other: the master's normal is used.
 FACING = 0.2
 #: Extension of a facet beyond its sides.
 SLACK = 0.5
-#: Distance beyond its sides, in its coordinates, at which a point still counts as on a facet.
-BESIDE = 1e-9
 #: Largest number of Newton steps; three or four suffice for small gaps.
 MOST_STEPS = 15
 #: Step in a facet's coordinates at convergence: the remaining error is of the order of its square.

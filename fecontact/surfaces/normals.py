@@ -24,7 +24,8 @@ SHARPEST = 25.0
 #: Largest inclination of an average to a plane of symmetry, relative to the change of the normal over the facets there:
 #: half of it for flat facets, more where they become narrower; curved ones are inclined by the cube of their size only.
 BIAS_FLAT, BIAS_CURVED = 2.0, 0.2
-#: Smallest nonzero eigenvalue of the sum of n n^T over planes of symmetry through a node; less is rounding.
+#: Smallest nonzero eigenvalue of the sum of n n^T over planes of symmetry through a node, and difference of cosines;
+#: less is rounding.
 ROUNDING = 1e-9
 
 
@@ -67,7 +68,7 @@ def opposing(surface: FacetSurface, nodes: IntArray) -> Array:
 
 def _normals(surface: FacetSurface) -> Normals:
     nodal, cosine = averaged_normals(surface.points, surface.facets)
-    sharp = cosine < np.cos(np.radians(SHARPEST))
+    sharp = cosine < np.cos(np.radians(SHARPEST)) + ROUNDING
     if surface.planes is not None:
         nodal = _within(surface, nodal, *surface.planes)
     if surface.ties is not None:

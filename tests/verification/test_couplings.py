@@ -1,10 +1,13 @@
 """Coupling of curved faces that do not match: orders of convergence, both bodies swapped, triangles."""
 
 import numpy as np
+import pytest
 
 import fecontact as fc
 from fecontact.analytic import hertz
 from fecontact.mesh.shapes import Level
+
+pytestmark = pytest.mark.rounding(0)
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 RADIUS, FORCE = 10.0, 40.0

@@ -9,6 +9,8 @@ import pytest
 
 import fecontact as fc
 
+pytestmark = pytest.mark.rounding(0)
+
 RADIUS = 25.0
 STEEL = fc.Material(E=2.0e6, nu=0.3)
 PLANE = fc.RigidBody(fc.Plane())

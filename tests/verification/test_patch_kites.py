@@ -7,6 +7,8 @@ import fecontact as fc
 from fecontact.fem.stress import gauss_strain, hooke
 from fecontact.mesh.mesh import Mesh
 
+pytestmark = pytest.mark.rounding(0)
+
 ELASTIC = fc.Material(E=1.0, nu=0.3)
 # what is asked of a patch test here; degrees of quadrature are chosen for 1e-13 of a facet's area, and rounding is
 # enlarged by condition numbers of some 1e3 and by forces on parts of a face

@@ -29,10 +29,12 @@ from fecontact.contact.search.region import STILL, SearchRegion, search_region
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
 from fecontact.surfaces.nodal_weights import contact_weights, facet_weights
 
+#: Relative difference of sizes that counts as rounding.
+EQUAL = 1e-9
 #: Note on a contact whose slave faces each lie within one of the master's.
 NESTED = "faces match or nest, nodal forces"
-#: Ratio of face sizes above which one side counts as coarser.
-COARSER = 1.1
+#: Ratio of face sizes above which one side counts as coarser; ten cells beside eleven are not.
+COARSER = 1.1 + EQUAL
 #: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure
 #: oscillates by some percent when a face holds only a few of them (see docs/half-space.md).
 FINEST_CELLS = 0.25
@@ -180,7 +182,7 @@ def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, 
     if grid and contact.coupling == "auto" and (swappable or not cells_ours):
         cells, faces = (ours, theirs) if cells_ours else (theirs, ours)
         body = m if cells_ours else s
-        if has_mortar_basis(body) and FINEST_CELLS * faces < cells <= faces:
+        if has_mortar_basis(body) and (1 + EQUAL) * FINEST_CELLS * faces < cells <= (1 + EQUAL) * faces:
             note = "cells a little finer than the faces, whose forces are spread over them: mortar"
             return _chosen(given, cells_ours, "mortar", note, "is coarser")
     # nodal forces are a quadrature rule of the slave's, so the finer side is the slave

@@ -44,6 +44,8 @@ BLOCK = 3000
 AREAS = 50_000
 #: Covered share of a multiplier's area below which it is joined to the nearest multiplier with a larger share.
 SLIVER = 0.2
+#: Number of nodes that may be equally near, and the relative difference of numbers that counts as rounding.
+NEAREST, EQUAL = 8, 1e-9
 
 
 def pair_mortar(surfaces: SurfacePair) -> Pairing:
@@ -229,20 +231,24 @@ def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray
     """Nodes whose multipliers stay independent, and the matrix (n, n_nodes) that joins the others to them.
 
     At the rim of an overlap some multipliers have a sliver of their area only; independent pressures there would be
-    huge and meaningless. After joining, the functions still sum to one and are non-negative.
+    huge and meaningless. They join the nearest others, in equal parts where several are equally near. After joining,
+    the functions still sum to one and are non-negative.
     """
     used = np.flatnonzero(weights > 0)
     share = weights[used] / whole[used]
     # where all are slivers, as in a narrow strip of overlap, keep those with the larger shares
     most = float(share.max(initial=0.0))
-    full = share >= SLIVER * (1.0 if most >= SLIVER else most)
+    full = share >= (1 - EQUAL) * SLIVER * (1.0 if most >= SLIVER else most)
     nodes, slivers = used[full], used[~full]
-    owner = np.arange(len(nodes))
-    if len(slivers):
-        _, nearest = cKDTree(slave.points[nodes]).query(slave.points[slivers])
-        owner = np.concatenate([owner, nearest])
-    members = np.concatenate([nodes, slivers])
-    return nodes, sp.csr_matrix((np.ones(len(members)), (owner, members)), shape=(len(nodes), len(weights)))
+    if len(slivers) == 0:
+        return nodes, sp.csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), (len(nodes), len(weights)))
+    found = cKDTree(slave.points[nodes]).query(slave.points[slivers], k=min(NEAREST, len(nodes)))
+    distance, nearest = (each.reshape(len(slivers), -1) for each in found)
+    joined, place = np.nonzero(distance <= (1 + EQUAL) * distance[:, :1])
+    parts = 1 / np.bincount(joined)[joined]
+    owner = np.concatenate([np.arange(len(nodes)), nearest[joined, place]])
+    members, values = np.concatenate([nodes, slivers[joined]]), np.concatenate([np.ones(len(nodes)), parts])
+    return nodes, sp.csr_matrix((values, (owner, members)), shape=(len(nodes), len(weights)))
 
 
 def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:

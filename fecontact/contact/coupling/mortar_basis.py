@@ -24,6 +24,10 @@ from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Multipliers times biquadratic functions on parallelograms: polynomials of degree six on the triangles of a segment.
 ORDER = 6
+#: Twice the area of a triangle, in a facet's coordinates, that is rounding.
+SLIVER = 1e-11
+#: Direction by which vertices of polygons are told apart; no side of a facet in its own coordinates is across it.
+LOWEST = np.array([1.0, (np.sqrt(5.0) - 1) / 2])
 #: The same for two triangles: linear multipliers times functions of degree three are of degree four, and the rule of
 #: degree five has one point more.
 TRIANGLE_ORDER = 5
@@ -126,6 +130,9 @@ def triangle_rule(order: int) -> tuple[Array, Array]:
 def fans(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
     """Fans of triangles of polygons; signed areas, so that reflex parts cancel.
 
+    Fans begin at the vertex that is lowest along one direction, wherever a polygon's list begins and whether rounding
+    made two vertices of one.
+
     Parameters
     ----------
     polygon : (n, most, 2) array
@@ -134,18 +141,22 @@ def fans(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
     Returns
     -------
     triangle : (n_triangles, 3, 2) array
-        Corners of triangles with nonzero area.
+        Corners of triangles whose area is more than rounding.
     double : (n_triangles,) array
         Twice their areas; their sum is positive for each polygon.
     piece : (n_triangles,) int array
         Polygon of each triangle.
     """
+    column = np.arange(polygon.shape[1])
+    first = np.where(column < count[:, None], polygon @ LOWEST, np.inf).argmin(axis=1)
+    turned = (first[:, None] + column) % np.maximum(count, 1)[:, None]
+    polygon = np.take_along_axis(polygon, turned[:, :, None], axis=1)
     a = polygon[:, :1]
     b, c = polygon[:, 1:-1], polygon[:, 2:]
     double = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
     double = np.where(np.arange(double.shape[1])[None, :] + 2 < count[:, None], double, 0.0)
     double *= np.where(double.sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    piece, fan = np.nonzero(double)
+    piece, fan = np.nonzero(np.abs(double) > SLIVER)
     triangle = np.stack([a[piece, 0], b[piece, fan], c[piece, fan]], axis=1)
     return triangle, double[piece, fan], piece
 

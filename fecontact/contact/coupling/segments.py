@@ -19,6 +19,9 @@ from fecontact.surfaces.normals import normals_of
 
 #: Difference of unit normals that counts as rounding.
 PARALLEL = 1e-14
+#: Distance from a side, in a facet's coordinates, at which a vertex of another facet counts as on it: rounding and the
+#: steps of Newton's method. Sides along which two facets meet are then not cut anywhere.
+ON_LINE = 1e-10
 
 
 def segment_samples(
@@ -192,11 +195,12 @@ def _clip_side(polygons: Array, count: IntArray, start: Array, along: Array) -> 
     offset = polygons - start[:, None]
     height = along[:, None, 0] * offset[..., 1] - along[:, None, 1] * offset[..., 0]
     height_after = np.take_along_axis(height, following, axis=1)
-    crossing = valid & ((height >= 0) != (height_after >= 0))
-    share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crossing)
+    left = height >= -ON_LINE
+    crossing = valid & (left != (height_after >= -ON_LINE))
+    share = np.clip(np.divide(height, height - height_after, out=np.zeros_like(height), where=crossing), 0.0, 1.0)
     cut = polygons + share[:, :, None] * (after - polygons)
     points = np.stack([polygons, cut], axis=2).reshape(n, 2 * m, 2)
-    kept = np.stack([valid & (height >= 0), crossing], axis=2).reshape(n, 2 * m)
+    kept = np.stack([valid & left, crossing], axis=2).reshape(n, 2 * m)
     order = np.argsort(~kept, axis=1, kind="stable")
     count = kept.sum(axis=1)
     order = order[:, : max(int(count.max(initial=0)), 1)]

@@ -19,6 +19,11 @@ from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.closest_point import differences, nearest
 from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
 
+#: Part of a radius or half a side up to which a point is within it, rounding included.
+AT_RIM = 1 + 1e-9
+#: Distance from an axis, relative to the coordinates, that is rounding.
+ON_AXIS = 1e-12
+
 
 def _round(distance2: Array, radius: float) -> Array:
     """Height of a circle's underside, d^2/(R + sqrt(R^2 - d^2)); infinite beyond the radius."""
@@ -140,13 +145,13 @@ class Cylinder(Indenter):
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together."""
-        return np.where(np.abs(y) <= self.length / 2, _round(np.asarray(x) ** 2, self.radius), np.inf)
+        return np.where(np.abs(y) <= AT_RIM * self.length / 2, _round(np.asarray(x) ** 2, self.radius), np.inf)
 
     def project(self, points: Array) -> Projection:
         """Projection of points (n, 3) on the curved face."""
         gap, along, up = _circle(points[:, 0], points[:, 2], self.radius)
         normals = np.stack([along, np.zeros_like(along), up], axis=1)
-        return _projection(points, normals, gap, np.abs(points[:, 1]) > self.length / 2)
+        return _projection(points, normals, gap, np.abs(points[:, 1]) > AT_RIM * self.length / 2)
 
 
 @dataclass(frozen=True)
@@ -191,13 +196,14 @@ class Cone(Indenter):
         """Projection of points (n, 3) on the flank or the tip."""
         r, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
         c, s = math.cos(self.angle), math.sin(self.angle)
-        outwards = np.divide(points[:, :2], r[:, None], out=np.zeros((len(r), 2)), where=r[:, None] > 0)
-        outwards[r == 0, 0] = 1.0
+        # on the axis all directions of the flank are as near: the tip is taken, along the axis
+        centred = r <= ON_AXIS * np.abs(points).max(initial=0.0)
+        outwards = np.divide(points[:, :2], r[:, None], out=np.zeros((len(r), 2)), where=~centred[:, None])
         normals = np.concatenate([s * outwards, np.full((len(r), 1), -c)], axis=1)
-        gap = s * r - c * z
-        at_tip = c * r + s * z <= 0
+        normals[centred, 2] = -1.0
+        gap = np.where(centred, -z, s * r - c * z)
         distance = np.linalg.norm(points, axis=1)
-        off = at_tip & (distance > 0)
+        off = ~centred & (c * r + s * z <= 0)
         normals[off] = points[off] / distance[off, None]
         return _projection(points, normals, np.where(off, distance, gap))
 
@@ -243,9 +249,9 @@ class FlatPunch(Indenter):
 
     def _inside(self, x: Array, y: Array) -> Mask:
         if self.radius is not None:
-            return np.hypot(x, y) <= self.radius
+            return np.hypot(x, y) <= AT_RIM * self.radius
         assert self.sides is not None
-        return (np.abs(x) <= self.sides[0] / 2) & (np.abs(y) <= self.sides[1] / 2)
+        return (np.abs(x) <= AT_RIM * self.sides[0] / 2) & (np.abs(y) <= AT_RIM * self.sides[1] / 2)
 
     def heights(self, x: Array, y: Array) -> Array:
         """Zero under the punch, infinite elsewhere."""

@@ -11,6 +11,8 @@ import fecontact as fc
 from fecontact.contact.coupling import choose
 from fecontact.contact.coupling.surface_pair import SurfacePair, nested
 
+pytestmark = pytest.mark.rounding(0)
+
 SOLID = fc.Material(E=1.0, nu=0.3)
 
 

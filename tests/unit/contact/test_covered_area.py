@@ -10,6 +10,8 @@ from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.surfaces import FlatPunch
 from fecontact.surfaces.facet_surface import FacetSurface
 
+pytestmark = pytest.mark.rounding(0)
+
 # without lateral contraction and with tops and bottoms held, blocks stand under uniform stress where they overlap whole
 SOLID = fc.Material(E=1000.0, nu=0.0)
 

@@ -9,6 +9,8 @@ import fecontact as fc
 from fecontact.contact.coupling.nodal import pair
 from fecontact.contact.coupling.surface_pair import SurfacePair
 
+pytestmark = pytest.mark.rounding(0)
+
 SOLID = fc.Material(E=1000.0, nu=0.3)
 FLOOR = fc.RigidBody(fc.Plane(), name="floor")
 

@@ -11,6 +11,8 @@ from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes
 from fecontact.surfaces.facet_surface import FacetSurface
 
+pytestmark = pytest.mark.rounding(0)
+
 SOLID = fc.Material(1.0, 0.3)
 
 

@@ -14,6 +14,8 @@ from fecontact.mesh.facets import nodal_areas, tributary_areas
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along, contact_weights
 
+pytestmark = pytest.mark.rounding(0)
+
 IDENTITY, ORIGIN = np.eye(3), np.zeros(3)
 
 

@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+import pytest
 
 import fecontact as fc
 from fecontact.contact.coupling.tangent_plane import _nearness, degrees, tangent_plane_maps
@@ -10,6 +11,8 @@ from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.tet_to_hex import divided
 from fecontact.surfaces.facet_surface import FacetSurface
+
+pytestmark = pytest.mark.rounding
 
 SIX = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
 

@@ -11,6 +11,8 @@ from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.refine import refined
 
+pytestmark = pytest.mark.rounding(0)
+
 LAME, SHEAR = 0.7, 0.4
 # residuals relative to the largest entry of the stiffness: sums of some hundred products of size one, of fields of
 # size ten; a wrong tie gives 1e-2

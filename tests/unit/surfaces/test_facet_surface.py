@@ -9,6 +9,8 @@ from fecontact.mesh.element.hexahedron import quad_nodes
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import FacetSurface
 
+pytestmark = pytest.mark.rounding
+
 RADIUS = 2.0
 
 

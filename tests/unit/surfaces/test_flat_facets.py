@@ -6,6 +6,8 @@ import pytest
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.flat_facets import FlatFacets
 
+pytestmark = pytest.mark.rounding
+
 RNG = np.random.default_rng(7)
 
 

@@ -13,6 +13,8 @@ from fecontact.surfaces.line_of_action import FACING, project_along
 from fecontact.surfaces.normals import normals_of, opposing
 from fecontact.surfaces.section_curve import CurveSurface
 
+pytestmark = pytest.mark.rounding(0)
+
 SOLID = fc.Material(E=1000.0, nu=0.3)
 FLIP = fc.rotation_about((1, 1, 0), np.pi)
 #: Coordinates of about one: lines and points are found to rounding.

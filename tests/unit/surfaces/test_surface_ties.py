@@ -17,6 +17,8 @@ from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import contact_weights, facet_weights
 from fecontact.surfaces.normals import normals_of
 
+pytestmark = pytest.mark.rounding
+
 # a few dozen products of numbers of size one
 ROUNDING = 1e-12
 
