@@ -32,9 +32,9 @@ def _changes(config, marker):
 
 def pytest_generate_tests(metafunc):
     marker = metafunc.definition.get_closest_marker("rounding")
-    if marker is not None and "changes" not in metafunc.fixturenames:
+    changes = [] if marker is None or "changes" in metafunc.fixturenames else _changes(metafunc.config, marker)
+    if len(changes):
         metafunc.fixturenames.append("rounding")
-        changes = _changes(metafunc.config, marker)
         metafunc.parametrize("rounding", [0, *changes], indirect=True, ids=["", *(f"rounding{k}" for k in changes)])
 
 
