@@ -189,7 +189,9 @@ def _completed(mesh: Mesh, strain: Array, lame: Array, shear: Array) -> Array:
 
 
 def by_material(lame: Array, shear: Array, cells: IntArray) -> list[IntArray]:
-    """Cells (n,) parted by their Lame constants (n_cells,)."""
+    """Cells (n,) parted by their Lame constants (n_cells,); nothing of none."""
+    if not len(cells):
+        return []
     if (lame == lame[0]).all() and (shear == shear[0]).all():
         return [cells]
     kinds, kind = np.unique(np.stack([lame, shear], axis=1)[cells], axis=0, return_inverse=True)

@@ -135,3 +135,15 @@ def test_the_density_is_stress_times_strain():
     stress = hooke(strain, lame, shear)
     twice = np.where(np.arange(6) < 3, 1.0, 2.0)
     assert np.allclose(energy_density(strain, lame, shear), (stress * strain * twice).sum(axis=1))
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex20"])
+def test_no_cells_have_no_error(element):
+    """Where no middle of a cell is as near to a narrow contact as that is wide: a refusal of a mesh without cells."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element=element)
+    body = fc.ElasticBody(mesh, UNIT, contact="top", supports={"bottom": "xyz"})
+    found = body.energy_error(np.zeros(body.n_dofs), np.array([[0.0, 0.0, 1.0]]), 0.1)
+    assert [len(each) for each in (found.cells, found.error, found.energy)] == [0, 0, 0]
+    flat = fc.PlaneBody(fc.sections.rectangle((1.0, 1.0), (1, 1)), UNIT, "top", {"bottom": "xz"})
+    found = flat.energy_error(np.zeros(flat.n_dofs), np.array([[0.0, 0.0, 1.0]]), 0.1)
+    assert [len(each) for each in (found.cells, found.error, found.energy)] == [0, 0, 0]
