@@ -8,7 +8,8 @@ wedge under that pressure is proportional to
 and those of both bodies add up to none: c1(phi) + c2(pi) = 0 with the smallest root from 1/2 on (Williams 1952, *Stress
 singularities resulting from various boundary conditions in angular corners of plates in extension*; Dundurs & Lee 1972,
 *Stress concentration at a sharp edge in contact problems*). For a right-angled end lambda is 1/2 if it is rigid, 0.774
-on a body of its own material, 1 on a rigid one. Ends are taken as right-angled.
+on a body of its own material, 1 on a rigid one. Ends are taken as right-angled. With friction it is that of
+`results.rough_corner`, by what most of the force at the edge does: stick or slide.
 """
 
 from __future__ import annotations
@@ -20,17 +21,22 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.optimize import brentq
 
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import UnboundedPeak
+from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.geometry_error import TouchingSurfaces
+from fecontact.results.rough_corner import rough_eigenvalue
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 
 #: Exponent 1 - lambda below which a pressure counts as bounded.
 BOUNDED = 0.05
 #: Mean pressure at an edge over that of the contact, below which the pressure falls to zero there.
 FALLS = 0.3
+#: The same of a single point with friction, above which it grows there.
+GROWS = 1.01
 #: Distance from its own rim, relative to a face, at which a node counts as on it.
 ON_RIM = 1e-3
 #: Cosine between a side and a plane's normal up to which it lies in the plane.
@@ -51,6 +57,10 @@ class PressedEdges(TouchingSurfaces, Protocol):
     @property
     def normals(self) -> Array:
         """Force vectors (n, 3) on the slave."""
+
+    @property
+    def friction(self) -> FrictionFields | None:
+        """Tractions and slip, of a contact with friction."""
 
     @property
     def sharing(self) -> sp.csr_matrix:
@@ -76,14 +86,22 @@ def singular_edge(contact: PressedEdges) -> SingularEdge | None:
     """The edge with the worst singularity of a contact's pressure; None where there is none."""
     active = np.flatnonzero(contact.active)
     bodies = (contact.slave, contact.master)
-    exponents = [edge_exponent(body, other) for body, other in (bodies, bodies[::-1])]
-    if not len(active) or max(exponents) < BOUNDED:
+    pairs = (bodies, bodies[::-1])
+    exponents = [edge_exponent(body, other) for body, other in pairs]
+    rough = contact.friction is not None
+    if not len(active) or not (rough or max(exponents) >= BOUNDED):
         return None
     mean = contact.forces[active].sum() / contact.weights[active].sum()
     found = []
-    for body, exponent, here in zip(bodies, exponents, _at_edges(contact, active), strict=True):
-        at = active[here]
-        if exponent < BOUNDED or not len(at) or contact.forces[at].sum() < FALLS * mean * contact.weights[at].sum():
+    for pair, exponent, here in zip(pairs, exponents, _at_edges(contact, active), strict=True):
+        at, body = active[here], pair[0]
+        if rough:  # only where it grows towards the edge: not behind a dragged block, nor in a uniform state
+            at = at[contact.forces[at] > GROWS * mean * contact.weights[at]]
+        if not len(at) or contact.forces[at].sum() < FALLS * mean * contact.weights[at].sum():
+            continue
+        if contact.friction is not None:
+            exponent = _rough_exponent(contact, contact.friction, at, pair, exponent)
+        if exponent < BOUNDED:
             continue
         highest = at[np.argmax(contact.forces[at] / contact.weights[at])]
         x, y, z = (float(v) for v in contact.points[highest])
@@ -102,6 +120,38 @@ def edge_exponent(body: Body, other: Body) -> float:
         return 0.0
     stiffness = body.contact_modulus / other.contact_modulus
     return 0.5 if np.isinf(stiffness) else 1.0 - wedge_eigenvalue(np.pi / 2, stiffness)
+
+
+def _rough_exponent(
+    contact: PressedEdges, friction: FrictionFields, at: IntArray, pair: tuple[Body, Body], smooth: float
+) -> float:
+    """Exponent at points `at` of the edge of a body on another with friction; that without it where shear is unknown.
+
+    The facets at the edge tell whether it sticks: its last nodes slide in any case. Where it slides the shear is towards
+    the inside of the body or out of it, as of most of them.
+    """
+    body, other = pair
+    own, below = _shear_stiffness(body), _shear_stiffness(other)
+    if own is None or (below is None and np.isfinite(other.contact_modulus)):
+        return smooth
+    shear = None
+    facets = np.asarray(contact.sharing[at].sum(axis=0)).ravel() > 0
+    beside = np.flatnonzero(contact.active & (contact.sharing @ facets > 0))
+    if friction.sticking[beside].mean() < 0.5:
+        on_body = friction.forces[at] if body is contact.slave else -friction.forces[at]
+        inwards = contact.points[contact.active].mean(axis=0) - contact.points[at]
+        shear = float(np.sign((on_body * inwards).sum()) * np.linalg.norm(on_body, axis=1).sum())
+        shear /= contact.forces[at].sum()
+    return max(1.0 - rough_eigenvalue(own, below, shear), smooth)
+
+
+def _shear_stiffness(body: Body) -> tuple[float, float] | None:
+    """Kolosov's constant and shear modulus of an elastic body's softest material; None for other bodies."""
+    for elastic in elastic_among([body]):
+        modulus = elastic.contact_modulus
+        softest = min(elastic.model.materials, key=lambda m: m.plane_strain_modulus)
+        return 8 * softest.shear_modulus / modulus - 1, softest.shear_modulus
+    return None
 
 
 def wedge_eigenvalue(angle: float, stiffness: float) -> float:
@@ -141,6 +191,8 @@ def _at_edges(contact: PressedEdges, active: IntArray) -> tuple[Mask, Mask]:
         at, near = _near_sharp_rim(master, names[1], theirs, spacing, size)
     elif master.is_cut_off:
         return none, none
+    elif contact.friction is not None:
+        at = near = none
     else:
         lines = contact.normals[active] @ master.pose.rotation
         length = np.linalg.norm(lines, axis=1, keepdims=True)

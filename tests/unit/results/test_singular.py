@@ -172,3 +172,44 @@ def test_a_flat_punch_on_a_half_space(n):
     assert 0.8 <= estimate.pressure / error <= 3
     json.dumps(estimate.summary(), allow_nan=False)
     assert half.press(fc.Sphere(10.0), force=0.05).error_estimate.unbounded is None
+
+
+def rough_end(mu, nu, n=9):
+    """The right-angled end of a block pressed on a rigid plane with friction, cut fine at the corner, in plane strain."""
+    near = np.array([*2.0 ** -np.arange(n), 0.0])
+    mesh = section_shapes.rectangle((1.0, 1.0), (1 - near, near[::-1]))
+    block = PlaneBody(mesh, fc.Material(1.0, nu), "bottom", {"top": "z", "left": "x"}, name="block")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    return fc.Scene([block, floor], [fc.Contact(block, floor, friction=mu)]).solve(motions={block: {"z": -0.01}})
+
+
+@pytest.mark.parametrize(("mu", "nu"), [(np.inf, 0.3), (0.5, 0.3), (0.1, 0.3), (np.inf, 0.45)])
+def test_the_corner_of_a_rough_block_grows_with_the_order_reported(mu, nu):
+    """Stuck but for its last node at mu = 0.5, sliding at 0.1; the slope found has 2 % of the regular part."""
+    result = rough_end(mu, nu)
+    contact = result.contacts[0]
+    distance = 1 - contact.points[:, 0]
+    chosen = (distance > 0.005) & (distance < 0.06)
+    slope, _ = np.polyfit(np.log(distance[chosen]), np.log(contact.pressure[chosen]), 1)
+    peak = contact.error_estimate.unbounded
+    assert peak.body == "block"
+    assert np.allclose(peak.point, (1, 0, 0), atol=1e-12)
+    assert abs(peak.exponent + slope) < 0.03
+    assert "unbounded at the edge of 'block'" in str(result)
+
+
+def test_a_rough_block_in_uniform_pressure_has_no_unbounded_corner():
+    """Source: a uniform state. Without Poisson's ratio nothing spreads; frictionless, nothing holds it."""
+    for mu, nu in ((0.5, 0.0), (0.0, 0.3)):
+        assert rough_end(mu, nu, n=4).contacts[0].error_estimate.unbounded is None
+
+
+def test_the_rim_of_a_rough_block_in_space():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (8, 8, 4))
+    block = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "z", "x_min": "x", "y_min": "y"}, name="block")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor, friction=0.5)])
+    estimate = scene.solve(motions={block: {"z": -0.01}}).contacts[0].error_estimate
+    assert abs(estimate.unbounded.exponent - 0.289) < 1e-3  # Williams 1952, nu = 0.3
+    assert max(estimate.unbounded.point[:2]) == pytest.approx(1.0)
+    assert estimate.pressure < 0.05
