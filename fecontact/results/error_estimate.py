@@ -38,6 +38,9 @@ SAMPLES, MOST_SAMPLES = (3, 6), 40_000
 BLOCK = 4096
 #: Least error of the largest pressure as a share of the mean error: force in excess at the edge is missing inside.
 LEAST_SHARE = 0.25
+#: Depth in faces, and as a share of the faces across, up to which the largest pressure lies at the edge, as below flat
+#: tips, and is as much in error as the pressure there.
+AT_EDGE, AT_EDGE_OF_WIDTH = 2.0, 0.25
 #: Error of the area, with its edge located within the faces, as a share of the mean error.
 AREA_SHARE = 0.35
 #: Pressure at a kink between faces over the root mean square of what kinks bring in; it grows with the logarithm of the
@@ -113,6 +116,8 @@ class PressureReadings:
         Largest pressure at a node.
     peak_offset : float
         Its difference from the recovered pressure there; infinite where the pressure has no bound.
+    peak_depth : float
+        Distance in faces of its node from the nearest one without pressure.
     across : float
         Faces across the narrowest region, see `faces_across`.
     samples : int
@@ -128,6 +133,7 @@ class PressureReadings:
     bounded: Mask
     peak: float
     peak_offset: float
+    peak_depth: float
     across: float
     samples: int
 
@@ -172,8 +178,20 @@ def readings_of(contact: PressureOnFacets, samples: int | None = None) -> Pressu
         peak = float(field.pressure[highest])
         offset = float(abs(peak - at_peak.mean()))
     bounded = field.bounded[chosen]
-    found = PressureReadings(chosen, points, areas, interpolated, root, smooth, bounded, peak, offset, np.nan, n)
+    outside = contact.facets[chosen].ravel()
+    outside = outside[field.pressure[outside] == 0]
+    size = np.sqrt(areas.sum(axis=1).mean()) if contact.facets.shape[1] > 3 else _lengths(contact, chosen).mean()
+    depth = np.linalg.norm(contact.nodes[outside] - contact.nodes[highest], axis=1).min(initial=np.inf) / size
+    found = PressureReadings(
+        chosen, points, areas, interpolated, root, smooth, bounded, peak, offset, float(depth), np.nan, n
+    )
     return replace(found, across=faces_across(contact, found))
+
+
+def _lengths(contact: PressureOnFacets, facets: IntArray) -> Array:
+    """Length (n,) of the first side of facets."""
+    ends = contact.nodes[contact.facets[facets, :2]]
+    return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
 
 class NodalPressure(NamedTuple):
@@ -237,11 +255,12 @@ def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None)
     edge = contact.singular_edge
     interior = interior_error(contact.energy_errors)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
+    share = 1.0 if readings.peak_depth <= min(AT_EDGE, AT_EDGE_OF_WIDTH * readings.across) else LEAST_SHARE
     found = ErrorEstimate(
         pressure=pressure,
         geometry=geometry,
         interior=interior,
-        peak=max(readings.peak_offset / readings.peak, LEAST_SHARE * pressure, AT_KINKS * geometry),
+        peak=max(readings.peak_offset / readings.peak, share * pressure, AT_KINKS * geometry),
         area=min(1.0, AREA_SHARE * pressure) if area > 0 else 1.0,
         faces_across=readings.across,
         unbounded=None if edge is None else edge.peak,
@@ -264,9 +283,7 @@ def energy_errors(contact: PressureOnFacets, readings: PressureReadings | None) 
     """Errors in the cells of slave and master below a contact, as deep as it is wide."""
     if readings is None:
         return NO_CELLS, NO_CELLS
-    ends = contact.nodes[contact.facets[readings.facets, :2]]
-    faces = max(readings.across, NARROWEST)
-    width = faces * float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
+    width = max(readings.across, NARROWEST) * float(_lengths(contact, readings.facets).mean())
     points, (ours, theirs) = contact.points[contact.active], contact.displacements
     return (
         contact.slave.energy_error(ours, contact.slave.pose.to_body(points), width),

@@ -30,6 +30,8 @@ from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.geometry_error import TouchingSurfaces
 from fecontact.results.rough_corner import rough_eigenvalue
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
+from fecontact.surfaces.rigid.indenter import heights_of
+from fecontact.surfaces.rigid.tip import sharpest
 
 #: Exponent 1 - lambda below which a pressure counts as bounded.
 BOUNDED = 0.05
@@ -37,6 +39,8 @@ BOUNDED = 0.05
 FALLS = 0.3
 #: The same of a single point with friction, above which it grows there.
 GROWS = 1.01
+#: Power of the distance up to which a rise is a kink, and its least slope times E*, over the highest pressure.
+KINK, LEAST_KINK = 1.1, 0.1
 #: Distance from its own rim, relative to a face, at which a node counts as on it.
 ON_RIM = 1e-3
 #: Cosine between a side and a plane's normal up to which it lies in the plane.
@@ -89,8 +93,10 @@ def singular_edge(contact: PressedEdges) -> SingularEdge | None:
     pairs = (bodies, bodies[::-1])
     exponents = [edge_exponent(body, other) for body, other in pairs]
     rough = contact.friction is not None
-    if not len(active) or not (rough or max(exponents) >= BOUNDED):
+    if not len(active):
         return None
+    if not (rough or max(exponents) >= BOUNDED):
+        return _sharp_tip(contact)
     mean = contact.forces[active].sum() / contact.weights[active].sum()
     found = []
     for pair, exponent, here in zip(pairs, exponents, _at_edges(contact, active), strict=True):
@@ -108,7 +114,29 @@ def singular_edge(contact: PressedEdges) -> SingularEdge | None:
         points = np.zeros(len(contact.forces), bool)
         points[at] = True
         found.append(SingularEdge(UnboundedPeak(body.name, (x, y, z), exponent), points))
-    return max(found, key=lambda edge: edge.peak.exponent, default=None)
+    return max(found, key=lambda edge: edge.peak.exponent, default=_sharp_tip(contact))
+
+
+def _sharp_tip(contact: PressedEdges) -> SingularEdge | None:
+    """The tip of a rigid shape within a face of the highest pressure, which grows towards it; None where there is none.
+
+    Below a kink of angle t the pressure is E* t / pi log(1/r), below a cone half as much again (Johnson 1985, sections
+    5.2 and 5.3), below a tip r^n with n < 1 it is r^(n - 1).
+    """
+    master, heights = contact.master, heights_of(contact.master.surface(contact.surfaces[1]))
+    if heights is None or contact.slave.is_foundation:
+        return None
+    pressure = contact.forces / contact.weights
+    highest = int(np.argmax(pressure))
+    surface = facets_of(contact.slave.surface(contact.surfaces[0]))
+    assert surface is not None
+    size = float(surface.mean_facet_size[contact.sharing[highest].indices].mean())
+    tip = sharpest(heights, master.pose.to_body(contact.points[[highest]])[0, :2], size)
+    if tip.power > KINK or contact.slave.contact_modulus * tip.slope < LEAST_KINK * pressure[highest]:
+        return None
+    x, y, z = (float(v) for v in contact.points[highest])
+    exponent = 1 - tip.power if 1 - tip.power > BOUNDED else 0.0
+    return SingularEdge(UnboundedPeak(master.name, (x, y, z), exponent), np.zeros(len(pressure), bool))
 
 
 def edge_exponent(body: Body, other: Body) -> float:
@@ -127,8 +155,8 @@ def _rough_exponent(
 ) -> float:
     """Exponent at points `at` of the edge of a body on another with friction; that without it where shear is unknown.
 
-    The facets at the edge tell whether it sticks: its last nodes slide in any case. Where it slides the shear is towards
-    the inside of the body or out of it, as of most of them.
+    The facets at the edge tell whether it sticks, as its last nodes slide in any case. Where it slides the shear is
+    towards the inside of the body or out of it, as of most of them.
     """
     body, other = pair
     own, below = _shear_stiffness(body), _shear_stiffness(other)

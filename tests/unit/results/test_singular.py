@@ -10,7 +10,7 @@ from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
 from fecontact.results.field_map import scale_top
 from fecontact.results.singular import wedge_eigenvalue
-from fecontact.surfaces import FlatPunch
+from fecontact.surfaces import FlatPunch, FunctionSurface
 
 SOLID = fc.Material(E=1.0, nu=0.3)
 #: Distances from an edge, halved down to 0.3 %.
@@ -175,7 +175,7 @@ def test_a_flat_punch_on_a_half_space(n):
 
 
 def rough_end(mu, nu, n=9):
-    """The right-angled end of a block pressed on a rigid plane with friction, cut fine at the corner, in plane strain."""
+    """The right-angled end of a block pressed on a rigid plane with friction, fine at the corner, in plane strain."""
     near = np.array([*2.0 ** -np.arange(n), 0.0])
     mesh = section_shapes.rectangle((1.0, 1.0), (1 - near, near[::-1]))
     block = PlaneBody(mesh, fc.Material(1.0, nu), "bottom", {"top": "z", "left": "x"}, name="block")
@@ -213,3 +213,54 @@ def test_the_rim_of_a_rough_block_in_space():
     assert abs(estimate.unbounded.exponent - 0.289) < 1e-3  # Williams 1952, nu = 0.3
     assert max(estimate.unbounded.point[:2]) == pytest.approx(1.0)
     assert estimate.pressure < 0.05
+
+
+def tipped(shape, kind=AxisymmetricBody):
+    """A rigid shape pressed into a section by a hundredth of its width."""
+    mesh = section_shapes.rectangle((1.0, 1.0), (10, 6)).translated((0.0 if kind is AxisymmetricBody else -0.5, 0, -1))
+    body = kind(mesh, SOLID, "top", {"bottom": "xz"}, name="body")
+    rigid = fc.RigidBody(shape, name="tip")
+    return fc.Scene([body, rigid], [fc.Contact(body, rigid)]).solve(motions={rigid: {"z": -0.05}}).contacts[0]
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind", "exponent"),
+    [
+        (fc.surfaces.Cone(0.2), AxisymmetricBody, 0.0),
+        (FunctionSurface(lambda x, y: 0.2 * np.abs(x - 0.02) + 0 * y), PlaneBody, 0.0),
+        (FunctionSurface(lambda x, y: 0.2 * np.sqrt(np.hypot(x, y))), AxisymmetricBody, 0.5),
+    ],
+    ids=["cone", "wedge between nodes", "r^0.5"],
+)
+def test_tips_of_rigid_shapes_are_reported_with_their_order(shape, kind, exponent):
+    """Source: the pressure below r^n varies as r^(n - 1) (Sneddon 1965), for a kink as a logarithm."""
+    peak = tipped(shape, kind).error_estimate.unbounded
+    assert peak.body == "tip"
+    assert peak.exponent == pytest.approx(exponent, abs=0.02)
+    assert ("as a logarithm" in str(peak)) is (exponent == 0)
+    assert abs(peak.point[0]) < 0.06
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind"),
+    [
+        (fc.Sphere(1.0), AxisymmetricBody),
+        (fc.surfaces.Cylinder(1.0), PlaneBody),
+        (FunctionSurface(lambda x, y: 0.2 * np.hypot(x, y) ** 1.3), AxisymmetricBody),
+        (FunctionSurface(lambda x, y: np.hypot(x, y) ** 2 + 1e-3 * np.hypot(x, y)), AxisymmetricBody),
+    ],
+    ids=["ball", "roller", "r^1.3", "faint kink"],
+)
+def test_blunt_tips_are_not(shape, kind):
+    assert tipped(shape, kind).error_estimate.unbounded is None
+
+
+def test_a_cone_on_a_block_is_reported_in_every_pose_and_unit():
+    turn = fc.rotation_about((1, 2, 3), 0.7)
+    for scale, rotation in ((1.0, np.eye(3)), (1e-3, turn)):
+        mesh = fc.shapes.block((2.0, 2.0, 1.0), (6, 6, 3), element="hex8").translated((-0.9, -1.1, -1.0)).scaled(scale)
+        block = fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"}).placed(rotation=rotation)
+        cone = fc.RigidBody(fc.surfaces.Cone(0.3), name="cone").placed(rotation=rotation)
+        scene = fc.Scene([block, cone], [fc.Contact(block, cone)])
+        contact = scene.solve(forces={cone: tuple(rotation @ (0, 0, -0.1 * scale**2))}).contacts[0]
+        assert contact.error_estimate.unbounded.exponent == 0
