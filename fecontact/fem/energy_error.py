@@ -106,7 +106,7 @@ def energy_error(
         strains = [gauss_strain(some, each, selective)[0] for each in (u, other) if each is not None]
         smooth = [to_nodes(some, _completed(some, e, lame[part], shear[part]), complete=True) for e in strains]
         for each in smooth:
-            each[skin] = _without_traction(each[skin], along, lame[part[0]], shear[part[0]])
+            each[skin] = without_traction(each[skin], along, lame[part[0]], shear[part[0]])
         for group in some.cell_groups:
             _, W = element_quadrature(some.cells.shape[1], group.pattern, group.midfaces)
             N, dN = quadrature_basis(some.cells.shape[1], group.pattern, group.midfaces)
@@ -121,16 +121,29 @@ def energy_error(
 
 
 def _free_skin(mesh: Mesh, free: Mask) -> tuple[IntArray, Array]:
-    """Free points (n,) of the skin, and projections (n, 3, 3) onto what is tangential to all faces at a point."""
+    """`free_points` of the mesh's outer faces."""
     faces = mesh.face_nodes(mesh.outer_faces)
     corners = mesh.points[faces[:, :4]]
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    return free_points(faces, np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), free)
+
+
+def free_points(faces: IntArray, normals: Array, free: Mask) -> tuple[IntArray, Array]:
+    """Free points (n,) of faces, and projections (n, 3, 3) onto what is tangential to all faces at a point.
+
+    Parameters
+    ----------
+    faces : (n_faces, k) int array
+        Their points.
+    normals : (n_faces, 3) array
+        Of any length.
+    free : (n_points,) bool array
+    """
+    unit = normals / np.linalg.norm(normals, axis=1)[:, None]
     skin = np.unique(faces)
     skin = skin[free[skin]]
-    place = np.full(len(mesh.points), -1)
+    place = np.full(len(free), -1)
     place[skin] = np.arange(len(skin))
-    at, normal = place[faces].ravel(), np.repeat(normals, faces.shape[1], axis=0)
+    at, normal = place[faces].ravel(), np.repeat(unit, faces.shape[1], axis=0)
     products = np.zeros((len(skin), 3, 3))
     np.add.at(products, at[at >= 0], (normal[:, :, None] * normal[:, None, :])[at >= 0])
     size, axes = np.linalg.eigh(products)
@@ -138,11 +151,17 @@ def _free_skin(mesh: Mesh, free: Mask) -> tuple[IntArray, Array]:
     return skin, np.einsum("nik,nk,njk->nij", axes, tangential, axes)
 
 
-def _without_traction(strain: Array, along: Array, lame: float, shear: float) -> Array:
-    """Strains (n, 6) whose stresses are those given but for the tractions across projections (n, 3, 3)."""
+def without_traction(strain: Array, along: Array, lame: float, shear: float, across: bool = False) -> Array:
+    """Strains (n, 6) whose stresses are those given but for the tractions across projections (n, 3, 3).
+
+    With `across` the strain yy, out of a section, stays as it is.
+    """
     stress = components(along @ hooke(strain, np.array(lame), np.array(shear))[:, SYMMETRIC] @ along)
+    nu = lame / (2 * (lame + shear))
+    if across:
+        stress[:, 1] = 2 * shear * (1 + nu) * strain[:, 1] + nu * (stress[:, 0] + stress[:, 2])
     trace = stress[:, :3].sum(axis=1, keepdims=True)
-    return (stress - lame / (3 * lame + 2 * shear) * trace * (np.arange(6) < 3)) / (2 * shear)
+    return np.asarray((stress - nu / (1 + nu) * trace * (np.arange(6) < 3)) / (2 * shear))
 
 
 def _only(mesh: Mesh, cells: IntArray) -> Mesh:

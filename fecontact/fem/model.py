@@ -260,12 +260,16 @@ class Model:
         Nothing acts on points that are `free` (n_points,), apart from supports.
         """
         second = None if other is None else other.reshape(-1, 3)
-        if free is not None:
-            free = free.copy()
-            for name in self.supports:
-                free[self.mesh.boundary_nodes(name)] = False
+        free = None if free is None else self.without_supports(free)
         constants = self.lame, self.shear, cells, self.selective
         return energy_error(self.mesh, u.reshape(-1, 3), *constants, second, free)
+
+    def without_supports(self, points: Mask) -> Mask:
+        """Those points (n_points,) of the mesh that no support holds."""
+        out = points.copy()
+        for name in self.supports:
+            out[self.mesh.boundary_nodes(name)] = False
+        return out
 
     def touched(self, rows: sp.csr_matrix) -> IntArray:
         """Triples of coordinates, each of one node, that rows (n, n_dofs) act on."""

@@ -12,7 +12,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.common.material import Material
 from fecontact.fem.coordinates import Coordinates
-from fecontact.fem.energy_error import EnergyError, by_material, energy_density
+from fecontact.fem.energy_error import EnergyError, by_material, energy_density, free_points, without_traction
 from fecontact.fem.model import NEARLY_INCOMPRESSIBLE, Model, materials_of_cells
 from fecontact.fem.rigid import null_space
 from fecontact.fem.section_element import SectionElement
@@ -137,7 +137,8 @@ class SectionModel(Model):
     def energy_error(
         self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
     ) -> EnergyError:
-        """Error of displacements (n_dofs,) in cells (n,), or its product with that of others."""
+        """Error of displacements (n_dofs,) in cells (n,), or its product with that of others; see `Model`."""
+        skin, along = (np.zeros(0, np.int64), np.zeros((0, 3, 3))) if free is None else self._free_skin(free)
         points = self.section.points(cells=cells)
         volume = np.zeros((len(self.mesh.cells), points.dV.shape[1]))
         volume[cells] = points.dV
@@ -149,10 +150,23 @@ class SectionModel(Model):
         error, energy = np.zeros(len(self.mesh.cells)), np.zeros(len(self.mesh.cells))
         for part in by_material(self.lame, self.shear, cells):
             nodes, moduli = self.mesh.cells[part], (self.lame[part, None], self.shear[part, None])
-            missed = [points.N @ self.section.to_nodes(e, part)[nodes] - e[part] for e in strains]
+            smooth = [self.section.to_nodes(e, part) for e in strains]
+            for each in smooth:
+                constants = self.lame[part[0]], self.shear[part[0]], not self.plane_stress
+                each[skin] = without_traction(each[skin], along, *constants)
+            missed = [points.N @ s[nodes] - e[part] for s, e in zip(smooth, strains, strict=True)]
             error[part] = (volume[part] * energy_density(missed[0], *moduli, missed[-1])).sum(axis=1)
             energy[part] = (volume[part] * energy_density(strains[0][part], *moduli)).sum(axis=1)
         return EnergyError(cells, error[cells], energy[cells])
+
+    def _free_skin(self, free: Mask) -> tuple[IntArray, Array]:
+        """Points of the outer sides without traction, and projections along these sides; see `free_points`."""
+        sides, x = self.mesh.face_nodes(self.mesh.outer), self.mesh.points
+        along = x[sides[:, 1]] - x[sides[:, 0]]
+        open_points = self.without_supports(free)
+        if self.section.out_of_plane.revolved:
+            open_points[on_axis(x, self.size)] = False
+        return free_points(sides, np.cross(along, [0.0, 1.0, 0.0]), open_points)
 
     def nodal_strain(self, u: Array) -> Array:
         """Strains (n_points, 6) at the nodes."""

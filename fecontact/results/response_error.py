@@ -215,7 +215,8 @@ def _errors(part: BodyBlock, u: Array, other: Array | None = None) -> EnergyErro
     for body in elastic_among([part.body]):
         loaded = np.zeros(body.n_dofs, bool) if part.loads is None else part.loads != 0
         loaded[part.rows.indices] = True
-        free = np.asarray(~loaded.reshape(-1, 3).any(axis=1)) if body.model.by_cells else None
+        plain = body.n_dofs == 3 * len(body.mesh.points)
+        free = np.asarray(~loaded.reshape(-1, 3).any(axis=1)) if plain else None
         return body.model.energy_error(u, np.arange(len(body.mesh.cells)), other, free)
     return NO_CELLS
 
