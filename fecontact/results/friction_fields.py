@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,31 @@ from fecontact.common.renamed import renamed
 from fecontact.contact.condensed_problem import DisplacementState
 from fecontact.contact.friction_rows import TangentialRows
 from fecontact.solvers import FrictionSolution
+
+
+@dataclass(frozen=True, eq=False)
+class EarlierParts:
+    """What the parts of a cut load step before the last have done.
+
+    Attributes
+    ----------
+    friction_work : float
+    work_density, sliding_integral : (n,) arrays
+        At the points of the last part; zero at those that faced nothing.
+    """
+
+    friction_work: float
+    work_density: Array
+    sliding_integral: Array
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it, ready for JSON."""
+        return {name: np.asarray(value).tolist() for name, value in vars(self).items()}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> EarlierParts:
+        """What `as_dict` wrote."""
+        return cls(values["friction_work"], *(np.array(values[n]) for n in ("work_density", "sliding_integral")))
 
 
 @one_line
@@ -29,8 +55,8 @@ class FrictionFields:
     weights : (n,) array
         Areas of the points.
     slip : (n, 3) array
-        Displacement of the slave against the master during the load step, in the tangent planes; where points touch,
-        slip.
+        Displacement of the slave against the master during the load step, of a cut one during its last part, in the
+        tangent planes; where points touch, slip.
     touching, sliding : (n,) bool arrays
         Points that are pressed, and those of them whose force is on the rim of its cone; the others stick.
     moved : (n, 3) array
@@ -46,6 +72,8 @@ class FrictionFields:
         Largest share by which a point's path during the step exceeds the chord, which its slip is.
     sign : float
         Factor from forces on the slave to those on the first body of the contact.
+    earlier : EarlierParts, optional
+        Of a step that was cut: its other parts, which work and sliding include.
     """
 
     mu: float | tuple[float, float]
@@ -60,6 +88,7 @@ class FrictionFields:
     mu_along_slip: Array = field(repr=False)
     detour: float = 0.0
     sign: float = 1.0
+    earlier: EarlierParts | None = field(default=None, repr=False)
 
     @property
     def traction(self) -> Array:
@@ -98,20 +127,48 @@ class FrictionFields:
     @property
     def friction_work(self) -> float:
         """Work of friction during the load step, - sum t . s; never negative."""
-        return -float((self.forces * self.slip).sum())
+        work = -float((self.forces * self.slip).sum())
+        return work if self.earlier is None else work + self.earlier.friction_work
 
     @property
     def work_density(self) -> Array:
         """The same by area (n,)."""
-        return -np.einsum("ni,ni->n", self.traction, self.slip)
+        density = self._own_density
+        return density if self.earlier is None else density + self.earlier.work_density
 
     @property
     def sliding_integral(self) -> Array:
         """Integral of the pressure over the length of slip (n,); times Archard's coefficient the wear depth."""
-        return self.work_density / self.mu_along_slip
+        integral = self._own_density / self.mu_along_slip
+        return integral if self.earlier is None else integral + self.earlier.sliding_integral
+
+    @property
+    def _own_density(self) -> Array:
+        return -np.einsum("ni,ni->n", self.traction, self.slip)
 
     dissipated, rubbed = renamed("dissipated", "friction_work"), renamed("rubbed", "sliding_integral")
     stick_area, slip_area = renamed("stick_area", "point_stick_area"), renamed("slip_area", "point_slip_area")
+
+
+def at_nodes(values: Array, nodes: IntArray, wanted: IntArray) -> Array:
+    """Values (n,) at nodes (n,) for other nodes (m,); zero where there is none."""
+    out = np.zeros(max(nodes.max(initial=0), wanted.max(initial=0)) + 1)
+    out[nodes] = values
+    return out[wanted]
+
+
+def with_parts(
+    friction: FrictionFields, nodes: IntArray, parts: Sequence[tuple[FrictionFields, IntArray]]
+) -> FrictionFields:
+    """Friction of the last part of a cut step with that of the others; each at its slave nodes, which may be others."""
+    return replace(
+        friction,
+        earlier=EarlierParts(
+            sum(f.friction_work for f, _ in parts),
+            np.sum([at_nodes(f.work_density, own, nodes) for f, own in parts], axis=0),
+            np.sum([at_nodes(f.sliding_integral, own, nodes) for f, own in parts], axis=0),
+        ),
+    )
 
 
 def friction_fields(

@@ -17,7 +17,6 @@ import numpy as np
 
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import instance, items
-from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SolverError, SupportError
 from fecontact.common.files import sole_writer
 from fecontact.common.fingerprint import fingerprint
@@ -26,6 +25,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd
 from fecontact.fem.rigid import COMPONENTS
+from fecontact.results.friction_fields import EarlierParts, with_parts
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import KEYED, CarriedScene
@@ -176,15 +176,13 @@ def _followed(
                 append_step(path, str(k + 1), prints[k], *done[-1])
             given = step
             line.update()
-    work, loads = np.array([d.work for d in done]), tuple(loads_of(step) for step in steps)
-    return LoadPath(tuple(d.result for d in done), work, tuple(d.cuts for d in done), loads)
+    return LoadPath(tuple(d.result for d in done), tuple(d.cuts for d in done), tuple(map(loads_of, steps)))
 
 
 class _Done(NamedTuple):
-    """A finished step: its result, work of friction (n_contacts,), number of parts and the start of the last one."""
+    """A finished step: its result, number of parts and the start of the last one."""
 
     result: ContactResult
-    work: Array
     cuts: int
     since: StepEnd | None
 
@@ -225,11 +223,31 @@ def _step(way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], last: _D
         assert last is not None
         assert before.step_end is not None
         result = before if last.since is before.step_end else unchanged(before, way.tolerance)
-        return _Done(result, np.zeros(len(result.contacts)), 1, before.step_end)
+        return _Done(result, 1, before.step_end)
     parts = list(_solved_step(way, given, step, before, 0))
-    work = np.sum([[work_of(part, c) for c in range(len(part.contacts))] for part in parts], axis=0)
     since = parts[-2] if len(parts) > 1 else before
-    return _Done(parts[-1], work, len(parts), None if since is None else since.step_end)
+    return _Done(_joined(parts), len(parts), None if since is None else since.step_end)
+
+
+def _joined(parts: Sequence[ContactResult]) -> ContactResult:
+    """The last part of a step, with the work and the sliding of those before it."""
+    if len(parts) == 1:
+        return parts[0]
+    *others, last = parts
+    contacts = [
+        c
+        if c.friction is None
+        else replace(
+            c,
+            friction=with_parts(
+                c.friction,
+                last.interfaces[k].pairing.nodes,
+                [(f, p.interfaces[k].pairing.nodes) for p in others if (f := p.contacts[k].friction) is not None],
+            ),
+        )
+        for k, c in enumerate(last.contacts)
+    ]
+    return replace(last, contacts=tuple(contacts))
 
 
 def _same(model: SceneModel, given: Mapping[str, Any], step: Mapping[str, Any]) -> bool:
@@ -245,7 +263,13 @@ def _rebuilt(way: _Way, step: Mapping[str, Any], row: Mapping[str, Any]) -> _Don
     begin = since or StepEnd(tuple(body.pose for body in way.model.bodies))
     past = replace(begin, chosen=end.chosen, forces=end.forces, motion=end.motion)
     result = replace(way.solved(step, past, end.poses), follows_step=True)
-    return _Done(result, np.array(row["friction_work"]), int(row["cuts"]), since)
+    pairs = zip(result.contacts, row["parts"], strict=True)
+    contacts = [
+        c if parts is None or c.friction is None
+        else replace(c, friction=replace(c.friction, earlier=EarlierParts.from_dict(parts)))
+        for c, parts in pairs
+    ]  # fmt: skip
+    return _Done(replace(result, contacts=tuple(contacts)), int(row["cuts"]), since)
 
 
 def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
@@ -268,16 +292,12 @@ def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
     if not solution.residuals.within(tolerance):
         raise SolverError(f"The step before is not certified under the same loads: {solution.residuals}.")
     still = [
-        c if c.friction is None else replace(c, friction=replace(c.friction, slip=np.zeros_like(c.friction.slip)))
+        c
+        if c.friction is None
+        else replace(c, friction=replace(c.friction, slip=np.zeros_like(c.friction.slip), earlier=None))
         for c in result.contacts
     ]
     return replace(result, contacts=tuple(still), solution=solution.normal, friction=solution)
-
-
-def work_of(result: ContactResult, contact: int) -> float:
-    """Work of friction in a contact during its last step."""
-    found = result.contacts[contact].friction
-    return 0.0 if found is None else found.friction_work
 
 
 def _solved_step(

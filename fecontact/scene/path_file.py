@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import append_row
@@ -41,7 +40,7 @@ def rows_before(path: str | Path, prints: Sequence[Mapping[str, str]]) -> list[d
     for name in named:
         if name not in found:
             break
-        if not {"end", "since", "friction_work", "cuts"} <= set(found[name]):
+        if not {"end", "since", "parts", "cuts"} <= set(found[name]):
             raise InputError(f"The row {name!r} in {path} is not a step of a load path; choose another file.")
         rows.append(found[name])
     return rows
@@ -52,16 +51,15 @@ def append_step(
     name: str,
     prints: Mapping[str, str],
     result: ContactResult,
-    work: Array,
     cuts: int,
     since: StepEnd | None,
 ) -> None:
-    """Add the row of a step: its summary, what the next one goes on from, and what its last part went on from."""
+    """Add the row of a step: its summary, what the next one goes on from, and what its last part followed."""
     assert result.step_end is not None
     row = {
         "name": name,
         **result.summary(),
-        "friction_work": work.tolist(),
+        "parts": [parts and parts.as_dict() for parts in (c.friction and c.friction.earlier for c in result.contacts)],
         "cuts": cuts,
         "end": result.step_end.as_dict(),
         "since": None if since is None else since.as_dict(),

@@ -21,6 +21,7 @@ from fecontact.results.case_row import fields_to_keep, kept_of, plane_of, row_of
 from fecontact.results.case_table import CaseTable
 from fecontact.results.dividing_plane import DividingPlane
 from fecontact.results.files import save_series
+from fecontact.results.friction_fields import at_nodes
 from fecontact.results.result import ContactResult
 from fecontact.results.resultants import resultant
 
@@ -34,8 +35,6 @@ class LoadPath:
     ----------
     steps : tuple of ContactResult
         At the end of every step given.
-    friction_work : (n_steps, n_contacts) array
-        Work of friction during every step, parts of cut steps included; zero for contacts without friction.
     cuts : tuple of int
         Parts in which every step was solved.
     loads : tuple of dict
@@ -43,7 +42,6 @@ class LoadPath:
     """
 
     steps: tuple[ContactResult, ...]
-    friction_work: Array
     cuts: tuple[int, ...]
     loads: tuple[Mapping[str, float], ...] = field(repr=False)
 
@@ -56,6 +54,11 @@ class LoadPath:
     def __getitem__(self, k: int) -> ContactResult:
         """Result of a step."""
         return self.steps[k]
+
+    @cached_property
+    def friction_work(self) -> Array:
+        """Work of friction (n_steps, n_contacts) during every step; zero for contacts without friction."""
+        return np.array([[c.friction.friction_work if c.friction else 0.0 for c in r.contacts] for r in self.steps])
 
     @cached_property
     def forces(self) -> Array:
@@ -76,18 +79,20 @@ class LoadPath:
             Number of the contact in the scene.
         coefficient : float
             Archard's k: volume per force and distance, one over pressure. The work of friction by area is mu times the
-            integral. Exact where steps are not cut; a cut step counts with the path between its ends.
+            integral. Every step, or part of a step that was cut, counts with the chord of its path.
 
         Returns
         -------
         (n,) array
+            At the points of the last step.
         """
         positive("the coefficient of wear", coefficient)
         whole("the number of the contact", contact, 0, len(self.steps[0].contacts) - 1)
-        found = [result.contacts[contact].friction for result in self.steps]
-        if any(f is None or np.isinf(f.mu).any() for f in found):
+        found = [(result.contacts[contact].friction, result.interfaces[contact].pairing.nodes) for result in self.steps]
+        if any(f is None or np.isinf(f.mu).any() for f, _ in found):
             raise InputError(f"Contact {contact} has no finite friction: Archard's law needs its work.")
-        return np.asarray(sum(coefficient * f.sliding_integral for f in found if f is not None))
+        last = found[-1][1]
+        return coefficient * np.sum([at_nodes(f.sliding_integral, own, last) for f, own in found if f], axis=0)
 
     def table(
         self,
@@ -121,9 +126,6 @@ class LoadPath:
         rows = []
         for k, result in enumerate(self.steps):
             row = row_of(result, plane, bodies)
-            for contact, work in zip(row["contacts"], self.friction_work[k].tolist(), strict=True):
-                if "friction" in contact:
-                    contact["friction"]["friction_work"] = work
             rows.append({"name": f"step {k + 1}", **row, "parameters": given[k], "loads": dict(self.loads[k])})
         names = tuple((c.slave.name, c.master.name) for c in first.scene.contacts)
         maps = tuple(kept_of(result, fields) for result in self.steps)
@@ -150,9 +152,9 @@ class LoadPath:
     def __str__(self) -> str:
         lines = [f"{'step':>4}  {'normal':>12}  {'friction':>12}  {'stick area':>12}  {'slip area':>12}  {'work':>12}"]
         for k, result in enumerate(self.steps):
-            for c, work in zip(result.contacts, self.friction_work[k], strict=True):
+            for c in result.contacts:
                 if c.friction is not None:
                     tangential = float(np.linalg.norm(c.friction.force))
-                    values = (c.total_force, tangential, c.stick_area, c.slip_area, float(work))
+                    values = (c.total_force, tangential, c.stick_area, c.slip_area, c.friction.friction_work)
                     lines.append(f"{k + 1:>4}  " + "  ".join(f"{v:>12.5g}" for v in values))
         return "\n".join(lines)

@@ -169,7 +169,7 @@ def _title(text: str) -> dict[str, float]:
 
 def single(scene: fc.Scene, ball: fc.RigidBody) -> LoadPath:
     """One solution without friction as a path of one step, for its table."""
-    return LoadPath((scene.solve(motions={ball: {"z": -0.05}}),), np.zeros((1, 1)), (1,), ({},))
+    return LoadPath((scene.solve(motions={ball: {"z": -0.05}}),), (1,), ({},))
 
 
 SCENES = {"elements": finite_elements, "bricks": bricks, "section": section, "half-space": half_space}

@@ -217,6 +217,7 @@ def test_a_step_without_certified_solution_is_cut(monkeypatch: pytest.MonkeyPatc
     scene, block = dragged(0.3)
     steps = [{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}]
     whole, given, calls = scene.solve_path(steps), load_path.solved, []
+    halves = scene.solve_path([steps[0], {"motions": {block: {"z": -0.01, "x": 0.01}}}, steps[1]])
 
     def failing(*args: object) -> object:
         calls.append(args)
@@ -228,7 +229,10 @@ def test_a_step_without_certified_solution_is_cut(monkeypatch: pytest.MonkeyPatc
     cut = scene.solve_path(steps)
     assert cut.cuts == (1, 2)
     assert abs(cut.forces - whole.forces).max() < 1e-12  # full slip: the path does not matter
-    assert cut.friction_work[1, 0] > 0
+    # both halves count: work and wear are those of the same halves as steps
+    assert abs(cut.friction_work[1, 0] / halves.friction_work[1:, 0].sum() - 1) < 1e-12
+    np.testing.assert_allclose(cut.wear_depth(0, 2.0), halves.wear_depth(0, 2.0), rtol=1e-12)
+    assert f"{cut.friction_work[1, 0]:.6g}" in str(cut[1])
 
 
 @pytest.mark.parametrize("finite_motion", [False, True])
@@ -342,6 +346,8 @@ def test_a_cut_step_is_rebuilt(tmp_path, monkeypatch: pytest.MonkeyPatch) -> Non
     again = scene.solve_path(steps, tmp_path / "path.jsonl")
     assert again.cuts == cut.cuts == (1, 2)
     np.testing.assert_array_equal(again.friction_work, cut.friction_work)
+    np.testing.assert_allclose(again.wear_depth(0, 2.0), cut.wear_depth(0, 2.0), rtol=1e-12)
+    assert cut.table()[1]["contacts"][0]["friction"]["friction_work"] == cut.friction_work[1, 0]
     slips = [found[1].contacts[0].friction.slip for found in (cut, again)]
     np.testing.assert_allclose(slips[1], slips[0], rtol=1e-12)
 
