@@ -18,7 +18,7 @@ from fecontact.bodies.halfspace.edge import EdgeCells, edge_area, edge_cells, pr
 from fecontact.bodies.halfspace.files import save_fields
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.grid_error import grid_error_estimate, peak_of
-from fecontact.bodies.halfspace.layered import Layer
+from fecontact.bodies.halfspace.layered import STRESSED, Layer, thin_layers
 from fecontact.bodies.halfspace.symmetry import part_of
 from fecontact.bodies.halfspace.validity import validity_warnings
 from fecontact.common.arrays import Array, IntArray, Mask
@@ -295,7 +295,8 @@ class HalfSpaceContact:
         Raises
         ------
         InputError
-            If a point lies outside, or in a rigid base.
+            If a point lies outside, or in a rigid base, or layers at the top of a free one are thinner than half
+            a cell.
 
         Examples
         --------
@@ -311,6 +312,12 @@ class HalfSpaceContact:
             raise InputError("Points inside the half-space must be an array (n, 3) of finite numbers with z <= 0.")
         if len(where) == 0:
             return np.zeros((0, 6))
+        if not self.periodic and (thin := thin_layers(self.layers, STRESSED * max(self.grid.cell))):
+            raise InputError(
+                f"The stress inside varies within a cell, {max(self.grid.cell):g} wide, over the {thin} thin layer(s) "
+                "at the top. Take cells no wider than twice the top layer's thickness, or leave such layers out to see "
+                "what is below."
+            )
         downwards = where * np.array([1.0, 1.0, -1.0])
         loaded = inside.Loaded(self.grid, self.pressure, self.material, self.layers)
         stress = loaded.periodic(downwards) if self.periodic else loaded.free(downwards, chunk)

@@ -13,6 +13,7 @@ import numpy as np
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.friction import Friction, PressStep, press_step
 from fecontact.bodies.halfspace.friction_contact import FrictionContact
+from fecontact.bodies.halfspace.layered import thin_layers
 from fecontact.common import checks
 from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
@@ -190,6 +191,11 @@ def solve_path(
     """Solve the steps of a path one after the other, see `HalfSpace.press_path`."""
     friction = Friction(body, checks.friction(mu, infinite=True), tolerance, workers)
     steps = items("the steps of a path", steps, "PressStep objects")
+    if not body.periodic and thin_layers(body.layers, max(body.grid.cell)):
+        raise InputError(
+            f"With friction, the top layer's thickness must be no less than a cell's width, {max(body.grid.cell):g}; "
+            f"found {body.layers[0].thickness:g}. Take smaller cells, or leave out a layer that is so thin."
+        )
     for k, step in enumerate(steps, 1):
         instance(f"step {k} of the path", step, PressStep)
         if body.periodic and (step.torque or step.twist):

@@ -32,6 +32,24 @@ SMALLEST_WAVE = 1e-4
 LARGEST_WAVE = 22.0
 """Wave number times thickness of the top layer at which the influence of its base is exp(-2 22) = 8e-20."""
 
+THIN = 1e-3
+"""Share of the compliance, at all wave numbers of a grid, within which a layer adds the same as one of no thickness."""
+
+FELT = 100.0
+"""Distance in thicknesses at which what a layer adds is (1/100)^2 of what is below it, and a next term of that square.
+"""
+
+LONG_WAVES = 10
+"""Panels by which the first one is halved: stiff layers change what is below them at waves much longer than they are.
+"""
+
+NEAR = 4
+"""Offset in cells from which a two-point rule integrates what layers add."""
+
+STRESSED = 0.5
+"""Thickness of the top layer, in cells, from which the stress inside is integrated to a few hundredths of a pressure's
+jump from cell to cell."""
+
 ON_INTERFACE = 1e-12
 """Distance from an interface, relative to its depth, that counts as rounding of sums of thicknesses."""
 
@@ -65,6 +83,17 @@ class Layer:
         instance("a layer's material", self.material, Material)
         positive("a layer's thickness", self.thickness)
         among("interface of a layer", self.interface, ("bonded", "frictionless"))
+
+
+def thin_layers(layers: Sequence[Layer], width: float) -> int:
+    """Number of layers at the top that are thinner than a width.
+
+    Examples
+    --------
+    >>> thin_layers([Layer(Material(E=1.0, nu=0.3), h) for h in (0.1, 2.0, 0.1)], 1.0)
+    1
+    """
+    return next((n for n, layer in enumerate(layers) if layer.thickness >= width), len(layers))
 
 
 def compliance(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
@@ -248,18 +277,65 @@ def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[La
     >>> bool(np.allclose(same, kernels.love((3, 3), (1.0, 1.0))))
     True
     """
-    top = layers[0]
-    modulus = top.material.plane_strain_modulus
-    x, y = (np.arange(n) * side for n, side in zip(shape, cell, strict=True))
-    reach = math.hypot(x[-1] + cell[0], y[-1] + cell[1])
-    difference = point_difference(reach, layers, base)
-    total = kernels.love(shape, cell) / modulus
-    shift = 0.5 / math.sqrt(3)  # two-point Gauss rule over the cell
-    for sx in (-shift, shift):
-        for sy in (-shift, shift):
-            r = np.hypot((x + sx * cell[0])[:, None], (y + sy * cell[1])[None, :])
-            total += cell[0] * cell[1] / 4 * difference(r)
+    total, local = np.zeros(shape), 0.0
+    while layers and (thin := _of_thin_layer(layers, base, min(cell))) is not None:
+        local, layers = local + thin, layers[1:]
+    top = layers[0].material if layers else base
+    if top is not None:
+        total += kernels.love(shape, cell) / top.plane_strain_modulus
+    if layers:
+        x, y = (np.arange(n) * side for n, side in zip(shape, cell, strict=True))
+        reach = math.hypot(x[-1] + cell[0], y[-1] + cell[1])
+        difference = point_difference(reach, layers, base)
+        smooth = np.zeros(shape)
+        shift = 0.5 / math.sqrt(3)  # two-point Gauss rule over the cell
+        for sx in (-shift, shift):
+            for sy in (-shift, shift):
+                r = np.hypot((x + sx * cell[0])[:, None], (y + sy * cell[1])[None, :])
+                smooth += difference(r) / 4
+        if layers[0].thickness < 2 * max(cell):  # too steep for that rule nearby
+            near = (min(NEAR, shape[0]), min(NEAR, shape[1]))
+            smooth[: near[0], : near[1]] = _near_means(difference, near, cell, layers[0].thickness)
+        total += cell[0] * cell[1] * smooth
+    total[0, 0] += local
     return total
+
+
+def _of_thin_layer(layers: Sequence[Layer], base: Material | None, cell: float) -> float | None:
+    """Displacement by unit pressure that the top layer adds where the pressure is; None if it is not so thin.
+
+    As its thickness goes to zero it adds the same at all wave numbers: no more than its own cell is displaced.
+    """
+    total = sum(layer.thickness for layer in layers)
+    k = np.maximum(2 * math.pi / cell * np.geomspace(1e-3, 1.0, 16), 2 * SMALLEST_WAVE / total)
+    whole, added = compliance(k, layers, base), _added(k, layers, base)
+    found = float(added[-4] / k[-4])  # at a period of four cells
+    return found if (np.abs(added - found * k) <= THIN * np.abs(whole)).all() else None
+
+
+def _added(k: Array, layers: Sequence[Layer], base: Material | None) -> Array:
+    """Compliance of layers, times the wave number, less that without the top one."""
+    rest = compliance(k, layers[1:], base) if layers[1:] else 2 / base.plane_strain_modulus if base else 0.0
+    return compliance(k, layers, base) - rest
+
+
+def _near_means(
+    difference: Callable[[Array], Array], shape: tuple[int, int], cell: tuple[float, float], finest: float
+) -> Array:
+    """Means over the cells at small offsets of a function of distance, which varies over a length at the origin."""
+    axes = []
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    for n, side in zip(shape, cell, strict=True):
+        halvings = max(0, math.ceil(math.log2(side / finest)))
+        edges = np.concatenate([[0.0], side * 2.0 ** np.arange(-halvings - 1, 0), side * np.arange(1.5, n)])
+        widths = np.diff(edges)
+        share = np.where(edges[1:] <= side / 2, 2.0, 1.0) / side  # the cell at the origin by its half
+        places = (edges[:-1, None] + widths[:, None] * (nodes + 1) / 2).ravel()
+        starts = 6 * np.concatenate([[0], np.arange(halvings + 1, halvings + n)])
+        axes.append((places, ((share * widths)[:, None] * weights / 2).ravel(), starts))
+    (x, wx, first), (y, wy, second) = axes
+    values = difference(np.hypot(x[:, None], y[None, :])) * wx[:, None] * wy[None, :]
+    return np.asarray(np.add.reduceat(np.add.reduceat(values, first, axis=0), second, axis=1))
 
 
 def point_difference(reach: float, layers: Sequence[Layer], base: Material | None) -> Callable[[Array], Array]:
@@ -272,17 +348,40 @@ def point_difference(reach: float, layers: Sequence[Layer], base: Material | Non
     >>> bool((point_difference(2.0, [Layer(soft, 1.0)], None)(np.array([0.0, 2.0])) < 0).all())
     True
     """
-    h, modulus = layers[0].thickness, layers[0].material.plane_strain_modulus
-    panels = 8 + math.ceil(LARGEST_WAVE * reach / h / 20)  # a panel of 24 points integrates a phase of 20
+    parts = [_added_by_top(reach, layers[j:], base) for j in range(len(layers))]
+    return lambda r: np.asarray(sum(part(r) for part in parts))
+
+
+def _added_by_top(reach: float, layers: Sequence[Layer], base: Material | None) -> Callable[[Array], Array]:
+    """Point-force displacement that the top layer adds to those below, less that of its half-space to theirs.
+
+    Tabulated as far as the layer is felt, beyond which what it adds falls as the distance cubed.
+    """
+    h, top = layers[0].thickness, layers[0].material
+    below = layers[1].material if layers[1:] else base  # None: rigid
+    less = 2 / top.plane_strain_modulus - (2 / below.plane_strain_modulus if below else 0.0)
+    stiffer = top.plane_strain_modulus / below.plane_strain_modulus if below else 0.0
+    softer = (top.lame / top.shear_modulus + 2) ** 0.5  # resists volume more than shear: felt farther
+    far = min(reach, FELT * h * max(1.0, stiffer ** (1 / 3), softer / 2))
+    panels = 8 + math.ceil(LARGEST_WAVE * far / h / 20)  # a panel of 24 points integrates a phase of 20
     nodes, weights = np.polynomial.legendre.leggauss(24)
     edges = LARGEST_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
+    edges = np.concatenate([[0.0], edges[1] * 2.0 ** np.arange(-LONG_WAVES, 0), edges[1:]])
     width = np.diff(edges)[:, None] / 2
     k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
-    spectrum = (width * weights).ravel() * (compliance(k, layers, base) - 2 / modulus) / (2 * math.pi)
-    s = np.linspace(0.0, math.asinh(reach / h), max(16, math.ceil(40 * math.asinh(reach / h))))
+    spectrum = (width * weights).ravel() * (_added(k, layers, base) - less) / (2 * math.pi)
+    s = np.linspace(0.0, math.asinh(far / h), max(16, math.ceil(40 * math.asinh(far / h))))
     values = np.array([spectrum @ scipy.special.j0(k * r) for r in h * np.sinh(s)])
     spline = scipy.interpolate.CubicSpline(s, values)
-    return lambda r: np.asarray(spline(np.arcsinh(r / h)))
+    last = (values[-1] + less / (2 * math.pi * far)) * far**3
+
+    def at(r: Array) -> Array:
+        inside = np.minimum(r, far)
+        tail = np.maximum(r, far)
+        beyond = last / tail**3 - less / (2 * math.pi * tail)
+        return np.where(r <= far, spline(np.arcsinh(inside / h)), beyond)
+
+    return at
 
 
 def symbol(kx: Array, ky: Array, layers: Sequence[Layer], base: Material | None) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from matplotlib.patches import Patch
 
 from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.layered import STRESSED, thin_layers
 from fecontact.common.arrays import Array
 from fecontact.common.figure import save_figure
 from fecontact.common.units import Units
@@ -200,6 +202,11 @@ def _depths(cell: float, deepest: float, interfaces: Array) -> Array:
 
 def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
     """Draw the von Mises stress in the plane through the largest pressure."""
+    thin = 0 if contact.periodic else thin_layers(contact.layers, STRESSED * max(contact.grid.cell))
+    contact = replace(contact, layers=contact.layers[thin:])
+    if contact.material is None and not contact.layers:
+        axes.set_title("no section: the layers are thinner than half a cell", fontsize="medium")
+        return axes.set_axis_off()
     y, x, z, stress = section(contact)
     values = von_mises(stress.reshape(-1, 6)).reshape(stress.shape[:2])
     drawn = axes.contourf(x, z, values.T, levels=24, cmap="YlOrRd")
@@ -217,6 +224,8 @@ def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
     )
     if not contact.periodic and (blocks := section_blocks(contact)):
         title += f", of blocks of {2**blocks} x {2**blocks} cells"
+    if thin:
+        title += f"\nbelow {thin} layer(s) thinner than half a cell"
     axes.set_title(title, fontsize="medium")
     axes.set_xlabel(names.after("x", "length"))
     axes.set_ylabel(names.after("z", "length"))

@@ -95,3 +95,60 @@ def test_layered_table_of_the_same_material_is_love():
 def test_bad_layers(arguments, message):
     with pytest.raises(InputError, match=message):
         layered.Layer(fc.Material(1.0, 0.3), **arguments)
+
+
+SOFT, STEEL, GLASS = fc.Material(10.0, 0.45), fc.Material(210e3, 0.3), fc.Material(70e3, 0.22)
+
+
+@pytest.mark.parametrize(
+    ("materials", "base"), [([SOFT], STEEL), ([STEEL], SOFT), ([SOFT], None), ([GLASS, SOFT], STEEL)]
+)
+@pytest.mark.parametrize("thickness", [0.4, 0.1, 0.04])
+def test_cells_wider_than_a_layer_are_the_sum_of_small_ones(materials, base, thickness):
+    layers = [layered.Layer(material, thickness) for material in materials]
+    half, side = 37, 1 / 75
+    weights = np.where(np.arange(half + 1) > 0, 2.0, 1.0)
+    own = weights @ layered.table((half + 1, half + 1), (side, side), layers, base) @ weights
+    table = layered.table((8, 8), (1.0, 1.0), layers, base)
+    # the small cells are narrower than the layer, where the two-point rule is good to (1/3)^4/4320 of what varies
+    assert abs(table[0, 0] / own - 1) < 1e-5
+
+
+@pytest.mark.parametrize("materials", [[SOFT], [STEEL], [SOFT, STEEL]])
+def test_layers_of_any_thickness_take_bounded_work(materials, monkeypatch):
+    waves, solve = [], layered.surface_waves
+    monkeypatch.setattr(layered, "surface_waves", lambda k, *a: waves.append(len(k)) or solve(k, *a))
+    tables = {}
+    for thickness in 10.0 ** -np.arange(0, 11, 2):
+        waves.clear()
+        layers = [layered.Layer(material, thickness) for material in materials]
+        tables[thickness] = layered.table((64, 64), (0.1, 0.1), layers, GLASS)
+        assert sum(waves) < 5e4  # grew as 1/thickness, to 3e11
+    love = kernels.love((64, 64), (0.1, 0.1)) / GLASS.plane_strain_modulus
+    assert np.abs(tables[1e-10] / love - 1).max() < 2e-5  # 1e-9 of a cell, as soft as 1/7000 of the base
+    assert np.abs(tables[1e-10][1:] / love[1:] - 1).max() < 1e-12
+
+
+def test_a_thin_layer_on_a_rigid_base_is_a_bed_of_springs():
+    # Johnson 1985, section 5.8; cells of a twentieth of the contact's radius
+    layer = layered.Layer(fc.Material(1.0, 0.3), 1e-6)
+    half = fc.HalfSpace(None, (0.3, 0.3), (64, 64), layers=[layer])
+    force, approach, peak = exact_layer.thin_compressible(radius=1.0, thickness=1e-6, material=layer.material, a=0.1)
+    ball = half.press(fc.surfaces.Paraboloid(1.0), force=force)
+    assert abs(ball.approach / approach - 1) < 2e-3
+    assert abs(ball.max_pressure / peak - 1) < 2e-3
+    with pytest.raises(InputError, match="no wider than twice the top layer's thickness"):
+        ball.stress([[0.0, 0.0, -5e-7]])
+    assert "thinner than half a cell" in ball.plot().axes[3].get_title()
+    with pytest.raises(InputError, match="With friction, the top layer's thickness"):
+        half.press(fc.surfaces.Paraboloid(1.0), force=force, friction=0.3)
+
+
+def test_the_section_below_a_thin_layer_is_that_of_what_is_below():
+    coated = fc.HalfSpace(STEEL, (0.6, 0.6), (32, 32), layers=[layered.Layer(SOFT, 1e-9)])
+    bare = fc.HalfSpace(STEEL, (0.6, 0.6), (32, 32))
+    one, other = (half.press(fc.Sphere(10.0), force=100.0) for half in (coated, bare))
+    assert abs(one.approach / other.approach - 1) < 1e-3
+    titles = [contact.plot().axes[3].get_title() for contact in (one, other)]
+    assert titles[0].endswith("below 1 layer(s) thinner than half a cell")
+    assert titles[1].count("\n") == 1
