@@ -17,6 +17,7 @@ from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
 from fecontact.fem.energy_error import EnergyError
+from fecontact.results.between_nodes import GapsBetweenNodes
 from fecontact.results.cell_contact import CellContact, cell_contact
 from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
@@ -294,9 +295,12 @@ class ContactFields:
         found = error_estimate(self, self.readings)
         if self._cells is not None:
             return self._cells.estimate(found)
+        if self.unseen > 0:
+            peak = min(1.0, float(self.between_nodes.unseen.max()) / self.max_pressure)
+            found = replace(found, pressure=float(np.hypot(found.pressure, self.unseen)), peak=max(found.peak, peak))
         if self.traction_misfit is None:
             return found
-        others = found.geometry**2 + found.interior**2
+        others = found.geometry**2 + found.interior**2 + self.unseen**2
         return replace(found, traction=float(np.sqrt(self.traction_misfit[1] ** 2 + others)))
 
     @cached_property
@@ -331,6 +335,20 @@ class ContactFields:
     def _stick_readings(self) -> PressureReadings | None:
         """Readings of what sticks, at the samples of `readings`; None where nothing does."""
         return None if self.stick is None or self.readings is None else readings_of(self.stick, self.readings.samples)
+
+    @cached_property
+    def between_nodes(self) -> GapsBetweenNodes:
+        """Gaps over the faces between contact points, see `results.between_nodes`."""
+        return GapsBetweenNodes(self)
+
+    @cached_property
+    def unseen(self) -> float:
+        """Relative error (L2) of the pressure due to a rigid shape that varies between the nodes; 0 without contact."""
+        if self.readings is None:
+            return 0.0
+        found = self.readings
+        squares = self.between_nodes.unseen[self.facet_numbers[found.facets]] ** 2
+        return min(1.0, float(np.sqrt(squares @ found.areas.sum(axis=1) / found.norm))) if found.norm > 0 else 0.0
 
     @cached_property
     def energy_errors(self) -> tuple[EnergyError, EnergyError]:

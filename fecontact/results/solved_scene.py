@@ -29,7 +29,7 @@ from fecontact.results.convergence import Convergence
 from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.response_error import ResponseError, ResponseErrors
 from fecontact.results.resultants import hold_of_body, hold_of_boundary
-from fecontact.solvers import ComplementarityProblem, Residuals, Solution
+from fecontact.solvers import ComplementarityProblem, Residuals, Solution, Status
 from fecontact.solvers.friction_problem import FrictionSolution
 
 
@@ -112,6 +112,8 @@ class SolvedScene:
     @property
     def message(self) -> str:
         """The status in a sentence."""
+        if self.status == Status.NO_CONTACT and any(c.between_nodes.overlap for c in self.contacts):
+            return "no contact point touches, but bodies overlap between the nodes: see the warnings"
         return self.solution.message
 
     @property

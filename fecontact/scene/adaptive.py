@@ -28,6 +28,7 @@ from fecontact.results.convergence import FIGURES, Convergence, Step, asked
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, with_bodies
 from fecontact.scene.marking import (
+    divided_to,
     edge_points,
     facets_at,
     facets_opposite,
@@ -53,6 +54,8 @@ EDGE = 0.9
 FAR, NEAR = 4.0, 1.65
 #: Largest growth of a body's unknowns by two divisions at once.
 TWICE = 4.0
+#: Size of faces, relative to the width of an overlap between their nodes, down to which they are divided at once.
+SEEN = 0.5
 #: Growth of the unknowns that the next division is expected to bring.
 GROWTH = 1.6
 #: Power of the unknowns by which time and memory of a factor grow: 4/3 for nested dissection of a solid.
@@ -148,18 +151,20 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
 def _step(result: ContactResult, seconds: float) -> Step:
     estimates = [c.error_estimate for c in result.contacts if c.active.any()]
     hanging = [b.mesh.hanging for b in result.elastic_bodies]
+    # of a contact between the nodes nothing is known
+    unknown = float(any(c.between_nodes.overlap for c in result.contacts))
     return Step(
         n_dofs=result.n_dofs,
         n_hanging=sum(len(h.nodes) for h in hanging if h is not None),
         n_candidates=result.n_candidates,
-        pressure=max((e.pressure for e in estimates), default=0.0),
+        pressure=max([unknown, *(e.pressure for e in estimates)]),
         traction=max((e.traction for e in estimates if e.traction is not None), default=None),
-        peak=max((e.peak for e in estimates), default=0.0),
+        peak=max([unknown, *(e.peak for e in estimates)]),
         max_pressure=max((c.max_pressure for c in result.contacts), default=0.0),
         area=sum(c.whole.area for c in result.contacts),
         seconds=seconds,
-        area_error=max((e.area for e in estimates), default=0.0),
-        **vars(result.response_error),
+        area_error=max([unknown, *(e.area for e in estimates)]),
+        **{name: unknown or error for name, error in vars(result.response_error).items()},
     )
 
 
@@ -205,6 +210,7 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
     edges: dict[int, dict[str, Array]] = {}
     number = {id(b): k for k, b in enumerate(result.scene.bodies)}
     touching = [c for c in result.contacts if c.active.any()]
+    overlaps = [(number[id(c.slave)], c.surfaces[0], o) for c in result.contacts if (o := c.between_nodes.overlap)]
     wanted = {id(c): target.pressure(c.error_estimate) for c in touching}
     over = max((c.error_estimate.worst / t for c in touching if (t := wanted[id(c)])), default=0.0)
     # beside an edge where the pressure has no bound, more divisions do not help
@@ -242,6 +248,8 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
             if any(len(p) for p in once.values()):
                 more = bodies[k].divided(once)
                 bodies[k] = more if more.n_dofs <= TWICE * scene.bodies[k].n_dofs else bodies[k]
+    for k, name, overlap in overlaps:
+        bodies[k] = divided_to(bodies[k], name, overlap.points, SEEN * overlap.width)
     if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
         return None
     return with_bodies(scene, bodies).scene

@@ -15,7 +15,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.interface import Interface
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.contact_fields import ContactFields
-from fecontact.surfaces.facet_surface import facets_of
+from fecontact.surfaces.facet_surface import facets_of, with_nodes
 
 #: Largest share of the squared error in the faces marked by their indicators.
 BULK = 0.8
@@ -46,6 +46,8 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     share = _share(contact.error_estimate.pressure, tolerance)
     out = active.any(axis=1) & ~active.all(axis=1) & (share >= BULK)
     out[read.facets[_most(read.misfit, share)]] = True
+    unseen = contact.between_nodes.unseen[contact.facet_numbers]
+    out |= unseen > tolerance * np.sqrt((contact.pressure**2 @ contact.weights) / contact.point_area)
     sideways = _share(contact.error_estimate.traction or 0.0, tolerance)
     if contact.traction_misfit is not None and sideways > 0:
         out[read.facets[_most(contact.traction_misfit[0], sideways)]] = True
@@ -122,6 +124,17 @@ def facets_at(points: Array, body: Body, name: str) -> IntArray:
     found = surface.project(points).facet
     assert found is not None
     return np.unique(found)
+
+
+def divided_to(body: Body, name: str, points: Array, size: float) -> Body:
+    """The body with its facets at points (n, 3), in its axes, divided until none there is larger than a size."""
+    while True:
+        surface, facets = with_nodes(body.surface(name)), facets_at(points, body, name)
+        wide = facets[surface.mean_facet_size[facets] > size]
+        finer = body.divided({name: wide}) if len(wide) else body
+        if finer is body:
+            return body
+        body = finer
 
 
 def facets_opposite(interface: Interface, facets: IntArray) -> IntArray:

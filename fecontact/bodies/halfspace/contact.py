@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -106,6 +106,8 @@ class HalfSpaceContact:
     solver : SolverReport
     coarse : (mx, my) array or None
         Pressure on cells twice as large, over the modelled part; None if there was no coarser grid.
+    between : str
+        Warning of an overlap between the middles of the cells, see `between_cells`; empty without one.
     """
 
     grid: Grid
@@ -122,6 +124,7 @@ class HalfSpaceContact:
     status: str
     solver: SolverReport
     coarse: Array | None
+    between: str = field(default="", kw_only=True, repr=False)
 
     @property
     def active(self) -> Mask:
@@ -197,8 +200,9 @@ class HalfSpaceContact:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of large errors, of a contact not resolved, and of strains and slopes that are not small."""
-        return (*self._error_warnings, *validity_warnings(self))
+        """Warnings of overlaps, large errors, contacts not resolved, and strains and slopes that are not small."""
+        between = (self.between,) if self.between else ()
+        return (*between, *self._error_warnings, *validity_warnings(self))
 
     @property
     def _error_warnings(self) -> tuple[str, ...]:

@@ -204,7 +204,9 @@ def press_step(
     while True:
         normal = press(friction.body, heights + bent, load, tolerance, symmetry, friction.workers, start=normal)
         if not normal.active.any():
-            raise InputError("Nothing is pressed: the surfaces do not touch at this approach. Increase it.")
+            raise InputError(
+                "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells."
+            )
         _check_holds(friction, normal, step)
         turn = _Turn(friction, normal, step, last)
         at = turn.solve(heights, load, start, tolerance)

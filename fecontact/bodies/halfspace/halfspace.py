@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar, Protocol, cast, overload
+from typing import ClassVar, Protocol, TypeVar, cast, overload
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import kernels
 from fecontact.bodies.halfspace.array_module import array_module
+from fecontact.bodies.halfspace.between_cells import overlap_between_cells
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
 from fecontact.bodies.halfspace.friction import CERTIFIED, PressStep
@@ -35,7 +36,10 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.surfaces.rigid.heightmap import HeightMap
 from fecontact.surfaces.rigid.indenter import heights_of
+
+C = TypeVar("C", bound=HalfSpaceContact)
 
 
 class HeightSurface(Protocol):
@@ -267,7 +271,18 @@ class HalfSpace(SurfaceBody):
         check_settings(tolerance, symmetry, workers)
         load = Load(force, approach, load_point)
         z = self.heights_of(surface)
-        return press(self.compliance, z, load, tolerance, symmetry, workers)
+        return self._between_cells(press(self.compliance, z, load, tolerance, symmetry, workers), surface)
+
+    def _between_cells(
+        self, contact: C, surface: HeightSurface | ArrayLike, position: tuple[float, float] = (0.0, 0.0)
+    ) -> C:
+        """The contact, with a warning where a shape reaches below the surface between its cells."""
+        # of a map nothing is known between its points
+        if (heights := heights_of(surface)) is None or isinstance(surface, HeightMap):
+            return contact
+        x, y = position
+        told = overlap_between_cells(contact, lambda s, t: heights(s - x, t - y), self.compliance.modulus)
+        return replace(contact, between=told) if told else contact
 
     def curve(
         self,
@@ -368,7 +383,8 @@ class HalfSpace(SurfaceBody):
         array([ 0.   ,  0.229, -0.229,  0.229])
         """
         check_settings(tolerance, symmetry, workers)
-        return solve_path(self.compliance, self._heights_at(surface), steps, friction, tolerance, symmetry, workers)
+        path = solve_path(self.compliance, self._heights_at(surface), steps, friction, tolerance, symmetry, workers)
+        return replace(path, contacts=tuple(self._between_cells(c, surface, c.position) for c in path.contacts))
 
     def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
         """Heights (nx, ny) of a surface by its position."""

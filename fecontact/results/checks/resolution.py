@@ -15,8 +15,9 @@ from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, percen
 from fecontact.contact.coupling.facing import STEEPEST, opposition
 from fecontact.contact.search.region import with_rings
 from fecontact.results.checks.rims import node_sizes
+from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.facet_surface import FacetSurface, has_cells
 
 #: Overlap of nodes, relative to the sum of elastic displacement and overlap, above which a result warns, and relative
 #: to a face, below which it is rounding.
@@ -93,6 +94,25 @@ def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, floa
     return float(depth), float(elastic), float(node_sizes(surface)[nodes].mean()), touched
 
 
+def overlap_between_nodes(result: SolvedScene) -> Iterator[str]:
+    """Warnings of faces that the other body reaches between their nodes, none of which carries force."""
+    for contact in result.contacts:
+        if (found := contact.between_nodes.overlap) is not None:
+            place = ", ".join(f"{x:.4g}" for x in contact.slave.pose.to_world(found.points[:1])[0])
+            nodes, faces = ("cells", "cells") if has_cells(contact.surface) else ("nodes of a face", "faces")
+            yield (
+                f"{contact.slave.name!r} and {contact.master.name!r} overlap by {found.depth:.3g} at ({place}), "
+                f"between {nodes} of {contact.slave.name!r} that carry no force: Hertz's formulas give about "
+                f"{found.force:.2g} for it. The overlap is {found.width:.2g} wide: make {faces} there a third of it"
+                f"{_remedy(result, contact)}."
+            )
+
+
+def _remedy(result: SolvedScene, contact: ContactFields) -> str:
+    meshed = any(body is b for b in result.elastic_bodies for body in (contact.slave, contact.master))
+    return " or solve with accuracy=0.05" if meshed else ""
+
+
 def coarse_pressures(result: SolvedScene) -> Iterator[str]:
     """Warnings of contacts not resolved, or whose pressure, peak or area may be off by more than `LARGEST_ERROR`."""
     for contact in result.contacts:
@@ -101,8 +121,7 @@ def coarse_pressures(result: SolvedScene) -> Iterator[str]:
         between = f"{contact.slave.name!r} and {contact.master.name!r}"
         number = int(contact.active.sum())
         estimate = contact.error_estimate
-        meshed = any(body is b for b in result.elastic_bodies for body in (contact.slave, contact.master))
-        remedy = " or solve with accuracy=0.05" if meshed else ""
+        remedy = _remedy(result, contact)
         # a contact that fills its faces is as wide as they are
         if number <= 3 and not contact.active.all():
             yield (
@@ -116,7 +135,12 @@ def coarse_pressures(result: SolvedScene) -> Iterator[str]:
                 f"resolved, and its pressure may be off by about {estimate.amount}. Refine the faces there{remedy}."
             )
         elif estimate.largest > LARGEST_ERROR:
-            yield (f"The pressure between {between} may be off by about {estimate.amount}: {_cause(estimate, remedy)}")
+            cause = (
+                f"the shape of {contact.master.name!r} varies between the nodes. Refine the faces there{remedy}."
+                if contact.unseen**2 > estimate.pressure**2 / 2
+                else _cause(estimate, remedy)
+            )
+            yield f"The pressure between {between} may be off by about {estimate.amount}: {cause}"
         elif estimate.worst > LARGEST_ERROR:
             yield (
                 f"The tractions of friction between {between} may be off by about {percent(estimate.worst)} in the "

@@ -277,3 +277,23 @@ def test_print_and_describe():
     contact = half.press(Paraboloid(1.0), force=0.5)
     assert "32 x 32 cells (quarter modelled): solved" in str(contact)
     assert half.describe() == "half-space: free half-space, 32 x 32 cells"
+
+
+@pytest.mark.parametrize("depth", [1e-8, 1e-5, 1e-3])
+def test_a_ball_between_the_cells_is_warned_of(depth):
+    """R 2 between four cells: Hertz's 4/3 E* sqrt(R) d^1.5, of which the formula of the overlap gives 0.94."""
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(2.0, 2.0), shape=(16, 16))
+    contact = half.press(fc.Sphere(2.0), approach=depth)
+    (text,) = contact.warnings
+    assert contact.force == 0
+    assert f"overlaps the half-space by {depth:.3g} at" in text
+    assert abs(float(text.split("about ")[1].split()[0]) / (4 / 3 * 2.0**0.5 * depth**1.5) - 0.94) < 0.04
+    assert text in str(contact)
+    assert half.press(fc.Sphere(2.0), approach=0.05).force > 0
+
+
+def test_shapes_that_cells_see_are_not_warned_of():
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+    for shape in (fc.Sphere(2.0), fc.surfaces.FlatPunch(radius=0.5), fc.surfaces.Cone(0.1)):
+        assert not half.press(shape, force=0.05).between
+    assert not half.press(fc.Sphere(2.0), approach=-1e-8).between
