@@ -56,6 +56,25 @@ def physical_gradients(x: Array, dN: Array, W: Array) -> tuple[Array, Array]:
     return dN[None] @ inverse, det * W
 
 
+def with_means(gradients: Array, dV: Array, reduced: Array, reduced_dV: Array) -> tuple[Array, Array]:
+    """Gradients and volumes at the points of a reduced rule, with the volume and the mean gradients of the full rule.
+
+    A uniform pressure then has the forces of its full integral, in every kind and shape of cell: the patch test (Hughes
+    1980, *Generalization of selective integration procedures to anisotropic and nonlinear media*). In hexahedra with
+    parallel faces the reduced rule has these means by itself; in tetrahedra and wedges with coalesced nodes it has not.
+
+    Parameters
+    ----------
+    gradients, reduced : (n_cells, n_q, ...) arrays
+    dV, reduced_dV : (n_cells, n_q) arrays
+    """
+    volume = dV.sum(axis=1, keepdims=True)
+    weights = reduced_dV * (volume / reduced_dV.sum(axis=1, keepdims=True))
+    mean = np.einsum("cq,cq...->c...", dV / volume, gradients)
+    mean -= np.einsum("cq,cq...->c...", weights / volume, reduced)
+    return reduced + mean[:, None], weights
+
+
 class Gradients(Protocol):
     """Members of a batch that a stiffness needs: those of a `Batch`, or of other elements."""
 

@@ -25,6 +25,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefQuad
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.fem.element_stiffness import with_means
 from fecontact.mesh.element.hexahedron import quad_nodes, quad_quadrature, quad_shapes
 from fecontact.mesh.section_mesh import Extent, SectionMesh, jacobian_2d, line_integrals
 
@@ -117,9 +118,8 @@ class SectionElement:
         weighted = full.B * (full.dV * shear[:, None])[:, :, None, None] * factors
         flat = (n_cells, n_strains * n_q, width)
         K = full.B.reshape(flat).swapaxes(1, 2) @ weighted.reshape(flat)
-        volumetric = self.points(reduced=True) if selective else full
-        d = volumetric.volume_change
-        K += (d * (volumetric.dV * lame[:, None])[:, :, None]).swapaxes(1, 2) @ d
+        d, dV = self._reduced(full) if selective else (full.volume_change, full.dV)
+        K += (d * (dV * lame[:, None])[:, :, None]).swapaxes(1, 2) @ d
         rows = np.repeat(self.dofs, width, axis=1).ravel()
         columns = np.tile(self.dofs, (1, width)).ravel()
         upper = rows <= columns
@@ -127,6 +127,11 @@ class SectionElement:
         matrix = sp.coo_matrix((K.ravel()[upper], (rows[upper], columns[upper])), shape=shape).tocsr()
         matrix.sort_indices()
         return matrix
+
+    def _reduced(self, full: Points, cells: IntArray | None = None) -> tuple[Array, Array]:
+        """Rows of the volume change and volumes at the reduced points of all cells, or some; see `with_means`."""
+        reduced = self.points(True, cells)
+        return with_means(full.volume_change, full.dV, reduced.volume_change, reduced.dV)
 
     def strain(
         self, u: Array, selective: bool, across: Array | None, cells: IntArray | None = None
@@ -151,7 +156,7 @@ class SectionElement:
         full, local = self.points(cells=cells), u[self.dofs if cells is None else self.dofs[cells]]
         rows = np.einsum("cqsj,cj->cqs", full.B, local, optimize=True)
         if selective:
-            change = np.einsum("cqj,cj->cq", self.points(True, cells).volume_change, local)
+            change = np.einsum("cqj,cj->cq", self._reduced(full, cells)[0], local)
             carry = quad_shapes(4, gauss()[0])[0] @ np.linalg.inv(quad_shapes(4, gauss(reduced=True)[0])[0])
             rows[..., :3] += ((change @ carry.T - rows[..., :3].sum(axis=2)) / 3)[..., None]
         if across is not None:

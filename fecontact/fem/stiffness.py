@@ -15,7 +15,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.fem.element_stiffness import determinant_3x3, jacobians, pair_stiffness, physical_gradients, upper_pairs
+from fecontact.fem.element_stiffness import (
+    determinant_3x3,
+    jacobians,
+    pair_stiffness,
+    physical_gradients,
+    upper_pairs,
+    with_means,
+)
 from fecontact.fem.node_blocks import sum_of_blocks
 from fecontact.mesh.element.degenerate import element_basis
 from fecontact.mesh.element.quadrature import element_quadrature, quadrature_basis, reduced_quadrature
@@ -52,19 +59,23 @@ class Batch:
 def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Batch]:
     """Iterate over the cells of a checked mesh in batches of one kind of element.
 
-    With `reduced` the points are those of the reduced rule, see `mesh.element.quadrature.reduced_quadrature`.
+    With `reduced` the points are those of the reduced rule, see `mesh.element.quadrature.reduced_quadrature`, and the
+    gradients have the means of the full one.
     """
     for group in mesh.cell_groups:
+        _, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
+        N, dN = quadrature_basis(mesh.cells.shape[1], group.pattern, group.midfaces)
+        full = dN, W
         if reduced:
             X, W = reduced_quadrature(mesh.cells.shape[1])
             N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
-        else:
-            _, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
-            N, dN = quadrature_basis(mesh.cells.shape[1], group.pattern, group.midfaces)
         for start in range(0, len(group.cells), size):
             part = slice(start, start + size)
             nodes = group.nodes[part]
-            yield Batch(group.cells[part], nodes, N, *physical_gradients(mesh.points[nodes], dN, W))
+            found = physical_gradients(mesh.points[nodes], dN, W)
+            if reduced:
+                found = with_means(*physical_gradients(mesh.points[nodes], *full), *found)
+            yield Batch(group.cells[part], nodes, N, *found)
 
 
 def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.fem.element_stiffness import element_stiffness, physical_gradients
+from fecontact.fem.element_stiffness import element_stiffness, physical_gradients, with_means
 
 #: Cells integrated at once.
 BATCH = 1024
@@ -49,8 +49,9 @@ class Cells:
 
     def stiffness(self, points: Array) -> Array:
         """Stiffness matrices (n_cells, n_functions, n_functions, 3, 3) of the cells of a mesh with points (n, 3)."""
-        rules = [_Gradients(*physical_gradients(points[self.nodes], dN, W)) for dN, W in self.rules]
-        return element_stiffness(rules[0], self.lame, self.shear, *rules[1:])
+        full, *reduced = (physical_gradients(points[self.nodes], dN, W) for dN, W in self.rules)
+        volumetric = [_Gradients(*with_means(*full, *each)) for each in reduced]
+        return element_stiffness(_Gradients(*full), self.lame, self.shear, *volumetric)
 
 
 @dataclass(frozen=True, eq=False)
