@@ -22,6 +22,8 @@ from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_han
 from fecontact.mesh.pick import Pick
 
 SETS = ("boundaries", "groups", "node_sets")
+#: Distance, relative to the size of meshes, up to which nodes are at the same place.
+COINCIDE = 1e-12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -294,7 +296,9 @@ def joined(meshes: list[T], tolerance: float) -> T:
     kept, number = np.unique(representatives(points, tolerance), return_inverse=True)
     before = np.concatenate([m.cells + p for m, p in zip(meshes, point_start, strict=True)])
     cells = number[before]
-    if len(lost := np.flatnonzero(_n_distinct(cells) < _n_distinct(before))):
+    # nodes of a cell that coincide already, as in a wedge made of a hexahedron, may become one
+    same = representatives(points, min(tolerance, COINCIDE * float(np.ptp(points, axis=0).max())))
+    if len(lost := np.flatnonzero(_n_distinct(cells) < _n_distinct(same[before]))):
         corners = points[np.unique(before[lost[0]])]
         raise InputError(
             f"The tolerance {tolerance:g} joins points of one cell, those of cell {lost[0]}, which are "
