@@ -541,7 +541,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "HalfSpace.heights_of": of(half.heights_of, surface=bowl),
         "HalfSpace.stiffness": of(half.stiffness, contact=light),
         "HalfSpaceContact.stress": of(light.stress, points=np.array([[0, 0, -1.0]]), chunk=100),
-        "FrictionPath.wear": of(trip.wear, coefficient=1.0),
+        "FrictionPath.wear_depth": of(trip.wear_depth, coefficient=1.0),
         "FrictionPath.save": of(trip.save, path=folder / "trip.json"),
         "contact_modulus": of(hertz.contact_modulus, first=soft, second=steel),
         "hertz.spheres": of(hertz.spheres, radii=(1.0, 2.0), materials=(soft, steel), force=1.0, approach=None),
