@@ -22,6 +22,8 @@ from fecontact.surfaces.facet_surface import FacetSurface, has_cells
 #: Overlap of nodes, relative to the sum of elastic displacement and overlap, above which a result warns, and relative
 #: to a face, below which it is rounding.
 LEAST_OVERLAP, ROUNDING = 0.2, 1e-4
+#: Excess of a second moment above which a result warns.
+LARGEST_EXCESS = 0.01
 
 
 class _Side(NamedTuple):
@@ -162,3 +164,22 @@ def _cause(estimate: ErrorEstimate, remedy: str) -> str:
             "through a thin layer, or use quadratic ones."
         )
     return f"it is resolved by {estimate.faces_across:.2g} faces across. Refine the faces there{remedy}."
+
+
+def springs_at_nodes(result: SolvedScene) -> Iterator[str]:
+    """Warnings of layers of springs covered up to their rim, whose moments are those of springs at the nodes.
+
+    The second moment of n linear faces by the trapezoidal rule is 1 + 2 / n^2 of the true one, by Simpson's rule, that
+    of quadratic faces, it is exact.
+    """
+    for contact in result.contacts:
+        if not contact.slave.is_foundation or not contact.active.all() or contact.facets.shape[1] != 4:
+            continue
+        # the faces across count an ellipse of as many faces as the rectangle has
+        excess = 8 / (np.pi * contact.error_estimate.faces_across**2)
+        if excess > LARGEST_EXCESS:
+            yield (
+                f"The springs of {contact.slave.name!r} stand at its nodes, and it is covered up to its rim: its "
+                f"resistance to tilt may be {percent(excess)} too large. Give it quadratic faces, by "
+                "mesh.upgraded(20), which are exact, or more faces."
+            )

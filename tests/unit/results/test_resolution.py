@@ -12,7 +12,7 @@ import pytest
 import fecontact as fc
 from fecontact.analytic import hertz
 from fecontact.common.error_estimate import ErrorEstimate, UnboundedPeak
-from fecontact.results.checks.resolution import _cause, coarse_pressures, overlap_left
+from fecontact.results.checks.resolution import _cause, coarse_pressures, overlap_left, springs_at_nodes
 from fecontact.surfaces import Cylinder, FunctionSurface
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
@@ -172,3 +172,18 @@ def test_of_many_equal_regions_one_is_counted():
     contact = fc.Scene([springs, comb], [fc.Contact(springs, comb)]).solve(motions={comb: {"z": -1.0}}).contacts[0]
     assert len(contact.regions) == 25
     assert 2.5 < contact.error_estimate.faces_across < 4.0
+
+
+@pytest.mark.parametrize(("element", "n"), [("hex8", 4), ("hex20", 4), ("hex8", 16)])
+def test_a_layer_of_springs_under_a_tilted_plate(element, n):
+    """Source: k tilt / 12 of a square; springs at the nodes of n linear faces resist by 1 + 2 / n^2 more."""
+    mesh = fc.shapes.block((1.0, 1.0, 0.1), (n, n, 1), element=element).translated((-0.5, -0.5, -0.1))
+    layer = fc.ElasticLayer(fc.Material(50.0, 0.0), 0.5, surface=(mesh, "top"))
+    plate = fc.RigidBody(fc.Plane()).placed(rotation=fc.rotation_about((1, 0, 0), np.pi))
+    tilted = fc.Scene([layer, plate], [fc.Contact(layer, plate)]).solve(motions={plate: {"z": -0.01, "ry": 1e-3}})
+    exact = 100.0 * 1e-3 / 12
+    excess = np.abs(tilted.contacts[0].moment).max() / exact - 1
+    assert abs(excess - (2 / n**2 if element == "hex8" else 0.0)) < 1e-9
+    told = list(springs_at_nodes(tilted))
+    assert len(told) == (excess > 0.01)
+    assert all(re.search("may be 1[23] % too large", text) and text in tilted.warnings for text in told)
