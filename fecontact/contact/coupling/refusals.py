@@ -48,7 +48,7 @@ def check_faced(interface: Interface, seen: Averted | None = None) -> None:
     if empty and found.facing == np.inf:
         raise InputError(
             f"The surfaces {one} and {other} do not face each other: no point of the one projects on the other. "
-            "Check the poses and which boundaries are named."
+            "Check the poses and which boundaries are named, or refine faces that are wider than the other surface."
         )
     share = 0.0 if empty else _covered_share(interface, surface)
     if share < LEAST_SHARE:

@@ -1,6 +1,8 @@
 """Bodies that overlap between the nodes of their faces, and shapes that vary there: never without a word."""
 
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -74,6 +76,28 @@ def first_step_of_a_path(depth: float) -> ContactResult:
     return scene.solve_path([{"motions": {ball: {"z": -depth}}}]).steps[0]
 
 
+SCENE = """
+materials.soft = {{ E = 1.0, nu = 0.3 }}
+contacts = [{{ slave = "block", master = "ball" }}]
+[bodies.block]
+shape = {{ kind = "block", size = [1.0, 1.0, 1.0], divisions = [2, 2, 2], element = "hex8" }}
+material = "soft"
+contact = "top"
+supports = {{ bottom = "xyz" }}
+[bodies.ball]
+type = "rigid"
+shape = {{ kind = "sphere", radius = 2.0 }}
+pose = {{ translation = [0.27, 0.31, {height:.12f}] }}
+"""
+
+
+def scene_of_a_file(depth: float) -> ContactResult:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.toml"
+        path.write_text(SCENE.format(height=1.0 - depth), encoding="utf-8")
+        return fc.read_scene(path).solve()
+
+
 DOORS: dict[str, Callable[[float], ContactResult]] = {
     "hexahedra": lambda depth: ball_on(block(), depth),
     "27-node hexahedra": lambda depth: ball_on(block(element="hex27"), depth),
@@ -86,6 +110,7 @@ DOORS: dict[str, Callable[[float], ContactResult]] = {
     "half-space": ball_on_cells,
     "local body": ball_on_window,
     "path": first_step_of_a_path,
+    "scene file": scene_of_a_file,
 }
 
 
@@ -150,6 +175,17 @@ def test_the_search_leaves_the_rim_of_what_is_opposite() -> None:
     gap, local = smallest_gaps(slope, np.array([0]), np.array([False]), np.ones(1))
     assert abs(gap[0] + 0.001) < 1e-6
     assert abs(local[0, 0] - 0.71) < 1e-5
+
+
+def test_a_joint_tells_of_a_light_touch_between_the_nodes() -> None:
+    flat = fc.SurfaceMesh.of(fc.shapes.block((4.0, 4.0, 1.0), (5, 5, 1)), "top")
+    bent = fc.shapes.block((4.0, 4.0, 1.0), (6, 6, 1)).mapped(
+        lambda x: x - np.array([0.0, 0.0, 0.05]) * ((x[:, :2] - 2) ** 2).sum(axis=1, keepdims=True)
+    )
+    dome = fc.SurfaceMesh.of(bent, "top")
+    joint = fc.Joint(flat.flipped(), dome, thickness=0.5, material=fc.Material(E=10.0, nu=0.45))
+    (row,) = joint.follow([fc.Pose(translation=(0.1, 0.17, 1.0 - 1e-6))]).rows
+    assert "overlap by 1e-06" in row["warnings"][0]
 
 
 def wavy(amplitude: float) -> ContactResult:
