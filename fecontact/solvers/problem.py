@@ -33,7 +33,7 @@ GAP_FLOOR = 1e-3
 """Share of the largest gap below which the elastic deflection is not used as the scale of gaps."""
 
 TERM_FLOOR = 1e-4
-"""The same for g alone, where the motion B^T q cancels it: rounding of both must not count."""
+"""The same for g and the motions in B^T q, where these cancel each other: rounding of them must not count."""
 
 ROW_FLOOR = 1e-6
 """Least scale of a row of B, as a share of the largest row: smaller rows are rounding residues."""
@@ -100,8 +100,8 @@ class Residuals:
     -----
     Force scale: the sum of |l|, or, if larger, the load, each F_j over the largest entry of its row of B. Gap scale:
     the largest elastic deflection |S l|, but not less than 1e-3 of the largest |g + B^T q| (rigid bodies have no
-    deflection) or 1e-4 of the largest |g| (rounding). Row scale: the row's largest entry times the force scale, plus
-    |F_j|. The scales follow a change of units. A residual that is exactly zero stays zero for any scale.
+    deflection) or 1e-4 of the largest |g| or |B|^T |q| (rounding). Row scale: the row's largest entry times the force
+    scale, plus |F_j|. The scales follow a change of units. A residual that is exactly zero stays zero for any scale.
     """
 
     penetration: float
@@ -233,16 +233,17 @@ class ComplementarityProblem:
 
     def residual_scales(self, forces: np.ndarray, q: np.ndarray) -> ResidualScales:
         """Scales of the residuals of finite forces (n,) and motions q (m,)."""
-        return self._scales(forces, np.asarray(self.S @ forces), self.g + self.B.T @ q)
+        return self._scales(forces, np.asarray(self.S @ forces), self.g + self.B.T @ q, q)
 
-    def _scales(self, forces: np.ndarray, deflection: np.ndarray, rigid: np.ndarray) -> ResidualScales:
+    def _scales(self, forces: np.ndarray, deflection: np.ndarray, rigid: np.ndarray, q: np.ndarray) -> ResidualScales:
         row = np.abs(self.B).max(axis=1, initial=0.0)
         row = np.maximum(row, ROW_FLOOR * row.max(initial=0.0))
         # a load on a row of zeros is no scale of forces: it is left unbalanced, by all of itself
         load = np.divide(self.F, row, out=np.zeros_like(row), where=row > 0)
         force = max(float(np.abs(forces).sum()), largest(load))
         # where the motion exceeds g by more than a tenth, the floor of the sum is the higher one
-        gap = max(largest(deflection), GAP_FLOOR * largest(rigid), TERM_FLOOR * largest(self.g))
+        terms = max(largest(self.g), largest(np.abs(self.B).T @ np.abs(q)))
+        gap = max(largest(deflection), GAP_FLOOR * largest(rigid), TERM_FLOOR * terms)
         return ResidualScales(force, gap, row * force + np.abs(self.F))
 
     def residuals(
@@ -284,7 +285,7 @@ class ComplementarityProblem:
         if not (np.isfinite(forces).all() and np.isfinite(q).all()):
             return Residuals(np.inf, np.inf, np.inf, np.inf)
         deflection, rigid = np.asarray(self.S @ forces) if deflection is None else deflection, self.g + self.B.T @ q
-        scales = self._scales(forces, deflection, rigid) if scales is None else scales
+        scales = self._scales(forces, deflection, rigid, q) if scales is None else scales
         gap = np.add(deflection, rigid, out=rigid)
         penetration = abs(float(ratio(np.minimum(gap.min(), 0.0), scales.gap)))
         # in place: of many points each new array takes as long as its arithmetic

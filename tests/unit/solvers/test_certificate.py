@@ -82,6 +82,15 @@ def test_a_load_on_a_row_of_zeros_is_left_unbalanced_by_all_of_itself(load: floa
     assert nothing.equilibrium == 1
 
 
+@pytest.mark.parametrize(("depth", "certified"), [(1e-12, True), (1e-9, False)])
+def test_rounding_of_motions_that_cancel_is_no_penetration(depth: float, certified: bool) -> None:
+    """Motions of 1e3 whose sum closes a gap of 1: their rounding is 1e-13."""
+    rows, q = np.array([[1.0, 1.0], [1.0, 1.001]]), [1e3, -1e3]
+    found = residuals(EYE, [-depth, 1.0], [0.0, 0.0], rows, np.zeros(2), q)
+    assert found.within(TOLERANCE) is certified
+    assert abs(found.penetration / (depth / (1e-4 * 2001.0)) - 1) < 1e-3
+
+
 def test_what_is_no_number_is_not_certified() -> None:
     for k in range(4):
         assert not Residuals(*np.where(np.arange(4) == k, np.nan, 0.0)).within(TOLERANCE)
