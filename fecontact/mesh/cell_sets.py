@@ -41,6 +41,7 @@ class CellSets:
     hanging: HangingNodes | None = field(default=None, kw_only=True)
     file_nodes: IntArray | None = field(default=None, kw_only=True)
     file_elements: IntArray | None = field(default=None, kw_only=True)
+    warnings: tuple[str, ...] = field(default=(), kw_only=True)
 
     #: Words for messages: the mesh, its faces, its cells.
     _noun: ClassVar[str]

@@ -65,6 +65,11 @@ class Sizes:
         near = None if self.near is None else (self.near - middle) / unit
         return replace(self, size=size, near=near, near_size=near_size)
 
+    def finer(self, share: float, diagonal: float) -> Sizes:
+        """Sizes times a factor, in a box of a diagonal."""
+        size = diagonal / DEFAULT_DIVISIONS if self.size is None else self.size
+        return replace(self, size=share * size, near_size=None if self.near_size is None else share * self.near_size)
+
     @property
     def is_quadratic(self) -> bool:
         """Whether elements have nodes in the middle of their edges."""

@@ -72,6 +72,8 @@ class Mesh(CellSets):
         Numbers of the points in the file that the mesh was read from; -1 for others.
     file_elements : (n_cells,) int array, optional
         Numbers of the cells there.
+    warnings : tuple of str
+        Warnings that results repeat.
 
     A member that a set lists more than once counts once.
 
@@ -378,6 +380,7 @@ class Mesh(CellSets):
             {k: _kept(cell[g]) for k, g in self.groups.items() if len(_kept(cell[g]))},
             {k: _kept(point[n]) for k, n in self.node_sets.items() if len(_kept(point[n]))},
             notes=self.notes,
+            warnings=self.warnings,
             file_nodes=None if self.file_nodes is None else self.file_nodes[used],
             file_elements=None if self.file_elements is None else self.file_elements[kept],
         )
@@ -399,4 +402,7 @@ def merge(meshes: list[Mesh], tolerance: float) -> Mesh:
     InputError
         If the tolerance would join points of one cell.
     """
-    return replace(joined(meshes, tolerance), notes=tuple(dict.fromkeys(note for m in meshes for note in m.notes)))
+    whole = joined(meshes, tolerance)
+    notes = tuple(dict.fromkeys(text for m in meshes for text in m.notes))
+    warnings = tuple(dict.fromkeys(text for m in meshes for text in m.warnings))
+    return replace(whole, notes=notes, warnings=warnings)

@@ -71,7 +71,7 @@ def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]
     """
     n = len(facets)
     pairs, against = shared_sides(facets)
-    sheet, against_first = _sides_of_sheets(n, pairs, against)
+    sheet, against_first = _sides_of_sheets(facets, pairs, against)
     count = sheet.max() + 1
     area = corner_areas(points, facets)
     total, turn_area = (np.bincount(sheet, w, count) for w in (area, area * against_first))
@@ -102,17 +102,19 @@ def _side_number(facets: IntArray) -> Array:
     return np.where(triangular(facets), 3.0, 4.0)
 
 
-def _sides_of_sheets(n: int, pairs: IntArray, against: Mask) -> tuple[IntArray, Mask]:
+def _sides_of_sheets(facets: IntArray, pairs: IntArray, against: Mask) -> tuple[IntArray, Mask]:
     """Sheet (n,) of each facet, and whether it is opposite to the sheet's first facet.
 
     The double cover has every facet twice, as given and reversed, joined to its neighbours. An orientable sheet gives
     two components of the cover, a one-sided sheet gives one.
     """
+    n = len(facets)
     i, j = pairs.T
     start, end = np.concatenate([i, i + n]), np.concatenate([np.where(against, j + n, j), np.where(against, j, j + n)])
     cover = sp.csr_matrix((np.ones(len(start)), (start, end)), shape=(2 * n, 2 * n))
     part = connected_components(cover, directed=False)[1]
     if (part[:n] == part[n:]).any():
+        _refuse_branching(facets)
         raise MeshError(
             f"The surface with facet {np.argmax(part[:n] == part[n:])} has one side only (a Moebius strip), so it has "
             "no outside."
@@ -120,6 +122,26 @@ def _sides_of_sheets(n: int, pairs: IntArray, against: Mask) -> tuple[IntArray, 
     own, other = part[:n], part[n:]
     _, first, sheet = np.unique(np.minimum(own, other), return_index=True, return_inverse=True)
     return sheet.ravel(), own != own[first][sheet.ravel()]
+
+
+def _refuse_branching(facets: IntArray) -> None:
+    """Refuse sides at which more than two facets meet.
+
+    Raises
+    ------
+    MeshError
+        Names one.
+    """
+    ends = np.sort(np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(len(facets)), 4)[real := ends[:, 0] != ends[:, 1]]
+    sides, which, count = np.unique(ends[real], axis=0, return_inverse=True, return_counts=True)
+    if (count > 2).any():
+        k = int(np.argmax(count))
+        raise MeshError(
+            f"The surface branches: {count[k]} facets meet at the side between points {sides[k, 0]} and {sides[k, 1]} "
+            f"(facets {', '.join(map(str, owner[which.ravel() == k]))}), so it has no outside. Leave out those that "
+            "lie within."
+        )
 
 
 def _triangles(points: Array, facets: IntArray) -> Array:

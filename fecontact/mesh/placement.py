@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.check import least_jacobians
+from fecontact.mesh.check import QUARTER, least_jacobians, mid_edge_places
 from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
 from fecontact.mesh.mesh import Mesh
 
@@ -176,7 +176,10 @@ def unfolded(mesh: Mesh, points: Array, moved: Mask) -> tuple[Mesh, int]:
         if mesh.hanging is not None:
             now = mesh.hanging.followed(now)
         least = least_jacobians(_part(mesh, now, touched))
-        folded = touched[least < np.minimum(LEAST_JACOBIAN, LEAST_LEFT * before)]
+        folds = least < np.minimum(LEAST_JACOBIAN, LEAST_LEFT * before)
+        if mesh.cells.shape[1] >= 20:
+            folds |= (np.abs(mid_edge_places(now, mesh.cells[touched]) - 0.5) >= QUARTER).any(axis=1)
+        folded = touched[folds]
         if len(folded) == 0:
             break
         nodes = np.unique(_all_nodes(mesh)[folded])

@@ -178,6 +178,11 @@ def warnings_of_scene(result: SolvedScene) -> Iterator[str]:
     yield from result.scene.warnings
 
 
+def warnings_of_meshes(result: SolvedScene) -> Iterator[str]:
+    """Warnings that meshes carry."""
+    yield from dict.fromkeys(f"{b.name!r}: {text}" for b in result.elastic_bodies for text in b.mesh.warnings)
+
+
 def notes_of_scene(result: SolvedScene) -> Iterator[str]:
     """Notes that the scene carries."""
     yield from result.scene.notes
@@ -186,6 +191,7 @@ def notes_of_scene(result: SolvedScene) -> Iterator[str]:
 #: Checks for `ContactResult.warnings` and for `ContactResult.notes`.
 CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     warnings_of_scene,
+    warnings_of_meshes,
     unborne_motions,
     pushed_aside,
     large_strains,

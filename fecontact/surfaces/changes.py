@@ -38,6 +38,12 @@ def enclosed_volume(points: Array, facets: IntArray) -> float:
     return float(np.einsum("fqi,fqi->", x, dA) / 3)
 
 
+def distance(points: Array, facets: IntArray, new_points: Array, new_facets: IntArray) -> float:
+    """Largest distance of the corners of facets from new ones."""
+    used = np.unique(facets[:, :4])
+    return float(np.abs(FacetSurface(new_points, new_facets).project(points[used]).gap).max())
+
+
 def changed(points: Array, facets: IntArray, new_points: Array, new_facets: IntArray) -> str:
     """Change of volume (of area, where open) of facets (n, 4), and distance of their corners from new ones, in words.
 
@@ -58,7 +64,6 @@ def changed(points: Array, facets: IntArray, new_points: Array, new_facets: IntA
         )
     else:
         what, before, after = "volume", enclosed_volume(points, facets), enclosed_volume(new_points, new_facets)
-    used = np.unique(facets)
-    away = float(np.abs(FacetSurface(new_points, new_facets).project(points[used]).gap).max())
+    away = distance(points, facets, new_points, new_facets)
     share = 100 * (after / before - 1) if before else np.inf
     return f"its {what} changed by {share:.2g} %, its corners are up to {away:.2g} from the new facets"

@@ -6,24 +6,34 @@ corners (`surfaces.smooth`).
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import file_path
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import lengths
+from fecontact.common.errors import MeshError
 from fecontact.mesh.cad import mesh_cad
+from fecontact.mesh.check import check_cells
 from fecontact.mesh.gmsh_session import Sizes
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.placement import placed
+from fecontact.mesh.placement import Placement, placed
 from fecontact.mesh.read_surface import READERS, read_surface
 from fecontact.mesh.remeshing import tetrahedra_within
-from fecontact.mesh.shells import shells_of
+from fecontact.mesh.shells import Shells, shells_of
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.mesh.tet_to_hex import divided
-from fecontact.surfaces.changes import changed, triangulated
+from fecontact.surfaces.changes import changed, distance, enclosed_volume, triangulated
 from fecontact.surfaces.smooth_fit import fitted_facets
+
+#: Error of the volume, and distance from the surface over its size, up to which a mesh is not made finer.
+CLOSE = 0.01
+#: How often it is made finer, the least and largest share of the size then, and the most cells that come of it.
+MOST_TRIALS, SHARES, MOST_CELLS = 2, (0.4, 0.8), 20_000
 
 
 def mesh_solid(
@@ -68,14 +78,16 @@ def mesh_solid(
     Mesh
         Boundaries 'surface_1', 'surface_2', ... : those of CAD files as gmsh numbers them; parts of a surface between
         edges sharper than 40 degrees, from the largest. Element sets 'volume_1', ...; physical groups of a ``.geo``
-        file by their names. Name others with `fecontact.pick`. A note tells how far a surface was changed.
+        file by their names. Name others with `fecontact.pick`. A note says how far a surface was changed. A mesh
+        within a surface that is more than 1 % off in volume, or in distance over its size, is made finer unless `size`
+        is given, and one whose cells fold always; a warning, which results repeat, says what is left.
 
     Raises
     ------
     MissingPackageError, InputError
     MeshError
-        If a surface is open, runs through itself or faces inwards, with the place and what to do. If gmsh cannot read
-        or mesh the file, or its process crashes; its message is passed on.
+        If a surface is open, runs through itself or faces inwards, with the place and what to do. If gmsh
+        cannot read or mesh the file, or its process crashes; its message is passed on. If its cells fold.
 
     Examples
     --------
@@ -94,11 +106,67 @@ def mesh_solid(
     return _within(read_surface(path), sizes, path.name, scale)
 
 
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A mesh of what a surface encloses, with what is wrong with it.
+
+    `volume` is its distance from what lies between the volume of the facets and that of the smooth surface through
+    them, relative to it; `away` the largest distance of the facets' corners from it, relative to their size; `fault` is
+    why no body could be made of it.
+    """
+
+    mesh: Mesh
+    volume: float
+    away: float
+    fault: MeshError | None
+
+    @property
+    def off(self) -> float:
+        """The larger of both; infinite for a mesh that cannot be used."""
+        return np.inf if self.fault is not None else max(self.volume, self.away)
+
+
 def _within(surface: SurfaceMesh, sizes: Sizes, source: str, scale: float) -> Mesh:
-    """Mesh of what a surface encloses, its nodes on the smooth surface."""
+    """Mesh of what a surface encloses, its nodes on the smooth surface; finer where it is too far from it."""
     lengths(scale=scale)
     points, triangles = triangulated(surface)
     shells = shells_of(points, triangles, source)
+    best = _trial(points, triangles, shells, sizes, source)
+    told: tuple[str, ...] = ()
+    wanted = sizes.size is not None
+    for _ in range(MOST_TRIALS):
+        # a size that was asked for is kept, with a warning, where a body can be made of the mesh
+        if best.off <= CLOSE or (wanted and best.fault is None):
+            break
+        # errors go down with the square of the size
+        share = float(np.clip(0.9 * np.sqrt(CLOSE / best.off), *SHARES))
+        sizes = sizes.finer(share, float(np.linalg.norm(np.ptp(points, axis=0))))
+        if len(best.mesh.cells) > MOST_CELLS * share**3:
+            break
+        try:
+            now = _trial(points, triangles, shells, sizes, source)
+        except MeshError:
+            break
+        if now.off < best.off:
+            best = now
+            told = (f"{source}: elements of size {sizes.size:.3g}, as larger ones do not follow the surface.",)
+    if best.fault is not None:
+        raise MeshError(
+            f"{source} is too thin or too curved for elements of this size: {best.fault} Take a smaller size."
+        )
+    mesh = best.mesh
+    warnings: tuple[str, ...] = ()
+    if best.off > CLOSE:
+        warnings = (
+            f"{source}: the volume of the mesh is {100 * best.volume:.2g} % off and its surface up to "
+            f"{100 * best.away:.2g} % of its size from the facets. Smaller elements (size=) follow it better.",
+        )
+    mesh = replace(mesh, notes=(*surface.notes, *told, *mesh.notes), warnings=warnings)
+    return mesh if scale == 1 else mesh.scaled(scale)
+
+
+def _trial(points: Array, triangles: IntArray, shells: Shells, sizes: Sizes, source: str) -> _Trial:
+    """One mesh."""
     mesh, part = tetrahedra_within(points, triangles, shells, sizes, source)
     facets = triangles[:, [0, 1, 2, 2]]
     fits = fitted_facets(points, facets, {f"surface_{k + 1}": part == k for k in range(part.max() + 1)})
@@ -108,5 +176,31 @@ def _within(surface: SurfaceMesh, sizes: Sizes, source: str, scale: float) -> Me
     held = f", {drawn} nodes less far on it, lest cells fold" if drawn else ""
     far = changed(points, facets, mesh.points, mesh.skin)
     told = f"{len(facets)} facets were replaced by {len(mesh.outer)}; {far}{held}"
-    mesh = replace(mesh, notes=(*surface.notes, *mesh.notes, f"{source}: {told}."))
-    return mesh if scale == 1 else mesh.scaled(scale)
+    fault = None
+    try:
+        check_cells(mesh)
+    except MeshError as error:
+        fault = error
+    flat, smooth = enclosed_volume(points, facets), _smooth_volume(points, triangles, part, fits)
+    found = enclosed_volume(mesh.points, mesh.skin)
+    low, high = sorted((flat, smooth))
+    volume = max(low - found, found - high, 0.0) / abs(smooth)
+    away = distance(points, facets, mesh.points, mesh.skin) / float(np.linalg.norm(np.ptp(points, axis=0)))
+    return _Trial(replace(mesh, notes=(*mesh.notes, f"{source}: {told}.")), volume, away, fault)
+
+
+def _smooth_volume(points: Array, triangles: IntArray, part: IntArray, fits: Mapping[str, Placement]) -> float:
+    """Volume within quadratic facets through the corners of triangles, the middles of their sides on the fits."""
+    x, facets = [points], []
+    start = len(points)
+    for k in range(part.max() + 1):
+        own = triangles[part == k]
+        middles = ((points[own] + points[np.roll(own, -1, axis=1)]) / 2).reshape(-1, 3)
+        if (fit := fits.get(f"surface_{k + 1}")) is not None:
+            middles = fit.placed(middles)
+        ab, bc, ca = (start + np.arange(3 * len(own))).reshape(-1, 3).T
+        a, b, c = own.T
+        facets.append(np.stack([a, b, c, c, ab, bc, c, ca], axis=1))
+        x.append(middles)
+        start += len(middles)
+    return enclosed_volume(np.concatenate(x), np.concatenate(facets))

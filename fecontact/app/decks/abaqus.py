@@ -44,6 +44,8 @@ OF_TIES = ("CYCLIC SYMMETRY", "MULTISTAGE", "FLUID PERIODIC")
 #: Overclosure of a linear law under a pressure, relative to the shortening of the mesh's size under it, below which the
 #: law is a penalty, as programs need one, and not meant as a soft layer.
 PENALTY = 0.01
+#: Types of elements that bend more than those of full integration.
+SOFTER = r"C3D8[RI]"
 #: Types of plane and axisymmetric elements.
 PLANE = re.compile(r"C(PS|PE|PEG|AX|GAX)\d")
 
@@ -141,6 +143,9 @@ def read_deck(path: Path) -> DeckContent:
     state = StepState(np.full(shape, np.nan), np.zeros(shape), np.zeros(shape, bool))
     first = next((k for k, s in enumerate(keywords) if s.keyword == "STEP"), len(keywords))
     refuse_heat(keywords)
+    for s in keywords:
+        if s.keyword == "ELEMENT" and re.match(SOFTER, kind := s.parameters.get("TYPE", "").upper()):
+            found.said.note(f"{path.name}: elements of type {kind} are integrated in full, so they bend less here.")
     try:
         owner: list[KeywordSection] = []
         for s in keywords[:first]:

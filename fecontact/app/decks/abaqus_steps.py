@@ -23,6 +23,8 @@ from fecontact.mesh.mesh import Mesh
 NAMED = {"XSYMM": (0,), "YSYMM": (1,), "ZSYMM": (2,), "ENCASTRE": (0, 1, 2), "PINNED": (0, 1, 2)}
 #: Procedures of steps whose loads are static.
 STATIC = ("STATIC", "VISCO")
+#: Difference of values of an amplitude, relative to the largest, that is rounding of a file.
+ROUNDING = 1e-9
 #: Keywords of loads and supports, and parameters that change their meaning.
 LOADS = ("BOUNDARY", "CLOAD", "DLOAD", "DSLOAD")
 MEANING = ("USER", "SUBMODEL", "TIME DELAY", "SECTOR", "FOLLOWER", "CYCLIC MODE", "OMEGA0", "PHASE", "FIXED")
@@ -97,6 +99,13 @@ class Amplitude:
         return cls(
             flat[::2] + shifts[0], flat[1::2] + shifts[1], total, s.parameters.get("VALUE", "").upper() == "ABSOLUTE"
         )
+
+    def goes_beyond(self, start: float, end: float) -> bool:
+        """Whether its values between two times exceed those at them, but for rounding."""
+        inside = self.values[(self.times > start) & (self.times < end)]
+        low, high = sorted(float(np.interp(time, self.times, self.values)) for time in (start, end))
+        slack = ROUNDING * float(np.abs(self.values).max())
+        return bool(len(inside) and (inside.min() < low - slack or inside.max() > high + slack))
 
     def at(self, time: float, given: float) -> float:
         """The load at a time, of the value given with it."""
@@ -182,10 +191,27 @@ def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names,
             for s in step:
                 if s.keyword not in ("STEP", "END STEP", *STATIC):
                     apply(s, state, names, (its, total), said if k == len(done) else Remarks())
+                _warn_of_bends(s, state, (its, total, period), k == len(done), said)
         out.append(DeckStep(f"step {number}", state.held, state.forces, state.pressures, gravity=state.gravity))
     if not out:
         raise InputError(f"{names.source} has no static step (*STEP with *STATIC), so there is nothing to solve.")
     return out
+
+
+def _warn_of_bends(
+    s: KeywordSection, state: StepState, times: tuple[float, float, float], own: bool, said: Remarks
+) -> None:
+    """Warn of an amplitude that goes beyond its ends within a step, of which only the end is solved."""
+    found = state.amplitudes.get(s.parameters.get("AMPLITUDE", "").upper())
+    its, total, period = times
+    if found is None or not (own or found.total):
+        return
+    start, end = (total - period, total) if found.total else (0.0, its)
+    if found.goes_beyond(start, end):
+        said.warn(
+            f"{s.place}: the amplitude {s.parameters['AMPLITUDE']!r} goes beyond its ends within a step, of which only "
+            "the end is solved; with friction make each bend the end of a step."
+        )
 
 
 def follows_motion(keywords: Sequence[KeywordSection]) -> bool:

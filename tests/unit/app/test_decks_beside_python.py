@@ -135,6 +135,16 @@ def test_loads_of_steps_and_amplitudes(steps, expected, read):
     assert np.abs(np.array(forces_of(scene)) - expected).max() < 1e-9
 
 
+def test_an_amplitude_that_bends_within_a_step_and_softer_elements_are_said(read):
+    pressed = step("*DSLOAD, AMPLITUDE=A\nUP_face_top, P, 2.\n", static="*STATIC\n1., 2.\n")
+    for form, middle, bends in (("", 1.0, True), (", TIME=TOTAL TIME", -0.1, True), ("", 0.3, False)):
+        table = f"*AMPLITUDE, NAME=A{form}\n0., 0., 1., {middle}, 2., .5\n"
+        warnings = read(deck_of(SMALL, pressed, table + SLIDES)).scene.warnings
+        assert any("'A' goes beyond its ends within a step" in text for text in warnings) == bends
+    softer = read(deck_of(SMALL, step(PRESS.format(1)), SLIDES).replace("TYPE=C3D8,", "TYPE=C3D8I,"))
+    assert [note for note in softer.notes if "type C3D8I are integrated in full" in note]
+
+
 @pytest.mark.parametrize(("line", "mu"), [("*FRICTION\n, 1e5\n", 0.0), ("*FRICTION\n 3.D-1, \n", 0.3)])
 def test_a_blank_coefficient_of_friction(line, mu, read):
     scene = read(deck_of(SMALL, step(PRESS.format(1)), SLIDES, line))

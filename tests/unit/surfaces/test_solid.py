@@ -1,5 +1,7 @@
 """Solids within closed surfaces: volumes, names, smooth geometry, shells, and what is refused."""
 
+from dataclasses import replace
+
 import meshio
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.crossing import crossing_triangles
+from fecontact.mesh.orient import oriented
 from fecontact.mesh.shells import shells_of
 from fecontact.surfaces.changes import enclosed_volume, triangulated
 
@@ -202,3 +205,48 @@ def test_quadratic_facets_keep_their_nodes():
     x = points - [0, 0, points[:, 2].mean()]
     assert volume_of_triangles(x, triangles) > 0
     assert abs(volume_of_triangles(x, triangles) / enclosed_volume(x, triangles[:, [0, 1, 2, 2]]) - 1) < 1e-12
+
+
+def ring(R, r, n, m):
+    """Points and outward triangles of a torus."""
+    u, v = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
+    a, b = 2 * np.pi * u / n, 2 * np.pi * v / m
+    x = np.stack([(R + r * np.cos(b)) * np.cos(a), (R + r * np.cos(b)) * np.sin(a), r * np.sin(b)], axis=1)
+
+    def at(i, j):
+        return (u + i) % n * m + (v + j) % m
+
+    corners = np.stack([at(0, 0), at(1, 0), at(1, 1), at(0, 1)], axis=1)
+    return x, np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+
+
+def test_elements_become_finer_until_they_follow_the_surface():
+    # a ring as thick as elements of a fifteenth of its size, by which its volume is 10 % off
+    points, triangles = ring(1.0, 0.12, 16, 10)
+    mesh = fc.mesh_solid(surface(points, triangles), element="tet4")
+    volume = enclosed_volume(mesh.points, mesh.skin)
+    # between that of the facets and that of the torus
+    assert volume_of_triangles(points, triangles) * 0.99 < volume < 2 * np.pi**2 * 0.12**2 * 1.01
+    assert any("elements of size 0.0847, as larger ones do not follow the surface" in note for note in mesh.notes)
+    assert not mesh.warnings
+
+
+def test_a_size_that_is_too_large_is_kept_with_a_warning_of_the_result():
+    mesh = fc.mesh_solid(surface(*ring(1.0, 0.2, 16, 12)), size=0.5, element="tet4")
+    (told,) = mesh.warnings
+    assert "the volume of the mesh is 32 % off" in told
+    assert mesh.scaled(2.0).warnings == mesh.warnings
+    held = replace(mesh, node_sets={"held": np.flatnonzero(mesh.points[:, 2] < 0)})
+    body = fc.ElasticBody(held, fc.Material(1.0, 0.3), "surface_1", {"held": "xyz"}, name="ring", geometry="plain")
+    above = fc.Pose(fc.rotation_about((1, 0, 0), np.pi), (0, 0, mesh.points[:, 2].max() - 1e-3))
+    plate = fc.RigidBody(fc.Plane(), pose=above)
+    result = fc.Scene([body, plate], [fc.Contact(body, plate)]).solve()
+    assert f"'ring': {told}" in result.warnings
+
+
+def test_a_surface_that_branches_is_no_moebius_strip():
+    # a triangular tent with a wall within: three facets at one side
+    x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
+    facets = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4], [2, 4, 3], [1, 2, 4], [1, 3, 4], [0, 2, 4], [0, 3, 4]])
+    with pytest.raises(fc.MeshError, match=r"branches: \d facets meet at the side between points 0 and \d"):
+        oriented(x, facets[:, [0, 1, 2, 2]])
