@@ -50,11 +50,14 @@ class EnergyError:
         Of the difference between recovered and found strains; of two fields, the product of their differences.
     energy : (n,) array
         Of the found strains.
+    largest : float
+        Largest component of the found strains.
     """
 
     cells: IntArray
     error: Array
     energy: Array
+    largest: float = 0.0
 
 
 #: Of a body without elements.
@@ -101,9 +104,11 @@ def energy_error(
     """
     error, energy = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
     skin, along = (np.zeros(0, np.int64), np.zeros((0, 3, 3))) if free is None else _free_skin(mesh, free)
+    largest = 0.0
     for part in by_material(lame, shear, cells):
         some = mesh if len(part) == len(mesh.cells) else _only(mesh, part)
         strains = [gauss_strain(some, each, selective)[0] for each in (u, other) if each is not None]
+        largest = max(largest, float(np.nanmax(np.abs(strains[0]))))
         smooth = [to_nodes(some, _completed(some, e, lame[part], shear[part]), complete=True) for e in strains]
         for each in smooth:
             each[skin] = without_traction(each[skin], along, lame[part[0]], shear[part[0]])
@@ -117,7 +122,7 @@ def energy_error(
             moduli = lame[at, None], shear[at, None]
             error[at] = (dV * energy_density(missed[0], *moduli, missed[-1])).sum(axis=1)
             energy[at] = (dV * energy_density(own[0], *moduli)).sum(axis=1)
-    return EnergyError(cells, error[cells], energy[cells])
+    return EnergyError(cells, error[cells], energy[cells], largest)
 
 
 def _free_skin(mesh: Mesh, free: Mask) -> tuple[IntArray, Array]:
@@ -196,9 +201,9 @@ def _completed(mesh: Mesh, strain: Array, lame: Array, shear: Array) -> Array:
         det = determinant_3x3(jacobians(x, quadrature_basis(8, group.pattern, ())[1]))
         inverse, middle = inverse_3x3(jacobians(x, element_basis(8, group.pattern, (), np.full((1, 3), 0.5))[1])[:, 0])
         g, c = inverse / 2, (1 - 2 * X) * (middle[:, None] / det)[..., None]
-        stress = hooke(strain[cells, : len(W)], lame[cells, None], shear[cells, None])[..., SYMMETRIC]
-        pull = np.einsum("cqk,cqij->ckij", c * (det * W)[..., None], stress, optimize=True)
-        pull = np.einsum("ckij,ckj->cki", pull, g) / (c**2 * (det * W)[..., None]).sum(axis=1)[..., None]
+        stress = hooke(strain[cells, : len(W)], lame[cells, None], shear[cells, None])
+        moments = (np.swapaxes(c * (det * W)[..., None], 1, 2) @ stress)[..., SYMMETRIC]
+        pull = (moments @ g[..., None])[..., 0] / (c**2 * (det * W)[..., None]).sum(axis=1)[..., None]
         square = (g**2).sum(axis=2, keepdims=True)
         ratio = ((lame + shear) / (lame + 2 * shear))[cells, None, None]
         a = (ratio * g * (g * pull).sum(axis=2, keepdims=True) / square - pull) / (shear[cells, None, None] * square)

@@ -157,7 +157,7 @@ class SectionModel(Model):
             missed = [points.N @ s[nodes] - e[part] for s, e in zip(smooth, strains, strict=True)]
             error[part] = (volume[part] * energy_density(missed[0], *moduli, missed[-1])).sum(axis=1)
             energy[part] = (volume[part] * energy_density(strains[0][part], *moduli)).sum(axis=1)
-        return EnergyError(cells, error[cells], energy[cells])
+        return EnergyError(cells, error[cells], energy[cells], float(np.abs(strains[0]).max(initial=0.0)))
 
     def _free_skin(self, free: Mask) -> tuple[IntArray, Array]:
         """Points of the outer sides without traction, and projections along these sides; see `free_points`."""

@@ -70,8 +70,9 @@ class Step:
         return {name: error for name, error in found.items() if error is not None and math.isfinite(error)}
 
     def over(self, accuracy: float | Mapping[str, float]) -> float:
-        """Largest ratio of an error to the accuracy asked of it."""
-        found = self.errors
+        """Largest ratio of an error to the accuracy asked of it; what is not resolved is off by all of it."""
+        unresolved = {} if math.isfinite(self.area_error) else {"peak": 1.0, "area": 1.0}
+        found = unresolved | self.errors
         return max(found.get(name, 0.0) / wanted for name, wanted in asked(accuracy).items())
 
     def text(self, accuracy: float | Mapping[str, float]) -> str:

@@ -89,9 +89,11 @@ def carried_motions(result: SolvedScene) -> Iterator[str]:
 
 def large_strains(result: SolvedScene) -> Iterator[str]:
     """Warnings of strains too large for small-strain elasticity."""
-    displacements = {id(b): u for b, u in zip(result.scene.bodies, result.state.displacements, strict=True)}
+    found = zip(result.scene.bodies, result.state.displacements, result.response_errors.primal, strict=True)
+    displaced = {id(body): (u, errors) for body, u, errors in found}
     for body in result.elastic_bodies:
-        strain = float(np.nanmax(np.abs(body.model.gauss_strain(displacements[id(body)]))))
+        u, errors = displaced[id(body)]
+        strain = errors.largest if len(errors.cells) else float(np.nanmax(np.abs(body.model.gauss_strain(u))))
         if strain > LARGEST_STRAIN:
             yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
 

@@ -25,6 +25,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.fem.route import memory_budget
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import FIGURES, Convergence, Step, asked
+from fecontact.results.response_error import ResponseError
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, with_bodies
 from fecontact.scene.marking import (
@@ -93,14 +94,23 @@ class Target:
             if getattr(self, name) is not None:
                 positive(f"The limit {name}", getattr(self, name))
 
+    @property
+    def of_response(self) -> bool:
+        """Whether errors of forces or motions are asked for."""
+        return not asked(self.accuracy).keys().isdisjoint(vars(ResponseError()))
+
     def pressure(self, estimate: ErrorEstimate) -> float | None:
         """Error of the pressure of a contact at which it, its peak and its area are as asked; None where none is."""
         found = {"pressure": estimate.worst, "peak": estimate.peak, "area": estimate.area}
-        of_figure = {n: wanted * estimate.worst / found[n] for n, wanted in self._wanted(found) if found[n] > 0}
-        return min(of_figure.values(), default=None)
+        of_figure = [wanted * estimate.worst / found[n] for n, wanted in self._wanted(found) if found[n] > 0]
+        if not estimate.resolved:
+            of_figure += [wanted for n, wanted in asked(self.accuracy).items() if n in ("peak", "area")]
+        return min(of_figure, default=None)
 
     def response(self, result: ContactResult) -> tuple[str, float] | None:
         """Name of the error of forces and motions that is farthest above what is asked, and how far; None: none is."""
+        if not self.of_response:
+            return None
         found = {n: e for n, e in vars(result.response_error).items() if e is not None and n in asked(self.accuracy)}
         over = {n: SAFETY * found[n] / wanted for n, wanted in self._wanted(found)}
         worst = max(over, key=over.__getitem__, default=None)
@@ -132,7 +142,7 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
     poses: list[Pose] = []
     while True:
         result = solve(now.scene, now.loads(arguments), known, poses)
-        steps.append(_step(result, time.perf_counter() - start))
+        steps.append(_step(result, target, time.perf_counter() - start))
         factors = sum({id(c): c.memory for b in result.elastic_bodies if (c := b.model.condensation)}.values())
         reason, finer = _reason_to_end(steps, target, factors), None
         if not reason:
@@ -140,6 +150,7 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
         if finer is None:
             met = SAFETY * steps[-1].over(target.accuracy) <= 1
+            steps[-1] = replace(steps[-1], **_response(result))
             told = Convergence(target.accuracy, tuple(steps), met, reason)
             return replace(result, unrefined=tuple(scene.bodies), convergence=told)
         moved = any(b.pose is not before.pose for b, before in zip(result.scene.bodies, now.scene.bodies, strict=True))
@@ -148,7 +159,7 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
         known = [_known(c, i) for c, i in zip(result.contacts, result.interfaces, strict=True)]
 
 
-def _step(result: ContactResult, seconds: float) -> Step:
+def _step(result: ContactResult, target: Target, seconds: float) -> Step:
     estimates = [c.error_estimate for c in result.contacts if c.active.any()]
     hanging = [b.mesh.hanging for b in result.elastic_bodies]
     # of a contact between the nodes nothing is known
@@ -164,8 +175,14 @@ def _step(result: ContactResult, seconds: float) -> Step:
         area=sum(c.whole.area for c in result.contacts),
         seconds=seconds,
         area_error=max([unknown, *(e.area for e in estimates)]),
-        **{name: unknown or error for name, error in vars(result.response_error).items()},
+        **_response(result, target.of_response),
     )
+
+
+def _response(result: ContactResult, known: bool = True) -> dict[str, float | None]:
+    """Errors of forces and motions where they are to be known: the whole of them where bodies overlap unseen."""
+    unseen = any(c.between_nodes.overlap for c in result.contacts)
+    return {n: 1.0 if unseen else e for n, e in vars(result.response_error).items()} if known else {}
 
 
 def _reason_to_end(steps: Sequence[Step], target: Target, factors: int, least: float = 1.0) -> str:

@@ -9,13 +9,14 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import axisymmetric
-from fecontact.bodies import AxisymmetricBody
+from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
 from fecontact.surfaces import FunctionSurface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from estimate_cases import CONTACT, HALF_TURN, MODULUS, SOFT, positions
 from estimate_runs import runs
+from hanging_meshes import boxed, part
 
 #: The first two sizes of every family; the others are in docs/error_estimates.md.
 RUNS = [run for _, family in groupby(runs(), key=lambda run: run[0]) for run in list(family)[:2]]
@@ -70,3 +71,99 @@ def test_peak_and_area_below_a_flat_tip(n, first, row):
             f"tip r^{n}, faces of {first}", f"estimated over true error, {name}", 1.0, told / error, most, result.n_dofs
         )
         assert 0.5 <= told / error <= most
+
+
+#: Scenes in which bodies bend or yield as a whole: made from cells, pressed by a rigid shape that is moved by so much
+#: or pushed by a force; the force or the motion then found on cells divided by `accuracy={"pressure": 0.03, "force" or
+#: "approach": 0.0025}` from 8 x 8 x 4 of 20 nodes (sections: 24 x 12), which is off by .2 %.
+FORCES = {
+    "plate": (0.1, 0.003468),
+    "cantilever": (1.0, 0.00085168),
+    "block": (0.03, 0.0107188),
+    "beside an edge": (0.03, 0.0067354),
+    "two blocks": (0.03, 0.00699005),
+    "thin section": (0.05, 0.00014283),
+    "thin disc": (0.05, 0.00279693),
+}
+
+
+def ball_on(mesh, supports, place, radius):
+    """An elastic body and a rigid ball on its top."""
+    body = fc.ElasticBody(mesh, SOFT, "top", supports, name="body")
+    ball = fc.RigidBody(fc.Sphere(radius), name="ball").placed(place)
+    return fc.Scene([body, ball], [fc.Contact(body, ball)]), ball, -1.0
+
+
+def bent(name, kind, cells):
+    """A scene by its name, its moved body and the sign of what moves it along z."""
+    if name == "plate":
+        mesh = boxed(part(kind, (0, 0, 0), (5, 5, 1), cells))
+        clamped = {"x_min": "x", "y_min": "y", "x_max": "xyz", "y_max": "xyz"}
+        return ball_on(mesh, clamped, (0, 0, 1), 20.0)
+    if name == "cantilever":
+        mesh = boxed(part(kind, (0, 0, 0), (8, 0.5, 1), cells))
+        return ball_on(mesh, {"x_min": "xyz", "y_min": "y"}, (6.4, 0, 1), 5.0)
+    if name in ("block", "beside an edge"):
+        mesh = boxed(part(kind, (0, 0, 0), (2, 1, 1), cells))
+        return ball_on(mesh, {"bottom": "xyz", "y_min": "y"}, (1.0 if name == "block" else 0.15, 0, 1), 4.0)
+    if name == "two blocks":
+        lower, upper = (boxed(part(kind, (0, 0, 0), (2, 1, 1), n)) for n in cells)
+        upper = upper.mapped(
+            lambda x: x + np.outer(((x[:, 0] - 1) ** 2 + x[:, 1] ** 2) / 12 * (1 - x[:, 2]), [0, 0, 1])
+        )
+        one = fc.ElasticBody(lower, SOFT, "top", {"bottom": "xyz", "y_min": "y"}, name="lower")
+        other = fc.ElasticBody(upper, SOFT, "bottom", {"top": "xyz", "y_min": "y"}, name="upper").placed((0, 0, 1.0))
+        return fc.Scene([one, other], [fc.Contact(one, other)]), other, -1.0
+    mesh = section_shapes.rectangle((5.0, 0.7), cells, names=("sx", "side", "cap", "base"))
+    shape, kind_of_body, held = (
+        (fc.Cylinder(20.0), PlaneBody, {"side": "xz", "sx": "x"})
+        if name == "thin section"
+        else (fc.Sphere(20.0), AxisymmetricBody, {"side": "xz"})
+    )
+    body, rigid = kind_of_body(mesh, SOFT, "cap", held), fc.RigidBody(shape).placed(rotation=HALF_TURN)
+    return fc.Scene([body, rigid], [fc.Contact(body, rigid)]), rigid, 1.0
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    ("name", "kind", "cells"),
+    [
+        ("plate", "hex8", (4, 4, 1)),
+        ("plate", "hex8", (8, 8, 2)),
+        ("plate", "hex20", (4, 4, 1)),
+        ("plate", "tet10", (4, 4, 1)),
+        ("cantilever", "hex8", (8, 1, 2)),
+        ("cantilever", "hex8", (16, 2, 4)),
+        ("cantilever", "hex20", (8, 1, 2)),
+        ("block", "hex8", (8, 4, 4)),
+        ("beside an edge", "hex8", (8, 4, 4)),
+        ("two blocks", "hex8", ((8, 4, 4), (6, 3, 3))),
+        ("thin section", "quad8", (4, 1)),
+        ("thin section", "quad8", (8, 2)),
+        ("thin disc", "quad8", (4, 1)),
+        ("thin disc", "quad8", (8, 2)),
+    ],
+)
+def test_force_of_bodies_that_bend(name, kind, cells, row):
+    """Estimated over true error of the force, meshes divided to 5 % of the pressure alone."""
+    scene, moved, sign = bent(name, kind, cells)
+    way, true = FORCES[name]
+    result = scene.solve(motions={moved: {"z": sign * way}}, finite_motion=False, accuracy=0.05)
+    error = result.contacts[0].total_force / true - 1
+    told = result.response_error.force
+    row(f"{name}, {kind}, {cells}", "estimated over true error of the force", 1.2, told / error, 1.5, result.n_dofs)
+    assert 0.5 <= told / error <= 3.0
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    ("kind", "cells"), [("hex8", (4, 4, 1)), ("hex20", (4, 4, 1)), ("hex20", (6, 6, 1)), ("hex20", (5, 5, 2))]
+)
+def test_approach_of_a_plate(kind, cells, row):
+    """Estimated over true error of the approach under a given force; the motion found as the forces above."""
+    scene, ball, _ = bent("plate", kind, cells)
+    result = scene.solve(forces={ball: (0, 0, -0.01)}, finite_motion=False, accuracy=0.05)
+    error = 0.237802 / abs(result.rigid_motion(ball).translation[2]) - 1
+    told = result.response_error.approach
+    row(f"plate, {kind}, {cells}", "estimated over true error of the approach", 1.2, told / error, 1.5, result.n_dofs)
+    assert 0.5 <= told / error <= 3.0
