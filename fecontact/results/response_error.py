@@ -38,7 +38,7 @@ from fecontact.solvers import Solution
 STIFFEST = 0.9
 #: Error of forces over that of recovered strains: 1 in bending of linear cells, up to 2 beside clamped edges, where the
 #: strains have no bound and those recovered are too smooth.
-STIFFNESS = 1.5
+STIFFNESS = 1.65
 #: Largest number of closed points for which changes of forces are found, by a factor of their compliance.
 MOST_POINTS = 4000
 #: Contacts, the most loaded, whose forces are estimated.

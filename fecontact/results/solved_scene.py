@@ -357,7 +357,7 @@ class SolvedScene:
         >>> ball = fc.RigidBody(fc.Sphere(5.0)).placed((6.4, 0.0, 1.0))
         >>> result = fc.Scene([beam, ball], [fc.Contact(beam, ball)]).solve(motions={ball: {"z": -0.1}})
         >>> print(result.response_error)
-        force about 21 %
+        force about 23 %
         """
         return self.response_errors.estimate
 

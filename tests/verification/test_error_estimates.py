@@ -11,7 +11,7 @@ import fecontact as fc
 from fecontact.analytic import axisymmetric
 from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
-from fecontact.surfaces import FunctionSurface
+from fecontact.surfaces import Cylinder, FunctionSurface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from estimate_cases import CONTACT, HALF_TURN, MODULUS, SOFT, positions
@@ -116,7 +116,7 @@ def bent(name, kind, cells):
         return fc.Scene([one, other], [fc.Contact(one, other)]), other, -1.0
     mesh = section_shapes.rectangle((5.0, 0.7), cells, names=("sx", "side", "cap", "base"))
     shape, kind_of_body, held = (
-        (fc.Cylinder(20.0), PlaneBody, {"side": "xz", "sx": "x"})
+        (Cylinder(20.0), PlaneBody, {"side": "xz", "sx": "x"})
         if name == "thin section"
         else (fc.Sphere(20.0), AxisymmetricBody, {"side": "xz"})
     )
@@ -145,10 +145,11 @@ def bent(name, kind, cells):
     ],
 )
 def test_force_of_bodies_that_bend(name, kind, cells, row):
-    """Estimated over true error of the force, meshes divided to 5 % of the pressure alone."""
+    """Estimated over true error of the force, meshes divided to 5 % of the pressure alone (two blocks: 10 %)."""
     scene, moved, sign = bent(name, kind, cells)
     way, true = FORCES[name]
-    result = scene.solve(motions={moved: {"z": sign * way}}, finite_motion=False, accuracy=0.05)
+    accuracy = 0.1 if name == "two blocks" else 0.05
+    result = scene.solve(motions={moved: {"z": sign * way}}, finite_motion=False, accuracy=accuracy)
     error = result.contacts[0].total_force / true - 1
     told = result.response_error.force
     row(f"{name}, {kind}, {cells}", "estimated over true error of the force", 1.2, told / error, 1.5, result.n_dofs)
