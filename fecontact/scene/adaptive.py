@@ -179,7 +179,7 @@ def _step(result: ContactResult, target: Target, seconds: float) -> Step:
     )
 
 
-def _response(result: ContactResult, known: bool = True) -> dict[str, float | None]:
+def _response(result: ContactResult, known: bool = True) -> dict[str, Any]:
     """Errors of forces and motions where they are to be known: the whole of them where bodies overlap unseen."""
     unseen = any(c.between_nodes.overlap for c in result.contacts)
     return {n: 1.0 if unseen else e for n, e in vars(result.response_error).items()} if known else {}
