@@ -23,7 +23,7 @@ from fecontact.bodies.local.known import Known
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.opposite import half_space_opposite
 from fecontact.bodies.local.placing import facing_window, free_facets, place_window
-from fecontact.bodies.local.remainder import Remainder, checked, surface_weights
+from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_weights
 from fecontact.bodies.local.sources import inclined, principal
 from fecontact.bodies.local.stack import material_at
 from fecontact.bodies.local.surface import window_surface
@@ -197,7 +197,9 @@ class LocalBody(OnMesh):
         """What its compliance is beside a half-space's; the same object in every pose."""
         if "remainder" not in self.shared:
             found = self.known.remainder(self.factored, self.window, self.material)
-            self.shared["remainder"] = checked(found, self.name)
+            if found.defect > LARGEST_DEFECT:
+                found = self.known.on_divided_mesh(self.body, found, self.name)
+            self.shared["remainder"] = found
         return cast(Remainder, self.shared["remainder"])
 
     @property

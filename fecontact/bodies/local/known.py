@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.local.dividing import on_divided_mesh
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.remainder import Remainder, remainder
 from fecontact.bodies.local.window import Window
@@ -55,6 +57,12 @@ class Known:
                 return found
         made = remainder(factored, window, material)
         self.remainders[:] = [*self.remainders, (factored, made)][-LAST:]
+        return made
+
+    def on_divided_mesh(self, body: ElasticBody, found: Remainder, name: str) -> Remainder:
+        """A remainder that is not symmetric, on a finer mesh in its stead, see `dividing.on_divided_mesh`."""
+        made = on_divided_mesh(body, found.window, found.material, found, name)
+        self.remainders[:] = [(by, made if other is found else other) for by, other in self.remainders]
         return made
 
 

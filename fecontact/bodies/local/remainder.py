@@ -29,7 +29,6 @@ from fecontact.bodies.local.sources import own_part, singular_part, sources
 from fecontact.bodies.local.stack import Stack, stack_below
 from fecontact.bodies.local.window import Window
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.mesh.facets import facet_integrals
 from fecontact.mesh.mesh import Mesh
@@ -49,7 +48,7 @@ DECAY = 0.7
 """Ratio of these coefficients at one order to those at the last from which more nodes are of no use."""
 
 LARGEST_DEFECT = 0.01
-"""Asymmetry of the remainder, relative to the mean compliance of the window, from which the model is refused."""
+"""Asymmetry of the remainder, relative to the mean compliance of the window, from which it is found on a finer mesh."""
 
 BESIDE = 0.05
 """Distance from a window's relief, relative to the window, up to which faces are taken to be on it."""
@@ -147,23 +146,6 @@ def remainder(factored: Factored, window: Window, material: Material) -> Remaind
         found = _at_order(factored, window, material, order, stack)
         if found.tail > DECAY * before:
             break
-    return found
-
-
-def checked(found: Remainder, name: str) -> Remainder:
-    """The remainder of a body, unless it is too far from symmetric.
-
-    Raises
-    ------
-    InputError
-    """
-    if found.defect > LARGEST_DEFECT:
-        raise InputError(
-            f"The compliance of {name!r} in its window contradicts Betti's theorem by {100 * found.defect:.2g} %, more "
-            f"than {100 * LARGEST_DEFECT:g} %: its mesh is too coarse for what lies beside or below the window (edges, "
-            "holes, supports, layers). Take a finer mesh there, or a smaller window; its sides are "
-            f"{found.window.grid.size}."
-        )
     return found
 
 

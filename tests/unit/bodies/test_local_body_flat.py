@@ -7,6 +7,7 @@ import scipy.sparse as sp
 import fecontact as fc
 from fecontact.bodies.halfspace.smooth import SmoothTerm
 from fecontact.bodies.local.chebyshev import coefficients, interpolation, nodes
+from fecontact.bodies.local.remainder import remainder
 from fecontact.common.stopwatch import Stopwatch
 
 SOLID = fc.Material(E=2.0, nu=0.3)
@@ -133,11 +134,28 @@ def test_refusals(case: str) -> None:
         fc.LocalBody(**{"body": block(), **options})
 
 
-def test_a_mesh_too_coarse_for_the_edge_beside_the_window_is_refused() -> None:
+def test_a_window_at_an_edge_is_refused_if_that_takes_too_many_cells(monkeypatch) -> None:
+    monkeypatch.setattr("fecontact.bodies.local.dividing.MOST_CELLS", 150)  # three times its own are divided anyway
     local = fc.LocalBody(block(), (0.31, 2.0, 2.0), 0.6, (8, 8))
-    with pytest.raises(fc.InputError, match="contradicts Betti's theorem"):
+    with pytest.raises(fc.InputError, match=r"contradicts Betti's theorem .* it would take more than \d+ cells"):
         local.remainder  # noqa: B018
     assert fc.LocalBody(block(), (2.0, 2.0, 2.0), 0.6, (8, 8)).remainder.defect < 0.01
+
+
+def test_a_mesh_too_coarse_for_the_edge_beside_the_window_is_divided() -> None:
+    body = block()
+    local = fc.LocalBody(body, (0.28, 2.0, 2.0), 0.4, (8, 8))
+    before = remainder(local.factored, local.window, local.material)
+    assert before.defect > 0.01
+    assert local.remainder.defect <= 0.01
+    assert len(local.remainder.fields) == len(before.fields)  # at the body's own nodes
+    fine = fc.ElasticBody(fc.shapes.block((4.0, 4.0, 2.0), (12, 10, 5), element="hex20"), SOLID, supports=body.supports)
+    exact = fc.LocalBody(fine, (0.28, 2.0, 2.0), 0.4, (8, 8)).remainder
+    # the check allows 1 % of the mean compliance
+    assert abs(local.remainder.mean / exact.mean - 1) < 0.01
+    ball = fc.RigidBody(fc.Sphere(5.0), pose=fc.Pose(translation=(0.28, 2.0, 2.0)))
+    result = fc.Scene([local, ball], [fc.Contact(local, ball)]).solve(forces={ball: (0.0, 0.0, -1e-3)})
+    assert result.residuals().worst < 1e-8
 
 
 def test_uniform_pressure_displaces_the_mesh_as_finite_elements_say() -> None:
