@@ -16,6 +16,7 @@ surfaces. The degree of quadrature follows the taper of both faces over a segmen
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -42,10 +43,16 @@ from fecontact.surfaces.normals import normals_of
 BLOCK = 3000
 #: Samples per block of the integration of multipliers.
 AREAS = 50_000
-#: Covered share of a multiplier's area below which it is joined to the nearest multiplier with a larger share.
+#: Covered share of a multiplier's area below which, with friction, it joins the nearest with a larger share.
 SLIVER = 0.2
 #: Number of nodes that may be equally near, and the relative difference of numbers that counts as rounding.
 NEAREST, EQUAL = 8, 1e-9
+#: Covered share of a multiplier's area, over that of a neighbour, from which on nothing is lent: half a multiplier's.
+FULL = 0.5
+#: Largest share of a multiplier that acts with neighbours that have less of their area.
+MOST_LENT = 0.99
+#: The same ratio below which two multipliers would be independent by rounding only: such ones join their neighbours.
+NOTHING = 1e-4
 
 
 def pair_mortar(surfaces: SurfacePair) -> Pairing:
@@ -89,7 +96,7 @@ def pair_mortar(surfaces: SurfacePair) -> Pairing:
         samples = taken(slice(None))
     else:
         samples = _samples(slave, master, rotation, translation, share, *_own_samples(slave))
-    return replace(_paired(slave, samples, rotation, translation, near), share=share)
+    return replace(_paired(slave, samples, rotation, translation, near, surfaces.keep_samples), share=share)
 
 
 def _samples(
@@ -129,12 +136,17 @@ def _samples(
 
 
 def _paired(
-    slave: FacetSurface, samples: Samples, rotation: Array, translation: Array, near: SearchRegion | None
+    slave: FacetSurface,
+    samples: Samples,
+    rotation: Array,
+    translation: Array,
+    near: SearchRegion | None,
+    friction: bool,
 ) -> Pairing:
     """Weighted gaps of the slave's nodes from samples, or of the nodes whose multipliers are fully sampled."""
     multipliers = samples.multipliers.T.tocsr()
     weights = np.asarray(multipliers.sum(axis=1)).ravel()
-    nodes, gather, whole, n_beyond = _points(slave, weights, near)
+    nodes, gather, _, whole, n_beyond = points = _points(slave, weights, near, friction)
     multipliers = (gather @ multipliers).tocsr()
     area = np.asarray(multipliers.sum(axis=1)).ravel()
     return Pairing(
@@ -153,6 +165,7 @@ def _paired(
         slave_facet=samples.facet,
         slave_local=samples.local,
         spread=(_multipliers_at_nodes(slave, whole) @ gather.T).tocsr(),
+        mix=points.mix(area),
     )
 
 
@@ -167,7 +180,7 @@ def _paired_in_blocks(
 ) -> Pairing:
     """As `_paired`, from sums over blocks; samples are not kept."""
     weights = total_areas(blocks, len(slave.points))
-    nodes, gather, whole, n_beyond = _points(slave, weights, near)
+    nodes, gather, _, whole, n_beyond = points = _points(slave, weights, near, friction=False)
     area = gather @ weights
     nothing, of_slave, of_master = np.zeros((0, 3)), len(slave.points), len(master.points)
     none = np.zeros(0, np.int64)
@@ -189,25 +202,44 @@ def _paired_in_blocks(
         covered=np.unique(np.concatenate([b.facets for b in blocks])),
         coupling="mortar",
         spread=(_multipliers_at_nodes(slave, whole) @ gather.T).tocsr(),
+        mix=points.mix(area),
         sums=summed(blocks, gather, area, origin),
     )
 
 
-def _points(
-    slave: FacetSurface, weights: Array, near: SearchRegion | None
-) -> tuple[IntArray, sp.csr_matrix, Array, int]:
-    """Nodes that are contact points, multipliers joined to them, whole areas, number of nodes beyond the rim.
+class _Points(NamedTuple):
+    """Contact points: their nodes, multipliers (n, n_nodes), shares (n, n) in what the solver takes, nodes beyond."""
 
-    Multipliers that are not fully sampled are removed from `weights` (n_nodes,).
+    nodes: IntArray
+    gather: sp.csr_matrix
+    shares: sp.csr_matrix
+    whole: Array
+    n_beyond: int
+
+    def mix(self, area: Array) -> sp.csr_matrix:
+        """The solver's points (n, n) as means of these with areas (n,)."""
+        mixed = self.shares @ sp.diags(area)
+        return sp.csr_matrix(sp.diags(1 / (mixed @ np.ones(len(area)))) @ mixed)
+
+
+def _points(slave: FacetSurface, weights: Array, near: SearchRegion | None, friction: bool) -> _Points:
+    """Contact points from the sampled areas (n_nodes,) of all multipliers.
+
+    Multipliers that are not fully sampled are removed from `weights`. With `friction`, whose state belongs to a point,
+    slivers join others whole.
     """
     whole, ties = slave.once(_multiplier_areas), tied_multipliers(slave)
     if near is not None:
         weights[~near.nodes] = 0.0
         whole = np.where(near.nodes, whole, 0.0)
     own, full = (weights, whole) if ties is None else (ties.T @ weights, ties.T @ whole)
-    nodes, gather = _fuller(slave, own, full)
+    if friction:
+        nodes, gather = _fuller(slave, own, full)
+        shares = sp.csr_matrix(sp.eye(len(nodes)))
+    else:
+        nodes, gather, shares = _lent(slave, own, full)
     n_beyond = int((full > 0).sum() - (own > 0).sum())
-    return nodes, gather if ties is None else (gather @ ties.T).tocsr(), whole, n_beyond
+    return _Points(nodes, gather if ties is None else (gather @ ties.T).tocsr(), shares, whole, n_beyond)
 
 
 def _multipliers_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
@@ -249,6 +281,69 @@ def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray
     owner = np.concatenate([np.arange(len(nodes)), nearest[joined, place]])
     members, values = np.concatenate([nodes, slivers[joined]]), np.concatenate([np.ones(len(nodes)), parts])
     return nodes, sp.csr_matrix((values, (owner, members)), shape=(len(nodes), len(weights)))
+
+
+def _lent(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray, sp.csr_matrix, sp.csr_matrix]:
+    """Nodes of the contact points, the multipliers (n, n_nodes) that each has, and the share (n, n) of those in each.
+
+    At the rim of an overlap a multiplier has a part of its area only. Independent it would follow the peak of the
+    pressure at the rim, the closer the less it has; left out, it would move the centre of the pressure inwards, by a
+    jump where the rim passes. So it acts together with a share of its neighbours along sides of facets that have more
+    of their area. This share falls from `MOST_LENT` where it has nothing to zero where its part of its area is half of
+    theirs, as at a rim along sides of facets. All functions stay non-negative, they sum to one, and they change
+    continuously as the rim moves over the facets, and so do forces and moments.
+    """
+    cover = np.divide(weights, whole, out=np.zeros_like(whole), where=whole > 0)
+    poor, rich = _sides(slave)
+    met = (cover[poor] > 0) & (cover[rich] > cover[poor])
+    poor, rich = poor[met], rich[met]
+    ratio, n = cover[poor] / cover[rich], len(weights)
+    lost = np.zeros(n, bool)
+    lost[poor[ratio <= NOTHING]] = True
+    joined = lost[poor] & ~lost[rich]
+    lost[:] = False
+    lost[poor[joined]] = True
+    used = np.flatnonzero((weights > 0) & ~lost)
+    parts = np.where(joined, 1 / np.maximum(np.bincount(poor, joined, n), 1)[poor], 0.0)
+    diagonal = np.arange(n)
+    own = _matrix(np.where(lost, 0.0, 1.0), parts, diagonal, rich, poor)[used]
+    lent = np.where(lost[poor] | lost[rich], 0.0, MOST_LENT * np.maximum(1 - ratio / FULL, 0.0) ** 2)
+    lent /= np.maximum(np.bincount(rich, lent, n) / MOST_LENT, 1.0)[rich]
+    shares = _matrix(1.0 - np.asarray(np.bincount(rich, lent, n), dtype=float), lent, diagonal, poor, rich)
+    return used, own, shares[used][:, used]
+
+
+def _matrix(on_diagonal: Array, off: Array, diagonal: IntArray, rows: IntArray, columns: IntArray) -> sp.csr_matrix:
+    """Square matrix of a diagonal and of other entries."""
+    values, n = np.concatenate([on_diagonal, off]), len(diagonal)
+    places = np.concatenate([diagonal, rows]), np.concatenate([diagonal, columns])
+    out = sp.csr_matrix((values, places), shape=(n, n))
+    out.eliminate_zeros()
+    return out
+
+
+def _sides(slave: FacetSurface) -> tuple[IntArray, IntArray]:
+    """Pairs of nodes, either way round, at the ends of sides of the parts on which multipliers are linear."""
+    facets, k = slave.facets, slave.facets.shape[1]
+    if k == 3:
+        sides = [facets[:, [[0, 2], [2, 1]]]]
+    else:
+        quads, around = facets[~slave.triangle], [0, 4, 1, 5, 2, 6, 3, 7] if k > 4 else [0, 1, 2, 3]
+        sides = [
+            np.stack([of[:, c], of[:, np.roll(c, 1)]], axis=2)
+            for of, c in ((quads, around), (facets[slave.triangle], [0, 1, 2]))
+        ]
+        if k == 9:
+            sides.append(quads[:, [[4, 8], [5, 8], [6, 8], [7, 8]]])
+    ends = np.concatenate([s.reshape(-1, 2) for s in sides])
+    n = len(slave.points)
+    pairs = sp.csr_matrix((np.ones(2 * len(ends)), np.concatenate([ends, ends[:, ::-1]]).T), shape=(n, n))
+    ties = tied_multipliers(slave)
+    if ties is not None:
+        pairs = ties.T @ pairs @ ties
+    found = sp.coo_matrix(pairs)
+    apart = found.row != found.col
+    return found.row[apart].astype(np.int64), found.col[apart].astype(np.int64)
 
 
 def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:

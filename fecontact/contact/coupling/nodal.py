@@ -91,6 +91,9 @@ class Pairing:
         Matrix from the pressures of the contact points to those of all slave nodes; None where points are nodes.
     sums : MortarIntegrals, optional
         Given in place of samples.
+    mix : (n, n) csr_matrix, optional
+        Rows that sum to one: what the solver takes as contact points are means of these, see `mortar`; None for the
+        points themselves.
     averted : Averted
         The nearest pair left out because it does not face.
     share : float
@@ -113,6 +116,7 @@ class Pairing:
     slave_local: Array | None = None
     spread: sp.csr_matrix | None = None
     sums: MortarIntegrals | None = None
+    mix: sp.csr_matrix | None = None
     averted: Averted = NONE_AVERTED
     share: float = 0.0
 

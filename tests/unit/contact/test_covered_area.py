@@ -36,8 +36,10 @@ def test_the_area_is_that_of_the_overlap(overlap, coupling, cells):
     """Source: geometry. The whole overlap of two blocks is 1 wide; the mean pressure is the force over it."""
     contact = hanging(overlap, cells, coupling)
     assert contact.active.all()
-    assert abs(contact.area / overlap - 1) < 1e-9
-    assert abs(contact.mean_pressure * overlap - 1) < 1e-9
+    assert abs(contact.point_area / overlap - 1) < 1e-9
+    # an outline finds the rim within a face by halving it
+    assert abs(contact.area / overlap - 1) < 1e-5
+    assert abs(contact.mean_pressure * overlap - 1) < 1e-5
 
 
 @pytest.mark.parametrize("element", ["hex8", "hex27"])

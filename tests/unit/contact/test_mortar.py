@@ -183,14 +183,43 @@ def test_mortar_on_a_rigid_plane_is_uniform():
     assert np.abs(result.contacts[0].pressure - 0.01).max() < 1e-14  # uniform, exact
 
 
-def test_slivers_at_the_rim_join_fuller_hats_and_keep_the_area():
-    # an overlap that leaves 2 % of the outer column of faces: no hat of its own there, but no area is lost
+def test_slivers_at_the_rim_keep_their_area_and_act_with_their_neighbours():
+    # an overlap that leaves 2 % of the outer column of faces
     _, master = top((3, 2))
     _, slave = bottom((4, 4), shift=(0.745, 0.0, 1.0))
     pairing = pair_mortar(SurfacePair(slave, master, np.eye(3), np.zeros(3)))
     assert abs(pairing.weights.sum() - 0.255) < 1e-14
     assert np.abs(pairing.average.sum(axis=1) - 1).max() < 1e-13
-    assert (pairing.weights / multiplier_areas(slave)[pairing.nodes]).min() >= 0.2
+    mix = pairing.mix.toarray()
+    assert mix.min() >= 0
+    assert np.abs(mix.sum(axis=1) - 1).max() < 1e-13
+    # areas of the solver's points by which a uniform pressure is one everywhere
+    areas = np.linalg.solve(mix.T, pairing.weights)
+    assert areas.min() > 0
+    assert abs(areas.sum() - 0.255) < 1e-13
+    share = pairing.weights / multiplier_areas(slave)[pairing.nodes]
+    assert share.min() < 0.01
+    assert (areas / multiplier_areas(slave)[pairing.nodes])[share < 0.01].min() > 0.4
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex27", "tet4"])
+def test_centres_of_pressure_reach_the_rim_as_it_moves_over_a_face(element):
+    """Source: geometry. A multiplier at a rim along sides of faces has its centre at a third of its width."""
+    n = 2 if element == "hex27" else 4
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (n, 3, 1), element="hex8" if element == "tet4" else element)
+    facets = mesh.face_nodes(mesh.faces("bottom"))
+    if element == "tet4":
+        facets = np.concatenate([facets[:, [0, 1, 2, 2]], facets[:, [0, 2, 3, 3]]])
+    slave, (_, master) = FacetSurface(mesh.points, facets), top((3, 2))
+    before = None
+    for shift in np.linspace(0.45, 0.8, 71):
+        pairing = pair_mortar(SurfacePair(slave, master, np.eye(3), np.array([shift, 0.0, 1.0])))
+        places = pairing.mix @ (pairing.average @ (pairing.slave_weights @ slave.points))[:, 0] + shift
+        # widths of 1/4
+        assert 1 - places.max() < 0.51 / 4
+        # along sides of faces the number of points changes, their outermost place does not jump
+        assert before is None or abs(places.max() - before) < 0.015
+        before = places.max()
 
 
 @pytest.mark.parametrize("first", ["bricks", "wedges"])
@@ -204,6 +233,21 @@ def test_quadrilaterals_are_the_slave_of_triangles(first):
     pair = (upper, lower) if first == "bricks" else (lower, upper)
     contact = fc.Scene(pair, [fc.Contact(*pair)]).solve(motions={upper: {"z": -0.01}}).contacts[0]
     assert contact.slave.name == "bricks"
+
+
+def test_forces_and_moments_are_continuous_as_a_rim_moves_over_the_faces():
+    # an upper block of three faces across that hangs over the rim of the lower one by 2 to 2.4 of them: the multipliers
+    # that the rim passes come in without a jump, and their peak does
+    low = fc.ElasticBody(fc.shapes.block((1.0, 1, 1), (4, 3, 2), element="hex8"), SOLID, "top", {"bottom": "xyz"})
+    mesh = fc.shapes.block((0.5, 1, 1), (3, 2, 2), element="hex8")
+    figures = []
+    for shift in -1 / 3 + 0.004 * np.arange(-18, 3):
+        up = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, name="up").placed((shift, 0.0, 1.0))
+        contact = fc.Scene([low, up], [fc.Contact(up, low)]).solve(motions={up: {"z": -0.02}}).contacts[0]
+        place = contact.forces @ contact.centres[:, 0] / contact.total_force
+        figures.append([contact.total_force / 3e-3, place / 0.1, contact.max_pressure / 0.04])
+    # in steps of 1/40 of a face, relative to the largest: force, its place and the peak
+    assert (np.abs(np.diff(figures, axis=0)).max(axis=0) < [0.015, 0.04, 0.1]).all()
 
 
 def test_several_blocks_of_pairs_give_what_one_gives(monkeypatch):
