@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test unit verification doctest lint types examples docs package rounding pages gallery manual bench mutants compare clean
+.PHONY: hertz test unit verification fuzzed doctest lint types examples docs package rounding pages gallery manual bench mutants fuzz compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -14,10 +14,13 @@ hertz: $(READY)  ## the main job: two spheres, table and picture
 JOBS ?= 2
 PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist worksteal
 
-test: unit verification doctest  ## unit tests, verification, docstring examples
+test: unit verification fuzzed doctest  ## unit tests, verification, random scenes, docstring examples
 
 unit: $(READY)
 	$(PYTEST) tests/unit tests/benchmarks
+
+fuzzed: $(READY)
+	$(PYTEST) tests/fuzz
 
 verification: $(READY)
 	$(PYTEST) tests/verification
@@ -76,6 +79,12 @@ MUTANTS ?= --sample 200
 mutants: $(READY)  ## weakened guards, and whether a test notices; kept in out/mutation, so it may be interrupted
 	$(BIN)/python -m pip install --quiet --constraint constraints/pinned.txt --editable '.[mutation]'
 	$(BIN)/python tests/mutation $(MUTANTS)
+
+# scenes of every door, by number; FUZZ="--doors paths,decks --frames 3" for some doors, more ways of writing them
+SEEDS ?= 0:30
+
+fuzz: $(READY)  ## random scenes through every door: classes of outcomes, numbers to repeat
+	$(BIN)/python tests/fuzz --seeds $(SEEDS) --jobs $(JOBS) $(FUZZ)
 
 # other programs: PEERS="--peers tests/benchmarks/peers --peer-python PYTHON", a Python that has them
 PEERS ?= --peers tests/benchmarks/peers

@@ -34,7 +34,7 @@ class RenamedKeys(dict[str, Any]):
 
 def present_name(name: str, known: Container[str]) -> str:
     """The name of a key or column that is given by its former one, with a warning; any other as it is."""
-    if name in known or (new := FORMER.get(name)) not in known:
+    if not isinstance(name, str) or name in known or (new := FORMER.get(name)) not in known:
         return name
     warn(f"{name!r} is now {new!r}; the old name will be removed.", stacklevel=4)
     return str(new)

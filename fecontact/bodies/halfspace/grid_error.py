@@ -154,7 +154,7 @@ def grid_error_estimate(
         geometry=0.0,
         interior=inside,
         peak=max(peak.error, of_peak, share * error),
-        area=max(abs(by_pressures / by_gaps - 1), AREA_SHARE * error),
+        area=max(abs(by_pressures / by_gaps - 1) if by_gaps else 1.0, AREA_SHARE * error),
         faces_across=across,
     )
     return found if pressure.all() else found.within_resolution()
