@@ -149,7 +149,7 @@ def test_a_bar_is_drawn_across_another():
     load = np.zeros(a.n_dofs)
     load[one.n_dofs - 4] = -1e-2
     pressed = equilibrium(lambda level: Stage(a, forces=level * load), steps=1)
-    motion = joints.motion(held, [[-way * X, 0 * X], None])
+    motion = joints.motion(held, [[*(-way * X), 0.0, 0.0], None])
     path = equilibrium(lambda level: Stage(a, forces=load, motion=level * motion), steps=3, start=pressed.last)
     assert path.success
     end, normal = path.last.friction, path.last.forces[0].sum()

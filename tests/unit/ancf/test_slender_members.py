@@ -145,7 +145,7 @@ def test_a_crossing_passes_from_element_to_element():
     joints = Joints([one, other])
     held = [joints.clamped((0, 0)), joints.clamped((1, 0))]
     a = Assembly([one, other], joints.free(held), [touching_members([one, other], 0, 1, offsets=(0.01, 0.01))])
-    forces, motion = np.zeros(a.n_dofs), joints.motion(held, [[way * X, 0 * X], None])
+    forces, motion = np.zeros(a.n_dofs), joints.motion(held, [[*(way * X), 0.0, 0.0], None])
     forces[one.n_dofs - 4] = -load
     path = equilibrium(lambda level: Stage(a, forces=min(1, 3 * level) * forces, motion=level * motion), steps=3)
     assert path.success

@@ -8,7 +8,11 @@ from fecontact.surfaces.flat_facets import FlatFacets
 
 pytestmark = pytest.mark.rounding
 
-RNG = np.random.default_rng(7)
+
+@pytest.fixture
+def rng():
+    # of each test, so that the points do not depend on which tests ran before
+    return np.random.default_rng(7)
 
 
 def triangles(n, height, columns=9):
@@ -51,12 +55,12 @@ def grid(triangle, k=60):
     return X[X.sum(axis=1) <= 1 + 1e-12] if triangle else X
 
 
-def test_distances_from_triangles_are_those_of_the_nearest_of_many_of_their_points():
-    corners = RNG.normal(size=(40, 3, 3))
+def test_distances_from_triangles_are_those_of_the_nearest_of_many_of_their_points(rng):
+    corners = rng.normal(size=(40, 3, 3))
     corners[0, 2] = corners[0, 1]  # no area
     corners[1] = corners[1, 0] + np.array([[0.0], [1.0], [0.4]]) * np.array([1.0, 2.0, 3.0])  # on a line
     flat = FlatFacets.of(corners.reshape(-1, 3), np.arange(120).reshape(-1, 3)[:, [0, 1, 2, 2]])
-    points = RNG.normal(size=(40, 3))
+    points = rng.normal(size=(40, 3))
     local, distance = flat.closest(points, np.arange(40))
     X = grid(True)
     a, b, c = corners.transpose(1, 0, 2)
@@ -73,10 +77,10 @@ def test_distances_from_triangles_are_those_of_the_nearest_of_many_of_their_poin
 
 
 @pytest.mark.parametrize("kind", SURFACES)
-def test_no_facet_that_holds_a_closest_point_is_left_out(kind):
+def test_no_facet_that_holds_a_closest_point_is_left_out(kind, rng):
     surface = SURFACES[kind]
     n = len(surface.facets)
-    points = np.column_stack([RNG.uniform(-1.2, 1.2, (60, 2)), RNG.uniform(-0.6, 0.6, 60)])
+    points = np.column_stack([rng.uniform(-1.2, 1.2, (60, 2)), rng.uniform(-0.6, 0.6, 60)])
     point, facet = np.repeat(np.arange(60), n), np.tile(np.arange(n), 60)
     flat = FlatFacets.of(surface.points, surface.facets)
     kept, local = flat.nearest(points, point, facet)
