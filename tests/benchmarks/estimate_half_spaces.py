@@ -29,6 +29,17 @@ def hertzian(n: int, radii: tuple[float, float], size: float) -> Judged:
     return judged(half.press(Paraboloid(*radii), force=force), exact.pressure(x, y))
 
 
+def in_a_scene(n: int) -> Judged:
+    """A ball on a half-space that is a body of a scene."""
+    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), shape=(n, n))
+    ball = fc.RigidBody(Paraboloid(10.0))
+    exact = hertz.spheres((10.0, math.inf), (None, UNIT), force=4 / 30)
+    (contact,) = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(forces={ball: (0, 0, -4 / 30)}).contacts
+    known = exact.pressure(np.hypot(*contact.points.T[:2]))
+    error = float(np.linalg.norm(contact.pressure - known) / np.linalg.norm(known))
+    return Judged(half.grid.n_cells, error, contact.error_estimate.pressure)
+
+
 def on_layer(n: int, thickness: float, nu: float) -> Judged:
     material = fc.Material(1.0, nu)
     half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(n, n), layers=[fc.bodies.Layer(material, thickness)])
@@ -81,6 +92,7 @@ def punch(n: int, size: float) -> Judged:
 FAMILIES: dict[str, tuple[tuple, Callable[..., Judged]]] = {
     "half-space, ball": ((16, 24, 64, 256), lambda n: hertzian(n, (10.0, 10.0), 3.1)),
     "half-space, ellipse": ((32, 64, 128), lambda n: hertzian(n, (30.0, 6.0), 4.4)),
+    "half-space in a scene": ((16, 32, 64), in_a_scene),
     "half-space, bonded layer": ((32, 64, 128), lambda n: on_layer(n, 0.5, 0.3)),
     "half-space, thin layer, nu = 0.45": ((32, 64, 128), lambda n: on_layer(n, 0.2, 0.45)),
     "half-space, wavy, a = 0.13": ((32, 64, 128), lambda n: wavy(n, 0.13)),

@@ -177,14 +177,6 @@ def foundation(mesh: Mesh) -> Case:
     return result, lambda p: k * np.maximum(0, CONTACT**2 - p[:, 0] ** 2 - p[:, 1] ** 2) / (2 * RADIUS)
 
 
-def half_space(n: int) -> Case:
-    """A ball on a half-space as a body of a scene, whose pressure is interpolated between the cells' centres."""
-    half = fc.HalfSpace(SOFT, size=(6.2 * CONTACT, 6.2 * CONTACT), shape=(n, n))
-    rigid, force = fc.RigidBody(Paraboloid(RADIUS)), 4 * MODULUS * CONTACT**3 / (3 * RADIUS)
-    result = fc.Scene([half, rigid], [fc.Contact(half, rigid)]).solve(forces={rigid: (0, 0, -force)})
-    return result, round_pressure(MODULUS, force=force)
-
-
 def facetted(n: int, element: str = "hex8") -> Case:
     """A ring mesh of linear cells, its ring in the right place: chords of the ball."""
     mesh = fc.shapes.quarter_sphere(RADIUS, contact_radius=1.05 * CONTACT, level=n, element=element)
@@ -220,7 +212,6 @@ FAMILIES: dict[str, tuple[tuple, Callable[..., Case]]] = {
     "pin, clearance 0.001": ((12, 18), lambda n: pin(n, 0.001, 0.012)),
     "pin, clearance 0.05": ((18, 24), lambda n: pin(n, 0.05, 0.06)),
     "receding layer, strip 0.5": ((5, 10), lambda n: receding(n, 0.5)),
-    "half-space in a scene": ((16, 32, 64), half_space),
     "facetted ring, hex8": ((1, 2), facetted),
     "ring 30 % too wide": ((1, 2), lambda level: on_rigid(ring(level, 1.3), fc.Plane())),
 }

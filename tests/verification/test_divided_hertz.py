@@ -125,4 +125,4 @@ def test_two_blocks_divided_alike(row):
         assert small.coupling == local.coupling == ("nodal" if coupling == "auto" else "mortar")
         case = f"paraboloids divided alike, {local.coupling}"
         row(case, "peak", small.max_pressure, local.max_pressure, 2e-3, result.n_dofs)
-        row(case, "area", small.area, local.area, 2e-3, reference.n_dofs)
+        row(case, "area of the points", small.point_area, local.point_area, 2e-3, reference.n_dofs)
