@@ -255,10 +255,12 @@ def _acting(stage: Stage) -> tuple[object, ...]:
     return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in stage.assembly.touches]
 
 
-def _approach(then: Assembly, now: Assembly, q0: Array, q1: Array) -> float:
-    """Largest approach of two bodies in a step, see `ContactConstraints.approach`."""
-    pairs = zip(then.touches, now.touches, strict=True)
-    return max((after.approach(q0, q1, before) for before, after in pairs), default=0.0)
+def _approach(at: _Stages, then: Instant, now: Instant) -> float:
+    """Largest approach of two bodies in a step, see `ContactConstraints.approach`; zero without contacts."""
+    if not at.first.touches:
+        return 0.0
+    stages = (at.given(instant.time).assembly.touches for instant in (then, now))
+    return max(after.approach(then.q, now.q, before) for before, after in zip(*stages, strict=True))
 
 
 def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: float) -> Instant:
@@ -325,7 +327,7 @@ def _march(
                 at.first.check_inverted(after.q)
                 wrong = 0.0 if accuracy is None else scheme.error(now, after, length) / accuracy
                 trouble = "" if wrong <= 1 else "The local error stayed too large."
-                if (closer := _approach(at(now.time).assembly, at(after.time).assembly, now.q, after.q)) > NEAR:
+                if (closer := _approach(at, now, after)) > NEAR:
                     trouble = f"Bodies meet and approach by {closer:.2g} of their thickness in a step of {length:.2g}."
             except (UnstableError, InvertedError, SolverError) as error:
                 wrong, trouble = np.inf, str(error)

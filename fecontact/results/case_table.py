@@ -123,7 +123,7 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         InputError
             If there are none of that name.
         """
-        name = present_name(name, self.figures) if isinstance(name, str) else name
+        name = present_name(name, self.figures)
         among("column", name, self.figures)
         return self.figures[name]
 
