@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test unit verification fuzzed doctest lint types examples docs package rounding pages gallery manual bench mutants fuzz compare clean
+.PHONY: hertz test unit verification fuzzed doctest lint types examples docs package rounding pages gallery bench mutants fuzz compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -22,8 +22,9 @@ unit: $(READY)
 fuzzed: $(READY)
 	$(PYTEST) tests/fuzz
 
-verification: $(READY)
-	$(PYTEST) tests/verification
+verification: $(READY)  ## tests against closed forms; the record of their figures becomes chapters of the site
+	@mkdir -p out
+	$(PYTEST) tests/verification --figures out/verification.json
 
 doctest: $(READY)
 	$(PYTEST) --doctest-modules fecontact tests/benchmarks/baselines.py tests/benchmarks/compare --ignore-glob="*/test_*.py"
@@ -46,9 +47,8 @@ lint: $(READY)
 types: $(READY)
 	$(BIN)/mypy
 
-examples: $(READY)  ## every example, at its full size
-	@mkdir -p out
-	@set -e; for f in examples/*.py; do echo "== $$f"; $(BIN)/python $$f; done
+examples: $(READY)  ## every example, at its full size; the site shows what they print
+	$(BIN)/python docs/gallery.py
 
 docs: $(READY)  ## the site, out/site/index.html; a broken link or reference fails
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d out/site-trees docs out/site
@@ -57,18 +57,15 @@ docs: $(READY)  ## the site, out/site/index.html; a broken link or reference fai
 package: $(READY)  ## wheel and source, installed in clean environments of every Python found
 	$(BIN)/python -m pytest tests/packaging
 
-pages: $(READY)  ## pictures and measured pages of docs/, made anew
-	$(BIN)/python docs/build.py
-	$(BIN)/python docs/baselines.py
-	$(BIN)/python docs/solvers.py
-	$(BIN)/python docs/error_estimates.py
-	$(BIN)/python tests/benchmarks/bench_accuracy.py
+# scripts that measure pages of the site, about a quarter of an hour; compare and error_estimates are kept for each release
+PAGES ?= docs/accuracy.py docs/half_space_page.py docs/baselines.py docs/solvers.py \
+	tests/benchmarks/bench_outlines.py tests/benchmarks/bench_accuracy.py
 
-gallery: $(READY)  ## docs/gallery.md from a run of the examples
-	$(BIN)/python docs/gallery.py
+pages: $(READY)  ## measured pages of the site, and pictures of docs/
+	@set -e; for script in $(PAGES); do $(BIN)/python $$script; done
 
-manual: $(READY)  ## docs/verification.md from a run of the verification
-	$(BIN)/python docs/manual.py
+gallery: $(READY)  ## pictures of docs/gallery.md from a run of the examples
+	$(BIN)/python docs/gallery.py --pictures
 
 bench: $(READY)  ## benchmarks; ratios in one run, never part of a test
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-autosave -o python_files='bench_*.py'

@@ -1,10 +1,12 @@
-"""Make docs/baselines.md and its picture anew from tests/benchmarks/penalty_and_gaps.py: python docs/baselines.py."""
+"""Measure the page of baselines by tests/benchmarks/penalty_and_gaps.py, with its picture: python docs/baselines.py."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
 from typing import Any
+
+from generated_pages import FOLDER, write
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests" / "benchmarks"))
@@ -67,9 +69,7 @@ their load too early.
 def main() -> None:
     import penalty_and_gaps
 
-    text = page(penalty_and_gaps.main(out=HERE / "images"))
-    (HERE / "baselines.md").write_text(text, encoding="utf-8")
-    print(f"wrote {HERE.name}/baselines.md")
+    print(f"wrote {write('baselines', page(penalty_and_gaps.main(out=FOLDER / 'images')))}")
 
 
 if __name__ == "__main__":

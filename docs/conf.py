@@ -20,7 +20,10 @@ from sphinx.util import logging
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(HERE)]
+
+import gallery  # noqa: E402
+import generated_pages  # noqa: E402
 
 import fecontact  # noqa: E402
 from fecontact.common.version import VERSION  # noqa: E402
@@ -55,6 +58,17 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 html_copy_source = html_show_sourcelink = False
+
+
+def make_pages(app: Sphinx) -> None:
+    """Make the pages that are not written, before the pages are looked for."""
+    generated_pages.prepare()
+
+
+def list_examples(app: Sphinx, page: str, content: list[str]) -> None:
+    """Show the code of the examples in the gallery, and what they print."""
+    if page == "gallery":
+        content[0] = gallery.with_listings(content[0])
 
 
 def mark_source_links(app: Sphinx, page: str, content: list[str]) -> None:
@@ -170,6 +184,8 @@ def mathml(text: str, as_block: bool) -> str:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
+    app.connect("builder-inited", make_pages)
+    app.connect("source-read", list_examples)
     app.connect("source-read", mark_source_links)
     app.connect("doctree-resolved", resolve_source_links)
     app.connect("html-collect-pages", source_pages)

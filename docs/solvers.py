@@ -1,4 +1,4 @@
-"""Make docs/solvers.md anew: every solver on every hard case, errors, iterations and time: python docs/solvers.py.
+"""Measure the page of solvers: every solver on every hard case, errors, iterations and time: python docs/solvers.py.
 
 The cases are those of the tests (tests/solver_cases.py); each has an answer that no solver has computed.
 """
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import qpsolvers
+from generated_pages import write
 from tqdm import tqdm
 
 from fecontact.common.errors import SolverError
@@ -242,9 +243,7 @@ Twelve solves in a row with {warm_side**2} points, `start=` the solution before.
 
 
 def main() -> None:
-    text = page()
-    (HERE / "solvers.md").write_text(text, encoding="utf-8")
-    print(text)
+    print(f"wrote {write('solvers', page())}")
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ from fecontact.mesh.corner_space import corner_space
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 
-#: Poisson's ratio above which full integration begins to lock: at 0.49 it is off by a percent or so (docs/accuracy.md).
+#: Poisson's ratio above which full integration begins to lock: at 0.49 it is off by a percent or so (docs/accuracy.py).
 NEARLY_INCOMPRESSIBLE = 0.48
 
 

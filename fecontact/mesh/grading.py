@@ -94,7 +94,7 @@ class Level:
             raise InputError(f"The growth of a Level must be at least 1; found {self.growth!r}.")
 
 
-#: Chosen by measurement on Hertz contact: pressure error 1.0, 0.5, 0.3, 0.23 and 0.19 percent (docs/accuracy). The
+#: Chosen by measurement on Hertz contact: pressure error 1.0, 0.5, 0.3, 0.23 and 0.19 percent (docs/accuracy.py). The
 #: pressure's square root at the edge varies as fast downwards as outwards: the first layer is one and a half to two and
 #: a half times as thick as the last ring inside is wide.
 LEVELS = {

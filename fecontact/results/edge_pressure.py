@@ -1,7 +1,7 @@
 """Pressure with its square root at the edge: a better reading of a contact that has been found.
 
 Polynomials on facets cannot follow a pressure that falls to zero as the square root of the distance from the edge: most
-of their error lies in the outermost twentieth of the radius (docs/accuracy.md). Here
+of their error lies in the outermost twentieth of the radius (docs/accuracy.py). Here
 
     p = sqrt(phi) c
 

@@ -5,9 +5,9 @@ and interpolated by the functions of the coupling. On facets that the outline cu
 `results.edge_level` and c linear on the patch of each facet and averaged at the nodes: it is zero on the outline and
 its square falls linearly there.
 
-docs/outlines.md compares it with the nodal pressure. Where that is the better one it is kept: on facets cut in a
-mortar coupling, whose pressures are means; at sharp edges and rims, where the pressure is not a square root; and in
-contacts of fewer than `RESOLVED` faces across.
+tests/benchmarks/bench_outlines.py compares it with the nodal pressure. Where that is the better one it is kept: on
+facets cut in a mortar coupling, whose pressures are means; at sharp edges and rims, where the pressure is not a square
+root; and in contacts of fewer than `RESOLVED` faces across.
 """
 
 from __future__ import annotations

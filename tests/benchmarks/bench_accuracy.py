@@ -1,4 +1,4 @@
-"""Error, unknowns and time of `Scene.solve(accuracy=...)` on meshes as people bring them; writes docs/adaptive.md.
+"""Error, unknowns and time of `Scene.solve(accuracy=...)` on meshes as people bring them: docs/generated/adaptive.md.
 
     python tests/benchmarks/bench_accuracy.py                     all rows, each in a process of its own
     python tests/benchmarks/bench_accuracy.py tet10 rigid 0.02    one row: mesh, other body, accuracy
@@ -36,7 +36,7 @@ from estimate_cases import (
 import fecontact as fc
 from fecontact.surfaces import Paraboloid
 
-PAGE = Path(__file__).parents[2] / "docs" / "adaptive.md"
+PAGE = Path(__file__).parents[2] / "docs" / "generated" / "adaptive.md"
 CASES = [
     *((kind, "rigid", accuracy) for kind in ("grid", "tet10", "hex20") for accuracy in (0.05, 0.02, 0.01)),
     ("hex8", "rigid", 0.05),
@@ -149,6 +149,7 @@ def main():
         done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
         rows.append(done.stdout.strip().splitlines()[-1])
         print(rows[-1], flush=True)
+    PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(page(rows))
 
 

@@ -11,8 +11,13 @@ from fecontact.app.cli import _parser, main
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *sorted(p for p in DOCS.rglob("*.md") if "_api" not in p.parts)]
-WRITTEN = [page for page in PAGES if page.relative_to(ROOT).parts[1:2] != ("verification",)]
+#: What a person wrote, and `compare` and `error_estimates`: other pages are made when the site is built.
+PAGES = [
+    ROOT / "README.md",
+    *sorted(p for p in DOCS.rglob("*.md") if not {"_api", "generated"} & set(p.relative_to(DOCS).parts)),
+]
+#: Words of docs/ without pictures and listings.
+MOST_WORDS = 45_000
 #: What a shell block may begin with, besides names of files.
 PROGRAMS = ("fecontact", "make", "pip", "python", "apt", "conda", "source", "cd", ".venv/bin/pytest-benchmark")
 
@@ -32,7 +37,7 @@ def commands(text):
     return [line for line in lines if line]
 
 
-@pytest.mark.parametrize("page", WRITTEN, ids=name)
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_blocks_run(page, tmp_path, monkeypatch, capsys):
     """Python runs in one namespace for a page, TOML is read and kept by the name in it, commands are carried out."""
     monkeypatch.chdir(tmp_path)
@@ -58,7 +63,7 @@ def run(line, page):
         assert re.search(rf"^{line[1]}:", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE), line
 
 
-@pytest.mark.parametrize("page", WRITTEN, ids=name)
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_indented_commands_are_understood(page):
     """Commands that take too long for a test have options that exist."""
     for text in re.findall(r"^ {4}fecontact (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
@@ -83,15 +88,59 @@ def test_links_and_pictures_exist(page):
 
 
 def test_every_page_is_in_the_contents():
-    trees = "\n".join(text for text in re.findall(r"```\{toctree\}(.*?)```", contents(), flags=re.DOTALL))
-    for page in DOCS.rglob("*.md"):
+    trees = "\n".join(re.findall(r"```\{toctree\}(.*?)```", (DOCS / "index.md").read_text(encoding="utf-8"), re.DOTALL))
+    for page in PAGES[1:]:
         place = page.relative_to(DOCS).with_suffix("").as_posix()
-        if place != "index" and not place.startswith("_api"):
+        if place != "index":
             assert re.search(rf"^{place}$", trees, flags=re.MULTILINE), f"add {place} to a toctree of docs/index.md"
 
 
-def contents():
-    return "\n".join((DOCS / page).read_text(encoding="utf-8") for page in ("index.md", "verification.md"))
+def words(page):
+    """Words of a page, without pictures, listings and addresses."""
+    left_out = re.compile(r"^```.*?^```$|!\[[^]]*\]\([^)]*\)", flags=re.DOTALL | re.MULTILINE)
+    text = left_out.sub("", page.read_text(encoding="utf-8"))
+    return sum(re.search(r"\w", word) is not None for word in re.sub(r"\]\([^)]*\)", "]", text).split())
+
+
+def test_documents_are_short():
+    counts = {name(page): words(page) for page in PAGES[1:]}
+    assert sum(counts.values()) <= MOST_WORDS, sorted(counts.items(), key=lambda item: -item[1])[:10]
+
+
+def record_of_a_run():
+    """What a run of the verification leaves."""
+    test = "tests/verification/test_hertz.py::test_pressures"
+    figure = {"test": test, "case": "ball", "quantity": "peak", "target": 2.0, "obtained": 2.02, "error": 0.01}
+    figure |= {"within": 0.02, "dofs": 3, "seconds": 0.5}
+    return {"tests": [{"test": test, "text": "a test. More.", "outcome": "passed", "reason": ""}], "figures": [figure]}
+
+
+def test_chapters_have_every_figure_of_the_record(monkeypatch):
+    monkeypatch.syspath_prepend(DOCS)
+    import manual
+
+    pages = manual.pages(record_of_a_run())
+    assert set(pages) == {"verification", "verification/hertz"}
+    assert "1 figures, of which 1 are held to a tolerance and 1 lie within it" in pages["verification"]
+    assert "| ball | peak | 2 | 2.02 | 1.0e-02 | 0.02 | 3 | 0.50 |" in pages["verification/hertz"]
+    assert "(../../../tests/verification/test_hertz.py)" in pages["verification/hertz"]
+
+
+def test_pages_that_are_not_made_say_how(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(DOCS)
+    import generated_pages
+
+    monkeypatch.setattr(generated_pages, "FOLDER", tmp_path)
+    monkeypatch.setattr(generated_pages, "RECORD", tmp_path / "none.json")
+    generated_pages.prepare()
+    listed = re.findall(r"^generated/(\w+)$", (DOCS / "measured.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert {path.stem for path in tmp_path.glob("*.md")} == {*listed, "verification"}
+    assert set(generated_pages.MEASURED) == set(listed)
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for name_, (title, script) in generated_pages.MEASURED.items():
+        assert (ROOT / script).exists()
+        assert script in makefile
+        assert script in (tmp_path / f"{name_}.md").read_text(encoding="utf-8").removeprefix(f"# {title}")
 
 
 def test_every_public_name_is_in_the_api():
@@ -104,4 +153,19 @@ def test_every_public_name_is_in_the_api():
 def test_the_gallery_has_every_example():
     page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     for script in (ROOT / "examples").glob("*.py"):
-        assert f"../examples/{script.name}" in page, f"{script.name} is not in docs/gallery.py"
+        assert f"../examples/{script.name}" in page, f"{script.name} is not in docs/gallery.md"
+
+
+def test_the_site_lists_the_examples(monkeypatch, tmp_path):
+    monkeypatch.syspath_prepend(DOCS)
+    import gallery
+
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    monkeypatch.setattr(gallery, "PRINTED", tmp_path)
+    (tmp_path / "knee_menisci.txt").write_text("what the knee prints\n", encoding="utf-8")
+    found = list(gallery.entries(page))
+    assert sum(len(entry.pictures) for entry in found) == page.count("](images/gallery/")
+    shown = gallery.with_listings(page)
+    assert shown.count("<summary>The code") == len(found) == page.count("\n## ")
+    assert shown.count("What it prints") == 1
+    assert "what the knee prints" in shown
