@@ -71,7 +71,7 @@ bench: $(READY)  ## benchmarks; ratios in one run, never part of a test
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-autosave -o python_files='bench_*.py'
 
 # which guards no test sees: half an hour; MUTANTS="--module solvers --jobs 4" judges all of some modules
-MUTANTS ?= --sample 200
+MUTANTS ?= --sample 4
 
 mutants: $(READY)  ## weakened guards, and whether a test notices; kept in out/mutation, so it may be interrupted
 	$(BIN)/python -m pip install --quiet --constraint constraints/pinned.txt --editable '.[mutation]'

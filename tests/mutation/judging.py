@@ -27,7 +27,12 @@ LONGEST = 10
 FIRST = 8
 """Tests that are tried before the others."""
 
+DAY = ("-m", "not full")
+"""Options of pytest for the tests of every day."""
+
 Work = tuple[Mutant, Path, list[str]]
+Given = tuple[float, Sequence[str]]
+"""Processor time for a mutant in seconds, options of pytest."""
 
 
 def preload(root: Path) -> None:
@@ -53,7 +58,9 @@ def preload(root: Path) -> None:
     os._exit(0)
 
 
-def judge(root: Path, work: Sequence[Work], jobs: int, limit: float) -> Iterator[tuple[Mutant, dict[str, Any]]]:
+def judge(
+    root: Path, work: Sequence[Work], jobs: int, limit: float, options: Sequence[str] = ()
+) -> Iterator[tuple[Mutant, dict[str, Any]]]:
     """Each mutant and what became of it, as they end.
 
     Parameters
@@ -64,7 +71,10 @@ def judge(root: Path, work: Sequence[Work], jobs: int, limit: float) -> Iterator
         Processes at a time.
     limit : float
         Processor time for a mutant in seconds.
+    options : sequence of str
+        Of pytest.
     """
+    given = (limit, options)
     waiting, running = list(work)[::-1], {}
     sound: dict[str, bool] = {}
     while waiting or running:
@@ -74,14 +84,14 @@ def judge(root: Path, work: Sequence[Work], jobs: int, limit: float) -> Iterator
             if not tests:
                 yield mutant, {"verdict": "survived", "by": "", "tests": 0, "seconds": 0.0}
                 continue
-            child, read = _forked(root, mutant, path, tests, limit)
+            child, read = _forked(root, mutant, path, tests, given)
             running[child] = (mutant, path, tests, read)
         if not running:
             continue
         child, status, used = os.wait3(0)
         mutant, path, tests, read = running.pop(child)
         verdict, by = _verdict(status, read)
-        if by in tests and not _sound(root, mutant, path, by, limit, sound):
+        if by in tests and not _sound(root, mutant, path, by, given, sound):
             print(f"  {by} fails on the package as it is: left out", flush=True)
             waiting.append((mutant, path, tests))
             continue
@@ -89,21 +99,21 @@ def judge(root: Path, work: Sequence[Work], jobs: int, limit: float) -> Iterator
         yield mutant, {"verdict": verdict, "by": by, "tests": len(tests), "seconds": seconds}
 
 
-def _sound(root: Path, mutant: Mutant, path: Path, test: str, limit: float, known: dict[str, bool]) -> bool:
+def _sound(root: Path, mutant: Mutant, path: Path, test: str, given: Given, known: dict[str, bool]) -> bool:
     """Whether a test that fails on a mutant passes on the original; tried once."""
     if test not in known:
-        child, read = _forked(root, replace(mutant, source=path.read_text()), path, [test], limit)
+        child, read = _forked(root, replace(mutant, source=path.read_text()), path, [test], given)
         known[test] = _verdict(os.waitpid(child, 0)[1], read)[0] != "killed"
     return known[test]
 
 
-def _forked(root: Path, mutant: Mutant, path: Path, tests: list[str], limit: float) -> tuple[int, int]:
+def _forked(root: Path, mutant: Mutant, path: Path, tests: list[str], given: Given) -> tuple[int, int]:
     """A process that runs tests on a mutant, and the pipe on which it tells what fails."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
         os.close(read)
-        _child(root, mutant, path, tests, limit, write)
+        _child(root, mutant, path, tests, given, write)
     os.close(write)
     return child, read
 
@@ -120,8 +130,9 @@ def _verdict(status: int, read: int) -> tuple[str, str]:
     return ("survived", "") if os.WEXITSTATUS(status) == 0 else ("killed", "collection")
 
 
-def _child(root: Path, mutant: Mutant, path: Path, tests: list[str], limit: float, write: int) -> None:
+def _child(root: Path, mutant: Mutant, path: Path, tests: list[str], given: Given, write: int) -> None:
     """Run the tests on the mutant and end; a test that fails is named on the pipe."""
+    limit, more = given
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     signal.alarm(int(LONGEST * limit))
     nothing = os.open(os.devnull, os.O_WRONLY)
@@ -136,7 +147,7 @@ def _child(root: Path, mutant: Mutant, path: Path, tests: list[str], limit: floa
     except BaseException as error:
         os.write(write, f"import: {type(error).__name__}".encode())
         os._exit(1)
-    options = ["-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-o", "addopts="]
+    options = ["-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-o", "addopts=", *more]
     # most mutants die at once: only the files of the first few tests are read for them
     for some in (tests[:FIRST], tests[FIRST:]):
         end = pytest.main([*options, *some], plugins=[_First(write)]) if some else 0

@@ -1,7 +1,6 @@
 """Mutants of the package by rule: where a guard, a tolerance or a term of a residual is, and the code without it.
 
-Modules are found by what they import and mention, and a mutant is known by its function and its text: files that are
-moved or renamed keep their mutants.
+A mutant is known by its function and its text: files that are moved or renamed keep their mutants.
 """
 
 from __future__ import annotations
@@ -13,34 +12,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 PACKAGE = "fecontact"
-
-SOLVE = "Scene"
-"""The class whose module, with all that it imports, is the way from a scene to its result."""
-
-SUBJECTS = frozenset(
-    [
-        "ComplementarityProblem",
-        "ScaledProblem",
-        "Residuals",
-        "Pairing",
-        "Near",
-        "Reach",
-        "Interface",
-        "Rows",
-        "Loading",
-        "CondensedProblem",
-        "Frame",
-        "SearchHistory",
-        "approach_for_load",
-        "solve_finite",
-        "warnings_of",
-        "notes_of",
-    ]
-)
-"""What a module of that way has to mention to be one of contact: solvers, pairing, loads, frames, results, motion."""
-
-BESIDES = frozenset({"halfspace", "multigrid", "io", "setting"})
-"""Parts of the names of modules on that way that have checks of their own, or none: another kind of body, output."""
 
 FACTOR = 1000
 SMALL = 1e-3
@@ -106,20 +77,8 @@ class Mutant:
 
 
 def modules(root: Path) -> dict[str, Path]:
-    """Modules of the contact pipeline by their dotted names."""
-    every = {_dotted(path, root): path for path in sorted((root / PACKAGE).rglob("*.py"))}
-    trees = {name: ast.parse(path.read_text()) for name, path in every.items()}
-    start = [name for name, tree in trees.items() if any(_defines(node, SOLVE) for node in tree.body)]
-    reached: set[str] = set()
-    while start:
-        name = start.pop()
-        if name not in reached:
-            reached.add(name)
-            start += [each for each in _imported(trees[name]) if each in trees]
-    words = {name: {_word(node) for node in ast.walk(trees[name])} for name in reached}
-    return {
-        name: every[name] for name in sorted(reached) if words[name] & SUBJECTS and not set(name.split(".")) & BESIDES
-    }
+    """All modules of the package by their dotted names."""
+    return {_dotted(path, root): path for path in sorted((root / PACKAGE).rglob("*.py"))}
 
 
 def mutants(module: str, path: Path) -> list[Mutant]:
@@ -259,20 +218,6 @@ def _replaced(source: str, node: ast.AST, text: str) -> str:
 
 def _dotted(path: Path, root: Path) -> str:
     return ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__")
-
-
-def _defines(node: ast.AST, name: str) -> bool:
-    return isinstance(node, ast.ClassDef) and node.name == name
-
-
-def _imported(tree: ast.Module) -> Iterator[str]:
-    """Modules that are imported when this one is."""
-    for node in tree.body:
-        if isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{each.name}" for each in node.names)
-        elif isinstance(node, ast.Import):
-            yield from (each.name for each in node.names)
 
 
 def _word(node: ast.AST) -> str:

@@ -240,6 +240,13 @@ def test_load_curves_of_every_kind(how, expected):
         assert old.at(time) == new.at(time)
 
 
+@pytest.mark.parametrize(("control", "end"), [(CONTROL.replace("10<", "5<"), 0.5), ("<Control/>", 1.0), ("", 1.0)])
+def test_a_deck_ends_after_its_steps(control, end, deck):
+    path = deck()
+    path.write_text(path.read_text().replace(CONTROL, control))
+    assert abs(force(fc.read_scene(path).solve())[2] - 0.1 * end) < ROUNDING
+
+
 def test_a_curve_that_repeats_bends_in_every_period(deck):
     repeated = CURVE.replace(
         "<points><pt>0,0</pt><pt>1,1</pt>", "<extend>REPEAT</extend><points><pt>0,0</pt><pt>.5,1</pt>"
@@ -259,6 +266,7 @@ def test_a_curve_that_repeats_bends_in_every_period(deck):
         ({"loads": PRESS.replace("0.1", "1*scale")}, "expected numbers"),
         ({"loads": PRESS.replace('lc="1"', 'lc="7"')}, "no load curve '7'"),
         ({"pairs": ""}, "no surface pair 'Pair'"),
+        ({"pairs": PAIR.replace("primary", "first")}, "the surface pair 'Pair' has no <primary>"),
         ({"more": RIGID.format("")}, "no rigid material 'Gel'"),
         ({"bcs": DOWN.replace("<relative>0", "<relative>1")}, "relative"),
         ({"bcs": DOWN.replace("<dof>z", "<dof>w")}, "expected a component"),

@@ -72,6 +72,24 @@ def test_circles_chains_and_wrong_sums_are_refused():
         HangingNodes(np.array([1, 1]), rows(3, {0: 1.0}, {2: 1.0}))
     with pytest.raises(MeshError, match=r"0 \.\.\. 2"):
         HangingNodes(np.array([1]), rows(3, {0: 1.0}), np.array([[0, 1, 7, -1, -1]]))
+    with pytest.raises(MeshError, match=r"0 \.\.\. 2"):
+        HangingNodes(np.array([-1]), rows(3, {0: 1.0}))
+    with pytest.raises(MeshError, match=r"0 \.\.\. 2"):
+        HangingNodes(np.array([1]), rows(3, {0: 1.0}), np.array([[0, 1, 2, -1, -2]]))
+
+
+def test_a_hanging_node_lies_where_it_follows_but_for_rounding():
+    mesh = hanging_block().translated((1000.0, 0.0, 0.0))
+    m = mesh.hanging.nodes[0]
+
+    def moved(by):
+        points = mesh.points.copy()
+        points[m, 1] += by
+        return replace(mesh, points=points)
+
+    assert moved(1e-10).points[m, 1] == mesh.points[m, 1] + 1e-10  # a few units of the last digit of 1000
+    with pytest.raises(MeshError, match=r"1e-07 off the place where it follows"):
+        moved(1e-7)
 
 
 def test_a_mesh_refuses_ties_of_another():
