@@ -228,6 +228,7 @@ def test_members_without_mass_have_no_weight_to_be_asked_for():
         (lambda: line([(0, 0, 0)], EA=1, EI=1), "two nodes or more"),
         (lambda: line([(0, 0, 0), (1, 0, 0), (1, 1, 0)], EA=1, EI=1), "not straight"),
         (lambda: line([(0, 0, 0), (1, 0, 0)], EA=1, EI=1, tangents=[(2, 0, 0)] * 2), "unit vectors"),
+        (lambda: line([POINTS, POINTS], EA=1, EI=1, tangents=[POINTS, POINTS]), "for one curved axis"),
         (lambda: line([(0, 0, 0), (0, 0, 0)], EA=1, EI=1), "have none"),
         (lambda: line(CURVED["points"][:, [0, 2, 1]], EA=1, EI=1, tangents=CURVED["tangents"][:, [0, 2, 1]]), "plane"),
         (lambda: line(POINTS, EA=0.0, EI=1), "EA"),

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import fecontact as fc
 from fecontact.ancf import Assembly, EnergyMomentum, GeneralisedAlpha, Stage, equilibrium, move
 from fecontact.ancf.slender import Joints, line, plate, straight, strip, touching_members
-from fecontact.ancf.slender.closest import Middle
+from fecontact.ancf.slender.closest import Middle, closest
 
 X, Y, Z = np.eye(3)
 
@@ -280,6 +280,24 @@ def test_closest_points_are_no_farther_than_samples():
         found = middle.at(q, *middle.project(q, points))[0]
         least = np.linalg.norm(dense - points[:, None], axis=2).min(axis=1)
         assert (np.linalg.norm(found - points, axis=1) <= least * (1 + 1e-9)).all()
+
+
+def test_closest_points_of_a_skew_element_from_its_corners():
+    """Of points beside a parallelogram: on one of its sides, at the foot on that segment."""
+    sheet = plate([X * 0, X, Y], (1, 1), fc.Material(E=1e3, nu=0.3), 0.1)
+    skew = np.array([[1.0, 0.8, 0.0], [0.0, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    middle, q = Middle(sheet, 0), (sheet.q0.reshape(-1, 3) @ skew.T).ravel()
+    around = np.array([[0, 0, 0], X, X + Y, Y]) @ skew.T
+    points = np.array([0.9, 0.3, 0]) + 2 * np.stack([np.cos(np.arange(40.0)), np.sin(np.arange(40.0)), np.zeros(40)], 1)
+    feet = []
+    for a, b in zip(around, np.roll(around, -1, axis=0), strict=True):
+        feet.append(a + np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)[:, None] * (b - a))
+    expected = np.linalg.norm(points - np.stack(feet), axis=2).min(axis=0)
+    for corner in ([0, 0], [1, 0], [1, 1], [0, 1]):
+        each = np.zeros(40, dtype=int)
+        local = closest(middle, q, each, np.tile(np.array(corner, dtype=float), (40, 1)), points)
+        found = np.linalg.norm(middle.at(q, each, local)[0] - points, axis=1)
+        assert np.abs(found - expected).max() < 1e-9
 
 
 def test_a_plate_is_no_slave_of_a_line():

@@ -202,12 +202,13 @@ def test_nodes_that_a_rigid_part_holds(axis, deck):
 
 def test_what_is_not_used_is_a_warning_of_the_result(deck):
     more = "<Initial>\n</Initial><Contact>\n<contact type='sticky' surface_pair='Pair'/></Contact>"
-    more += "<Constraints>\n<constraint type='volume' surface='Low_top'/></Constraints>"
+    more += "<Constraints>\n<constraint type='volume' surface='Low_top'/><constraint type='rigid'/></Constraints>"
     result = fc.read_scene(deck(more=more)).solve()
     expected = (
         "<Initial> is not used",
         "the contact 'Pair' of type 'sticky' is not used",
         "<constraint type='volume'>",
+        "<constraint type='rigid'>",  # without nodes
     )
     for words in expected:
         assert any(words in text and "blocks.feb, line " in text for text in result.warnings), words
