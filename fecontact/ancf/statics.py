@@ -76,6 +76,8 @@ class State:
         Tangential forces, slip since the last state, its work and the defect of Coulomb's law.
     stresses : (6 n_hubs,) array
         Multipliers of the rigid hubs, see `hubs`.
+    overlaps : tuple of float
+        Of each contact that carries nothing, as its mean gaps are open: how deep points of it overlap.
     """
 
     level: float
@@ -89,6 +91,7 @@ class State:
     penetration: float
     friction: FrictionEnd
     stresses: Array = field(default_factory=lambda: np.zeros(0))
+    overlaps: tuple[float, ...] = ()
 
     @property
     def begin(self) -> Start:
@@ -138,6 +141,12 @@ class Path:
         lines += [
             f"{s.level:>8.4f} {s.nit:>10} {s.energy:>14.6g} {s.residual:>9.1e} {s.penetration:>11.1e}"
             for s in self.states
+        ]
+        lines += [
+            f"Contact {k} carries nothing, but its sides overlap by {depth:.4g}: elements or faces, whose mean gaps "
+            "count, are longer than the contact. Divide them there."
+            for k, depth in enumerate(self.states[-1].overlaps if self.states else ())
+            if depth > 0
         ]
         return "\n".join(lines)
 
@@ -384,7 +393,12 @@ def _iterated(
             reactions = -(rest - Z @ (Z.T @ rest))
             each, residual = tuple(a.split(forces)), unbalanced / scale
             end = slip.end(a.touches, q, forces, tangential, a.size)
-            return State(level, q, each, tuple(gaps), reactions, a.energy(q), nit, residual, penetration, end, stresses)
+            depths = [t.overlap(part, f) for t, part, f in zip(a.touches, conditions.parts, each, strict=True)]
+            deep = tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths)
+            energy = a.energy(q)
+            return State(
+                level, q, each, tuple(gaps), reactions, energy, nit, residual, penetration, end, stresses, deep
+            )
     raise UnstableError(f"Newton's iterations did not settle in {whole_steps or MOST_ITERATIONS} steps.")
 
 

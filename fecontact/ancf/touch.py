@@ -313,6 +313,13 @@ class ContactConstraints:
         nearer = -np.einsum("ni,ni->n", n, self.slid(part, then, now, before.master.pose)[1])
         return float(np.max(nearer, initial=0.0, where=nearer > gap)) / self.thickness
 
+    def overlap(self, part: ContactGaps, forces: Array) -> float:
+        """Depth to which the two overlap although nothing presses, as all mean gaps are open; zero otherwise."""
+        if forces.any():
+            return 0.0
+        seen = np.unique(part.means.indices[part.means.data != 0])
+        return float(max(0.0, -(part.projection.gap[seen] - self.slave.offset).min(initial=0.0)))
+
     def projection(self, q: Array) -> Projection:
         """Projection of the quadrature points on the master, in world axes."""
         return self.master.project(q, self.positions(q))
