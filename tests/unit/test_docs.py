@@ -169,3 +169,35 @@ def test_the_site_lists_the_examples(monkeypatch, tmp_path):
     assert shown.count("<summary>The code") == len(found) == page.count("\n## ")
     assert shown.count("What it prints") == 1
     assert "what the knee prints" in shown
+
+
+def table_rows(page):
+    """Cells of the tables of a page, row by row."""
+    lines = re.findall(r"^\|(.*)\|$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return [[cell.strip() for cell in line.split("|")] for line in lines]
+
+
+def test_speeds_of_the_readme_are_those_of_the_comparison():
+    runs = {(row[0], row[1]): row for row in table_rows(DOCS / "compare.md") if len(row) == 11}
+    page = (DOCS / "compare.md").read_text(encoding="utf-8")
+    other = re.search(r"(\S+) % takes the fastest other program .*? as it takes here: (\S+) s, NGSolve", page)
+    chosen = {
+        "20-node hexahedra, both bodies": ("20-node hexahedra, mid-face nodes", "1"),
+        "the same, pressure with its root at the edge": ("20-node hexahedra, root at the edge", "1"),
+        "`LocalBody`: a coarse mesh, a fine grid at the contact": ("local body, one coarse mesh and cells", "64"),
+        "half-spaces": ("half-space, Love's cells, transforms", "512"),
+    }
+    found = {name_: (runs[run_][4].removesuffix(" %"), runs[run_][8]) for name_, run_ in chosen.items()}
+    found["fastest other program with solid elements in this comparison"] = other.groups()
+    told = {row[0]: row[1:] for row in table_rows(ROOT / "README.md") if row[-1].endswith(" s")}
+    assert told == {k: [f"{float(e):.2g} %", f"{float(s):.2g} s"] for k, (e, s) in found.items()}
+
+
+def test_errors_of_the_readme_are_those_of_the_estimates():
+    rows = {row[0]: row[1:] for row in table_rows(DOCS / "error_estimates.md")}
+    number, within, least, largest = rows["all"]
+    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert f"In [{number} runs](docs/error_estimates.md)" in text
+    assert (
+        f"the estimate was {least} to 3 times the true error in {within.split()[0]}, and {largest} times in the" in text
+    )
