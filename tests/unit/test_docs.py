@@ -95,16 +95,27 @@ def test_every_page_is_in_the_contents():
             assert re.search(rf"^{place}$", trees, flags=re.MULTILINE), f"add {place} to a toctree of docs/index.md"
 
 
-def words(page):
-    """Words of a page, without pictures, listings and addresses."""
-    left_out = re.compile(r"^```.*?^```$|!\[[^]]*\]\([^)]*\)", flags=re.DOTALL | re.MULTILINE)
-    text = left_out.sub("", page.read_text(encoding="utf-8"))
+def words(text):
+    """Words of a text, without pictures, listings and addresses."""
+    text = re.sub(r"^```.*?^```$|!\[[^]]*\]\([^)]*\)", "", text, flags=re.DOTALL | re.MULTILINE)
     return sum(re.search(r"\w", word) is not None for word in re.sub(r"\]\([^)]*\)", "]", text).split())
 
 
 def test_documents_are_short():
-    counts = {name(page): words(page) for page in PAGES[1:]}
+    counts = {name(page): words(page.read_text(encoding="utf-8")) for page in PAGES[1:]}
     assert sum(counts.values()) <= MOST_WORDS, sorted(counts.items(), key=lambda item: -item[1])[:10]
+
+
+def test_decisions_are_short():
+    for section in (DOCS / "design.md").read_text(encoding="utf-8").split("\n## ")[1:]:
+        assert words(section) <= 210, section.splitlines()[0]
+
+
+@pytest.mark.parametrize("page", sorted((DOCS / "theory").glob("*.md")), ids=name)
+def test_theory_is_short_and_has_no_timings(page):
+    text = page.read_text(encoding="utf-8")
+    assert words(text) <= 1500
+    assert not re.search(r"\d (s|ms|seconds)\b|processor (time|seconds)|CPU", text)
 
 
 def record_of_a_run():
