@@ -7,7 +7,7 @@ traction that is bounded. Its stresses fall as 1/distance, its displacements are
 
 The tractions are sums of exp(i k theta)/r. With w = (x + i y)/(rho + z), the functions L_j = w^j/j, their conjugates
 for j < 0, and L_0 = -log(rho + z) are harmonic, -dL_j/dz is exp(i j theta)/r at z = 0, and their derivatives along x
-and y are such functions again. docs/local_body_theory.md has the derivation.
+and y are such functions again. docs/theory/local-bodies.md has the derivation.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def fields(
 
     References
     ----------
-    docs/local_body_theory.md; the potentials of tangential tractions are Cerruti's, K. L. Johnson, Contact Mechanics,
+    docs/theory/local-bodies.md; the potentials of tangential tractions are Cerruti's, K. L. Johnson, Contact Mechanics,
     1985, section 3.2.
 
     Examples

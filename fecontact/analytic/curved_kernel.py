@@ -7,7 +7,7 @@ d^2 = x^2 + y^2, rho^2 = d^2 + z^2, H the mean curvature, k_d that along (x, y),
     2 pi mu u = (1 - nu)/rho + nu z^2/rho^3 - (1 - 2 nu)^2/2 (H log(rho/length) - (k_d - H)/2) + O(rho log rho).
 
 The first two terms are those of a plane that goes through both places, whatever its slope; the last is the effect of
-curvature, where the tangent plane's field leaves a traction. docs/local_body_theory.md has the derivation.
+curvature, where the tangent plane's field leaves a traction. docs/theory/local-bodies.md has the derivation.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def displacement(offset: ArrayLike, *, curvature: ArrayLike, length: float, mate
 
     References
     ----------
-    docs/local_body_theory.md; for a ball, the logarithm of the exact series: A. L. Titovich & A. N. Norris, J. Mech.
+    docs/theory/local-bodies.md; for a ball, the logarithm of the exact series: A. L. Titovich & A. N. Norris, J. Mech.
     Mater. Struct. 7 (2012) 701.
 
     Examples

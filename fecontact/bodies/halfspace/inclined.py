@@ -40,7 +40,7 @@ class InclinedTerm:
 
     References
     ----------
-    docs/local_body_theory.md
+    docs/theory/local-bodies.md
 
     Examples
     --------
