@@ -174,6 +174,20 @@ def test_of_many_equal_regions_one_is_counted():
     assert 2.5 < contact.error_estimate.faces_across < 4.0
 
 
+@pytest.mark.parametrize(("later", "narrow"), [(0.0, True), (0.0195, False)])
+def test_the_narrowest_region_counts_that_carries_a_twentieth_of_the_force(later, narrow):
+    """Source: counting. Two rollers on a row of faces of 0.1, one ten times as sharp, which may touch later."""
+    rollers = FunctionSurface(lambda x, y: np.minimum((x - 1) ** 2 / 8, later + (x - 3) ** 2 / 0.8) + 0 * y, 4.0)
+    mesh = fc.sections.rectangle((4.0, 2.0), (40, 10))
+    body = fc.PlaneBody(mesh, SOLID, "top", {"bottom": "xz"})
+    rigid = fc.RigidBody(rollers).placed((0, 0, 2.0))
+    contact = fc.Scene([body, rigid], [fc.Contact(body, rigid)]).solve(motions={rigid: {"z": -0.02}}).contacts[0]
+    share = contact.forces[contact.points[:, 0] > 2].sum() / contact.forces.sum()
+    assert share > 0
+    assert bool(share > 0.05) is narrow
+    assert contact.error_estimate.faces_across == pytest.approx(1.0 if narrow else 4.8, abs=0.3)
+
+
 @pytest.mark.parametrize(("element", "n"), [("hex8", 4), ("hex20", 4), ("hex8", 16)])
 def test_a_layer_of_springs_under_a_tilted_plate(element, n):
     """Source: k tilt / 12 of a square; springs at the nodes of n linear faces resist by 1 + 2 / n^2 more."""

@@ -84,6 +84,20 @@ def test_blocks_of_one_side_end_together_and_are_bounded():
     assert on_block(1.0).contacts[0].error_estimate.unbounded is None
 
 
+def test_planes_of_symmetry_are_no_edges_of_a_quarter():
+    """Only points at the two real edges carry the pressure without bound, whose sides are 0.5 long."""
+    sides = {"x_min": "x", "y_min": "y"}
+    below = fc.shapes.block((1.0, 1.0, 0.5), (8, 8, 2), element="hex8").translated((0, 0, -0.5))
+    lower = fc.ElasticBody(below, SOLID, "top", {"bottom": "xyz"} | sides, name="lower")
+    mesh = fc.shapes.block((0.5, 0.5, 0.5), (4, 4, 2), element="hex8")
+    upper = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"} | sides, name="upper")
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, swap="never")])
+    contact = scene.solve(motions={upper: {"z": -0.01}}).contacts[0]
+    marked = contact.points[contact.singular_edge.points]
+    assert len(marked) == 9
+    assert (marked[:, :2].max(axis=1) > 0.5 - 1e-9).all()
+
+
 def test_a_block_that_hangs_over_is_pressed_by_both_edges():
     peak = on_block(1.0, slide=0.4).contacts[0].error_estimate.unbounded
     assert abs(np.abs(peak.point[0] - 0.2)) == pytest.approx(0.3, abs=0.17)
@@ -253,6 +267,15 @@ def test_tips_of_rigid_shapes_are_reported_with_their_order(shape, kind, exponen
 )
 def test_blunt_tips_are_not(shape, kind):
     assert tipped(shape, kind).error_estimate.unbounded is None
+
+
+def test_springs_carry_a_cone_with_a_bounded_pressure():
+    """Source: the pressure of springs is that of their depth."""
+    mesh = fc.shapes.block((2.0, 2.0, 0.1), (8, 8, 1), element="hex8").translated((-1.0, -1.0, -0.1))
+    springs = fc.ElasticLayer(SOLID, thickness=0.5, surface=(mesh, "top"))
+    cone = fc.RigidBody(fc.surfaces.Cone(0.3), name="cone")
+    contact = fc.Scene([springs, cone], [fc.Contact(springs, cone)]).solve(motions={cone: {"z": -0.1}}).contacts[0]
+    assert contact.error_estimate.unbounded is None
 
 
 def test_a_cone_on_a_block_is_reported_in_every_pose_and_unit():

@@ -22,6 +22,7 @@ from fecontact.solvers import (
 from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
 from fecontact.solvers.friction_newton import DIVERGED, FrictionRows, friction_newton
 from fecontact.solvers.friction_sweeps import friction_sweeps
+from fecontact.solvers.problem import Status
 from fecontact.solvers.scaling import ScaledProblem, scale
 
 
@@ -47,6 +48,16 @@ def scaled_rows(problem: FrictionProblem) -> tuple[object, FrictionRows]:
     together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
     rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu)
     return scale(given.S, given.g, given.B, given.F, together), rows
+
+
+def test_the_residual_is_that_of_forces_whatever_the_weight_of_gaps() -> None:
+    """The weight changes the way; where it begins and when it ends are judged alike."""
+    scaled, rows = scaled_rows(random_problem(np.random.default_rng(7), 6, 2, 0.4, True))
+    start = np.zeros(scaled.n), np.zeros(scaled.r)
+    plain, heavy = (friction_newton(scaled, rows, *start, weight=weight)[0] for weight in (1.0, 1e3))
+    assert plain.status is heavy.status is Status.SOLVED
+    assert heavy.history[0] == plain.history[0]
+    assert np.abs(heavy.x - plain.x).max() < 1e-10 * np.abs(plain.x).max()
 
 
 def cone_programmes(problem: FrictionProblem, rounds: int = 80) -> np.ndarray:
