@@ -11,7 +11,7 @@ operator    plain factor; S x = C K^-1 (C^T x) by one forward and one backward s
 A fourth, `gram-schmidt`, is the source report's own (`fem.separation`), for comparison.
 
 A plain factor does not depend on the candidates: `operator` factorises once; `columns` with PARDISO once for each set
-of rows. Times are measured in `docs/scale.md`; `fem.route` decides by them and by the free memory.
+of rows. Times are measured in `docs/figures/scale.md`; `fem.route` decides by them and by the free memory.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from pathlib import Path
 MEMORY_SHARE = 0.5
 #: Candidate nodes, over the root of the degrees of freedom, above which the columns of given rows are faster than the
 #: Schur complement on their nodes, although that one serves other rows on the same nodes too: 500 nodes at 3e4
-#: (docs/scale.md).
+#: (docs/figures/scale.md).
 MANY_NODES = 3.0
 #: The same above which products are faster than solving for columns one by one, without PARDISO.
 MANY_PRODUCTS = 10.0
