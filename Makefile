@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test unit verification fuzzed doctest lint types examples docs package rounding pages gallery bench mutants fuzz compare clean
+.PHONY: hertz test check day whole rest verification doctest lint types examples docs package rounding pages gallery bench mutants fuzz compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -14,16 +14,23 @@ hertz: $(READY)  ## the main job: two spheres, table and picture
 JOBS ?= 2
 PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist worksteal
 
-test: unit verification fuzzed doctest  ## unit tests, verification, random scenes, docstring examples
+TESTS := tests/unit tests/benchmarks tests/verification tests/fuzz --figures out/verification.json
 
-unit: $(READY)
-	$(PYTEST) tests/unit tests/benchmarks
+test: day doctest  ## every day: unit tests, verification, random scenes, docstring examples; not what is marked full
 
-fuzzed: $(READY)
-	$(PYTEST) tests/fuzz
+# everything, before a release: hours. The same tests at all sizes, of which none may take long without the mark
+check: whole doctest lint types examples docs package rounding fuzz mutants  ## everything, before a release
+
+day: $(READY)
+	$(PYTEST) -m "not full" $(TESTS)
+
+whole: $(READY)
+	$(PYTEST) --no-slow $(TESTS)
+
+rest: $(READY)  ## unit tests and random scenes that `make test` leaves out
+	$(PYTEST) -m full tests/unit tests/benchmarks tests/fuzz
 
 verification: $(READY)  ## tests against closed forms; the record of their figures becomes chapters of the site
-	@mkdir -p out
 	$(PYTEST) tests/verification --figures out/verification.json
 
 doctest: $(READY)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 FOLDER = HERE / "generated"
-#: Written by `make verification` and whatever else runs `tests/verification` with `--figures`.
+#: Written by `make test`, `make verification` and whatever else runs `tests/verification` with `--figures`.
 RECORD = HERE.parent / "out" / "verification.json"
 #: Measured pages: title, and the script that writes the page; `make pages` runs them all.
 MEASURED = {

@@ -1,5 +1,6 @@
 """Meshes and matrices that several test folders share."""
 
+import depths
 import numpy as np
 import pytest
 from rounding import change_by_rounding
@@ -12,7 +13,8 @@ from fecontact.mesh.gmsh_session import load_gmsh
 from fecontact.mesh.mesh import Mesh
 
 
-def pytest_addoption(parser):
+def pytest_addoption(parser, pluginmanager):
+    pluginmanager.register(depths)
     parser.addoption(
         "--rounding", type=int, metavar="N", help="changes by rounding under which tests marked so run again"
     )

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from fecontact.common.checks import among, share
-from fecontact.common.errors import InputError
 from fecontact.solvers import CustomSolver, validate_options
 
 
@@ -29,25 +27,14 @@ class Settings:
 SEARCHES = ("global", "local")
 
 
-def renamed(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments of `Scene.solve` or of a case with a checked ``search``, in place of the former ``whole``, which warns.
+def checked_search(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of `Scene.solve` or of a case with a checked ``search``.
 
     Raises
     ------
     InputError
-        For an unknown search, or for both names at once.
+        For an unknown search.
     """
-    out = dict(arguments)
-    if "whole" in out:
-        whole = bool(out.pop("whole"))
-        if "search" in out:
-            raise InputError(f"search={out['search']!r} and whole={whole} are the same setting; give search alone.")
-        out["search"] = SEARCHES[0 if whole else 1]
-        warnings.warn(
-            f"whole={whole} is now search={out['search']!r}; the old keyword will be removed.",
-            DeprecationWarning,
-            stacklevel=3,  # the caller of Scene.solve or Scene.sweep
-        )
-    if "search" in out:
-        among("search", out["search"], SEARCHES)
-    return out
+    if "search" in arguments:
+        among("search", arguments["search"], SEARCHES)
+    return dict(arguments)

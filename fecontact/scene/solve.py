@@ -26,7 +26,7 @@ from fecontact.scene.finite_rotation import follow, follow_from, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_local, sorted_case
 from fecontact.scene.rest import check_rest
-from fecontact.scene.settings import SEARCHES, Settings, renamed
+from fecontact.scene.settings import SEARCHES, Settings, checked_search
 from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver
 from fecontact.surfaces.facet_surface import has_cells
@@ -111,7 +111,7 @@ def solve_scene(
     progress : bool, optional
         Whether to show the stages on standard error while they last; by default where that is a terminal.
     **options
-        Passed to the solver. The former name of ``search``, ``whole=True`` or ``False``, still works and warns.
+        Passed to the solver.
 
     Returns
     -------
@@ -123,7 +123,7 @@ def solve_scene(
         The message says what was found, what was expected and what to do.
     """
     among("search", search, SEARCHES)
-    options = renamed(options if search == "global" else {**options, "search": search})
+    options = checked_search(options if search == "global" else {**options, "search": search})
     search = str(options.pop("search", search))
     settings = Settings(solver, tolerance, options)
     settings.check(inspect.signature(solve_scene).parameters)

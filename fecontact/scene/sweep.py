@@ -39,7 +39,7 @@ from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import SearchHistory
 from fecontact.scene.search_radius import near_nodes
 from fecontact.scene.sending import packed_case, packed_scene, solved_there
-from fecontact.scene.settings import renamed
+from fecontact.scene.settings import checked_search
 from fecontact.scene.sweep_case import Case, Posed, Solved, fingerprints, finished, naming, solved_case
 from fecontact.scene.workers import FreshInterpreters
 
@@ -115,7 +115,7 @@ def run_sweep(
         raise InputError("Two cases of the sweep have the same name; names tell the rows apart.")
     for name, case in named.items():
         with naming(name):
-            named[name] = renamed(case)
+            named[name] = checked_search(case)
             if case.get("engine", "own") != "own":
                 raise InputError(
                     "A sweep has the engine 'own' only: give processes= or executor=, or use Scene.solve for each case."

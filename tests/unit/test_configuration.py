@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -33,8 +34,9 @@ def run(folder, text, *options):
     """Outcome of pytest on a file of tests under the project's configuration."""
     (folder / "test_it.py").write_text(text)
     command = [sys.executable, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"), "--rootdir", str(folder)]
-    command += ["-p", "no:cacheprovider", *options, "test_it.py"]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+    command += ["-p", "no:cacheprovider", "-p", "xdist.plugin", "-p", "pytest_timeout", *options, "test_it.py"]
+    environment = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # others take a second to load
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, env=environment)
 
 
 def test_a_test_that_hangs_ends_with_the_stacks_of_all_threads(tmp_path):
@@ -57,6 +59,7 @@ def test_every_test_has_a_time_limit(request):
     assert 0 < float(request.config.getini("timeout")) <= 300
 
 
+@pytest.mark.by_day("0")
 @pytest.mark.parametrize("processes", [0, 2])
 def test_figures_are_collected_from_all_processes(processes, tmp_path):
     text = (
@@ -81,3 +84,48 @@ def test_figures_are_collected_from_all_processes(processes, tmp_path):
     assert ends["test_left_out"]["outcome"] == "skipped"
     assert "for a reason" in ends["test_left_out"]["reason"]
     assert "case 3" in done.stdout
+
+
+DEPTHS = """
+import time, pytest
+def spend(seconds):
+    until = time.process_time() + seconds
+    while time.process_time() < until: pass
+def test_long(): spend(0.3)
+@pytest.mark.full
+def test_full(): spend(0.3)
+@pytest.mark.by_day("1-x")
+@pytest.mark.parametrize("b", ["x", "y"])
+@pytest.mark.parametrize("a", [1, 2])
+def test_named(a, b): pass
+@pytest.mark.by_day(every=3)
+@pytest.mark.parametrize("k", range(6))
+def test_every(k): pass
+"""
+
+
+def run_depths(folder, *options, text=DEPTHS):
+    """The same with the plugin of the two depths, which calls a test of a tenth of a second long."""
+    plugin = (ROOT / "tests" / "depths.py").read_text().replace("spent > 1.0", "spent > 0.1")
+    (folder / "depths.py").write_text(plugin.replace("PRODUCTS, SIZE = 65, 1000", "PRODUCTS, SIZE = 3, 300"))
+    return run(folder, text, "-p", "depths", "-o", "pythonpath=.", *options)
+
+
+def test_by_day_what_is_marked_full_is_left_out(tmp_path):
+    done = run_depths(tmp_path, "-m", "not full", "-vv")
+    passed = set(re.findall(r"::(\S+) PASSED", done.stdout))
+    assert passed == {"test_long", "test_named[1-x]", "test_every[0]", "test_every[3]"}
+    wrong = run_depths(tmp_path, text=DEPTHS.replace('"1-x"', '"3-x"'))
+    assert wrong.returncode == pytest.ExitCode.USAGE_ERROR
+    assert "3-x" in wrong.stderr + wrong.stdout
+
+
+@pytest.mark.by_day("options0", "options1")
+@pytest.mark.parametrize("options", [(), ("--no-slow",), ("--no-slow", "-n", "1")])
+def test_what_takes_long_without_the_mark_is_listed_and_fails_only_if_asked(options, tmp_path):
+    done = run_depths(tmp_path, *options)
+    assert done.returncode == (1 if options else 0)
+    assert "12 passed" in done.stdout
+    listed = done.stdout[done.stdout.index("not marked full") :]
+    assert "test_long" in listed
+    assert "test_full" not in listed

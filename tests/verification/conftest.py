@@ -68,9 +68,9 @@ class _Record:
         self.config = config
 
     def pytest_runtest_logreport(self, report):
-        if report.when == "call" or report.skipped or (report.when == "setup" and report.failed):
+        text = dict(report.user_properties).get("text")  # tests of other folders have none
+        if text and (report.when == "call" or report.skipped or (report.when == "setup" and report.failed)):
             reason = report.longrepr[2] if report.skipped and isinstance(report.longrepr, tuple) else ""
-            text = dict(report.user_properties).get("text", report.nodeid)
             end = {"test": report.nodeid, "text": text, "outcome": report.outcome, "reason": reason}
             self.config.stash[ENDS].append(end)
         if report.when == "teardown":
@@ -88,6 +88,7 @@ def pytest_terminal_summary(terminalreporter, config):
             terminalreporter.write_line(line)
     if path := config.getoption("figures"):
         record = {"figures": [asdict(f) for f in figures], "tests": config.stash[ENDS]}
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
         Path(path).write_text(json.dumps(record, indent=1), encoding="utf-8")
 
 

@@ -18,6 +18,7 @@ def on_block(kind, first, **options):
     return (*errors(result.contacts[0], peak), result)
 
 
+@pytest.mark.by_day("hex27-0.03", "hex8-0.05")
 @pytest.mark.parametrize(
     ("kind", "accuracy"), [("hex20", 0.02), ("tet10", 0.02), ("hex27", 0.03), ("hex8", 0.05), ("hex8", 0.025)]
 )
@@ -36,6 +37,7 @@ def test_a_rigid_ball_to_an_accuracy(kind, accuracy, row):
     row(f"rigid ball on {kind}, accuracy {accuracy:.0%}", "estimate over error", 1.0, estimate, None, result.n_dofs)
 
 
+@pytest.mark.full
 def test_two_blocks_to_an_accuracy(row):
     """Two elastic blocks by mortar, faces of different sizes, solved to an accuracy.
 
@@ -52,6 +54,7 @@ def test_two_blocks_to_an_accuracy(row):
     row("two blocks, accuracy 3%", "peak pressure error", 0.0, abs(peak), 0.015, result.n_dofs)
 
 
+@pytest.mark.full
 def test_unknowns_against_uniform_division(row):
     """Unknowns at an accuracy, and those that uniform division would need, extrapolated from its first two levels.
 

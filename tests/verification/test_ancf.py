@@ -82,6 +82,7 @@ def errors_on_cube(n, kind="regular"):
     return np.sqrt([l2, energy]), space.n_dofs
 
 
+@pytest.mark.full
 def test_convergence(row):
     """A smooth displacement field on regular meshes: orders four in L2 and three in energy."""
     (coarse, _), (fine, dofs) = errors_on_cube(8), errors_on_cube(12)
@@ -91,6 +92,7 @@ def test_convergence(row):
     row("gradient brick, regular mesh", "order of the energy error", 3.0, energy, within=0.03, dofs=dofs)
 
 
+@pytest.mark.by_day("smooth-3.5")
 @pytest.mark.parametrize(("kind", "order"), [("smooth", 3.5), ("random", 2.5)])
 def test_convergence_on_distorted_meshes(row, kind, order):
     """The extra order stays on smooth images of regular meshes and goes where cells stay irregular."""
@@ -169,6 +171,7 @@ def solid_cantilever(nu, slenderness):
     return u.reshape(-1, 3)[mesh.boundary_nodes("x_max"), 2].mean() / beam
 
 
+@pytest.mark.by_day("0.3-2.0", "0.4999-10.0")
 @pytest.mark.parametrize("slenderness", [2.0, 10.0])
 @pytest.mark.parametrize("nu", [0.3, 0.49, 0.4999])
 def test_locking(row, nu, slenderness):
@@ -186,6 +189,7 @@ def test_locking(row, nu, slenderness):
     assert row(case, "tip / solid, lambda at 1 point", 1.0, one / fine, dofs=dofs) > 0.2
 
 
+@pytest.mark.full
 def test_nearly_incompressible_hertz(row):
     """Equal spheres of nu = 0.4999, where `AncfBody` takes the divergence as linear in each cell.
 
@@ -242,6 +246,7 @@ def plain_frequencies(mesh, held, k):
     return frequencies((K + sp.triu(K, 1).T)[free][:, free], M[free][:, free], k), len(free)
 
 
+@pytest.mark.by_day("clamped")
 @pytest.mark.parametrize("held", [{}, {"x_min": "xyz"}], ids=["free", "clamped"])
 def test_frequencies(row, held):
     """Of a block 3 x 1 x 0.8: both elements against a fine mesh of 20-node hexahedra."""
@@ -317,6 +322,7 @@ def test_pressure_shapes(row, kind, limits):
     assert limits[0] <= abs(values[0] / values[-1]) < limits[1]
 
 
+@pytest.mark.by_day("1")
 @pytest.mark.parametrize("level", [1, 2])
 def test_hertz(row, level):
     """Equal spheres, beside 20-node hexahedra with nine-node contact faces on the same mesh."""

@@ -73,6 +73,7 @@ def pressed(n, depth, radius, law=None, points=4):
     return 4 * float(path.last.reactions @ a.translation(UP)), path.last, a
 
 
+@pytest.mark.full
 def test_soft_block_pressed_by_a_third_of_its_height(row):
     """A rigid ball (R = 1) pressed 0.3 deep into a neo-Hookean block of height 1. Source: refinement of itself."""
     coarse, fine, finer = (pressed(n, 0.3, 1.0) for n in (2, 3, 5))
@@ -136,6 +137,7 @@ def test_strip_between_two_rolls(row):
     row("strip between rolls", "upper + lower roll force", 0.0, np.abs(forces[:, :, 1].sum(axis=1)).max(), 1e-8)
 
 
+@pytest.mark.by_day("conserving-10")
 @pytest.mark.parametrize(
     ("n", "scheme", "force", "rebound"),
     [(10, GeneralisedAlpha(0.5), 0.03, 0.08), (10, EnergyMomentum(), 0.02, 0.1), (20, EnergyMomentum(), 0.01, 0.05)],
@@ -170,6 +172,7 @@ def test_bar_hits_a_wall(n, scheme, force, rebound, row):
         row(case, "energy lost (damping and impact)", 0.0, motion.drift)
 
 
+@pytest.mark.full
 def test_a_bar_hits_another(row):
     """An elastic bar (nu = 0) that flies against an equal one at rest. Source: d'Alembert's waves.
 
@@ -206,6 +209,7 @@ def test_a_bar_hits_another(row):
     row(case, "energy drift", 0.0, motion.drift, 1e-8, a.n_dofs)
 
 
+@pytest.mark.full
 def test_soft_brick_bounces_ten_times_without_losing_energy(row):
     """A soft brick dropped on a floor, ten bounces, energy-momentum scheme. Source: conservation of energy."""
     mesh = fc.shapes.block((1.0, 1.0, 0.5), (2, 2, 1), element="hex8").translated((-0.5, -0.5, 0.05))
@@ -256,6 +260,7 @@ def test_stiff_pendulum_is_the_physical_pendulum(row):
     row("stiff pendulum", "energy drift", 0.0, motion.drift, 1e-6, a.n_dofs)
 
 
+@pytest.mark.full
 def test_flexible_pendulum_converges(row):
     """A soft bar hinged at an edge, released level. Source: refinement of itself."""
     angles, drifts, sizes = [], [], []

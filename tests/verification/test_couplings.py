@@ -39,6 +39,7 @@ def balls(upper_cut, lower_cut, coupling="auto", swap="auto", first="upper"):
     return float(error), result
 
 
+@pytest.mark.full
 def test_curved_faces_that_do_not_match_converge(row):
     """Mortar coupling of curved faces that do not match: convergence.
 
@@ -106,6 +107,7 @@ def test_swapping_the_sides_of_blocks_that_do_not_match(row):
     row(case, "largest moment difference", 0.0, np.abs(moments[0] - moments[1]).max(), within=1e-9)
 
 
+@pytest.mark.full
 def test_mortar_beats_nodal_forces_on_coarse_slaves(row):
     """A coarse slave on a fine master: mortar against nodal forces.
 

@@ -46,6 +46,7 @@ def bent(x):
     return x + 0.05 * np.stack([np.sin(2 * x[:, 1] + x[:, 2]), np.cos(x[:, 0] - x[:, 2]), np.sin(x[:, 0] + x[:, 1])], 1)
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize("make", [step, stairs])
 @pytest.mark.parametrize("kind", SPATIAL)
 def test_linear_displacements_pass_hanging_nodes(kind, make, row):
@@ -66,6 +67,7 @@ def test_linear_displacements_pass_hanging_nodes(kind, make, row):
         np.abs(strain - expected).max(), PATCH)  # fmt: skip
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize("midface", [False, True])
 @pytest.mark.parametrize("kind", QUADRATIC)
 def test_quadratic_displacements_pass_hanging_nodes(kind, midface, row):
@@ -147,6 +149,7 @@ def ring(kind, how):
     return boxed(part(kind, (0, 0, 0), (1, 2, 0.5), (2 * k, 4 * k, k))).mapped(polar)
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize("nu", [0.3, 0.4999])
 @pytest.mark.parametrize("kind", ["hex8", "hex20", "hex27", "tet10", "wedge15"])
 def test_a_ring_divided_where_it_is_strained_most(kind, nu, row):
@@ -203,6 +206,7 @@ def worst(result, bodies):
     return max(np.abs(np.array(stress_range(result, b)) - exact).max() for b in bodies)
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize("make", [step, stairs])
 @pytest.mark.parametrize("kind", SPATIAL)
 def test_a_divided_block_on_a_flat_is_exact(kind, make, row):
@@ -240,6 +244,7 @@ PAIRS = {
 }
 
 
+@pytest.mark.by_day(every=9)
 @pytest.mark.parametrize("coupling", ["auto", "mortar"])
 @pytest.mark.parametrize("pair", PAIRS)
 @pytest.mark.parametrize("kind", SPATIAL)
@@ -266,6 +271,7 @@ def test_uniform_pressure_passes_divided_faces(kind, pair, coupling, row):
         assert (contact.coupling == "nodal") == nests
 
 
+@pytest.mark.by_day(every=5)
 @pytest.mark.parametrize("coupling", ["auto", "mortar"])
 @pytest.mark.parametrize("pair", PAIRS)
 @pytest.mark.parametrize("kind", ["hex20", "hex27"])
@@ -311,6 +317,7 @@ def test_a_divided_layer_gives_evenly(row):
 # meshes that the package divides itself: every kind of cell, and all of them side by side
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize(("kind", "width"), CASES)
 def test_linear_displacements_pass_divided_cells_of_every_kind(kind, width, row):
     """Cells of three sizes of every kind, alone and side by side, curved, under linear displacements.
@@ -326,6 +333,7 @@ def test_linear_displacements_pass_divided_cells_of_every_kind(kind, width, row)
     row(f"divided {kind} of {width} nodes", "largest displacement error", 0.0, error, PATCH)
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize(("kind", "width"), CASES)
 def test_uniform_pressure_passes_divided_faces_of_every_kind(kind, width, row):
     """A body of every kind of cell, its contact face of three sizes, on a flat and on a block that does not match it.

@@ -92,6 +92,7 @@ def two(upper, lower, coupling="mortar"):
     return contact, result
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", ["hex20", "hex27"])
 def test_two_blocks_divided_apart(kind, row):
     """Two paraboloids, one divided within the contact and one round it, coupled by mortar.
@@ -114,6 +115,7 @@ def test_two_blocks_divided_apart(kind, row):
     assert free.max_pressure / peak > 1.15
 
 
+@pytest.mark.full
 def test_two_blocks_divided_alike(row):
     """Two paraboloids divided alike round the contact: matching faces, nodal forces, and mortar.
 

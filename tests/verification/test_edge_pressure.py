@@ -36,6 +36,7 @@ def compared(row, case, result, exact, within):
     return edge
 
 
+@pytest.mark.by_day("1-0.0015")
 @pytest.mark.parametrize(("level", "within"), [(1, 0.0015), (2, 0.0007)])
 def test_two_spheres(level, within, row):
     """Two equal spheres. Source: Hertz. Half as much again as found."""
@@ -84,6 +85,7 @@ class Round(Indenter):
         return Projection(foot, normals, foot[:, 2] - points[:, 2], np.zeros(len(r), bool))
 
 
+@pytest.mark.by_day("fourth power-0.0-4-level0-0.0045")
 @pytest.mark.parametrize(
     ("name", "flat", "power", "level", "within"),
     [

@@ -24,6 +24,7 @@ RUNS = [run for _, family in groupby(runs(), key=lambda run: run[0]) for run in 
 BY_CHANCE = 2e-3
 
 
+@pytest.mark.by_day(every=6)
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(("name", "size", "solve"), RUNS, ids=[f"{name}, {size}" for name, size, _ in RUNS])
 def test_estimate_over_error(name, size, solve, row, request):
@@ -40,6 +41,7 @@ def test_estimate_over_error(name, size, solve, row, request):
     assert 0.8 <= ratio <= largest
 
 
+@pytest.mark.by_day("0.17-2", "0.17-6")
 @pytest.mark.parametrize("n", [2, 4, 6])
 @pytest.mark.parametrize("first", [0.17, 0.1])
 def test_peak_and_area_below_a_flat_tip(n, first, row):
@@ -124,6 +126,7 @@ def bent(name, kind, cells):
     return fc.Scene([body, rigid], [fc.Contact(body, rigid)]), rigid, 1.0
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(
     ("name", "kind", "cells"),
@@ -156,6 +159,7 @@ def test_force_of_bodies_that_bend(name, kind, cells, row):
     assert 0.5 <= told / error <= 3.0
 
 
+@pytest.mark.by_day("hex8-cells0", "hex20-cells1")
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(
     ("kind", "cells"), [("hex8", (4, 4, 1)), ("hex20", (4, 4, 1)), ("hex20", (6, 6, 1)), ("hex20", (5, 5, 2))]

@@ -39,6 +39,7 @@ def test_rigid_linkage(row):
     row("four-bar, rigid, a revolution", "angle of the crank by Lagrange's equation", found, angles[-1], 1e-6)
 
 
+@pytest.mark.by_day("True")
 @pytest.mark.parametrize("corotational", [False, True])
 def test_elastic_linkage(corotational, row):
     """Bars of steel, from rest to the quick part of the first turn: the rigid limit, by two elements each.

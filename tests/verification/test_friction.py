@@ -19,6 +19,7 @@ def worst(path):
     return max(result.friction.residuals.worst for result in path.steps)
 
 
+@pytest.mark.by_day("1-0.045-0.019")
 @pytest.mark.parametrize(("level", "traction", "radius"), [(1, 0.045, 0.019), (2, 0.0165, 0.033)])
 def test_partial_slip_of_two_balls(level, traction, radius, row):
     """Partial slip of two equal balls: traction and stick radius.
@@ -286,6 +287,7 @@ def test_a_roller_creeps(row):
     assert abs(share[-1] - share[-2]) < 0.1 * abs(share[3] - share[1])  # nearly steady
 
 
+@pytest.mark.full
 def test_a_ball_creeps(row):
     """A rigid ball driven over an elastic block in finite motion, slower than it turns: friction by its creepage.
 

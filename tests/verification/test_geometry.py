@@ -47,6 +47,7 @@ def hold(row, case, results, exact, within):
         row(f"{case}, geometry {geometry!r}", "pressure L2", 0.0, error, claimed, result.n_dofs)
 
 
+@pytest.mark.full
 def test_a_ball_of_linear_cells_converges(row):
     """A ball of 8-node cells on a rigid plane, divided until 3 % are expected.
 
@@ -74,6 +75,7 @@ def cad_ball(tmp_path_factory, gmsh):
     return path
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("element", ["hex20", "tet10"])
 def test_a_ball_from_a_cad_file(element, cad_ball, row):
     """A ball from a STEP file, cut by gmsh into faces of half the contact's radius, divided until 2 % are expected.
@@ -99,6 +101,7 @@ def polygon(sides, radii, turn=0.0):
     return merge([mesh.mapped(shape)], 1e-9).upgraded(20)
 
 
+@pytest.mark.full
 def test_a_pin_of_12_sides_in_a_bore_of_17(row):
     """A conforming seat of two polygons that do not match, each of a single row of straight cells.
 

@@ -50,6 +50,7 @@ def test_ball_on_a_half_space(coupling, cells, most_l2, most_peak, row):
     assert result.residuals().worst < 1e-8
 
 
+@pytest.mark.full
 def test_two_balls_of_the_same_fineness(row):
     """Two balls of finite elements, as fine as the ball on cells.
 

@@ -30,6 +30,7 @@ def l2(found, exact):
     return float(np.sqrt(((found - exact) ** 2).sum() / (exact**2).sum()))
 
 
+@pytest.mark.by_day("128-0.008-0.01")
 @pytest.mark.parametrize(("n", "most_l2", "most_stick"), [(128, 8e-3, 1e-2), (512, 1.5e-3, 1e-3)])
 def test_mindlin(n, most_l2, most_stick, row):
     """A ball dragged by 0.6 of what friction holds, nu = 0, one step.
@@ -124,6 +125,7 @@ def test_stick_under_a_flat_punch(nu, mu, row):
     row(f"flat punch, nu = {nu}, mu = {mu}", "stick radius", exact, math.sqrt(found.stick_area / found.area), 1e-2)
 
 
+@pytest.mark.full
 def test_stick_is_the_same_for_all_indenters(row):
     """A ball pressed on in steps sticks within the same share of its contact as a flat punch.
 
@@ -206,6 +208,7 @@ def rolled(n, most_creep, most_l2, row):
     return creep[-1], exact.creepage
 
 
+@pytest.mark.full
 def test_a_ball_rolls(row):
     """A ball that starts to roll under a tenth of mu P, cell by cell, over two widths of its contact.
 
@@ -228,6 +231,7 @@ def test_a_ball_rolls(row):
     row("ball that rolls, 12 and 24 cells across", "creepage, extrapolated", exact, 2 * found[1] - found[0], 0.02)
 
 
+@pytest.mark.by_day("1", "4")
 @pytest.mark.parametrize("seed", range(10))
 def test_random_paths_dissipate(seed, row):
     """Ten paths of four random steps each: forces, shifts, twists, unlike and equal bodies, mu from 0.1 to 2.

@@ -32,6 +32,7 @@ def pressed_pin(clearance, approach):
     return scene.solve(motions={pin: {"x": approach}}, finite_motion=False)
 
 
+@pytest.mark.by_day("0.01-0.02", "0.0-0.01")
 @pytest.mark.parametrize(("clearance", "approach"), [(0.01, 0.02), (0.01, 0.03), (1e-3, 0.02), (0.0, 0.01)])
 def test_pin_in_a_hole(clearance, approach, row):
     """Conforming contact: a pin in a hole. Source: Michell's series for both rings, hats of pressure, one LCP.
@@ -92,6 +93,7 @@ def test_receding_layer(row):
     row("layer that recedes", "pressure / load, light", 0.0, np.abs(1e3 * light - found).max() / found.max(), 1e-9, n)
 
 
+@pytest.mark.by_day("radii0-0.008")
 @pytest.mark.parametrize(("radii", "most"), [((50.0, 50.0), 8e-3), ((50.0, 20.0), 8e-3)])
 def test_crossed_cylinders(radii, most, row):
     """Two cylinders crossed at right angles: a circle or an ellipse. Source: Hertz; Johnson 1985, chapter 4."""
@@ -150,6 +152,7 @@ def rounded_punch_pressure(exact, flat, r):
     return np.sqrt(1 - r**2) * np.interp(r, table, exact.pressure(table) / np.sqrt(1 - table**2))
 
 
+@pytest.mark.by_day("128")
 @pytest.mark.parametrize("n", [128, 256, 512])
 def test_punch_with_a_rounded_edge(n, row):
     """A flat punch with a rounded edge: pressure is finite but steep. Source: Galin-Sneddon integrals of the profile.

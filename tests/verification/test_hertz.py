@@ -24,6 +24,7 @@ PROMISED = {
 }
 
 
+@pytest.mark.by_day("equal-symmetric-hex20", "equal-two-bodies-hex8", "unequal-two-bodies-hex8")
 @pytest.mark.parametrize(("case", "model", "element"), PROMISED)
 def test_default_level_reaches_what_is_promised(case, model, element, row):
     """The main job: two spheres at the default level.
@@ -53,6 +54,7 @@ def certified(out):
     assert abs(out.total_force / out.case.force - 1) <= 1e-10
 
 
+@pytest.mark.full
 def test_level_three_is_within_half_a_percent(row):
     """Two equal spheres at level 3.
 
@@ -82,6 +84,7 @@ def test_equal_spheres_are_factorised_once():
     assert out.result.n_dofs == 2 * out.result.n_dofs_factorised
 
 
+@pytest.mark.full
 def test_edge_fit_pays(row):
     """A ring of the mesh on the edge of the contact lowers the error. Source: the same level without; Hertz."""
     fitted, plain = (solve_spheres("equal", model="symmetric", edge_fit=fit) for fit in (True, False))
@@ -90,6 +93,7 @@ def test_edge_fit_pays(row):
     assert abs(fitted.pressure_l2_error) < abs(plain.pressure_l2_error)
 
 
+@pytest.mark.full
 def test_first_passes_know_the_edge(row):
     """The first passes that find the edge of the contact, by the spheres' sections.
 
@@ -128,6 +132,7 @@ def test_stress_at_the_centre_below_plain_and_nine_node_faces(pressure, least, m
     assert least < found / out.case.hertz.p0 - 1 < most
 
 
+@pytest.mark.full
 def test_units_do_not_matter(row):
     """The same spheres in cm and kgf, in mm and N, in m and Pa.
 
@@ -153,6 +158,7 @@ def reference():
     return solve_spheres("equal", level=1, model="symmetric", solver="active-set")
 
 
+@pytest.mark.by_day("wolfe", "nnls")
 @pytest.mark.parametrize("solver", [s for s in fc.available_solvers() if s != "active-set"])
 def test_every_solver_finds_the_same_pressure(solver, reference, row):
     """Every solver on the main job. Source: the active-set solver. All are certified to 1e-10; condition some tens."""
@@ -162,6 +168,7 @@ def test_every_solver_finds_the_same_pressure(solver, reference, row):
     certified(out)
 
 
+@pytest.mark.full
 def test_superlu_gives_the_same_answer(row):
     """Two factorisations of one matrix.
 

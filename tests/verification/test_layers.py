@@ -32,6 +32,7 @@ def layer_under_a_ball(ratio, nu):
     return material, exact, fc.RigidBody(fc.Sphere(exact.R)).placed(rotation=UPSIDE_DOWN)
 
 
+@pytest.mark.by_day(every=4)
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 5.0])
 @pytest.mark.parametrize("nu", [0.3, 0.49, 0.499])
 @pytest.mark.parametrize("element", ["quad8", "quad9"])
@@ -50,6 +51,7 @@ def test_section_of_a_thin_bonded_layer(ratio, nu, element, row):
     )
 
 
+@pytest.mark.by_day("1.0-0.49")
 @pytest.mark.parametrize(("ratio", "nu"), [(1.0, 0.49), (5.0, 0.499)])
 def test_quarter_of_a_thin_bonded_layer(ratio, nu, row):
     """Ready quarter of a thin bonded layer in space, default level; source and bound as for the section."""

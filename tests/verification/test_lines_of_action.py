@@ -38,6 +38,7 @@ def pressed(body, other, motion, coupling):
     return pressure, result
 
 
+@pytest.mark.by_day("hex8-auto-1e-10-0.1", "hex20-mortar-1e-05-0.2", "quad8-auto-1e-10-0.1")
 @pytest.mark.parametrize("ratio", [0.1, 0.2])
 @pytest.mark.parametrize(
     ("element", "coupling", "within"),

@@ -22,6 +22,7 @@ def quarter_of_a_layer(material):
 # Found: 0.068 to 0.088 % in the pressure, of which the cells alone make 0.07 % (half-space, 512 cells), and up to
 # 0.013 % in the approach; a half-space without remainder is 5 to 20 % and 13 to 106 % off. The bounds are those asked
 # of the method.
+@pytest.mark.by_day("0.2-0.3", "0.5-0.45")
 @pytest.mark.parametrize("nu", [0.3, 0.45])
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0])
 def test_bonded_layer(ratio, nu, row):
@@ -52,6 +53,7 @@ FINE = Level(core=60, rings=40, edge=0.05, layer=0.1, growth=1.2)
 
 # Found: 0.007 % in the approach and 0.02 % in the centre, by a mesh that is the same for all three; Hertz is 2.2, 4.6
 # and 9.5 % off in the approach. The bounds are those asked of the method.
+@pytest.mark.by_day("0.2")
 @pytest.mark.parametrize("ratio", [0.05, 0.1, 0.2])
 def test_half_sphere_on_a_plane(ratio, row):
     """A half-sphere with its flat face clamped, on a rigid plane, contact radius a: 2500 dofs, 256 cells.
@@ -89,6 +91,7 @@ def quarter_ball(radius, material, name):
     return fc.ElasticBody(mesh, material, contact="cap", geometry=fc.Sphere(radius), supports=supports, name=name)
 
 
+@pytest.mark.full
 def test_two_half_spheres_of_different_size(row):
     """Half-spheres of radii 1 and 2, each a local body of 2500 dofs, their cells on each other.
 
@@ -148,6 +151,7 @@ def beside_an_edge(distance, mesh_number):
 
 # Found at 3.6 radii: 0.06 and 0.007 % in the pressure by the two coarser meshes, at 1.8 radii 0.44 and 0.11 %. Betti's
 # defect is 1.2 to 5 times that. 0.2 % is asked of the middle mesh.
+@pytest.mark.by_day("0.5")
 @pytest.mark.parametrize("distance", [1.0, 0.5])
 def test_beside_a_free_edge(distance, row):
     """Contact of radius 0.28 beside the free edge of a block: three meshes, and Betti's defect as an estimate.
@@ -166,6 +170,7 @@ def test_beside_a_free_edge(distance, row):
 
 
 # Found: a tenth with every two nodes more, down to what the mesh leaves: 8e-5 and 4e-7 of the two smaller windows.
+@pytest.mark.by_day("0.46")
 @pytest.mark.parametrize("side", [0.46, 1.15, 2.3])
 def test_decay_of_the_remainder(side, row, monkeypatch):
     """Largest Chebyshev coefficient of the highest degree, by the nodes along a window on a layer of thickness 1.

@@ -61,6 +61,7 @@ def test_hertz_in_a_large_block(row):
 
 # Found: at most 0.7 and 1.5 % of the peak pressure, at the base, where six elements lie across the thickness, and 0.2
 # and 0.35 % in the mean of squares.
+@pytest.mark.by_day("0.45-0.02-0.005")
 @pytest.mark.parametrize(("nu", "most", "mean"), [(0.3, 0.01, 3e-3), (0.45, 0.02, 5e-3)])
 def test_bonded_layer(nu, most, mean, row):
     """A paraboloid on a bonded layer, a/h = 0.5: stresses through the layer.
@@ -90,6 +91,7 @@ SECTION = Level(core=36, rings=30, edge=0.06, layer=0.06, growth=1.12)
 
 # Found: 0.3 % in the largest von Mises stress and 0.1 % of p0 in the mean of squares, of which the section makes most:
 # finer ones come nearer. With forces along the normals of the face, not of the contact, stresses are 10 % of p0 off.
+@pytest.mark.full
 def test_half_sphere_on_a_plane(row):
     """A half-sphere with its flat face clamped, on a rigid plane, a/R = 0.1: stresses below the curved face.
 

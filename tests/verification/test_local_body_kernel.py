@@ -31,6 +31,7 @@ def _without(part, monkeypatch):
 
 # Found: 0.003 to 0.017 % in the approach and 0.005 to 0.012 % in the centre with all parts. The bounds are those asked
 # of the method; without slopes the approach is 0.22, 0.03 and -0.16 % off, see docs/theory/local-bodies.md.
+@pytest.mark.by_day("0.3")
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
 def test_parts_of_the_kernel(nu, row, monkeypatch):
     """A half-sphere with its flat face clamped, on a rigid plane, contact radius 0.2 of its own: 2500 dofs, 128 cells.
@@ -70,6 +71,7 @@ def test_parts_of_the_kernel(nu, row, monkeypatch):
 
 
 # Found: 0.004 % and 0.003 %; the bounds are those asked of the method.
+@pytest.mark.full
 def test_unequal_curvatures(row):
     """Half an ellipsoid, semi-axes 1.6, 1 and 1, clamped, on a rigid plane, nu = 0.45: a mesh of 2500 dofs.
 

@@ -52,6 +52,7 @@ def pressed(parts, ball_size, bracket_size):
     return result.contacts[0].pressure, -result.rigid_motion(one).translation[2], seconds, n_dofs
 
 
+@pytest.mark.full
 def test_a_ball_on_a_bracket(parts, row):
     """Elements of a quarter of the radius, thirteen times the contact radius on the bracket, none of them fitted.
 

@@ -58,6 +58,7 @@ def test_uniform_pressure_is_exact(element, pressure, row):
     assert abs(high + 1) < EXACT
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize("kind", SPATIAL)
 @pytest.mark.parametrize("nu", [0.3, 0.49])
 @pytest.mark.parametrize("integration", ["auto", "selective"])

@@ -56,6 +56,7 @@ PAIRS = [
 ]
 
 
+@pytest.mark.by_day(every=5)
 @pytest.mark.parametrize(("upper", "lower"), PAIRS, ids=lambda side: f"{side[0]}{side[1]}")
 @pytest.mark.parametrize("swapped", [False, True], ids=["", "swapped"])
 def test_uniform_pressure_passes_an_interface_of_kites(upper, lower, swapped, row):

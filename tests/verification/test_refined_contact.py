@@ -86,6 +86,7 @@ def halved(case, found, within, row):
     row(case, "unknowns, divided twice over undivided", 0.0, dofs[-1] / dofs[0], 1.6)
 
 
+@pytest.mark.by_day("hex8-within0", "hex20-within1")
 @pytest.mark.parametrize(
     ("kind", "within"),
     [("hex8", (0.07, 0.03)), ("hex20", (0.027, 0.005)), ("hex27", (0.028, 0.005)), ("tet10", (0.037, 0.003))],
@@ -106,6 +107,7 @@ def test_a_rigid_ball_on_a_divided_block(kind, within, row):
     halved(f"rigid ball on {kind}", found, within, row)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("kind", "within"), [("hex20", (0.047, 0.002)), ("tet10", (0.08, 0.002))])
 def test_two_blocks_divided_where_they_touch(kind, within, row):
     """Two elastic blocks by mortar coupling, cells of different sizes and kinds, divided twice where they touch.

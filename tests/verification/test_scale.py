@@ -70,6 +70,7 @@ def test_a_floating_body_is_grounded_as_with_a_factor(row):
     row("floating body, multigrid", "largest force against the factor's", 0.0, error, SAME)
 
 
+@pytest.mark.by_day("hex8-divisions0")
 @pytest.mark.parametrize(("element", "divisions"), [("hex8", (6, 6, 4)), ("hex20", (4, 4, 3))])
 def test_steps_grow_less_than_without_multigrid(element, divisions, row):
     """Steps of multigrid with elements half as wide.
@@ -130,6 +131,7 @@ def _two_blocks(backend, springs=False):
     return scene.solve(motions={upper: {"z": -0.01, "rx": 0.005}})
 
 
+@pytest.mark.by_day("False")
 @pytest.mark.parametrize("springs", [False, True])
 def test_two_elastic_bodies(springs, row):
     """Two elastic blocks that do not match, both with multigrid.

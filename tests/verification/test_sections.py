@@ -227,6 +227,7 @@ def test_shrink_fit(divisions, plane, row):
 # patch tests with curves that do not match
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize("kind", ["plane", "ring"])
 @pytest.mark.parametrize("divisions", [(2, 2), (2, 3), (3, 2), (1, 5), (5, 1)])
 @pytest.mark.parametrize("element", ["quad8", "quad9"])

@@ -53,6 +53,7 @@ def test_a_block_slides_to_rest(scheme, solid, row):
         row(name, "energy and work of friction, drift", 0.0, motion.drift, 1e-9)
 
 
+@pytest.mark.by_day("conserving")
 @pytest.mark.parametrize("scheme", SCHEMES, ids=["alpha", "conserving"])
 def test_a_block_stays_on_a_slope_that_is_shaken(scheme, solid, row):
     """Within its cones a block does not creep, however often it is shaken. Source: statics."""
@@ -97,6 +98,7 @@ def test_a_belt_carries_a_block_along(solid, row):
     row("block on a belt", "work of friction", MASS * speed**2 / 2, motion.friction_work[-1], 0.05)
 
 
+@pytest.mark.full
 def test_nothing_creeps(row):
     """A block that friction holds on a slope. Source: statics; penalties creep by a share of the first slip a step.
 
@@ -109,6 +111,7 @@ def test_nothing_creeps(row):
         row(name, "motion of its feet in 25 steps over the first slip", 0.0, creep_in_motion(25, scheme), 1e-9)
 
 
+@pytest.mark.full
 def test_energy_of_random_walks(row):
     """Coulomb's law, Signorini's and the balance of forces in every step of random walks at large deformation.
 

@@ -111,6 +111,7 @@ def errors(body, name, distance):
     return np.array([np.sqrt(np.mean((distance(x) / length) ** 2)), np.sqrt(np.mean(sine**2))])
 
 
+@pytest.mark.by_day(every=4)
 @pytest.mark.parametrize("case", CASES)
 def test_faces_come_nearer_to_the_part(case, row):
     """Faces on the surface fitted to them, beside faces as meshed: how far they are from the part they stand for.

@@ -70,6 +70,7 @@ def two():
 # 14: units, poses, numbering, sides
 
 
+@pytest.mark.by_day("1e-09-1000.0", "1000000000.0-0.001")
 @pytest.mark.parametrize("length", [1e-3, 1e3])
 @pytest.mark.parametrize("modulus", [1.0, 1e-9, 1e9])
 def test_units(length, modulus, reference, row):
@@ -320,6 +321,7 @@ def test_slender_elements(aspect, row):
     row(f"18 aspect ratio {aspect:g}", "largest pressure error", 0.0, error, 1e-14 * max(aspect**2, 1e3), result.n_dofs)
 
 
+@pytest.mark.by_day("1-0.01", "1-0.0001")
 @pytest.mark.parametrize("ratio", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("bodies", [1, 2])
 def test_light_loads(ratio, bodies, reference, row):
@@ -425,6 +427,7 @@ def hard_scene(nu=0.3, ratio=None, level=LEVEL, contrast=None, element="hex20", 
     return result.condensed.problem, contact.forces[order] / contact.forces.sum(), result.residuals().worst
 
 
+@pytest.mark.by_day("8-node elements", "thin layer of elements at the surface", "nu = 0.4999")
 @pytest.mark.parametrize("name", HARD_SCENES)
 def test_condition_residual_and_spread(name, row):
     """Condition of the scaled compliance on the points in touch; change of a force by units and by numbering."""

@@ -56,6 +56,7 @@ CUTS = {"hex20": (0.3, 0.15), "tet10": (0.15, 0.1)}
 WITHIN = {"force": 0.01, "area": 0.05, "peak pressure": 0.03}
 
 
+@pytest.mark.full
 def test_hexahedra_and_tetrahedra_of_a_step_file_agree(pressed, row):
     """A drilled pin from a STEP file: hexahedra against tetrahedra.
 

@@ -162,6 +162,7 @@ def test_thin_asymptotes_within_their_stated_errors():
     assert errors[1][1] < 0.3 * errors[0][1]
 
 
+@pytest.mark.by_day("0.0-bonded")
 @pytest.mark.parametrize("base", ["bonded", "frictionless"])
 @pytest.mark.parametrize("nu", [0.0, 0.4999])
 def test_force_and_approach_are_inverse_of_each_other(base, nu):

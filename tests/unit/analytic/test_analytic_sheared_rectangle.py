@@ -39,6 +39,7 @@ def test_surface_bears_the_traction_and_nothing_else() -> None:
     ).all()
 
 
+@pytest.mark.full
 def test_sections_below_carry_the_force() -> None:
     """Over a plane z = const the shear stresses balance the traction; the part beyond 40 half-sides is left out."""
     x, w = np.polynomial.legendre.leggauss(200)

@@ -254,6 +254,7 @@ def test_finite_motion_and_sweeps():
     assert len(rows) == 2
 
 
+@pytest.mark.full
 def test_hertz_from_the_command_line(capsys):
     from fecontact.app.cli import main
 

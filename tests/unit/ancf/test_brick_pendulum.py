@@ -1,6 +1,7 @@
 """The falling bar of Campanelli, Berzeri & Shabana by bricks: they tend to the beam with their measure of strain."""
 
 import numpy as np
+import pytest
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, EnergyMomentum, Joints, move
@@ -10,6 +11,7 @@ from fecontact.ancf import AncfSolid, AncfSpace, Assembly, EnergyMomentum, Joint
 GREEN, STRETCH = (-0.126917, -0.29931), (-0.126258, -0.292339)
 
 
+@pytest.mark.full
 def test_bricks_fall_like_the_beam_with_green_lagrange_strain():
     """Hinged by a rigid hub that weighs next to nothing; 12 bricks and steps of 2.5 ms err by 1 %."""
     length, width, height, n = 1.2, 0.2, 0.009, 12

@@ -256,6 +256,7 @@ def dropped_flat(unit=1.0, on_brick=False):
     return a, move(a, until=0.24, step=0.01, scheme=EnergyMomentum(), velocity=speed, forces=gravity)
 
 
+@pytest.mark.by_day("plane")
 @pytest.mark.parametrize("on_brick", [False, True], ids=["plane", "brick"])
 def test_one_brick_dropped_flat_bounces_and_keeps_its_energy(on_brick):
     """The whole contact face comes to rest at once, so that its motion in a step is nothing but rounding."""
@@ -370,6 +371,7 @@ def test_contact_with_a_curved_tool_keeps_the_band():
     assert abs(found - a.free.T @ (K - elsewhere) @ a.free).max() < 1e-14 * abs(K).max()
 
 
+@pytest.mark.by_day("ball-conserving")
 @pytest.mark.parametrize("scheme", [GeneralisedAlpha(0.8), EnergyMomentum()], ids=["alpha", "conserving"])
 @pytest.mark.parametrize("other", ["ball", "brick"])
 def test_nothing_flies_through_another_body_in_a_long_step(scheme, other):

@@ -54,6 +54,7 @@ def test_a_moment_does_the_work_of_the_angle_in_a_plane(space):
     assert abs(work - 2 * np.pi) < 1e-5  # the mid-point rule's (2 pi / 2000)^2
 
 
+@pytest.mark.full
 def test_a_cantilever_rolled_into_a_circle_by_its_end_moment():
     """M = 2 pi E I / L. A solid of L/h = 100 differs from Euler's beam by (2 pi h/L)^2 = 0.4 %; 12 bricks: 0.4 %."""
     n, length, h, E = 12, 10.0, 0.1, 1e4
@@ -82,6 +83,7 @@ def shell(x):
     return 2.0 ** x[:, :1] * d / np.linalg.norm(d, axis=1)[:, None]
 
 
+@pytest.mark.by_day("tube")
 @pytest.mark.parametrize("form", [tube, shell])
 def test_inflation_of_rubber(form):
     """A thick tube and sphere, inner radius stretched by a half. Source: R. S. Rivlin, Phil. Trans. A 242 (1949).

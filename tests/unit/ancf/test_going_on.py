@@ -45,6 +45,9 @@ def moved(a: Assembly, state: State):
     return a.lengths * (state.q - a.q0)
 
 
+@pytest.mark.by_day(
+    "from nothing-larger", "from the first load-none", "from nothing-smaller", "from nothing-another direction"
+)
 @pytest.mark.parametrize(
     ("first", "second"),
     [

@@ -155,6 +155,7 @@ def deflection(s, D, clamped):
     return u.reshape(s.vectors.shape)[middle, 0, 2] * D / 0.00126532
 
 
+@pytest.mark.by_day("0.4999-10", "0.0-1000")
 @pytest.mark.parametrize("slenderness", [10, 1000])
 @pytest.mark.parametrize("nu", [0.0, 0.4999])
 def test_plates_do_not_lock(slenderness, nu):

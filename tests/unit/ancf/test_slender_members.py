@@ -218,6 +218,7 @@ def test_a_bar_pressed_on_a_plate():
     assert lift(path, a) == pytest.approx(3 * E * width * thick**3 / 12 * down / a_**3, rel=1e-4)
 
 
+@pytest.mark.by_day("scheme0")
 @pytest.mark.parametrize("scheme", [GeneralisedAlpha(), EnergyMomentum()])
 def test_a_bar_thrown_across_another(scheme):
     """Both in free flight: momentum and its moment stay, energy as the scheme has it, and they part again."""

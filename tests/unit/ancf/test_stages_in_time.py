@@ -64,6 +64,7 @@ def test_a_base_that_accelerates_is_gravity(scheme):
         assert abs(driven.work[-1] / driven.energy[-1] - 1) < 0.05
 
 
+@pytest.mark.by_day("alpha")
 @SCHEMES
 def test_a_floor_that_moves_is_a_body_that_falls(scheme):
     """Galilei: a plane at speed v hits a body at rest as a body at speed v hits a plane at rest."""

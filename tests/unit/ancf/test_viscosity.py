@@ -98,6 +98,7 @@ def test_rigid_motions_are_not_resisted_and_forces_are_derivatives(volumetric):
     assert np.abs(solid.viscous_tangent(q, h) @ d - change).max() < 1e-7 * np.abs(change).max()
 
 
+@pytest.mark.full
 def test_a_blow_fades_and_the_energy_is_accounted_for(tmp_path):
     viscosity = Viscosity(0.01, [(1.0, 0.2)])
     a = bar(viscosity, density=1.0, law=NeoHookean(), supports={"x_min": "xyz"})

@@ -82,6 +82,7 @@ def test_the_report_case_refuses_files_that_it_would_not_write(tmp_path, capsys)
     assert "writes no files" in capsys.readouterr().err
 
 
+@pytest.mark.full
 def test_a_reader_that_stops_loses_no_files(tmp_path):
     """As behind ``| head -1``: no traceback, and the files that were asked for are written."""
     command = "halfspace sphere --radius 10 --E 1 --nu 0 --force 1e-4 --cells 32 --csv"

@@ -14,6 +14,7 @@ from fecontact.app.compare import machine, refinements
 from fecontact.app.compare.refinements import WAYS, compare_scene
 
 
+@pytest.mark.full
 def test_a_scene_is_compared_with_its_finest_run(tmp_path, capsys):
     path, out = tmp_path / "scene.toml", tmp_path / "out"
     path.write_text(BALL_ON_BLOCK)
@@ -59,6 +60,7 @@ def test_a_scene_that_reads_another_mesh_is_run_again(tmp_path, monkeypatch):
     assert len(rows_path.read_text().splitlines()) == 6 * len(WAYS)
 
 
+@pytest.mark.full
 def test_a_scene_that_cannot_be_refined_is_named(tmp_path, capsys):
     path = tmp_path / "scene.toml"
     path.write_text(BALL_ON_BLOCK)

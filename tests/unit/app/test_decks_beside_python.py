@@ -320,6 +320,7 @@ def tilt_of(result):
     return np.linalg.lstsq(columns, result.displacement(result.given(body))[top, 2], rcond=None)[0][1]
 
 
+@pytest.mark.full
 def test_nlgeom_is_followed_and_what_it_changes_is_said(read):
     meshes = blocks(divisions=((3, 3, 3), (3, 3, 3)))
     top = meshes[1].boundary_nodes("top")

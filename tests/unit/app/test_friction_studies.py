@@ -13,6 +13,7 @@ from fecontact.common.errors import InputError
 PLAIN = {"radius": 10.0, "E": 2.0, "nu": 0.0, "force": 1e-3, "friction": 0.3}
 
 
+@pytest.mark.by_day("mindlin-48-most0", "carter-12-most2", "fretting-32-most1")
 @pytest.mark.parametrize(
     ("name", "cells", "most"),
     # first order in the cells, of which the edge of stick and of contact is one
@@ -45,6 +46,7 @@ def test_studies_find_their_closed_form(name, cells, most):
     assert "worst residual" in str(found)
 
 
+@pytest.mark.by_day("mindlin-12", "fretting-12")
 @pytest.mark.parametrize(("name", "cells"), [("mindlin", "12"), ("fretting", "12"), ("carter", "12"), ("block", "2")])
 def test_files_and_pictures(name, cells, tmp_path, capsys):
     files = {kind: tmp_path / f"out.{kind}" for kind in ("json", "png", "csv")}

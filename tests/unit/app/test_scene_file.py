@@ -10,7 +10,6 @@ import pytest
 import fecontact as fc
 from fecontact.app.cli import main
 from fecontact.app.scene_file.toml_table import did_you_mean
-from fecontact.results.pictures import bodies as view
 
 BLOCK = """
 title = "a block on a floor"
@@ -36,11 +35,6 @@ master = "floor"
 LOADS = "[loads]\nmotions.block = {z = -0.01}\n"
 # the same numbers computed in the same way
 SAME = 1e-12
-
-
-@pytest.fixture(autouse=True)
-def small_pictures(monkeypatch):
-    monkeypatch.setattr(view, "PIXELS", (160, 120))
 
 
 @pytest.fixture

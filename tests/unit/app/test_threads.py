@@ -12,6 +12,7 @@ from fecontact.app.cli import set_threads
 RUN = "import sys; from fecontact.app.cli import main; sys.exit(main(['hertz', '--level', '1', '--json', '-']))"
 
 
+@pytest.mark.full
 def test_two_threads_give_what_one_gives():
     """Sums in another order: a few units of rounding, times the condition of the condensed problem."""
     found = []

@@ -52,6 +52,7 @@ def test_layers_of_the_same_material_change_nothing():
     assert np.abs(alone.stress(POINTS) - layered.stress(POINTS)).max() < 1e-6 * alone.max_pressure
 
 
+@pytest.mark.full
 def test_layers_balance_the_force_at_their_base():
     stiff = fc.Material(E=20.0, nu=0.2)
     _, contact = ball(layers=[fc.Layer(stiff, 0.4)])
@@ -143,6 +144,7 @@ def edges(grid):
 LAYERS = [[], [fc.Layer(fc.Material(E=9.0, nu=0.2), 0.02)]]
 
 
+@pytest.mark.by_day("oblong-homogeneous", "square-layered")
 @pytest.mark.parametrize("layers", LAYERS, ids=["homogeneous", "layered"])
 @pytest.mark.parametrize("size_y", [0.3, 0.41], ids=["square", "oblong"])
 def test_stress_on_edges_and_corners_of_cells_is_the_mean_of_the_sides(layers, size_y):

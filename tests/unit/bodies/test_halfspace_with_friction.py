@@ -246,6 +246,7 @@ def test_the_path_matters_and_a_repeated_cycle_repeats():
     assert path.work_density.min() >= -1e-9 * path.work_density.max()
 
 
+@pytest.mark.full
 def test_energy_balances_in_a_loop():
     """What the forces put in is dissipated, where the end is the state of the beginning."""
     body = half(PLAIN, against=PLAIN)

@@ -45,6 +45,7 @@ def test_a_relief_leaves_out_what_is_not_there() -> None:
     assert np.allclose(cut.depth(np.array([0.5]), np.array([0.7])), 0.0125)
 
 
+@pytest.mark.full
 def test_planes_of_symmetry_and_axes_do_not_matter() -> None:
     """A quarter, a whole, and a whole in axes askew: the same ball, the first two on the same mesh."""
     quarter = fc.shapes.quarter_sphere(RADIUS, contact_radius=2.0, level=COARSE)

@@ -142,6 +142,7 @@ def test_a_window_at_an_edge_is_refused_if_that_takes_too_many_cells(monkeypatch
     assert fc.LocalBody(block(), (2.0, 2.0, 2.0), 0.6, (8, 8)).remainder.defect < 0.01
 
 
+@pytest.mark.full
 def test_a_mesh_too_coarse_for_the_edge_beside_the_window_is_divided() -> None:
     body = block()
     local = fc.LocalBody(body, (0.28, 2.0, 2.0), 0.4, (8, 8))
@@ -158,6 +159,7 @@ def test_a_mesh_too_coarse_for_the_edge_beside_the_window_is_divided() -> None:
     assert result.residuals().worst < 1e-8
 
 
+@pytest.mark.full
 def test_uniform_pressure_displaces_the_mesh_as_finite_elements_say() -> None:
     """Uniform pressure over the window, on cells and on the faces that it covers: alike, to the error of the mesh."""
     mesh = fc.shapes.block((4.0, 4.0, 2.0), (12, 12, 6))

@@ -86,6 +86,7 @@ def test_the_grid_and_the_place_of_the_half_space_do_not_matter(
     assert there.solved(half).surface("surface").cell_area == crown.window.grid.area
 
 
+@pytest.mark.full
 def test_a_half_space_is_a_large_block() -> None:
     """Source: a local body of a block of ten contact radii; the approach differs by that of the block's far field."""
     mesh = fc.shapes.quarter_sphere(10.0, contact_radius=2.0, level=COARSE)
@@ -105,6 +106,7 @@ def test_a_half_space_is_a_large_block() -> None:
     assert found.contacts[0].max_pressure == pytest.approx(half.max_pressure, rel=2e-3)
 
 
+@pytest.mark.full
 def test_a_half_space_may_incline_to_the_window(ball: fc.ElasticBody) -> None:
     """The window at the pole for a contact beside it, against one at the contact: cosines are within 0.2 %."""
     turn = fc.rotation_about((0, 1, 0), 0.06)

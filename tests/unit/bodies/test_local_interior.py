@@ -41,6 +41,7 @@ def section(local, result, z: float) -> np.ndarray:
     return np.outer(dt, dt).ravel() @ stress[:, [5, 4, 2]]
 
 
+@pytest.mark.full
 def test_horizontal_sections_carry_the_load(block) -> None:
     """To the error of the coarse mesh's stresses, which is the largest at the clamped base."""
     for z, most in ((1.9, 3e-3), (1.5, 2e-3), (1.0, 6e-3), (0.0, 0.015)):
@@ -99,6 +100,7 @@ def test_planes_of_symmetry_and_poses_do_not_matter(block) -> None:
     assert np.abs(other[0] - one[0] @ turn.T).max() < 1e-6 * np.abs(one[0]).max()
 
 
+@pytest.mark.full
 def test_two_windows_are_two_local_bodies_together() -> None:
     """Under given loads the fields of a body with two windows are the sum of those of either alone."""
     body = fc.ElasticBody(fc.shapes.block((4.0, 2.0, 1.0), (8, 4, 2)), SOLID, supports={"bottom": "xyz"})

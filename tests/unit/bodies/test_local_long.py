@@ -21,6 +21,7 @@ def _pressed(divisions):
     return float(-result.rigid_motion(roller).translation[2]), result.contacts[0], local.remainder.defect
 
 
+@pytest.mark.full
 def test_a_crowned_roller_needs_no_more_mesh_than_a_ball():
     coarse, contact, defect = _pressed((8, 6, 4))
     fine, _, _ = _pressed((12, 8, 6))

@@ -43,6 +43,7 @@ def _every_cell(both):
     return sp.csr_matrix(sp.hstack([rows, sp.csr_matrix((n, both.n_dofs - 3 * n))]))
 
 
+@pytest.mark.full
 def test_two_windows_are_as_one_over_both():
     """Cells of the same size and place; the single window is long, so that its own remainder is less smooth."""
     body = _block()
@@ -73,6 +74,7 @@ def test_operator_is_the_matrix(monkeypatch):
     assert np.linalg.eigvalsh(dense).min() > 0
 
 
+@pytest.mark.full
 def test_many_cells_in_both_windows_give_the_same(monkeypatch):
     body = _block()
     names = ("window 1", "window 2")

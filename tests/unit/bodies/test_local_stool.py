@@ -47,6 +47,7 @@ def test_the_feet_carry_what_statics_says(large: fc.ContactResult) -> None:
     np.testing.assert_allclose(forces, tops, rtol=3e-3)
 
 
+@pytest.mark.full
 def test_large_windows_are_solved_together(plate: fc.ElasticBody, large: fc.ContactResult, monkeypatch) -> None:
     """By active sets on all windows, as by projected conjugate gradients with products alone."""
     assert large.solution.solver == "joint-grids"

@@ -156,6 +156,7 @@ def test_division_goes_on_with_the_same_surface():
     assert off.max() < 1e-12 * RADIUS
 
 
+@pytest.mark.by_day("1000.0-place1")
 @pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (100.0, -50.0, 30.0)])
 @pytest.mark.parametrize("scale", [1.0, 1e3])
 def test_place_and_size_do_not_matter(place, scale):

@@ -171,6 +171,7 @@ def hertz_scene(kind, scale=1.0, modulus=1.0, rotation=None, shift=(0, 0, 0), se
     return result, upper
 
 
+@pytest.mark.by_day("1.0-1000000000.0-PlaneBody", "0.001-1.0-AxisymmetricBody")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("scale", "modulus"), [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e9), (1.0, 1e-9)])
 def test_units_do_not_matter(kind, scale, modulus):

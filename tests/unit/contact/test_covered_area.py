@@ -29,6 +29,9 @@ def hanging(overlap, cells=(2, 2, 2), coupling="auto", element="hex20"):
     return scene.solve(forces={upper: (0, 0, -1)}).contacts[0]
 
 
+@pytest.mark.by_day(
+    "cells0-auto-0.1", "cells1-nodal-0.37", "cells0-mortar-0.01", "cells0-auto-0.5", "cells1-mortar-0.1"
+)
 @pytest.mark.parametrize("overlap", [0.5, 0.37, 0.1, 0.01])
 @pytest.mark.parametrize("coupling", ["auto", "nodal", "mortar"])
 @pytest.mark.parametrize("cells", [(2, 2, 2), (3, 3, 2)])
@@ -94,6 +97,7 @@ def test_blocks_that_share_a_corner_are_refused(coupling):
         fc.Scene([lower, upper], [fc.Contact(upper, lower, coupling=coupling)]).solve(forces={upper: (0, 0, -1)})
 
 
+@pytest.mark.by_day("mortar")
 @pytest.mark.parametrize("coupling", ["auto", "nodal", "mortar"])
 def test_quarters_of_balls_on_opposite_sides_of_a_plane_are_refused(coupling):
     mesh = fc.shapes.quarter_sphere(10.0, contact_radius=1.0, level=1)

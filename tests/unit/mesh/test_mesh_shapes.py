@@ -58,6 +58,17 @@ VOLUME = {
 }
 
 
+@pytest.mark.by_day(
+    "thick_ring-quarter-hex20",
+    "thick_ring-half-hex27",
+    "thick_ring-full-hex8",
+    "half_sphere-quarter-hex20",
+    "cap-quarter-hex8",
+    "cylinder-quarter-hex8",
+    "sphere-quarter-hex8",
+    "sphere-half-hex20",
+    "half_sphere-full-hex8",
+)
 @pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
 @pytest.mark.parametrize("sector", list(PARTS))
 @pytest.mark.parametrize("name", list(BUILD))

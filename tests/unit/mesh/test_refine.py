@@ -202,6 +202,7 @@ def test_hanging_nodes_hold_every_polynomial_that_the_cells_hold(kind, width):
         assert np.abs(mesh.hanging.followed(u) - u).max() < ROUNDING * 10, p
 
 
+@pytest.mark.by_day("hexahedra-8", "hexahedra-27", "wedges-8")
 @pytest.mark.parametrize(("kind", "width"), CASES)
 def test_no_whole_edge_or_face_has_two_points_in_it(kind, width):
     """By geometry alone: corners strictly inside every edge and face of every cell, straight cells."""

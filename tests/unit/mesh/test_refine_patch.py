@@ -35,6 +35,15 @@ def inner(mesh):
     return (3 * rows[:, None] + np.arange(3)).ravel()
 
 
+@pytest.mark.by_day(
+    "hexahedra-8-straight",
+    "wedges-8-curved",
+    "all kinds-20-straight",
+    "pyramids-8-straight",
+    "tetrahedra-8-curved",
+    "hexahedra-27-straight",
+    "hexahedra-20-curved",
+)
 @pytest.mark.parametrize("shape", ["straight", "curved"])
 @pytest.mark.parametrize(("kind", "width"), CASES)
 def test_linear_patch_and_rigid_motions(kind, width, shape):

@@ -114,6 +114,19 @@ DOORS: dict[str, Callable[[float], ContactResult]] = {
 }
 
 
+@pytest.mark.by_day(
+    "1e-08-half-space",
+    "0.001-plane",
+    "1e-08-hexahedra",
+    "1e-05-plane",
+    "0.001-scene file",
+    "1e-08-27-node hexahedra",
+    "1e-08-cone",
+    "1e-08-axisymmetric",
+    "1e-08-path",
+    "1e-05-local body",
+    "1e-05-two meshes",
+)
 @pytest.mark.parametrize("door", DOORS)
 @pytest.mark.parametrize("depth", [1e-8, 1e-5, 1e-3])
 def test_bodies_that_overlap_carry_force_or_warn(door: str, depth: float) -> None:

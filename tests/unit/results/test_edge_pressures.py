@@ -69,6 +69,7 @@ def test_its_own_residuals(result):
     assert abs((p * area) @ x[:, 0] / (edge.forces @ contact.points[:, 0]) - 1) < 3e-4
 
 
+@pytest.mark.by_day("half-held0")
 @pytest.mark.parametrize(("sector", "held"), [("half", {"base": "xyz", "sym_y": "y"}), ("full", {"base": "xyz"})])
 def test_an_outline_that_cuts_facets_off_the_centre_is_found(sector, held):
     """A ball beside the middle of the rings. Source: Hertz, moved."""

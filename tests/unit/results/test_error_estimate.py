@@ -127,6 +127,7 @@ def indented(scale=1.0, unit=1.0, turn=UPRIGHT, seed=None, n=8, coupling="auto",
     return fc.Scene([block, ball], [fc.Contact(block, ball, coupling=coupling)]).solve(forces={ball: force})
 
 
+@pytest.mark.by_day("mortar-renumbered", "nodal-turned")
 @pytest.mark.parametrize(
     "other",
     [{"scale": 1e-3}, {"unit": 1e9}, {"turn": fc.rotation_about((1, 2, 3), 0.7)}, {"seed": 5}],

@@ -194,6 +194,7 @@ def test_a_body_that_is_carried_along_by_its_deflection_is_shifted_by_its_mean()
     assert np.abs(found.motion - rigid - np.concatenate([mean, np.zeros(3)])).max() < 1e-12  # rounding
 
 
+@pytest.mark.by_day("1")
 @pytest.mark.parametrize("level", [1, 2])
 def test_a_quarter_of_a_ball_is_judged_like_the_whole(level):
     # the slope of an indentation on a quarter of the contact is no turn, and nothing moves far

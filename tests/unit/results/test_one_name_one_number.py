@@ -176,6 +176,7 @@ SCENES = {"elements": finite_elements, "bricks": bricks, "section": section, "ha
 
 
 # a half-space in a scene has no friction
+@pytest.mark.by_day("section-0.0", "section-0.3", "half-space-0.0", "elements-0.3", "bricks-0.0")
 @pytest.mark.parametrize(("kind", "mu"), [(k, mu) for k in SCENES for mu in (0.0, 0.3) if k != "half-space" or not mu])
 def test_every_door_shows_the_same_number(kind: str, mu: float, tmp_path: Path) -> None:
     """Object, print, summary, JSON, table, CSV, map and page: equal to the digits that each shows."""
@@ -277,6 +278,7 @@ def stacked(first: str, mu: float, **options: Any) -> tuple[fc.LoadPath, fc.Elas
     return scene.solve_path(steps), upper
 
 
+@pytest.mark.by_day("auto")
 @pytest.mark.parametrize("swap", ["auto", "never", "always"])
 def test_a_contact_s_force_is_on_the_body_named_first(swap: str) -> None:
     """Source: equilibrium. Force and moment on the upper block are the opposite of what holds it."""

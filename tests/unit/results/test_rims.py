@@ -51,6 +51,7 @@ def test_a_patch_that_is_too_small_is_warned_of_with_its_share_of_the_force():
     assert abs(said / (100 * share) - 1) < 0.25  # faces there are not square; the share is rounded to three digits
 
 
+@pytest.mark.full
 def test_the_warning_is_the_same_in_other_units_and_poses():
     texts = [
         rim_warnings(r)[0].split(" %")[0]

@@ -66,6 +66,7 @@ print(json.dumps([told, taken]))
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("name", "text"), [("sphere", SPHERE), ("blocks", BLOCKS)])
 def test_estimates_hold(name, text, tmp_path):
     path = tmp_path / "scene.toml"

@@ -185,6 +185,7 @@ def test_all_is_searched_or_what_is_near(body, result):
     assert np.abs(found[0].max_pressure / found[1].max_pressure - 1) < 1e-7
 
 
+@pytest.mark.full
 def test_sweeps_here_and_elsewhere(body):
     rigid = ball()
     scene = fc.Scene([body, rigid], [fc.Contact(body, rigid)])

@@ -68,6 +68,7 @@ def petsc_environment():
     return environment if found.returncode == 0 else None
 
 
+@pytest.mark.full
 def test_petsc_on_two_processes_gives_the_same_answer(tmp_path):
     environment = petsc_environment()
     if environment is None:

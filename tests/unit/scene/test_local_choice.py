@@ -37,6 +37,7 @@ def test_a_small_contact_within_a_face_is_served() -> None:
     assert f"Local:     {sentence}" in str(explanation)
 
 
+@pytest.mark.full
 def test_two_elastic_bodies_have_a_sentence_each() -> None:
     lower = block()
     upper = fc.ElasticBody(fc.shapes.half_sphere(3.0, level=1), STEEL, "cap", {"base": "xyz"}, name="cap")

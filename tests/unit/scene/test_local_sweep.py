@@ -24,6 +24,7 @@ def ball_at(x: float) -> fc.RigidBody:
     return fc.RigidBody(fc.Sphere(5.0), pose=fc.Pose(translation=(AT[0] + x, *AT[1:])), name="ball")
 
 
+@pytest.mark.by_day("given0-1")
 @pytest.mark.parametrize(("given", "remainders"), [({"at": AT, "window": 1.6}, 1), ({}, 3)])
 def test_a_path_gives_what_single_poses_give(given: dict, remainders: int, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []

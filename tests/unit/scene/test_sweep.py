@@ -185,6 +185,7 @@ def plain(row):
     return {k: v for k, v in row.items() if k not in way and "_mb" not in k and "memory" not in k}
 
 
+@pytest.mark.full
 def test_processes_give_the_same_rows_and_go_on_where_they_stopped(tmp_path):
     dome = fc.shapes.half_sphere(5.0, contact_radius=0.9, level=1)
     lower, ball = pad(), fc.ElasticBody(dome, SOLID, "cap", {"base": "xyz"}, name="ball")
@@ -248,6 +249,7 @@ def knee():
     return fc.Scene([below, bone], [fc.Contact(bone, below)]), bone
 
 
+@pytest.mark.full
 def test_rows_of_a_sweep_of_flexion_are_those_of_whole_surfaces_solved_alone():
     scene, bone = knee()
     up = bone.pose.translation
