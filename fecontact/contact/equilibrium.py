@@ -128,7 +128,10 @@ def _check_across(interfaces: Sequence[UnilateralConstraints], loading: Loading)
             _, singular, Vt = np.linalg.svd(np.linalg.qr(opening[:, left], mode="r"))
             resisting = int((singular > UNRESISTED * singular.max(initial=0.0)).sum())
             swallowed = Vt[resisting:].T @ (Vt[resisting:] @ frame.load[left])
-            if np.linalg.norm(swallowed) > SWALLOWED * np.linalg.norm(frame.load[left]):
+            # directions of faces are known to `UNRESISTED`, and turn what is free by as much over the least resistance
+            slope = singular[resisting - 1] / singular[0] if resisting else 1.0
+            share = SWALLOWED + UNRESISTED * (1 / slope - 1)
+            if np.linalg.norm(swallowed) > share * np.linalg.norm(frame.load[left]):
                 motion = np.zeros(6)
                 motion[left] = swallowed
                 texts.append(frame.describe(motion))

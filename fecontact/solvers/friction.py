@@ -45,6 +45,9 @@ LATER_STEPS = 120
 NEARLY_ROUGH = 10.0
 """Coefficient of friction whose solution is the start for an infinite one."""
 
+MUCH = 1e3
+"""Coefficient of friction that is tried in place of larger ones without an answer, to tell why."""
+
 NEUTRAL = 1e-9
 """Size of the motion of touching points by a unit of rigid motion below which they do not feel it."""
 
@@ -88,6 +91,7 @@ def solve_friction(
     closed = bool((scaled.g[rows.normals] < 0).any())
     best: FrictionSolution | None = None
     apart: FrictionSolution | None = None
+    adrift: FrictionSolution | None = None
     starts = _starts(problem, scaled, rows, start)
     while (begin := next(starts, None)) is not None:
         x, p, name = begin
@@ -98,22 +102,30 @@ def solve_friction(
             problem, forces, scaled.motion(_nearest(scaled, rows, outcome.x, outcome.p)), outcome.status,
             outcome.message, outcome.nit, name, time.perf_counter() - began, tuple(outcome.history), orientation,
         )  # fmt: skip
-        if not found.residuals.within(tolerance):  # what is open would be closed
+        nearest = found.residuals.within(tolerance)
+        if not nearest:  # what is open would be closed
             found = replace(found, q=scaled.motion(outcome.p))
         if found.residuals.within(tolerance):
             if forces.any() or not closed:
-                return replace(found, status=Status.SOLVED if forces.any() else Status.NO_CONTACT, message="solved")
+                status = Status.SOLVED if forces.any() else Status.NO_CONTACT
+                found = replace(found, status=status, message="solved")
+                if nearest or (start is not None and best is None):
+                    return found
+                # it drifted where nothing that touches resists: the answer only if no rest without that is found
+                adrift = adrift or found
+                continue
             # what was closed has drifted apart: the answer only if no other is found
             apart = apart or replace(found, status=Status.NO_CONTACT, message="solved")
         if best is None:
             starts = chain(_held(scaled, rows, outcome.x, outcome.p), starts)
         best = found if best is None or found.residuals.worst < best.residuals.worst else best
+    for loose in (adrift, apart):
+        if loose is not None:
+            return loose
     assert best is not None
-    if apart is not None:
-        return apart
     raise SolverError(
         f"No certified answer of the problem with friction: {best.message} ({best.residuals}; tolerance "
-        f"{tolerance:.0e}). Take smaller load steps; with much friction there may be no solution or several."
+        f"{tolerance:.0e}). {_advice(problem, tolerance)}"
     )
 
 
@@ -179,6 +191,29 @@ def _starts(
             yield x, p, "sweeps, newton"
         if modes.shape[1]:
             yield *stuck, "newton"
+
+
+def _advice(problem: FrictionProblem, tolerance: float) -> str:
+    """What to do where no answer was found.
+
+    A rough surface may have no state: a point that its tangential force would lift loses that force when it opens, and
+    its gap closes again. Under any finite friction it slides, with a pressure that vanishes as mu grows.
+    """
+    less = replace(problem, mu=np.minimum(problem.mu, MUCH))
+    rough = problem.mu > MUCH
+    try:
+        found = solve_friction(less, tolerance=tolerance) if rough.any() else None
+    except SolverError:
+        found = None
+    rough &= False if found is None else found.sliding
+    if found is None or not rough.any():
+        return "Take smaller load steps; with much friction there may be no solution or several."
+    most = np.linalg.norm(found.tangential[rough], axis=1).max() / found.forces[problem.points].max()
+    return (
+        f"With mu = {MUCH:.0f} there is one, and {rough.sum()} of {found.touching.sum()} points slide, with a "
+        f"tangential force of up to {most:.2g} of the largest normal force and a pressure that vanishes as mu grows. "
+        "Infinite friction would leave them without pressure, where they open and close in turn: give a finite mu."
+    )
 
 
 def _nearest(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Array:

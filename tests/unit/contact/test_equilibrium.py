@@ -140,6 +140,33 @@ def test_what_is_rounding_grows_with_the_coordinates_of_a_mesh():
     assert abs(rounding(1e6) / (100 * np.finfo(float).eps * (1e6 + 1)) - 1) < 1e-9
 
 
+class Slopes(Legs):
+    """Points whose directions lean along x by a slope to both sides, with a share of it along y."""
+
+    def __init__(self, body, slope, share):
+        super().__init__(body)
+        x = slope * np.array([-1.0, 1.0, -1.0, 1.0])
+        self.normals = np.stack([x, share * x, np.ones(4), *np.zeros((3, 4))], axis=1)
+
+    def rows(self, body):
+        return sp.csr_matrix(self.normals) if body is self.body else None
+
+
+@pytest.mark.parametrize(("slope", "share", "refused"), [(1.0, 9e-5, False), (1.0, 1.1e-4, True), (0.01, 1e-3, False),
+                                                         (0.01, 1.2e-3, True)])  # fmt: skip
+def test_a_load_along_what_nothing_resists_counts_beyond_what_directions_are_known_to(slope, share, refused):
+    """A load of 0.1 to 1 along x and down: of it 0.1 share lies along the axis that no point resists.
+
+    Directions are known to 1e-6: at a slope of 0.01 the axis that nothing resists is known to 1e-4.
+    """
+    body = plate()
+    loading = Loading((constrain_rigid_motion(body, force=(0.1, 0.0, -1.0)),), (None,))
+    if not refused:
+        return check_balance([Slopes(body, slope, share)], loading)
+    with pytest.raises(SupportError, match="plate: translation along y"):
+        check_balance([Slopes(body, slope, share)], loading)
+
+
 @pytest.mark.parametrize(("share", "works"), [(0.8e-12, False), (1.3e-12, True)])
 def test_work_of_loads_that_cancel_is_rounding_up_to_its_share_of_their_sizes(share, works):
     body = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), STEEL, "top", {"bottom": "xyz"})

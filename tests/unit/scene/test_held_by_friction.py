@@ -73,3 +73,20 @@ def test_a_body_pushed_aside_is_told(change, aside):
     assert bool(told) is aside
     if aside:
         assert not result.contacts[0].active.any()
+
+
+def test_the_rest_without_a_turn_is_found_before_one_that_drifted():
+    """A leaning cone pressed on a block that may turn: stuck at one node, nothing resists a turn about it.
+
+    Newton's method from the first guess ends at another node, with a turn of 1.3 rad: its least turn, 1.1, is that at
+    which the block would touch the cone elsewhere.
+    """
+    mesh = fc.shapes.block((0.494, 2.874, 2.211), (4, 4, 1), element="hex8")
+    block = fc.ElasticBody(mesh, fc.Material(1.0, 0.0), contact="top", supports={"bottom": "z"}, name="block")
+    lean = Rotation.from_rotvec((0.08565, 0.03693, -0.00392)).as_matrix()
+    cone = fc.RigidBody(fc.surfaces.Cone(0.66095), pose=fc.Pose(lean, (0.27415, 0.15373, 2.25546)), name="cone")
+    scene = fc.Scene([block, cone], [fc.Contact(block, cone, friction=0.8)])
+    result = scene.solve(forces={cone: (0.0, 0.0, -0.02569)})
+    assert result.friction.touching.sum() == 1
+    assert np.linalg.norm(result.motions[0][3:]) < 0.1
+    np.testing.assert_allclose(result.contacts[0].force, (0.0, 0.0, -0.02569), atol=1e-9)

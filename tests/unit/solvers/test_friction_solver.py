@@ -214,6 +214,19 @@ def test_a_known_violation_is_reported(change: list[float], which: str, size: fl
         assert abs(found / size - 1) < 0.3  # the force scale is the sum of all forces
 
 
+@pytest.mark.parametrize("mu", [np.inf, 1e12])
+def test_a_rough_point_without_a_state_is_told_with_the_friction_that_has_one(mu: float) -> None:
+    """A drag of 3 lifts a point pressed in by 1: stuck, its force is (1 - 3 / 2) / (3 / 4); open, it penetrates by 1.
+
+    With a finite mu it slides under l = 1 / (1 + mu / 2), t = mu l, which is 2 in the limit.
+    """
+    rows = ComplementarityProblem(np.array([[1.0, 0.5], [0.5, 1.0]]), np.array([-1.0, -3.0]))
+    problem = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([1e3]))
+    np.testing.assert_allclose(solve_friction(problem).forces, np.array([1.0, 1e3]) / 501, rtol=1e-9)
+    with pytest.raises(SolverError, match=r"With mu = 1000 there is one, and 1 of 1 points slide"):
+        solve_friction(replace(problem, mu=np.array([mu])))
+
+
 def test_dissipation_tells_forces_that_do_not_oppose_slip() -> None:
     problem = FrictionProblem(
         ComplementarityProblem(np.eye(3), np.array([-1.0, 1.0, 0.0])),
