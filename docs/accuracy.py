@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import platform
+import re
 import shutil
 import sys
 from collections.abc import Callable
@@ -125,6 +127,15 @@ The first passes start from dimensional analysis, (P R / pi E*)^(1/3), which for
 """
 
 
+def tutorial_picture(folder: Path) -> Path:
+    """Draw the picture of the tutorial by the tutorial's own code."""
+    text = (HERE / "tutorial.md").read_text(encoding="utf-8")
+    code = "\n".join(re.findall(r"^```python\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)[:2])
+    with contextlib.chdir(folder), contextlib.redirect_stdout(None):
+        exec(compile(code, "tutorial.md", "exec"), {})
+    return folder / "pressure.png"
+
+
 def main() -> None:
     import bricks
     import plain_faces
@@ -133,6 +144,7 @@ def main() -> None:
     out.plot(HERE / "images" / "hertz.png")
     plain_faces.main(out=HERE / "images")
     with TemporaryDirectory() as folder:
+        shutil.copy(tutorial_picture(Path(folder)), HERE / "images" / "first.png")
         for scene, name in ((bricks.ball, "bricks_ball.png"), (bricks.bounce, "bricks_bounce.png")):
             scene(Path(folder))
             shutil.copy(Path(folder) / name, HERE / "images" / name)
