@@ -22,8 +22,8 @@ from sample_files import TOML, damaged, sample_files
 import fecontact as fc
 from fecontact.app.cli import main
 
-#: One in so many values of the table is tried for each argument, another one for the next.
-STRIDE = 3
+#: One in so many values of the table is tried for each argument or option, another one for the next; by day and else.
+STRIDE = {"day": 9, "all": 3}
 #: Damaged copies of each sample.
 COPIES = 16
 #: Address space (bytes) that bad input may ask for.
@@ -53,8 +53,10 @@ def test_the_calls_of_the_table_are_valid(calls: dict[str, Call]) -> None:
     assert not (bad := {name: o for name, o in found.items() if o.kind != "accepted"}), named(bad)
 
 
+@pytest.mark.by_day("day")
+@pytest.mark.parametrize("often", STRIDE)
 def test_every_bad_value_of_every_argument(
-    calls: dict[str, Call], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    often: str, calls: dict[str, Call], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     bad: dict[str, Outcome] = {}
@@ -62,12 +64,12 @@ def test_every_bad_value_of_every_argument(
     for name, call in calls.items():
         for argument in call.arguments:
             turn += 1
-            for label in list(BAD)[turn % STRIDE :: STRIDE]:
+            for label in list(BAD)[turn % STRIDE[often] :: STRIDE[often]]:
                 found = outcome(lambda call=call, argument=argument, label=label: call(**{argument: BAD[label]}))
                 count += 1
                 if not found.is_good or (found.kind == "python" and "unhashable" not in found.words):
                     bad[f"{name}({argument}={label})"] = found
-    assert count > 6000
+    assert count > 18_000 / STRIDE[often]
     assert not bad, named(bad)
     assert not list(tmp_path.glob(".*.part*"))
 
@@ -197,18 +199,22 @@ OPTIONS = {
         "hurst rms-height rms-slope seed longest shortest trend file size cells"
     ),
     "solve scene.toml": "accuracy json out engine ranks",
-    "view scene.toml": "field out scale only where",
+    "view scene.toml": "field out scale",
     "explain scene.toml": "json",
 }
 
 
-def test_bad_options_of_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.by_day("day")
+@pytest.mark.parametrize("often", STRIDE)
+def test_bad_options_of_commands(often: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("scene.toml").write_text(TOML, encoding="utf-8")
     bad: dict[str, Outcome] = {}
+    turn = 0
     for command, options in OPTIONS.items():
         for option in options.split():
-            for word in WORDS:
+            turn += 1
+            for word in WORDS[turn % STRIDE[often] :: STRIDE[often]]:
                 words = [*command.split(), f"--{option}", word]
 
                 def run(words: list[str] = words) -> None:

@@ -37,6 +37,7 @@ def commands(text):
     return [line for line in lines if line]
 
 
+@pytest.mark.by_day(every=5)
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_blocks_run(page, tmp_path, monkeypatch, capsys):
     """Python runs in one namespace for a page, TOML is read and kept by the name in it, commands are carried out."""

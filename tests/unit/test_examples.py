@@ -1,4 +1,4 @@
-"""Every example runs on small settings and gives what it says."""
+"""Every example runs on small settings and gives what it says; the longer ones are left to `make check`."""
 
 import importlib.util
 import re
@@ -31,6 +31,7 @@ def test_block_on_plane(tmp_path):
     assert 0 < result.n_active < len(result.contacts[0].points)  # an edge has lifted
 
 
+@pytest.mark.full
 def test_coated_rough(tmp_path):
     contact = load("coated_rough").main(n=64, out=tmp_path)
     assert abs(contact.force / 100.0 - 1) < 1e-9
@@ -38,6 +39,7 @@ def test_coated_rough(tmp_path):
     assert (tmp_path / "coated_rough.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("gmsh")
 def test_pin_in_bore(tmp_path):
     example = load("pin_in_bore")
@@ -67,6 +69,7 @@ def test_own_model(tmp_path):
     assert (tmp_path / "own_model.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
 def test_walking_knee(tmp_path):
     table = load("walking_knee").main(poses=1, out=tmp_path)
     assert table.column("force_z") == pytest.approx([264.0], rel=1e-8)  # of the file, at its first time
@@ -108,6 +111,7 @@ def test_first_pictures_take_twenty_lines(name):
     assert len([line for line in lines if not line.startswith(frame)]) <= 20
 
 
+@pytest.mark.full
 def test_bricks(tmp_path):
     figures = load("bricks").main(small=True, out=tmp_path)
     # a slender solid differs from the elastica by 1e-3
@@ -157,6 +161,7 @@ def test_rough_block(tmp_path):
     assert (tmp_path / "rough_block.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
 def test_partial_slip(tmp_path):
     figures = load("partial_slip").main(level=1, out=tmp_path)
     # the edge of stick lies inside faces of a twelfth of the radius
@@ -176,6 +181,7 @@ def test_press_fit_torque(tmp_path):
     assert (tmp_path / "press_fit_torque.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
 def test_patella(tmp_path):
     figures = load("patella").main(size=6.0, divisions=10, out=tmp_path)
     assert abs(figures["force"] / 200.0 - 1) < 0.05  # both hollows press at an angle
@@ -187,6 +193,7 @@ def test_patella(tmp_path):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
 def test_plain_faces(tmp_path):
     errors = load("plain_faces").main(level=1, out=tmp_path)
     assert abs(errors["midface"]) < 0.035
@@ -203,6 +210,7 @@ def test_knee(tmp_path):
     assert abs(row["equilibrium"]) < 1e-10
 
 
+@pytest.mark.full
 def test_knee_with_menisci(tmp_path):
     bare, ringed = load("knee").main(n=3, angles=(0.0,), menisci=True, out=tmp_path)
     assert bare["menisci"] == 0
@@ -216,6 +224,7 @@ def test_knee_with_menisci(tmp_path):
     assert (tmp_path / "knee_0_menisci.png").stat().st_size > 2000
 
 
+@pytest.mark.full
 def test_scene_file(tmp_path):
     result = load("scene_file").main(out=tmp_path)
     assert abs(result.contacts[0].force[2] + 60.0) < 1e-8  # equilibrium of the loaded ball
@@ -235,6 +244,7 @@ def test_half_space(tmp_path):
     assert 0.02 < figures["share"] < 0.06
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("gmsh")
 def test_bracket(tmp_path):
     rows = load("bracket").main(size=7.0, out=tmp_path)
@@ -245,6 +255,7 @@ def test_bracket(tmp_path):
     assert abs(rows["hex20"]["mean"] / rows["tet10"]["mean"] - 1) < 0.1
 
 
+@pytest.mark.full
 def test_hip_joint(tmp_path):
     example = load("hip_joint")
     rows = example.main(sizes=(2,), out=tmp_path)
@@ -257,6 +268,7 @@ def test_hip_joint(tmp_path):
     assert rows[0]["peak"] < rows[1]["peak"]
 
 
+@pytest.mark.full
 def test_gait(tmp_path):
     example = load("gait")
     table = example.main(n=5, poses=2, out=tmp_path)
@@ -276,6 +288,7 @@ def test_gait(tmp_path):
     assert abs(alone.contacts[0].max_pressure / table.column("max_pressure")[1] - 1) < 1e-6
 
 
+@pytest.mark.full
 def test_hip_stem(tmp_path):
     example = load("hip_stem")
     figures = example.main(sectors=8, n=2, out=tmp_path)

@@ -67,6 +67,7 @@ def test_exact_pressure_has_no_error(name):
     assert abs(which.centre_error(points, exact)) < 1e-12
 
 
+@pytest.mark.by_day(every=4)
 @pytest.mark.parametrize(
     ("name", "spec", "most"),
     [
@@ -107,6 +108,7 @@ def test_registry_is_complete():
         assert json.loads(json.dumps(method.settings)) == list(method.settings)
 
 
+@pytest.mark.full
 def test_options_of_a_variant_reach_the_solution():
     plain, mortar = (variant(s, "hertz") for s in ("hex20", "hex20:coupling=mortar"))
     a, b = (v.method.run(problem("hertz"), 1, v.options).errors["pressure_l2"] for v in (plain, mortar))

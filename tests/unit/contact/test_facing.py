@@ -95,7 +95,7 @@ def test_a_pin_in_its_bore_faces_it_all_round():
 
 def test_the_far_side_of_a_ball_is_left_out_and_changes_no_force():
     """Source: the same ball with the face that looks at the floor only."""
-    mesh = fc.shapes.sphere(1.0, contact_radius=0.2, level=1)
+    mesh = fc.shapes.sphere(1.0, contact_radius=0.2, level=1, element="hex8")
     below = mesh.faces("cap")
     whole = replace(mesh, boundaries={**mesh.boundaries, "skin": np.concatenate([below, mesh.faces("far_cap")])})
     forces = []

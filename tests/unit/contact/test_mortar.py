@@ -85,6 +85,7 @@ def test_weights_of_a_partial_overlap_are_its_area():
     assert np.abs(pairing.gap).max() < 1e-14
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize("divisions", [(1, 1), (2, 3), (3, 2), (1, 5), (5, 1)])
 @pytest.mark.parametrize("swapped", [False, True])
 @pytest.mark.parametrize("turn", [0.0, np.pi / 6])
@@ -202,6 +203,7 @@ def test_slivers_at_the_rim_keep_their_area_and_act_with_their_neighbours():
     assert (areas / multiplier_areas(slave)[pairing.nodes])[share < 0.01].min() > 0.4
 
 
+@pytest.mark.by_day("tet4")
 @pytest.mark.parametrize("element", ["hex8", "hex27", "tet4"])
 def test_centres_of_pressure_reach_the_rim_as_it_moves_over_a_face(element):
     """Source: geometry. A multiplier at a rim along sides of faces has its centre at a third of its width."""

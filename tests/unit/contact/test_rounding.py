@@ -68,6 +68,7 @@ def same_under(changes, sides, rotation, shift, share, pairs=(pair, pair_mortar)
         assert np.abs(np.array(out) - out[0]).max() < SAME
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
     ("cells", "shift"), [(2, (0.0, 0.0)), (4, (0.5, 0.0)), (2, (0.25, 0.25)), (3, (0.125, 0.5)), (3, (1 / 3, 0.2))]
@@ -80,6 +81,7 @@ def test_blocks_whose_sides_fall_together(kind, cells, shift, changes):
     same_under(changes, sides, UPRIGHT, np.array([*shift, 1.0]), 0.5)
 
 
+@pytest.mark.by_day(every=4)
 @pytest.mark.parametrize("kind", ["hex8", "hex20", "tet10"])
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.5, 0.0), (1 / 6, 0.0)])
 def test_bent_faces_whose_sides_fall_together(kind, shift, changes):
@@ -91,12 +93,14 @@ def test_bent_faces_whose_sides_fall_together(kind, shift, changes):
         same_under(changes, sides, UPRIGHT, np.array([*shift, 1.0 + gap]), 0.5)
 
 
+@pytest.mark.by_day("22.5-0.5")
 @pytest.mark.parametrize(("degrees", "share"), [(0.0, 0.0), (22.5, 0.5)])
 def test_balls_whose_nodes_meet(degrees, share, changes):
     over = fc.rotation_about((1, 0, 0), np.pi) @ fc.rotation_about((0, 0, 1), np.radians(degrees))
     same_under(changes, lambda: (ball(), ball()), over, np.zeros(3), share)
 
 
+@pytest.mark.by_day("hex8")
 @pytest.mark.parametrize("kind", ["hex8", "hex20", "tet10"])
 def test_rims_of_rigid_shapes_through_nodes(kind, changes):
     shapes = [FlatPunch(sides=(2 / 3, 1 / 3)), FlatPunch(radius=1 / 3), FlatPunch(radius=0.5), Cylinder(3.0, 2 / 3)]
@@ -106,6 +110,7 @@ def test_rims_of_rigid_shapes_through_nodes(kind, changes):
         )
 
 
+@pytest.mark.by_day(every=4)
 @pytest.mark.parametrize("kind", ["hex8", "hex20", "tet10"])
 @pytest.mark.parametrize("end", [1.3, 2.0, 2.5, 3.2])
 def test_a_rim_beside_hanging_nodes(kind, end, changes):

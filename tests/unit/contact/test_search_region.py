@@ -346,6 +346,7 @@ def same_forces(whole, part):
         assert np.abs(a.force - b.force).max() < 1e-12 * a.total_force
 
 
+@pytest.mark.by_day("knee")
 @pytest.mark.parametrize("scene", SCENES, ids=["spheres", "knee", "nodal"])
 def test_forces_are_those_of_whole_surfaces(scene):
     now, loads = scene()
@@ -355,6 +356,7 @@ def test_forces_are_those_of_whole_surfaces(scene):
     assert part.residuals().penetration < 1e-9
 
 
+@pytest.mark.by_day("nodal")
 @pytest.mark.parametrize("scene", SCENES, ids=["spheres", "knee", "nodal"])
 def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
     now, loads = scene()
@@ -376,6 +378,7 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
     same_forces(whole, part)
 
 
+@pytest.mark.full
 def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monkeypatch):
     now, loads = knee()
     # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway

@@ -65,6 +65,7 @@ def test_rolling_by_many_widths_is_no_slip(n_steps: int) -> None:
     assert rolled.friction_work[1:].max() < 2e-3 * slid.friction_work[1:].max()
 
 
+@pytest.mark.by_day("13.0-None", "0.2-1")
 @pytest.mark.parametrize(("turn", "cuts"), [(0.2, 1), (2 * np.pi, 32), (13.0, None)])
 def test_spins_on_the_spot_are_cut(turn: float, cuts: int | None) -> None:
     """A block pressed on a floor and turned: the work of friction is its torque times the turn, of whole turns, too."""

@@ -39,6 +39,7 @@ def build(gmsh, kind, order, named):
     return sum(len(tags) for tags in gmsh.model.mesh.getElements(3)[1])
 
 
+@pytest.mark.by_day(every=4)
 @pytest.mark.parametrize(("kind", "order", "named"), list(product(("tet", "hex", "wedge"), (1, 2), (False, True))))
 def test_own_exports(kind, order, named, gmsh, tmp_path):
     gmsh.initialize(interruptible=False)

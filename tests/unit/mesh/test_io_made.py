@@ -194,6 +194,7 @@ def plate(tmp_path_factory, gmsh):
     return folder, 24 - np.pi * 0.64 * 2
 
 
+@pytest.mark.by_day("tet10", "hex8")
 @pytest.mark.parametrize("element", ["tet10", "hex20", "tet4", "hex8"])
 def test_solids_from_step(element, plate):
     folder, volume = plate
@@ -210,6 +211,7 @@ def test_solids_from_step(element, plate):
         assert len(named.faces("hole")) in [len(f) for f in mesh.boundaries.values()]
 
 
+@pytest.mark.by_day("hex20-0.001")
 @pytest.mark.parametrize(("element", "scale"), [("tet10", 1.0), ("hex20", 1.0), ("hex20", 1e-3)])
 def test_nodes_lie_on_the_faces_and_edges_of_the_model(element, scale, plate):
     """Source: the cylinder of the hole; parabolas through three of its points are 1e-3 off at these sizes.

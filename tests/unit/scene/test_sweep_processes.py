@@ -92,6 +92,7 @@ print(json.dumps([list(one), list(two)]))
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("way", ["script", "standard input", "interactive"])
 def test_two_workers_beside_two_threads_of_mkl_from_wherever_python_runs(way, tmp_path):
     environment = os.environ | {"OMP_NUM_THREADS": "2", "MKL_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2"}
@@ -111,6 +112,7 @@ def test_two_workers_beside_two_threads_of_mkl_from_wherever_python_runs(way, tm
     assert_same(*json.loads(done.stdout.splitlines()[-1]))
 
 
+@pytest.mark.full
 def test_the_standard_pool_carries_a_sweep(alone):
     scene, over = stacked()
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:

@@ -183,7 +183,7 @@ def test_a_singular_edge_ends_with_the_reason():
     block, _, _ = scene()
     punch = fc.RigidBody(FlatPunch(CONTACT), name="punch").placed(rotation=fc.rotation_about((1, 0, 0), np.pi))
     both = fc.Scene([block, punch], [fc.Contact(block, punch)])
-    result = both.solve(forces={block: (0, 0, -FORCE)}, accuracy=0.005, max_dofs=30_000)
+    result = both.solve(forces={block: (0, 0, -FORCE)}, accuracy=0.005, max_dofs=10_000)
     assert not result.convergence.met
     assert any("accuracy" in text for text in result.warnings)
 
@@ -210,6 +210,7 @@ def test_linear_cells_are_divided_below_the_contact_too():
 
 
 # poses settle to 1e-4 of the elastic displacement, and the error is of the square; or linearised motions are bearable
+@pytest.mark.by_day("True-1e-06")
 @pytest.mark.parametrize(("finite_motion", "tolerance"), [(True, 1e-6), ("auto", 1e-3)])
 def test_finite_motion_goes_on_from_the_coarser_mesh(monkeypatch, finite_motion, tolerance):
     """The poses found on one mesh are where the next begins; the answer is that of the finest mesh by itself."""

@@ -97,6 +97,7 @@ def half_ball(supports):
     return fc.LocalBody(body, (0, 0, 0), 3.4, (48, 48))
 
 
+@pytest.mark.full
 def test_a_floating_body_is_in_equilibrium_and_as_stiff_as_finite_elements_say() -> None:
     """A half-ball pressed by a load spread over its flat face: nothing holds it but the plane below.
 
@@ -128,6 +129,7 @@ def quarter_ball(material=SOLID, **options):
 OVER = fc.rotation_about((1, 1, 0), np.pi)
 
 
+@pytest.mark.by_day("given1-32")
 @pytest.mark.parametrize("cells", [32, 128])
 @pytest.mark.parametrize("given", [{}, {"at": (0, 0, 0), "window": 3.4}])
 def test_two_equal_bodies_meet_as_one_meets_a_plane(given: dict, cells: int) -> None:

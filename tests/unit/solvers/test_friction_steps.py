@@ -67,6 +67,7 @@ def test_a_belt_with_much_friction_converges() -> None:
     assert path[1].friction.residuals.worst <= 1e-10
 
 
+@pytest.mark.full
 def test_a_strip_that_slides_back_converges() -> None:
     """A thin strip on a plane, pulled and let back: with 50 Newton steps the last step was cut in three."""
     mesh = fc.shapes.block((20.0, 1.0, 0.05), (12, 1, 1))

@@ -90,6 +90,7 @@ def ellipsoid():
     return points, triangles, fc.mesh_solid(surface(points, triangles), size=0.5, element="tet4")
 
 
+@pytest.mark.full
 def test_the_unit_and_the_place_do_not_matter(ellipsoid):
     """The same cells in a unit of 2^-23, which rounds nothing; far away as many, and the same volume."""
     points, triangles, mesh = ellipsoid
@@ -101,6 +102,7 @@ def test_the_unit_and_the_place_do_not_matter(ellipsoid):
     assert abs(moments_of_volume(far)[0] / moments_of_volume(mesh)[0] / 1e9 - 1) < 5e-3
 
 
+@pytest.mark.by_day("tet4")
 @pytest.mark.parametrize("element", ["tet4", "hex20"])
 def test_edges_and_planes_of_a_block_stay(element, tmp_path):
     """From a file; the divergence theorem of its triangles gives the volume to rounding, whatever the elements."""
@@ -142,6 +144,7 @@ def test_elements_are_small_near_the_contact():
     assert np.median(length[at > 1.2]) > 0.4
 
 
+@pytest.mark.full
 def test_shells_are_solids_and_voids():
     """A hollow ball with a ball within its void, and another one beside it."""
     parts = geodesic(4, 1.0), turned(*geodesic(4, 0.7)), geodesic(4, 0.4), geodesic(4, 0.5, (2.0, 0, 0))
@@ -220,6 +223,7 @@ def ring(R, r, n, m):
     return x, np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
 
 
+@pytest.mark.full
 def test_elements_become_finer_until_they_follow_the_surface():
     # a ring as thick as elements of a fifteenth of its size, by which its volume is 10 % off
     points, triangles = ring(1.0, 0.12, 16, 10)
