@@ -52,10 +52,15 @@ def renamed(old: str, new: str, read: Callable[[Any], Any] | None = None) -> Any
 
 
 def redefined(new: str, meaning: str, former: str) -> None:
-    """Warn, at what asked for an attribute, that it has another meaning than before."""
-    warn(f"{new} is {meaning}; what it was before is {former}. This warning will be removed.", stacklevel=5)
+    """Warn, at what asked for an attribute, that it has another meaning than before.
+
+    The name stays, so that most who ask mean what it is now: seen where warnings are asked for, as by pytest and
+    ``python -X dev``, and not by plain scripts.
+    """
+    text = f"{new} is {meaning}; what it was before is {former}. This warning will be removed."
+    warn(text, stacklevel=5, category=PendingDeprecationWarning)
 
 
-def warn(message: str, stacklevel: int) -> None:
+def warn(message: str, stacklevel: int, category: type[Warning] = DeprecationWarning) -> None:
     """Warn of a name that has changed."""
-    warnings.warn(message, DeprecationWarning, stacklevel=stacklevel)
+    warnings.warn(message, category, stacklevel=stacklevel)

@@ -19,12 +19,18 @@ class LinearisationError:
         Change (radians) of the direction of a contact's resultant or of a spring.
     stretch : float
         Largest stretch of a body by a linearised rotation t: t^2 / 2.
+    friction : float
+        Change of tractions of friction (L2), relative, as normals turn.
+    deflected : float
+        Shift of a contact by what its bodies deflect, which poses do not take up, over its whole shift.
     """
 
     gap: float
     approach: float
     direction: float
     stretch: float = 0.0
+    friction: float = 0.0
+    deflected: float = 0.0
 
     @property
     def worst(self) -> float:

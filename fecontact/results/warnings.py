@@ -31,23 +31,27 @@ SIGNS = {"force": "large", "approach": "small", "tilt": "small"}
 
 
 def unborne_motions(result: SolvedScene) -> Iterator[str]:
-    """Warnings of rigid motions too large for linearisation."""
+    """Warnings of motions and deflections too large for linearisation."""
     error = linearisation_error(result)
-    if error.worst > (UNMENDED if result.originals else BEARABLE):
+    # poses take up motions of bodies, and neither deflections nor the shift of a contact by them
+    carries = not result.originals and error.deflected < 1
+    if error.worst > (BEARABLE if carries else UNMENDED) or error.friction > LARGEST_ERROR:
         if not np.isfinite(error.gap):
             what = "linearised motions lose or overlook the contact"
         else:
+            rubbed = f", change tractions of friction by {percent(error.friction)}" if error.friction > BEARABLE else ""
             what = (
                 f"linearised motions leave out {100 * error.gap / error.approach:.2g} % of the indentation in gaps and "
-                f"{error.direction:.2g} rad in directions of forces, and stretch bodies by {100 * error.stretch:.2g} %"
+                f"{error.direction:.2g} rad in directions of forces{rubbed}, and stretch bodies by "
+                f"{100 * error.stretch:.2g} %"
             )
-        if result.originals:
+        if carries:
+            remedy = "Use finite_motion='auto' (or True), which carries the poses along."
+        else:
             remedy = (
                 "Carrying the poses along does not mend it: start nearer to the contact, hold motions that find no "
-                "rest, or stiffen what bends far."
+                "rest, stiffen what bends far, or use the bricks of fecontact.ancf, whose contacts follow deflections."
             )
-        else:
-            remedy = "Use finite_motion='auto' (or True), which carries the poses along."
         yield f"Bodies move or turn far: {what}. {remedy}"
     elif result.carried is not None and result.carried.rest > UNMENDED:
         yield (

@@ -119,6 +119,8 @@ def follow(
     if least <= BEARABLE:
         return best
     path = _Path(result.scene, arguments, timer, history=history)
+    if path.at_rest(best):  # it is deflections, which poses do not take up
+        return best
     path.begin(best)
     return _followed(path, best, least)
 

@@ -55,16 +55,24 @@ def linearisation_error(result: SolvedScene) -> LinearisationError:
     least = LEAST_APPROACH * float(result.scene.sizes.min())
     found = [LinearisationError(0.0, least, 0.0)]
     motions = driven_motions(result)
+    after = {
+        id(f.body): _Motion(f.body, f.point, m, _driven(result, k, m))
+        for k, (f, m) in enumerate(zip(result.loading.frames, motions, strict=True))
+    }
+    contacts = zip(result.interfaces, result.contacts, strict=True)
     if np.any(motions):
-        after = {
-            id(f.body): _Motion(f.body, f.point, m, _driven(result, k, m))
-            for k, (f, m) in enumerate(zip(result.loading.frames, motions, strict=True))
-        }
-        found += [_of_contact(i, c, after) for i, c in zip(result.interfaces, result.contacts, strict=True)]
+        found += [_of_contact(i, c, after) for i, c in contacts]
         found += [_of_spring(s, after) for s in result.springs]
-    stretch = max(float(m[3:] @ m[3:]) / 2 for m in motions)
-    approach = max(e.approach for e in found)
-    return LinearisationError(max(e.gap for e in found), approach, max(e.direction for e in found), stretch)
+    else:
+        found += [_of_contact(i, c, after) for i, c in contacts if _turn_by_deflection(i, c, after) > BEARABLE]
+    return LinearisationError(
+        gap=max(e.gap for e in found),
+        approach=max(e.approach for e in found),
+        direction=max(e.direction for e in found),
+        stretch=max(float(m[3:] @ m[3:]) / 2 for m in motions),
+        friction=max(e.friction for e in found),
+        deflected=max(e.deflected for e in found),
+    )
 
 
 def driven_motions(result: SolvedScene) -> Array:
@@ -128,6 +136,16 @@ class _Motion:
         return turned(self.body.pose, self.motion, self.point)
 
 
+def _turn_by_deflection(interface: Interface, fields: ContactFields, after: dict[int, _Motion]) -> float:
+    """Bound (radians) of how far normals turn as bodies deflect: the curvature of the contact times the deflections."""
+    if not fields.active.any():
+        return 0.0
+    width, spread = (float(np.linalg.norm(np.ptp(v[fields.active], axis=0))) for v in (fields.points, fields.normals))
+    deflected = (after[id(body)].displacements for body in (interface.slave, interface.master))
+    size = sum(float(np.abs(u).max()) for u in deflected if u is not None)
+    return size * spread / width if width > 0 else 0.0
+
+
 def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _Motion]) -> LinearisationError:
     chosen = _looked_at(fields)
     active = fields.forces[chosen] > 0
@@ -141,7 +159,7 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
     def closing(one: _Motion, other: _Motion) -> Array:
         return np.asarray(before.gap + np.einsum("ni,ni->n", lines, one.linear(x) - other.linear(foot)))
 
-    slave, master = after[id(interface.slave)], after[id(interface.master)]
+    rigid_motions = slave, master = after[id(interface.slave)], after[id(interface.master)]
     rigid = closing(slave, master)
     slave = slave.in_contact(_nodes_of(interface, chosen), x, fields.forces[chosen])
     master = master.in_contact(before.weights, foot, fields.forces[chosen])
@@ -164,7 +182,27 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
     forces = np.where(active & seen, fields.forces[chosen], 0.0)
     turn = _smooth(surface, projection) @ there.rotation.T - _smooth(surface, before) @ interface.master.pose.rotation.T
     direction = float(np.linalg.norm(forces @ turn) / forces.sum())
-    return LinearisationError(float(np.abs(change[counted]).max()), approach, direction)
+    friction = _of_friction(fields, chosen, forces, turn)
+    shifts = [forces @ (a.linear(x) - b.linear(foot)) / forces.sum() for a, b in ((slave, master), rigid_motions)]
+    whole, left = (np.linalg.norm(np.cross(forces @ lines, s)) for s in (shifts[0], shifts[0] - shifts[1]))
+    deflected = float(left / whole) if whole > 0 else np.inf
+    return LinearisationError(float(np.abs(change[counted]).max()), approach, direction, 0.0, friction, deflected)
+
+
+def _of_friction(fields: ContactFields, chosen: IntArray, forces: Array, turn: Array) -> float:
+    """Change of friction as normals turn by `turn` (n, 3) under `forces` (n,), relative (L2); none below `BEARABLE`.
+
+    A pressure p that turns by an angle has the part p times the angle across: where points stick it is friction, as
+    they are held in place, and where they slip it turns the resultant.
+    """
+    if fields.friction is None:
+        return 0.0
+    root = np.sqrt(fields.weights[chosen, None])
+    added, pressed, rubbed = (
+        float(np.linalg.norm(f / root))
+        for f in (forces[:, None] * turn, forces[:, None], fields.friction.forces[chosen])
+    )
+    return added / rubbed if rubbed and added > BEARABLE * pressed else 0.0
 
 
 def _nodes_of(interface: Interface, chosen: IntArray) -> sp.csr_matrix:

@@ -57,13 +57,13 @@ def doors(path: LoadPath, folder: Path) -> Doors:
     """Figures of the only contact of a path's last step, as every door shows them, with the accuracy shown."""
     result = path[-1]
     contact = result.contacts[0]
-    with pytest.warns(DeprecationWarning, match="within the outline"):  # they meant what the points give
+    with pytest.warns(PendingDeprecationWarning, match="within the outline"):  # they meant what the points give
         area, mean = contact.area, contact.mean_pressure
     yield "object", "area", area, EXACT
     yield "object", "mean_pressure", mean, EXACT
     for name in ("point_area", "max_pressure"):
         yield "object", name, float(getattr(contact, name)), EXACT
-    with pytest.warns(DeprecationWarning, match="force is that on 'ball'"):  # it was on the block
+    with pytest.warns(PendingDeprecationWarning, match="force is that on 'ball'"):  # it was on the block
         force = contact.force
     for k, axis in enumerate("xyz"):
         yield "object", f"force_{axis}", float(force[k]), EXACT
@@ -211,7 +211,7 @@ def test_a_half_space_alone_shows_the_same_number_at_every_door(mu: float | None
     else:
         path = half.press_path(ball, [fc.PressStep(force=0.015, tangential=(0.003, 0.0))], mu)
         contact = path.last
-    with pytest.warns(DeprecationWarning, match="with its edge within the cells"):
+    with pytest.warns(PendingDeprecationWarning, match="with its edge within the cells"):
         area, mean, share = contact.area, contact.mean_pressure, contact.area_fraction
     exact = {"area": area, "mean_pressure": mean, "area_fraction": share, "point_area": contact.point_area}
     found = [("summary", contact.summary()), ("JSON", json.loads(contact.save(tmp_path / "found.json").read_text()))]

@@ -26,7 +26,7 @@ def test_ball_on_a_half_space():
     assert result.residuals().worst < 1e-10
     assert contact.points.shape == (64 * 64, 3)
     assert contact.pressure.shape == (64 * 64,)
-    with pytest.warns(DeprecationWarning, match="force is that on 'ball', which the contact names first"):
+    with pytest.warns(PendingDeprecationWarning, match="force is that on 'ball', which the contact names first"):
         assert abs(contact.force[2] - 100.0) < 1e-10
     assert abs(-result.rigid_motion(ball).translation[2] / hertz.approach - 1) < 5e-4  # 16 cells per radius
     own = half.press(fc.Sphere(radius=10.0), force=100.0, tolerance=1e-10)

@@ -357,7 +357,7 @@ def test_the_side_with_nodes_is_the_slave_whichever_is_named_first():
     result = fc.Scene([body, plane], [fc.Contact(plane, body)]).solve(motions={body: {"z": -0.01}})
     assert result.contacts[0].slave is body
     assert "made the slave" in result.contacts[0].note
-    with pytest.warns(DeprecationWarning, match="force is that on 'floor', which the contact names first"):
+    with pytest.warns(PendingDeprecationWarning, match="force is that on 'floor', which the contact names first"):
         assert close(result.contacts[0].force, [0, 0, -10.0])
 
 
