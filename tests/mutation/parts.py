@@ -18,7 +18,7 @@ PARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     ),
     "refinement": (
         ("scene.adaptive", "scene.marking", "results.geometry_error"),
-        ("scene/test_to_an_accuracy.py", "scene/test_divided_scenes.py", "results/test_geometry_error.py"),
+        ("scene/test_marking.py", "scene/test_to_an_accuracy.py", "results/test_geometry_error.py"),
     ),
     "edge pressure": (
         ("results.edge_*", "results.*outline", "bodies.halfspace.edge"),
