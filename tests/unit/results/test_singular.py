@@ -9,8 +9,10 @@ import fecontact as fc
 from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
 from fecontact.results.field_map import scale_top
+from fecontact.results.rough_corner import rough_eigenvalue
 from fecontact.results.singular import wedge_eigenvalue
 from fecontact.surfaces import FlatPunch, FunctionSurface
+from fecontact.surfaces.rigid.tip import sharpest
 
 SOLID = fc.Material(E=1.0, nu=0.3)
 #: Distances from an edge, halved down to 0.3 %.
@@ -28,6 +30,25 @@ def test_right_angled_end_against_dundurs_and_lee(alpha):
     root = wedge_eigenvalue(np.pi / 2, (1 + alpha) / (1 - alpha))
     assert 0.5 < root < 1
     assert abs(dundurs_lee(root, alpha)) < 1e-9
+
+
+@pytest.mark.parametrize("nu", [0.1, 0.3, 0.45])
+def test_right_angled_end_stuck_on_a_rigid_plane_against_williams(nu):
+    """Williams (1952), clamped and free sides; a smooth plane is one of symmetry, so that the end is none."""
+    kappa = 3 - 4 * nu
+    root = rough_eigenvalue((kappa, 1.0), None, None)
+    assert 0.5 < root < 1
+    assert abs(np.sin(root * np.pi / 2) ** 2 - ((kappa + 1) ** 2 - 4 * root**2) / (4 * kappa)) < 1e-9
+    assert rough_eigenvalue((kappa, 1.0), None, 0.0) == 1.0
+
+
+def test_a_tip_is_found_on_heights_far_from_zero():
+    """A cone of slope 0.1, lifted by a million times the square it is looked for in; rounding has no tip."""
+    tip = sharpest(lambda x, y: 1e6 + 0.1 * np.hypot(x - 0.1, y), np.zeros(2), 0.3)
+    assert tip.power == pytest.approx(1.0, abs=0.01)
+    assert tip.slope == pytest.approx(0.1, rel=1e-3)
+    noise = np.random.default_rng(0)
+    assert sharpest(lambda x, y: 1e6 * (1 + 1e-15 * noise.normal(size=np.shape(x + y))), np.zeros(2), 0.3).power == 2.0
 
 
 def end_on_half_plane(E):
