@@ -141,7 +141,6 @@ class ResponseErrors:
             elastic = float(-forces @ (problem.g + problem.B.T @ self.solution.q))
         driven = bool(np.abs(problem.F).max(initial=0.0) > 0)
         whole = tuple(_amplified(each, each.error) / elastic for each in self.primal)
-        driven = bool(np.abs(problem.F).max(initial=0.0) > 0)
         if alone or not known:
             yield "approach" if driven else "force", whole
         change = _Change.of(problem.S[np.ix_(closed, closed)], problem.B[:, closed]) if known else None

@@ -171,6 +171,15 @@ def test_reasons_for_no_estimate():
     assert json.loads(json.dumps(nothing.summary()))["pressure"] is None
 
 
+def test_cells_without_a_bound_are_none_unless_given():
+    no_edge, whole = EdgeCells(*np.zeros((5, 0)), np.zeros((2, 0), int)), (slice(None), slice(None))
+    given = np.ones((8, 8)), 1.012 * np.ones((4, 4)), whole, no_edge
+    assert grid_error_estimate(*given) == grid_error_estimate(*given, ends=np.zeros((8, 8), bool))
+    cells = np.zeros((8, 8), bool)
+    cells[0] = True
+    assert grid_error_estimate(*given, ends=cells) != grid_error_estimate(*given)
+
+
 def test_indentations_tell_their_error():
     found = indent(Paraboloid(10.0), Ground(UNIT), IndentationLoad(force=FORCE), cells=(16, 16), size=(2.3, 2.3))
     estimate = found.contact.error_estimate

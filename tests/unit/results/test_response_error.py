@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.fem.energy_error import EnergyError
+from fecontact.results.response_error import _amplified
 
 SOFT = fc.Material(E=1.0, nu=0.3)
 HELD = {"x_min": "xyz", "y_min": "y"}
@@ -91,6 +93,12 @@ def test_no_error_where_strains_are_those_of_the_elements():
     away = scene.solve(motions={block: {"z": 0.01}})
     assert str(away.response_error) == ""
     assert away.response_error.worst == 0.0
+
+
+def test_cells_that_are_too_stiff_by_more_than_is_known_count_as_known():
+    """By hand: 1.65 over what the error leaves of the energy, a tenth of it at least."""
+    own = EnergyError(np.arange(4), np.array([0.5, 0.95, 2.0, 0.0]), np.array([1.0, 1.0, 1.0, 0.0]), 1.0)
+    assert np.abs(_amplified(own, np.ones(4)) - [3.3, 16.5, 16.5, 1.65]).max() < 1e-12
 
 
 def test_friction_has_an_estimate_too():

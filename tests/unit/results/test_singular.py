@@ -8,6 +8,7 @@ import pytest
 import fecontact as fc
 from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
+from fecontact.results.error_estimate import nodal_pressure
 from fecontact.results.field_map import scale_top
 from fecontact.results.rough_corner import rough_eigenvalue
 from fecontact.results.singular import wedge_eigenvalue
@@ -145,6 +146,18 @@ def test_a_flat_punch_is_reported_and_a_ball_is_not():
     told = json.loads(json.dumps(result.summary(), allow_nan=False))["contacts"][0]["error_estimate"]
     assert told["peak"] is None
     assert told["unbounded"]["exponent"] == 0.5
+
+
+def test_faces_without_pressure_do_not_count_beside_an_edge():
+    """A tilted punch, of which the lower part touches."""
+    body, punch = block(8, 2.0, name="block"), fc.RigidBody(FlatPunch(sides=(1.2, 1.2)), name="punch")
+    punch = punch.placed((0.0, 0.0, 0.012), fc.rotation_about((0, 1, 0), 0.02))
+    contact = fc.Scene([body, punch], [fc.Contact(body, punch)]).solve(motions={punch: {"z": -0.01}}).contacts[0]
+    assert contact.error_estimate.unbounded.body == "punch"
+    field = nodal_pressure(contact)
+    assert not field.loaded.all()
+    assert (field.loaded & ~field.bounded).any()
+    assert not (field.bounded & ~field.loaded).any()
 
 
 @pytest.mark.parametrize("n", [10, 20])
