@@ -65,7 +65,7 @@ package: $(READY)  ## wheel and source, installed in clean environments of every
 	$(BIN)/python -m pytest tests/packaging
 
 # scripts that measure pages of the site, about a quarter of an hour; compare and error_estimates are kept for each release
-PAGES ?= docs/accuracy.py docs/half_space_page.py docs/baselines.py docs/solvers.py \
+PAGES ?= docs/accuracy.py docs/half_space_page.py docs/baselines_page.py docs/solvers.py \
 	tests/benchmarks/bench_outlines.py tests/benchmarks/bench_accuracy.py
 
 pages: $(READY)  ## measured pages of the site, and pictures of docs/

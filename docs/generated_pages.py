@@ -1,12 +1,14 @@
 """Pages of the site that are made, not written. They lie in docs/generated, which is not in git.
 
 `make docs` calls `prepare` before the pages are read: the chapters of the verification come from the record of the last
-run, and a measured page that was not made in this checkout says which command makes it.
+run, two measured pages that take some seconds are measured, and the others, unless they were made in this checkout, say
+which command makes them.
 """
 
 from __future__ import annotations
 
 import json
+from importlib import import_module
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -20,8 +22,11 @@ MEASURED = {
     "adaptive": ("Accuracy on demand: error, unknowns and time", "tests/benchmarks/bench_accuracy.py"),
     "outlines": ("Outlines and recovered pressures against the truth", "tests/benchmarks/bench_outlines.py"),
     "solvers": ("Solvers: hard cases, iterations and time", "docs/solvers.py"),
-    "baselines": ("Comparison with penalties and load increments", "docs/baselines.py"),
+    "baselines": ("Comparison with penalties and load increments", "docs/baselines_page.py"),
 }
+
+#: Those that the site measures itself, by `measure` of their scripts.
+QUICK = ("half_space", "baselines")
 
 
 def write(name: str, text: str) -> Path:
@@ -33,10 +38,14 @@ def write(name: str, text: str) -> Path:
     return path
 
 
-def prepare() -> None:
+def prepare(quick: tuple[str, ...] = QUICK) -> None:
     """Make what the site lacks."""
     for name, (title, script) in MEASURED.items():
-        if not (FOLDER / f"{name}.md").exists():
+        if (FOLDER / f"{name}.md").exists():
+            continue
+        if name in quick:
+            import_module(Path(script).stem).measure()
+        else:
             write(name, f"# {title}\n\nNot measured in this checkout: `python {script}` (or `make pages`) does so.\n")
     verification()
 

@@ -4,7 +4,7 @@ A ball is pressed on a plane and condensed once; all three methods then get the 
 nothing but the springs. Gap elements in load increments are how the report of 1978 had it from the MARC system
 (section IV.2). Springs are spread evenly over the area; k0 is the mean stiffness of the bodies at a contact node.
 
-Run: python tests/benchmarks/penalty_and_gaps.py; docs/baselines.py makes a page of it.
+Run: python tests/benchmarks/penalty_and_gaps.py; docs/baselines_page.py makes a page of it.
 """
 
 from pathlib import Path

@@ -144,7 +144,7 @@ def test_pages_that_are_not_made_say_how(tmp_path, monkeypatch):
 
     monkeypatch.setattr(generated_pages, "FOLDER", tmp_path)
     monkeypatch.setattr(generated_pages, "RECORD", tmp_path / "none.json")
-    generated_pages.prepare()
+    generated_pages.prepare(quick=())
     listed = re.findall(r"^generated/(\w+)$", (DOCS / "measured.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert {path.stem for path in tmp_path.glob("*.md")} == {*listed, "verification"}
     assert set(generated_pages.MEASURED) == set(listed)
@@ -166,6 +166,18 @@ def test_the_gallery_has_every_example():
     page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     for script in (ROOT / "examples").glob("*.py"):
         assert f"../examples/{script.name}" in page, f"{script.name} is not in docs/gallery.md"
+
+
+def test_errors_of_half_spaces_are_measured(monkeypatch):
+    monkeypatch.syspath_prepend(DOCS)
+    import half_space_page
+
+    monkeypatch.setattr(half_space_page, "CELLS", (16, 32))
+    rows = [line.strip("|").split("|") for line in half_space_page.errors().splitlines()[2:]]
+    assert [row[0].strip() for row in rows] == list(half_space_page.CASES)
+    # five cells across a contact: an error of first order is below half of their share
+    assert all(0 <= float(cell) < 0.1 for row in rows for cell in row[1:3])
+    assert all(abs(float(cell)) < 0.1 for row in rows for cell in row[5:7])
 
 
 def test_the_site_lists_the_examples(monkeypatch, tmp_path):
