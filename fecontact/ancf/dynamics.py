@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +32,8 @@ MOST_HALVINGS = 12
 HELD = 1e-8
 #: Steps after which stages are compared with those of a record.
 SAMPLED = (0, 1, 3, 10, 30, 100, 300, 1000)
+#: Stages that are kept: of the ends and the middle of two steps, and of times near their ends.
+KEPT = 8
 
 
 @one_line
@@ -46,9 +48,11 @@ class Motion:
     message : str
     time : (n,) array
     kinetic, strain, potential : (n,) arrays
-        Energies; the potential of dead loads is zero at the initial coordinates.
+        Energies; the potential of dead loads is zero at the initial coordinates, and that of moments on flat
+        structures, -M times the angle, is part of the strain energy.
     work, viscous_work, friction_work : (n,) arrays
-        Work of what varies in time, energy lost to viscosity, and work of friction, from the start.
+        Work of what varies in time (of such a moment -angle dM), energy lost to viscosity, and work of friction, from
+        the start.
     momentum : (n, 3) array
     contact_force : (n, n_touches, 3) array
         Resultant on each slave, with friction.
@@ -218,13 +222,21 @@ def move(
 
 @dataclass(frozen=True, eq=False)
 class _Stages:
-    """Stages in time with constant loads added, checked to be of the same coordinates and contacts."""
+    """Stages in time with constant loads, checked to be of the same coordinates and contacts; the last are kept."""
 
     given: StageAt
     load: Array
     first: Assembly
+    made: dict[float, Stage] = field(default_factory=dict)
 
     def __call__(self, time: float) -> Stage:
+        if time not in self.made:
+            if len(self.made) == KEPT:
+                del self.made[next(iter(self.made))]
+            self.made[time] = self._made(time)
+        return self.made[time]
+
+    def _made(self, time: float) -> Stage:
         stage = self.given(time)
         a, b = stage.assembly, self.first
         if a is not b and (a.n_dofs, _multipliers(a)) != (b.n_dofs, _multipliers(b)):
@@ -252,14 +264,16 @@ def _held_at(assembly: Assembly, start: Start | None) -> StageAt:
 
 def _acting(stage: Stage) -> tuple[object, ...]:
     """What varies in a stage, for a fingerprint."""
-    return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in stage.assembly.touches]
+    a = stage.assembly
+    moments = [getattr(solid, "moments", ()) for solid in a.solids]
+    return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in a.touches], moments
 
 
 def _approach(at: _Stages, then: Instant, now: Instant) -> float:
     """Largest approach of two bodies in a step, see `ContactConstraints.approach`; zero without contacts."""
     if not at.first.touches:
         return 0.0
-    stages = (at.given(instant.time).assembly.touches for instant in (then, now))
+    stages = (at(instant.time).assembly.touches for instant in (then, now))
     return max(after.approach(then.q, now.q, before) for before, after in zip(*stages, strict=True))
 
 
@@ -342,9 +356,7 @@ def _march(
             # all these schemes have a local error of the third order in the step
             h = min(step, 2 * length if accuracy is None else length * min(2.0, 0.9 * max(wrong, 1e-3) ** (-1 / 3)))
             now = after
-            record.add(
-                at.given(now.time), now, load, (len(record.rows) % every) == 0 or now.time >= until * (1 - 1e-12)
-            )
+            record.add(at(now.time), now, load, (len(record.rows) % every) == 0 or now.time >= until * (1 - 1e-12))
             bar.update(length)
             if file is not None and len(record.rows) % every == 0:
                 record.write(file)

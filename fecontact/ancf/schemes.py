@@ -182,6 +182,7 @@ class GeneralisedAlpha:
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
                 applied = acting(end, q, acceleration, viscous.forces - kept.by_hubs(ties))
                 work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(at, now, h, q, forces)
+                work += (_by_moments(begin.assembly, a, now.q) + _by_moments(begin.assembly, a, q)) / 2
                 after = now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
                 return _with_friction(a, now, after, slip, slip.slip + slip.T @ change, t, h)
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
@@ -207,7 +208,7 @@ class EnergyMomentum:
         for nit in range(1, MOST_ITERATIONS + 1):
             middle = (now.q + q) / 2
             internal = np.concatenate(
-                [s.forces_between(a.part(now.q, k), a.part(q, k)) for k, s in enumerate(a.solids)]
+                [s.forces_between(a.part(now.q, k), a.part(q, k)) for k, s in enumerate(half.assembly.solids)]
             )
             viscous = a.viscous_step(now.q, q, h, now.memory)
             internal = internal + viscous.forces
@@ -243,6 +244,7 @@ class EnergyMomentum:
                 supports = a.held(internal - load - contact), a.held(inertia)
                 work = load @ (q - now.q) + supports[0] @ moved + h / 2 * supports[1] @ (v + now.v)
                 work += float(forces @ done) if halfway is not None else 0.0
+                work += _by_moments(begin.assembly, half.assembly, now.q) + _by_moments(half.assembly, a, q)
                 applied = load + supports[0] + supports[1]
                 acceleration = (v - now.v) / h
                 end_of_step = now.after(
@@ -304,6 +306,12 @@ def _by_tools(at: StageAt, now: Instant, h: float, q: Array, forces: Array) -> f
         return 0.0
     gaps = (stage.assembly.conditions(q).gap for stage in (begin, end))
     return float(forces @ np.subtract(*map(_finite, gaps)))
+
+
+def _by_moments(before: Assembly, after: Assembly, q: Array) -> float:
+    """Work of moments that vary, the change of energy at rest at q: the potential -M theta of flat structures."""
+    same = all(one is other for one, other in zip(before.solids, after.solids, strict=True))
+    return 0.0 if same else after.energy(q) - before.energy(q)
 
 
 def _since(begin: Stage, now: Instant) -> SlipStart:

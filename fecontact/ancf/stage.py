@@ -26,7 +26,8 @@ class Stage:
     Parameters
     ----------
     assembly : Assembly
-        The same solids at every level; supports may differ, and rigid bodies may move.
+        The same solids at every level; supports may differ, rigid bodies may move, and the moments of flat structures
+        vary (`Structure.turned`).
     forces : (n_dofs,) array or None
         Dead loads.
     motion : (n_dofs,) array or None

@@ -197,8 +197,9 @@ class FrictionProblem:
 
 
 #: Share of force scale times gap scale below which dissipated work is rounding, and share of the largest motions, whose
-#: sum slip is, that counts as such a scale.
-NO_WORK, MOTION_FLOOR = 1e-2, 0.1
+#: sum slip is, that counts as such a scale: slips of 45 units in the last place, 1e-14 of these motions, reach the
+#: tolerance of 1e-10.
+NO_WORK, MOTION_FLOOR = 1e-3, 0.1
 
 
 @one_line

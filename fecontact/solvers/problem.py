@@ -33,7 +33,8 @@ GAP_FLOOR = 1e-3
 """Share of the largest gap below which the elastic deflection is not used as the scale of gaps."""
 
 TERM_FLOOR = 1e-4
-"""The same for g and the motions in B^T q, where these cancel each other: rounding of them must not count."""
+"""The same for g and the motions in B^T q, where these cancel each other: rounding of them must not count. Of 45 units
+in the last place, 1e-14 of the largest term, it reaches the tolerance of 1e-10."""
 
 ROW_FLOOR = 1e-6
 """Least scale of a row of B, as a share of the largest row: smaller rows are rounding residues."""

@@ -34,13 +34,16 @@ def test_the_paper_stands_beside_ten_elements():
 
 
 def test_a_linkage_with_its_files(tmp_path, monkeypatch, capsys):
-    """A tenth of a second of it; figures by corotational beams stand beside."""
+    """A tenth of a second of it, beside the refined motion; figures by corotational beams stand beside."""
     monkeypatch.setattr(fourbar, "UNTIL", 0.1)
     figures, picture = tmp_path / "f.json", tmp_path / "f.png"
     assert main(["ancf", "fourbar", "--step", "0.01", "--json", str(figures), "--plot", str(picture)]) == 0
     told = json.loads(figures.read_text())
-    assert told["error"] < 1e-3
-    assert abs(told["cases"][0]["crank, found"] - told["cases"][0]["crank, rigid bars"]) < 0.01
+    (first,) = told["cases"]
+    assert first["known"] == fourbar.REFINED[0]
+    assert told["error"] == abs(first["found"] - first["known"]) < 0.01
+    assert abs(first["found"] - first["crank, rigid bars"]) < 0.01
+    assert abs(first["follower, found"] - first["follower, corotational"]) < 0.01
     assert picture.stat().st_size > 10_000
     assert "corotational" in capsys.readouterr().out
 

@@ -241,13 +241,23 @@ def test_dissipation_tells_forces_that_do_not_oppose_slip() -> None:
     assert found.slip > 0.1
 
 
-def test_rounding_of_what_sticks_is_no_dissipation() -> None:
-    """Eight points that stick under much friction, with slips of the rounding of their forces; larger ones count."""
+@pytest.mark.parametrize("mu", [0.5, 50.0])
+@pytest.mark.parametrize(
+    ("share", "certified"), [(0.0, True), (1e-15, True), (1e-14, True), (1e-12, False), (1e-9, False)]
+)
+def test_rounding_of_what_sticks_is_no_dissipation(mu: float, share: float, certified: bool) -> None:
+    """Eight points that stick: a slip of 45 units of rounding of what cancels in it is none, a hundred times it counts.
+
+    Tangential forces are too large by a share, which is a slip of 0.3 shares of a limit of mu.
+    """
     points, tangents = np.arange(8), np.arange(8, 16)[:, None]
     g = np.repeat([-1.0, 0.3], 8)
-    problem = FrictionProblem(ComplementarityProblem(np.eye(16), g), points, tangents, np.full(8, 50.0))
-    assert problem.residuals(np.repeat([1.0, -0.3 * (1 + 1e-15)], 8), np.zeros(0)).worst < 1e-10
-    assert problem.residuals(np.repeat([1.0, -0.3 * (1 + 1e-10)], 8), np.zeros(0)).dissipation > 1e-9
+    problem = FrictionProblem(ComplementarityProblem(np.eye(16), g), points, tangents, np.full(8, mu))
+    found = problem.residuals(np.repeat([1.0, -0.3 * (1 + share)], 8), np.zeros(0))
+    assert found.within(1e-10) is certified
+    slip = 0.3 * (1 + share) - 0.3
+    work = 1e-3 * max(8 * mu, 8 * 1.3)
+    np.testing.assert_allclose(found.dissipation, 8 * slip * (mu + 0.3) / work, rtol=1e-3, atol=1e-18)
 
 
 def test_the_work_of_rounding_is_no_dissipation() -> None:
