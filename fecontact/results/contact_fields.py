@@ -246,7 +246,7 @@ class ContactFields:
         return np.asarray(at_nodes.max(axis=1).toarray().ravel()[self.facets].max(axis=1), dtype=np.int64)
 
     @cached_property
-    def _cells(self) -> CellContact | None:
+    def on_cells(self) -> CellContact | None:
         """The pressure on the cells of a half-space; None for other slaves."""
         return cell_contact(self)
 
@@ -257,8 +257,8 @@ class ContactFields:
         Cells of a half-space are points, with the edge located within them.
         """
         of_facets, of_points = np.zeros(len(self.facets)), np.where(self.active, self.weights, 0.0)
-        if self._cells is not None:
-            return of_facets, self._cells.areas
+        if self.on_cells is not None:
+            return of_facets, self.on_cells.areas
         if self.readings is None or not self.readings.across >= FACES_ACROSS:
             return of_facets, of_points
         n = self.region.max() + 1
@@ -293,8 +293,8 @@ class ContactFields:
         pressure: about 18 % (peak 5 %, area 6 %), resolved by 3.5 faces across
         """
         found = error_estimate(self, self.readings)
-        if self._cells is not None:
-            return self._cells.estimate(found)
+        if self.on_cells is not None:
+            return self.on_cells.estimate(found)
         if self.unseen > 0:
             peak = min(1.0, float(self.between_nodes.unseen.max()) / self.max_pressure)
             found = replace(found, pressure=float(np.hypot(found.pressure, self.unseen)), peak=max(found.peak, peak))

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
+from fecontact.bodies.halfspace.validity import validity_warnings
 from fecontact.common.error_estimate import LARGEST_ERROR, percent
 from fecontact.results.checks.held_across import held_across
 from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
@@ -100,6 +101,17 @@ def large_strains(result: SolvedScene) -> Iterator[str]:
         strain = errors.largest if len(errors.cells) else float(np.nanmax(np.abs(body.model.gauss_strain(u))))
         if strain > LARGEST_STRAIN:
             yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
+
+
+def strained_half_spaces(result: SolvedScene) -> Iterator[str]:
+    """Warnings of strains and slopes too large for the theory of half-spaces, as of a half-space alone."""
+    for contact in result.contacts:
+        if (cells := contact.on_cells) is not None:
+            number = result.scene.bodies.index(contact.slave)
+            moved = result.loading.frames[number].modes(result.motions[number][:, None])[:, 0]
+            into = (moved - contact.displacements[0]).reshape(-1, 3) @ cells.surface.normal
+            found = validity_warnings(contact.slave, cells.pressure, cells.gap, into.reshape(cells.pressure.shape))
+            yield from (f"{contact.slave.name!r}: {text}" for text in found)
 
 
 def missed_accuracy(result: SolvedScene) -> Iterator[str]:
@@ -201,6 +213,7 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     unborne_motions,
     pushed_aside,
     large_strains,
+    strained_half_spaces,
     held_across,
     contact_at_rims,
     undeclared_overlaps,

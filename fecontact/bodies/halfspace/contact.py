@@ -202,7 +202,8 @@ class HalfSpaceContact:
     def warnings(self) -> tuple[str, ...]:
         """Warnings of overlaps, large errors, contacts not resolved, and strains and slopes that are not small."""
         between = (self.between,) if self.between else ()
-        return (*between, *self._error_warnings, *validity_warnings(self))
+        limits = validity_warnings(self, self.pressure, self.gap, self.displacement)
+        return (*between, *self._error_warnings, *limits)
 
     @property
     def _error_warnings(self) -> tuple[str, ...]:

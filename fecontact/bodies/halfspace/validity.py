@@ -9,8 +9,8 @@ import numpy as np
 
 from fecontact.common.arrays import Array, Mask
 
-#: A `HalfSpaceContact`, which asks for its own warnings.
-Pressed = Any
+#: A `HalfSpace` or a `HalfSpaceContact`, which ask for their own warnings: `grid`, `material`, `layers`, `periodic`.
+OnCells = Any
 
 LARGEST_STRAIN = 0.3
 """Displacement over half-width, a/R of a ball, from which results are warned of: linear theory errs by its square."""
@@ -19,17 +19,25 @@ LARGEST_SLOPE = 0.3
 """Rms slope of the counter-surface in the contact from which results are warned of."""
 
 
-def validity_warnings(contact: Pressed) -> Iterator[str]:
-    """Warnings of strains and slopes that are not small."""
-    if not contact.active.any():
+def validity_warnings(body: OnCells, pressure: Array, gap: Array, displacement: Array) -> Iterator[str]:
+    """Warnings of strains and slopes that are not small, from fields (nx, ny) of a contact.
+
+    Parameters
+    ----------
+    body : HalfSpace or HalfSpaceContact
+    pressure, gap, displacement : (nx, ny) arrays
+        Gaps after deformation and displacements into the body, without rigid motions.
+    """
+    active = pressure > 0
+    if not active.any():
         return
-    strain, by = _strain(contact)
+    strain, by = _strain(body, active, pressure, displacement)
     if strain > LARGEST_STRAIN:
         yield (
             f"Strains are not small: {by} is {strain:.2g}, and errors are of the order of its square. Linear "
             "elasticity needs less than some 0.3: take a smaller load, and check the units of load, modulus and sizes."
         )
-    slope = rms_slope(contact.gap - contact.displacement, contact.grid.cell, contact.active)
+    slope = rms_slope(gap - displacement, body.grid.cell, active)
     if slope > LARGEST_SLOPE:
         yield (
             f"The counter-surface is steep where it touches: its rms slope is {slope:.2g}, and a half-space's contact "
@@ -37,20 +45,18 @@ def validity_warnings(contact: Pressed) -> Iterator[str]:
         )
 
 
-def _strain(contact: Pressed) -> tuple[float, str]:
+def _strain(body: OnCells, active: Mask, pressure: Array, displacement: Array) -> tuple[float, str]:
     """A strain that is typical of a contact, and its name."""
-    largest = float(np.abs(contact.displacement[contact.active]).max())
-    total = sum(layer.thickness for layer in contact.layers)
-    if contact.material is None and contact.periodic:
+    largest = float(np.abs(displacement[active]).max())
+    total = sum(layer.thickness for layer in body.layers)
+    if body.material is None and body.periodic:
         return largest / total, "the displacement over the thickness of the layers"
-    if contact.periodic:
-        top = contact.layers[0].material if contact.layers else contact.material
-        return contact.figures["mean_pressure"] / top.plane_strain_modulus, "the mean pressure over the modulus"
-    sides = [
-        (np.ptp(np.flatnonzero(contact.active.any(axis=1 - axis))) + 1) * contact.grid.cell[axis] for axis in (0, 1)
-    ]
+    if body.periodic:
+        top = body.layers[0].material if body.layers else body.material
+        return float(pressure[active].mean()) / top.plane_strain_modulus, "the mean pressure over the modulus"
+    sides = [(np.ptp(np.flatnonzero(active.any(axis=1 - axis))) + 1) * body.grid.cell[axis] for axis in (0, 1)]
     half_width = float(np.sqrt(sides[0] * sides[1])) / 2
-    if contact.material is None and total < half_width:
+    if body.material is None and total < half_width:
         return largest / total, "the displacement over the thickness of the layers"
     return largest / half_width, "the displacement over the half-width of the contact"
 

@@ -71,3 +71,16 @@ def test_paths_tell_their_warnings():
     assert told[0].startswith("Step 2: ")
     assert f"Warning: {told[0]}" in str(path)
     assert path.as_dict()["warnings"] == list(path.warnings)
+
+
+@pytest.mark.parametrize(("over", "told"), [(0.25, []), (0.35, [STRAINS]), (1.7, [STRAINS, STEEP])])
+def test_a_scene_warns_as_the_half_space_alone_does(over, told):
+    half = fc.HalfSpace(STEEL, size=(3 * over, 3 * over), shape=(32, 32), name="half")
+    alone = [text for text in half.press(Paraboloid(1.0), approach=over**2).warnings if "cells across" not in text]
+    ball = fc.RigidBody(Paraboloid(1.0), name="ball").placed((0.0, 0.0, 2.0))
+    raised = half.placed((0.0, 0.0, 2.0))
+    scene = fc.Scene([raised, ball], [fc.Contact(raised, ball)])
+    result = scene.solve(motions={ball: {"z": -(over**2)}})
+    assert [text.split(":")[0] for text in alone] == told
+    assert [text for text in result.warnings if "small" in text or "steep" in text] == [f"'half': {t}" for t in alone]
+    assert all(text in str(result) for text in result.warnings)
