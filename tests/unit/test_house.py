@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,12 @@ PACKAGE = "fecontact"
 
 Rooms = dict[str, set[str]]
 Imports = dict[tuple[str, str], int]
+
+
+@cache
+def nodes(text: str) -> list[ast.AST]:
+    """All nodes of a module's tree, the whole first."""
+    return list(ast.walk(ast.parse(text)))
 
 
 def table_of_rooms(page: str) -> tuple[Rooms, dict[str, str]]:
@@ -38,7 +45,8 @@ def targets(node: ast.AST, module: str, is_package: bool) -> list[str]:
     if isinstance(node, ast.ImportFrom):
         above = module.split(".")[: len(module.split(".")) - node.level + is_package] if node.level else []
         return [".".join([*above, *filter(None, [node.module]), alias.name]) for alias in node.names]
-    if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "__import__")):
+    called = getattr(node, "func", None)
+    if getattr(called, "attr", getattr(called, "id", "")) in ("import_module", "__import__"):
         return [str(a.value) for a in node.args[:1] if isinstance(a, ast.Constant)]
     return []
 
@@ -47,7 +55,7 @@ def imports_of(modules: dict[str, Path]) -> Imports:
     """All imports between modules with a line each, those in functions too; names belong to the module they are of."""
     found: Imports = {}
     for module, path in modules.items():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes(path.read_text(encoding="utf-8")):
             for name in targets(node, module, path.name == "__init__.py"):
                 target = name if name in modules else name.rpartition(".")[0]
                 if target in modules and target != module:
@@ -97,7 +105,7 @@ def circles(imports: Imports, modules: dict[str, Path]) -> Iterator[str]:
 def hidden(modules: dict[str, Path]) -> Iterator[str]:
     """Uses of `TYPE_CHECKING`, by which a circle is hidden; the package itself has its public names there."""
     for module, path in modules.items():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes(path.read_text(encoding="utf-8")):
             if "TYPE_CHECKING" in (getattr(node, "id", None), getattr(node, "attr", None)) and module != PACKAGE:
                 yield f"TYPE_CHECKING: {module} (line {node.lineno})"  # type: ignore[attr-defined]
 
@@ -227,7 +235,7 @@ def classes_of(modules: dict[str, Path]) -> set[str]:
     """Names of all classes of the package but its errors."""
     names: set[str] = set()
     for path in modules.values():
-        names |= {n.name for n in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(n, ast.ClassDef)}
+        names |= {n.name for n in nodes(path.read_text(encoding="utf-8")) if isinstance(n, ast.ClassDef)}
     return {name for name in names if not name.endswith("Error")}
 
 
@@ -263,7 +271,7 @@ def test_rooms_above_bodies_ask_and_do_not_look_at_classes() -> None:
         f"{module} (line {line})"
         for module, path in modules.items()
         if room_of(module) in ASKING
-        for line in type_tests(ast.parse(path.read_text(encoding="utf-8")), classes)
+        for line in type_tests(nodes(path.read_text(encoding="utf-8"))[0], classes)
     ]
     assert len(found) <= MOST_TYPE_TESTS, found
 

@@ -116,6 +116,7 @@ def test_options_of_a_variant_reach_the_solution():
     assert mortar.spec == "hex20:coupling=mortar"
 
 
+@pytest.mark.full
 def test_finished_runs_are_kept_and_a_cut_line_is_run_again(tmp_path):
     path = tmp_path / "rows.jsonl"
     first = compare(QUICK, path)
@@ -130,6 +131,7 @@ def test_finished_runs_are_kept_and_a_cut_line_is_run_again(tmp_path):
     assert len(path.read_text().splitlines()) == 2
 
 
+@pytest.mark.full
 def test_runs_with_other_threads_are_others(tmp_path):
     path = tmp_path / "rows.jsonl"
     for threads in (1, 2):
@@ -137,6 +139,7 @@ def test_runs_with_other_threads_are_others(tmp_path):
     assert [json.loads(line)["threads"] for line in path.read_text().splitlines()] == [1, 2]
 
 
+@pytest.mark.full
 def test_runs_of_other_code_repeats_or_adapters_are_others(tmp_path, monkeypatch):
     path, folder = tmp_path / "rows.jsonl", tmp_path / "peers"
     folder.mkdir()
@@ -221,6 +224,7 @@ def test_adapters_are_run_and_absent_ones_named(tmp_path):
     assert rows[1]["dofs"] == 64
 
 
+@pytest.mark.full
 def test_command_line_writes_all_files(tmp_path, capsys):
     (tmp_path / "peers").mkdir()
     published = [{"problem": "hertz", "program": "Elsewhere", "method": "Elsewhere", "source": "a table", "dofs": 1e4}]
