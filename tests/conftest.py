@@ -6,11 +6,10 @@ import pytest
 from rounding import change_by_rounding
 
 import fecontact as fc
-from fecontact.common.errors import MissingPackageError
+from fecontact import Mesh, MissingPackageError
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.mesh.element.hexahedron import hex_nodes
 from fecontact.mesh.gmsh_session import load_gmsh
-from fecontact.mesh.mesh import Mesh
 
 
 def pytest_addoption(parser, pluginmanager):

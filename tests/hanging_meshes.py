@@ -11,10 +11,10 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 import fecontact as fc
+from fecontact import Mesh, SectionMesh, merge
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh, merge
-from fecontact.mesh.section_mesh import SectionMesh, line_shapes, merge_sections
+from fecontact.mesh.section_mesh import line_shapes, merge_sections
 from fecontact.surfaces.facet_surface import FacetSurface
 
 # six tetrahedra round the diagonal of a hexahedron; those of its halves lie inside those of the whole

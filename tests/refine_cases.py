@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 import fecontact as fc
+from fecontact import Mesh, merge
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh, merge
 from fecontact.mesh.refine import refined
 
 #: A cube's corners in VTK's order, and its faces counter-clockwise seen from inside.

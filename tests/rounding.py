@@ -8,8 +8,8 @@ arithmetic does. Tolerances stay, so a test fails where rounding decides.
 
 import numpy as np
 
+from fecontact import Mesh
 from fecontact.contact.coupling.surface_pair import SurfacePair
-from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import FacetSurface
 

@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 import fecontact as fc
+from fecontact import Mesh
 from fecontact.analytic import axisymmetric, hertz, layer
 from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import pick, section_shapes
-from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces import Cylinder, Paraboloid
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "verification"))

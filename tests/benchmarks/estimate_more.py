@@ -33,13 +33,11 @@ from estimate_cases import (
 )
 
 import fecontact as fc
+from fecontact import Mesh, SurfaceMesh, extrude
 from fecontact.analytic import hertz, layer
 from fecontact.mesh import pick
-from fecontact.mesh.extrude import extrude
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.refine import refined, touching
-from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces import Cylinder, Paraboloid
 
 

@@ -7,7 +7,7 @@ from baselines import condition_number, gap_elements, penalty
 from solver_cases import duplicates, hertz, pressed_in
 from solver_cases import half_space as pressed
 
-from fecontact.common.errors import InputError
+from fecontact import InputError
 from fecontact.solvers import ComplementarityProblem, solve
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.ancf.slender import Joints, line
+from fecontact.ancf import Joints
+from fecontact.ancf.slender import line
 
 FOLDER = Path(__file__).parents[2] / "examples"
 

@@ -9,8 +9,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 import fecontact as fc
+from fecontact import AncfBody
 from fecontact.ancf import AncfSolid, AncfSpace, body_force, gauss, hold, reentrant_points, released_at, traction
-from fecontact.ancf.body import AncfBody
 from fecontact.app.spheres.case import CASES
 from fecontact.app.spheres.spheres import solve_spheres
 from fecontact.fem.factor import condense

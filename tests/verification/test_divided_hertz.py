@@ -6,8 +6,8 @@ from hanging_meshes import boxed, joined, part
 from scipy.spatial import cKDTree
 
 import fecontact as fc
+from fecontact import merge
 from fecontact.contact.coupling import mortar
-from fecontact.mesh.mesh import merge
 
 RADIUS, CONTACT, SMALL = 10.0, 0.45, 0.125
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import merge
 from fecontact.fem.loads import body_force, surface_traction
 from fecontact.fem.stiffness import batches
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element.degenerate import element_basis
-from fecontact.mesh.mesh import merge
 from fecontact.mesh.shapes import lattice
 
 STEEL = fc.Material(E=210e3, nu=0.3)

@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.common.errors import SupportError
+from fecontact import SupportError
 
 # rounding of two factorisations, condition numbers of some 1e5; what VERIFICATION 14 promises
 SAME = 1e-9

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fecontact import InputError
 from fecontact.app.slender.fourbar import GRAVITY, LINKAGE, MOMENT, REFINED, START, drive
 from fecontact.app.slender.linkage import Linkage
-from fecontact.common.errors import InputError
 
 
 def test_rigid_linkage(row):

@@ -6,8 +6,7 @@ import pytest
 from references import pin_in_hole
 
 import fecontact as fc
-from fecontact.mesh.extrude import extrude
-from fecontact.mesh.mesh import merge
+from fecontact import extrude, merge
 from fecontact.mesh.structured import lattice
 
 SOFT, STEEL = fc.Material(E=1.0, nu=0.3), fc.Material(E=210e3, nu=0.3)

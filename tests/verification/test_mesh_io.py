@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import Mesh
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.tet_to_hex import divided
 
 ELASTIC = fc.Material(E=1000.0, nu=0.3)

@@ -5,10 +5,10 @@ import pytest
 from hanging_meshes import SPATIAL, boxed, part
 
 import fecontact as fc
+from fecontact import Mesh, merge
 from fecontact.fem.loads import body_force
 from fecontact.fem.stress import gauss_strain, hooke
 from fecontact.mesh.element.hexahedron import CORNERS, EDGES
-from fecontact.mesh.mesh import Mesh, merge
 
 ELASTIC = fc.Material(E=1.0, nu=0.3)
 # condition numbers of some 1e3 in the condensed problem, times a few units of rounding

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import Mesh
 from fecontact.fem.stress import gauss_strain, hooke
-from fecontact.mesh.mesh import Mesh
 
 pytestmark = pytest.mark.rounding(0)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import Mesh
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.refine import refined, touching
 
 RADIUS, SIZE, A = 10.0, 8.0, 0.5

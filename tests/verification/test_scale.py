@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import InputError
+from fecontact import InputError
 
 pytest.importorskip("pyamg", reason="multigrid needs pyamg: pip install 'fecontact[amg]'")
 

@@ -10,8 +10,8 @@ from exact_rod import cantilever
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.ancf import Assembly, GeneralisedAlpha, Stage, equilibrium, move
-from fecontact.ancf.slender import Joints, beam, plate, straight, strip, thick_plate
+from fecontact.ancf import Assembly, GeneralisedAlpha, Joints, Stage, equilibrium, move
+from fecontact.ancf.slender import beam, plate, straight, strip, thick_plate
 from fecontact.ancf.slender.kinds import rectangle_torsion
 
 #: The Princeton beam of aluminium 7075: length, width and height of its section, material, in SI units.

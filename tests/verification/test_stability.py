@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import SupportError
-from fecontact.mesh.mesh import Mesh
+from fecontact import Mesh, SupportError
 from fecontact.solvers import solve
 
 LEVEL = fc.shapes.Level(core=2, rings=2, edge=0.15, layer=0.3, growth=2.2)

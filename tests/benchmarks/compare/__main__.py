@@ -22,9 +22,9 @@ from compare.peers import find_peers, published, styled
 from compare.precision import against_peers, sentence
 from compare.problems import problem
 from compare.run import Plan, compare
+from fecontact import FecontactError
 from fecontact.app.compare.files import places, write
 from fecontact.app.compare.table import conditions, table
-from fecontact.common.errors import FecontactError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -11,16 +11,12 @@ from collections.abc import Callable
 import numpy as np
 
 from compare.problems import Problem
-from fecontact.ancf.body import AncfBody
+from fecontact import AncfBody, Contact, ContactResult, Mesh, Scene
 from fecontact.bodies import ElasticBody, ElasticLayer, Plane, PlaneBody, RigidBody, rotation_about
-from fecontact.contact.contact import Contact
 from fecontact.mesh import section_shapes as sections
 from fecontact.mesh import shapes
-from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.shapes import Level
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.result import ContactResult
-from fecontact.scene.scene import Scene
 from fecontact.surfaces import Cylinder, Paraboloid
 
 #: Size of a body that stands for a half-space, over the longer semi-axis: its base and side change the curvature of the

@@ -16,19 +16,13 @@ import numpy as np
 
 from compare.bodies import foundation, indented, section_of_cylinder, start
 from compare.problems import Problem
+from fecontact import Contact, ContactResult, InputError, Layer, Material, Scene, mesh_solid
 from fecontact.app.spheres.case import CASES, Spheres
 from fecontact.app.spheres.spheres import SpheresResult, solve_spheres
 from fecontact.bodies import ElasticBody, HalfSpace, LocalBody, Plane, Pose, RigidBody, Sphere
-from fecontact.bodies.halfspace import Layer
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
-from fecontact.contact.contact import Contact
 from fecontact.mesh import pick
 from fecontact.mesh.shapes import Level, block, quarter_sphere
-from fecontact.results.result import ContactResult
-from fecontact.scene.scene import Scene
 from fecontact.surfaces import FlatPunch, Paraboloid
-from fecontact.surfaces.solid import mesh_solid
 
 Options = Mapping[str, str]
 

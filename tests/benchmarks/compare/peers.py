@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fecontact import InputError
 from fecontact.app.compare.machine import THREADS
 from fecontact.app.compare.table import Row
-from fecontact.common.errors import InputError
 
 #: Seconds in which an adapter has to introduce itself.
 PATIENCE = 60

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from fecontact import Material
 from fecontact.analytic import hertz, layer, punch
 from fecontact.app.spheres.case import CASES
 from fecontact.common.arrays import Array
-from fecontact.common.material import Material
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,9 @@ import fecontact
 from compare.methods import default_variants, variant
 from compare.peers import Peer, ask, environment
 from compare.problems import PROBLEMS
+from fecontact import InputError
 from fecontact.app.compare.machine import code, machine
 from fecontact.app.compare.table import Row
-from fecontact.common.errors import InputError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.json_lines import append_row, read_rows
 

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from fecontact import InputError, Material
 from fecontact.analytic import axisymmetric, hertz, punch
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 PLACES = np.array([0.0, 1e-6, 0.3, 0.9, 1.0, 1.7])
 

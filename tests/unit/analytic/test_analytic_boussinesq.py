@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
+from fecontact import InputError, Material
 from fecontact.analytic import boussinesq
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 POINTS = [[0.3, 0.2, 0.4], [-1.2, 0.5, 0.3], [0.0, 0.0, 2.0], [0.01, -0.02, 1.0]]
 LOADS = [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.3, -0.7, 0.5)]

@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from fecontact import InputError, Material
 from fecontact.analytic import boussinesq, curvature_field, curved_kernel
 from fecontact.analytic.face_loads import FaceLoads, fields
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 CURVATURE = np.array([[1.3, 0.4], [0.4, -0.5]])
 LOADS = [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.3, -0.7, 0.5)]

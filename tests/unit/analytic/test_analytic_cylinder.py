@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
+from fecontact import InputError, Material
 from fecontact.analytic import cylinder
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 STEEL = Material(E=210e3, nu=0.3)
 BRONZE = Material(E=110e3, nu=0.34)

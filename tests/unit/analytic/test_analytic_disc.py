@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
+from fecontact import InputError, Material
 from fecontact.analytic import disc
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 
 @pytest.mark.parametrize("r", [0.2, 0.999, 1.001, 1.5, 20.0])

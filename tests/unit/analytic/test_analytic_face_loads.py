@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
+from fecontact import InputError, Material
 from fecontact.analytic import boussinesq
 from fecontact.analytic.face_loads import FaceLoads, fields, tangent_axes
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 STEEL = Material(E=2.0, nu=0.3)
 RANDOM = np.random.default_rng(7)

@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from fecontact import InputError, Material
 from fecontact.analytic import friction, hertz
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 STEEL, RUBBER = Material(E=210.0, nu=0.3), Material(E=3.0, nu=0.45)
 BALL = hertz.spheres(radii=(10.0, -30.0), materials=(STEEL, RUBBER), force=0.7)

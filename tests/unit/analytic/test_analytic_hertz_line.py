@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from fecontact import InputError, Material
 from fecontact.analytic import hertz
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 STEEL = Material(E=210e3, nu=0.3)
 

@@ -3,9 +3,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import j0
 
+from fecontact import InputError, Material
 from fecontact.analytic import hertz, layer
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 
 def wave_compliance(k, h, material, base):

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from fecontact import InputError, Material
 from fecontact.analytic import hertz, punch
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 
 def load(contact):

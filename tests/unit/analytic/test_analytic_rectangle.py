@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
+from fecontact import InputError, Material
 from fecontact.analytic import boussinesq, rectangle
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 SIDES = (1.0, 0.6)
 PLACES = [[0.3, 0.2, 0.4], [-1.2, 0.5, 0.3], [0.0, 0.0, 2.0], [1.0, 0.6, 0.5], [0.4, 0.6, 0.25]]

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from fecontact import InputError, Material
 from fecontact.analytic import hertz, sinusoid
-from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 
 DELTA, LAM, E_STAR = 0.02, 1.7, 100.0
 CLOSING = np.pi * E_STAR * DELTA / LAM

@@ -5,8 +5,8 @@ import pytest
 import scipy.sparse.linalg as spla
 
 import fecontact as fc
-from fecontact.ancf import Assembly, EnergyMomentum, move
-from fecontact.ancf.slender import CorotationalBeam, Joints, straight
+from fecontact.ancf import Assembly, EnergyMomentum, Joints, move
+from fecontact.ancf.slender import CorotationalBeam, straight
 
 POINTS = straight((0, 0, 0), (2, 1, 0), 3)
 

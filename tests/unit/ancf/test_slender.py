@@ -6,8 +6,8 @@ import scipy.sparse.linalg as spla
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.ancf import Assembly, Stage, equilibrium
-from fecontact.ancf.slender import Joints, beam, line, plate, straight, strip, thick_plate
+from fecontact.ancf import Assembly, Joints, Stage, equilibrium
+from fecontact.ancf.slender import beam, line, plate, straight, strip, thick_plate
 
 MATERIAL = fc.Material(E=3.0, nu=0.3, density=2.0)
 POINTS = straight((0, 0, 0), (2, 0, 0), 2)

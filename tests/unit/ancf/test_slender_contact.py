@@ -7,8 +7,8 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import friction
-from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Stage, equilibrium
-from fecontact.ancf.slender import Joints, line, plate, straight, touching
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, Stage, equilibrium
+from fecontact.ancf.slender import line, plate, straight, touching
 
 UP = np.array([0.0, 1.0, 0.0])
 

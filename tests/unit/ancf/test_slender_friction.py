@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.ancf import Assembly, Stage, equilibrium
-from fecontact.ancf.slender import Joints, beam, line, plate, straight, strip, thick_plate, touching, touching_members
+from fecontact.ancf import Assembly, Joints, Stage, equilibrium
+from fecontact.ancf.slender import beam, line, plate, straight, strip, thick_plate, touching, touching_members
 from fecontact.ancf.slender.closest import Middle
 from fecontact.ancf.slender.lever import skin
 

@@ -8,8 +8,8 @@ import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.ancf import Assembly, EnergyMomentum, GeneralisedAlpha, Stage, equilibrium, move
-from fecontact.ancf.slender import Joints, line, plate, straight, strip, touching_members
+from fecontact.ancf import Assembly, EnergyMomentum, GeneralisedAlpha, Joints, Stage, equilibrium, move
+from fecontact.ancf.slender import line, plate, straight, strip, touching_members
 from fecontact.ancf.slender.closest import Middle, closest
 
 X, Y, Z = np.eye(3)

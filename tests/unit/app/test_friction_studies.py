@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from fecontact import InputError
 from fecontact.app.cli import main
 from fecontact.app.friction.studies import run
 from fecontact.bodies.halfspace.pictures import plot_dragged
-from fecontact.common.errors import InputError
 
 PLAIN = {"radius": 10.0, "E": 2.0, "nu": 0.0, "force": 1e-3, "friction": 0.3}
 

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
+from fecontact import InputError
 from fecontact.app.joint.cartilage import thickness_between
-from fecontact.common.errors import InputError
 
 RNG = np.random.default_rng(5)
 SIDES = ("right", "left")

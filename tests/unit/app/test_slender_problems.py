@@ -4,10 +4,10 @@ import json
 
 import pytest
 
+from fecontact import InputError
 from fecontact.app.cli import main
 from fecontact.app.slender import fourbar
 from fecontact.app.slender.problems import run
-from fecontact.common.errors import InputError
 
 
 def test_the_elastica_with_its_files(tmp_path, capsys):

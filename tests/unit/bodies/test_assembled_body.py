@@ -23,7 +23,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine, RefTri
 
 import fecontact as fc
-from fecontact.common.errors import InputError
+from fecontact import InputError
 from fecontact.common.fingerprint import fingerprint
 
 RUBBER = fc.Material(E=2.0, nu=0.3)

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.common.errors import InputError, MeshError
+from fecontact import InputError, MeshError
 from fecontact.common.stopwatch import Stopwatch
 
 Q = fc.rotation_about((1, 2, 3), 0.7)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from fecontact import InputError
 from fecontact.bodies.halfspace import kernels
 from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel_spectrum, padded
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.nested import GridLevel, around, finer, start_on
 from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
 from fecontact.bodies.halfspace.vector_fft import VectorConvolution
-from fecontact.common.errors import InputError
 
 
 def direct(p, table):

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from fecontact import Material
 from fecontact.analytic import curved_kernel
 from fecontact.bodies.halfspace.inclined import InclinedTerm
-from fecontact.common.material import Material
 
 RUBBER = Material(2.0, 0.45)
 CELL = (0.02, 0.03)

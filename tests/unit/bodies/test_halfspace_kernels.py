@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import InputError
 from fecontact.analytic import layer as exact_layer
 from fecontact.analytic import rectangle
 from fecontact.bodies.halfspace import kernels, layered
-from fecontact.common.errors import InputError
 
 
 @pytest.mark.parametrize("cell", [(1.0, 1.0), (1.0, 0.1), (0.02, 0.05)])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import InputError
 from fecontact.bodies.halfspace.operator import CellModel, GridCompliance
-from fecontact.common.errors import InputError
 from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid, self_affine
 

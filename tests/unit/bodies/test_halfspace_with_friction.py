@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import InputError
 from fecontact.analytic import boussinesq
 from fecontact.bodies.halfspace import tresca
 from fecontact.bodies.halfspace.cerruti import cerruti
 from fecontact.bodies.halfspace.friction import Friction, press_step
 from fecontact.bodies.halfspace.tangential import tangential_compliance
 from fecontact.bodies.halfspace.tresca import TrescaIterate, TrescaProblem, onto_discs, solve_tresca
-from fecontact.common.errors import InputError
 from fecontact.surfaces import FlatPunch, Paraboloid
 
 PLAIN, STEEL = fc.Material(E=1.0, nu=0.0), fc.Material(E=1.0, nu=0.3)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fecontact import InputError
 from fecontact.common.directions import WORLD, Directions
-from fecontact.common.errors import InputError
 
 
 def test_without_names_they_are_the_axes_of_the_world():

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import InputError
+from fecontact import InputError
 from fecontact.common.progress import progress_line, tell, tell_part
 
 

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.common.errors import MeshError
+from fecontact import MeshError
 from fecontact.contact.coupling.nodal import pair
 from fecontact.contact.coupling.surface_pair import SurfacePair, nested
 from fecontact.contact.search import candidates

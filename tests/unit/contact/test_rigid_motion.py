@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import InputError, SupportError
+from fecontact import InputError, SupportError
 from fecontact.contact.loads import make_loading
 from fecontact.contact.rigid_motion import constrain_rigid_motion
 from fecontact.fem.rigid import COMPONENTS

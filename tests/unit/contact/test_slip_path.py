@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.bodies.pose import Pose, rotation_about
+from fecontact import Pose, rotation_about
 from fecontact.contact.slip_path import screw_paths, touching_points
 
 

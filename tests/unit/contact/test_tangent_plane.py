@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import Mesh
 from fecontact.contact.coupling.tangent_plane import _nearness, degrees, tangent_plane_maps
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.tet_to_hex import divided
 from fecontact.surfaces.facet_surface import FacetSurface
 

@@ -5,8 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
+from fecontact import InputError
 from fecontact.bodies import rotation_about
-from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import condensation, model
 from fecontact.fem.factor import available_backends, bordered, factorise, has_bordered

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from hanging_meshes import SPATIAL, joined, part, section_step, stairs, step
 
 import fecontact as fc
-from fecontact.common.errors import InputError, MeshError
+from fecontact import InputError, MeshError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.coordinates import restricted
 from fecontact.fem.model import Model

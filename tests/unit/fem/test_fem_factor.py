@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.common.errors import FecontactError, MissingPackageError, SolverNotFoundError
+from fecontact import FecontactError, MissingPackageError, SolverNotFoundError
 from fecontact.fem import factor, superlu
 from fecontact.fem.factor import available_backends, condense
 

@@ -7,13 +7,12 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.common.errors import InputError, MeshError
+from fecontact import InputError, MeshError, merge
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import fix_null_space, nodal_coordinates, support_directions
-from fecontact.mesh.mesh import merge
 
 # sums over some hundred quadrature points
 ROUNDING = 1e-12

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import Mesh
 from fecontact.mesh.formats.generic import teach_meshio
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh
 
 # a cube into six tetrahedra round its diagonal, or two wedges
 SIX = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]

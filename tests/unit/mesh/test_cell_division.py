@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fecontact.common.errors import MeshError
+from fecontact import MeshError
 from fecontact.mesh.cell_division import HEXAHEDRON, cell_division, divisible, section_division, star
 from fecontact.mesh.element.quadrature import PYRAMID, TETRAHEDRON, WEDGE
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import InputError, MeshError
+from fecontact import InputError, MeshError
 from fecontact.mesh import pick
 from fecontact.mesh.cell_sets import CellSets, joined
 

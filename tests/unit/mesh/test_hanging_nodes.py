@@ -9,11 +9,10 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.ancf.space import AncfSpace
-from fecontact.common.errors import InputError, MeshError
+from fecontact import InputError, MeshError, merge
+from fecontact.ancf import AncfSpace
 from fecontact.mesh import tet_to_hex
 from fecontact.mesh.hanging_nodes import HangingNodes
-from fecontact.mesh.mesh import merge
 from fecontact.mesh.section_mesh import merge_sections
 
 # products of a few weights of size one

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import Mesh, merge
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.mesh import Mesh, merge
 
 # numbers of order ten, turned by right angles
 ROUNDING = 1e-13

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import merge
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.crossing import crossing_triangles
 from fecontact.mesh.gmsh_session import load_gmsh
-from fecontact.mesh.mesh import merge
 
 ROUNDING = 1e-12
 

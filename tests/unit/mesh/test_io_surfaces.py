@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import SurfaceMesh
 from fecontact.mesh.orient import oriented, signed_volume
 from fecontact.mesh.polygons import cut
-from fecontact.mesh.surface_mesh import SurfaceMesh, joined
+from fecontact.mesh.surface_mesh import joined
 from fecontact.surfaces import Facets
 
 RUBBER = fc.Material(E=1.0, nu=0.3)

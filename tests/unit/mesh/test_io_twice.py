@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import Mesh, SectionMesh, merge
 from fecontact.mesh.build import build
 from fecontact.mesh.check import check_cells, check_mesh
 from fecontact.mesh.formats.generic import teach_meshio
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh, merge
-from fecontact.mesh.section_mesh import SectionMesh
 
 RUBBER = fc.Material(E=1.0, nu=0.3)
 

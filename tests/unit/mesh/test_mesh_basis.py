@@ -5,13 +5,13 @@ import itertools
 import numpy as np
 import pytest
 
+from fecontact import Mesh
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.stiffness import batches
 from fecontact.mesh.element import degenerate as basis
 from fecontact.mesh.element.degenerate import element_basis, triangular_faces
 from fecontact.mesh.element.hexahedron import hex_nodes, hex_shapes
 from fecontact.mesh.facets import nodal_areas
-from fecontact.mesh.mesh import Mesh
 
 # sums of some twenty products of size one
 ROUNDING = 1e-13

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import MeshError
+from fecontact import Mesh, MeshError
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.mesh import Mesh
 
 
 def block(element="hex20"):

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import InputError, MeshError
+from fecontact import InputError, Mesh, MeshError, merge
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element.hexahedron import FACES, hex_nodes
-from fecontact.mesh.mesh import Mesh, merge
 
 # sums of a few hundred volumes of size one
 ROUNDING = 1e-13

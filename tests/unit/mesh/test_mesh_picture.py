@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import SurfaceMesh
 from fecontact.app.cli import main
 from fecontact.mesh.picture import PLAIN
-from fecontact.mesh.surface_mesh import SurfaceMesh
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import InputError
+from fecontact import InputError, merge
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.facets import facet_integrals
-from fecontact.mesh.mesh import merge
 
 shapes = fc.shapes
 PARTS = {"quarter": 1 / 4, "half": 1 / 2, "full": 1.0}

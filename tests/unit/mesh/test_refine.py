@@ -9,13 +9,12 @@ from refine_cases import CASES, bent, locally_refined, mesh_of, near, one_edge_p
 from scipy.spatial import cKDTree
 
 import fecontact as fc
-from fecontact.common.errors import InputError
+from fecontact import InputError, Mesh
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element.hexahedron import EDGES, FACES
 from fecontact.mesh.facets import facet_integrals, nodal_areas
 from fecontact.mesh.hanging_nodes import HangingNodes
-from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import neighbouring_sides
 from fecontact.mesh.refine import refined, touching
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.results.result import ContactResult
+from fecontact import ContactResult
 from fecontact.surfaces.between_nodes import smallest_gaps
 
 SOFT = fc.Material(E=1.0, nu=0.3)

@@ -15,7 +15,7 @@ from PIL import Image
 from scipy.spatial import cKDTree
 
 import fecontact as fc
-from fecontact.common.errors import InputError
+from fecontact import InputError
 
 SOLID = fc.Material(E=10.0, nu=0.0)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import SurfaceMesh
 from fecontact.analytic import hertz
-from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.results.checks.resolution import coarse_pressures
 from fecontact.results.geometry_error import BENT, kinks, seen_by_hats
 from fecontact.surfaces import Facets

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.mesh.extrude import extrude
+from fecontact import SurfaceMesh, extrude
 from fecontact.mesh.shapes import Level
-from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.results.pictures.map_projection import CylinderMap, FlatMap, SphereMap, facet_planes, map_of
 
 STEEL = fc.Material(E=210e3, nu=0.3)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import Mesh
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh
 from fecontact.results.files import nodal_pressure
 
 # sums of the same numbers in another order; the condensed problems have condition numbers below 1e4

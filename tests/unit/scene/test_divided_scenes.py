@@ -11,9 +11,9 @@ from hanging_meshes import boxed, part, section_step
 from refine_cases import near, refined_near
 
 import fecontact as fc
-from fecontact.ancf.space import AncfSpace
+from fecontact import InputError
+from fecontact.ancf import AncfSpace
 from fecontact.bodies.rims import rim_of_surface
-from fecontact.common.errors import InputError
 from fecontact.mesh.refine import refined, touching
 from fecontact.scene.cost import explain
 

@@ -12,8 +12,8 @@ import pytest
 from common_scenes import ball_between_blocks
 
 import fecontact as fc
+from fecontact import FecontactError, InputError, MissingPackageError
 from fecontact.app.cli import main
-from fecontact.common.errors import FecontactError, InputError, MissingPackageError
 from fecontact.fem.petsc.job import interpreter
 from fecontact.mesh.refine import refined, touching
 from fecontact.scene.cost import explain

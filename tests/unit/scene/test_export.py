@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from common_scenes import ball_between_blocks
 
 import fecontact as fc
-from fecontact.common.errors import InputError
+from fecontact import InputError
 from fecontact.scene.export import export_problem
 
 SCRIPT = Path(__file__).parents[3] / "examples" / "petsc" / "solve.py"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import SolverError
+from fecontact import SolverError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.results.checks.linearisation import BEARABLE
 from fecontact.results.linearisation import CarriedMotion

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import InputError
 from fecontact.bodies.halfspace.surface import grid_surface
 from fecontact.bodies.layer import foundation_modulus
-from fecontact.common.errors import InputError
 from fecontact.contact.coupling.grid import straight_above
 from fecontact.surfaces import Paraboloid
 

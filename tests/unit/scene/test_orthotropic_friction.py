@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact import read_scene
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly
-from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.contact.lay import Lay
 
 MU = (0.1, 0.3)

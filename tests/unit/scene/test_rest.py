@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import SupportError
+from fecontact import SupportError
 from fecontact.scene.rest import LARGEST_SHIFT, LARGEST_TURN, check_rest
 
 STEEL = fc.Material(E=210e3, nu=0.3)

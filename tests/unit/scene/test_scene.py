@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import InputError, SolverNotFoundError, SupportError
+from fecontact import InputError, SolverNotFoundError, SupportError
 from fecontact.contact.search import candidates
 
 STEEL = fc.Material(E=210e3, nu=0.3)

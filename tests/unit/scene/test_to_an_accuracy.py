@@ -10,8 +10,8 @@ from skfem import Basis, ElementHex1, ElementVector
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fecontact as fc
+from fecontact import read_scene
 from fecontact.app.cli import main
-from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.scene import adaptive, finite_rotation
 from fecontact.scene.adaptive import SAFETY
 from fecontact.scene.cost import explain

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.app.scene_file.scene_file import read_scene
+from fecontact import read_scene
 from fecontact.mesh.section_mesh import Extent
 
 STEEL = fc.Material(E=1.0, nu=0.3, density=2.0)

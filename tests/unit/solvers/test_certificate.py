@@ -7,10 +7,8 @@ import pytest
 from scipy.sparse.linalg import LinearOperator
 
 import fecontact.solvers.registry
-from fecontact.common.errors import InputError, SolverError
-from fecontact.solvers import ComplementarityProblem, Residuals, Status, attempt, solve
-from fecontact.solvers.friction_problem import FrictionResiduals
-from fecontact.solvers.outcome import Outcome
+from fecontact import InputError, SolverError
+from fecontact.solvers import ComplementarityProblem, FrictionResiduals, Outcome, Residuals, Status, attempt, solve
 from fecontact.solvers.scaling import scale
 
 TOLERANCE = 1e-10

@@ -10,20 +10,21 @@ import pytest
 from scipy.optimize import minimize
 from scipy.sparse import csc_array
 
-from fecontact.common.errors import InputError, SolverError
+from fecontact import InputError, SolverError
 from fecontact.solvers import (
     ComplementarityProblem,
     FrictionProblem,
     InfeasibleLoadError,
+    ScaledProblem,
     SlidingLoadError,
+    Status,
     solve,
     solve_friction,
 )
 from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
 from fecontact.solvers.friction_newton import DIVERGED, FrictionRows, friction_newton
 from fecontact.solvers.friction_sweeps import friction_sweeps
-from fecontact.solvers.problem import Status
-from fecontact.solvers.scaling import ScaledProblem, scale
+from fecontact.solvers.scaling import scale
 
 
 def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: bool) -> FrictionProblem:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from fecontact.common.errors import SolverError
+from fecontact import SolverError
 from fecontact.solvers import ComplementarityProblem, InfeasibleLoadError, Status, attempt, available_solvers, solve
 
 OWN = ("auto", "wolfe", "active-set", "projected-cg", "nnls")

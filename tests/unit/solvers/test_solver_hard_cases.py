@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from solver_cases import CASES, Case, cycling, half_space, made
 
 import fecontact.solvers.registry
-from fecontact.common.errors import SolverError
-from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve
-from fecontact.solvers.outcome import Outcome
+from fecontact import SolverError
+from fecontact.solvers import ComplementarityProblem, Outcome, Status, attempt, available_solvers, solve
 
 SIDE = 8
 QUICK = settings(max_examples=60, derandomize=True, deadline=None)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.common.errors import InputError
+from fecontact import InputError
 from fecontact.solvers import ComplementarityProblem, Residuals, Solution, Status, solve
 
 EYE = np.eye(3)

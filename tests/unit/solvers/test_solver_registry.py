@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse.linalg import aslinearoperator
 
 import fecontact.solvers.registry
-from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
+from fecontact import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve, validate_options
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import MeshError
+from fecontact import MeshError
 from fecontact.mesh.element.hexahedron import quad_nodes
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import FacetSurface

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.mesh.surface_mesh import SurfaceMesh
+from fecontact import SurfaceMesh
 from fecontact.surfaces import Facets
 
 RADIUS = 2.0

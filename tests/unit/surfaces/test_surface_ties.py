@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from hanging_meshes import SPATIAL, boxed, part, stairs, step
 
 import fecontact as fc
-from fecontact.common.errors import MeshError
+from fecontact import MeshError
 from fecontact.contact.coupling.mortar import multiplier_areas
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes
 from fecontact.contact.coupling.nodal import pair

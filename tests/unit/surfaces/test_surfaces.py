@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.errors import InputError
+from fecontact import InputError
 from fecontact.surfaces import (
     Cone,
     Cylinder,
