@@ -189,7 +189,6 @@ def test_patella(tmp_path):
     assert figures["regions"] == 2
     # a quarter as many faces across as in the picture
     assert 20 < figures["area"] < 50
-    assert figures["seconds"] < 60
     for name in ("patella", "patella_stress"):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 

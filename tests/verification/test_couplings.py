@@ -53,6 +53,7 @@ def test_curved_faces_that_do_not_match_converge(row):
     row("7b spheres that do not match", "error, halved elements over first", 0.0, errors[1] / errors[0], 0.6)
 
 
+@pytest.mark.full
 def test_the_coarser_side_is_made_the_slave():
     """The coarser side is made the slave of a mortar coupling. Source: the result's own statement."""
     for first in ("upper", "lower"):

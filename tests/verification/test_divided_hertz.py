@@ -39,6 +39,7 @@ def pressed(mesh, nu):
     return fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(forces={ball: (0, 0, -force)}), ball
 
 
+@pytest.mark.by_day("hex8-0.3", "hex20-0.4999")
 @pytest.mark.parametrize("nu", [0.3, 0.4999])
 @pytest.mark.parametrize("kind", ["hex8", "hex20", "tet10"])
 def test_a_block_divided_below_a_ball(kind, nu, row):

@@ -63,6 +63,7 @@ def test_full_circle(row):
     row("full circle", "order", 4.0, math.log2(errors[1] / errors[2]), 0.1)
 
 
+@pytest.mark.by_day("9.81")
 @pytest.mark.parametrize("gravity", [9.81, 50.0])
 def test_falling_pendulum(gravity, row):
     """A very flexible bar, pinned at one end, falls from rest: shape and energy.

@@ -24,7 +24,7 @@ RUNS = [run for _, family in groupby(runs(), key=lambda run: run[0]) for run in 
 BY_CHANCE = 2e-3
 
 
-@pytest.mark.by_day(every=6)
+@pytest.mark.by_day(every=8)
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(("name", "size", "solve"), RUNS, ids=[f"{name}, {size}" for name, size, _ in RUNS])
 def test_estimate_over_error(name, size, solve, row, request):
