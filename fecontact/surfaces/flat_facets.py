@@ -72,9 +72,10 @@ class FlatFacets:
             square[part], s, t = _on_triangle(a, b, c)
             if not self.only_triangles:
                 other, of_c, of_d = _on_triangle(a, c, d)
-                # x_0 + s (x_1 - x_0) + t (x_2 - x_1), and below x_0 + s (x_2 - x_3) + t (x_3 - x_0)
+                # x_0 + s (x_1 - x_0) + t (x_2 - x_1), and below x_0 + s (x_2 - x_3) + t (x_3 - x_0);
+                # a triangle's second is its side x_0 to x_2, on which s = 0
                 quad, second = (d != c).any(axis=0), other < square[part]
-                s, t = np.where(second, of_c, s + quad * t), np.where(second, of_c + of_d, t)
+                s, t = np.where(second, quad * of_c, s + quad * t), np.where(second, of_c + of_d, t)
                 square[part] = np.minimum(square[part], other)
             local[0, part], local[1, part] = s, t
         return np.ascontiguousarray(local.T), np.sqrt(square)

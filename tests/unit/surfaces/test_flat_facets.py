@@ -99,3 +99,18 @@ def test_no_facet_that_holds_a_closest_point_is_left_out(kind, rng):
     assert len(kept) < 0.15 * len(point)
     begun = np.linalg.norm(surface.evaluate(facet[kept], local)[0] - points[point[kept]], axis=1)
     assert (begun - np.sqrt(exact) <= 2 * flat.depart[facet[kept]] + 1e-12).all()
+
+
+@pytest.mark.parametrize("kind", SURFACES)
+def test_a_search_begins_as_near_as_the_triangles_depart(kind):
+    """At many draws; a triangle among quadrilaterals too, where the nearest place is on its side from first to last."""
+    surface = SURFACES[kind]
+    flat = FlatFacets.of(surface.points, surface.facets)
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        facet = np.append(rng.integers(len(surface.facets), size=400), np.zeros(100, int))
+        points = np.column_stack([rng.uniform(-1.2, 1.2, (500, 2)), rng.uniform(-0.6, 0.6, 500)])
+        local, distance = flat.closest(points, facet)
+        begun = np.linalg.norm(surface.evaluate(facet, local)[0] - points, axis=1)
+        assert (np.abs(begun - distance) <= flat.depart[facet] + 1e-12).all()
+        assert (local.sum(axis=1) <= 1 + 1e-12)[surface.triangle[facet]].all()
