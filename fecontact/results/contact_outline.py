@@ -1,9 +1,10 @@
 """Outline of a contact: closed curves round the area that carries pressure, located within the facets.
 
-The zero line of `results.edge_level` is followed through triangles between the nodes of the facets. Where the contact
-reaches the end of its surface, a plane of symmetry or the rim of the other body, the curves follow these, which are not
-smoothed. The rest is: the scatter of its points has the length of facets, so that waves shorter than a few of them are
-removed.
+The zero line of `results.edge_level` is followed through triangles between the nodes of the facets. A quadrilateral
+without a node in its middle gets one, with the level by its shape functions, so that no diagonal is chosen and the
+numbers of nodes do not matter. Where the contact reaches the end of its surface, a plane of symmetry or the rim of the
+other body, the curves follow these, which are not smoothed. The rest is: the scatter of its points has the length of
+facets, so that waves shorter than a few of them are removed.
 """
 
 from __future__ import annotations
@@ -18,18 +19,19 @@ from scipy.sparse.csgraph import connected_components
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
-from fecontact.mesh.facets import facet_integrals, triangular
+from fecontact.contact.coupling.choose import line_share
+from fecontact.contact.coupling.covered_area import covered_shares
+from fecontact.mesh.facets import facet_integrals, facet_shapes, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.results.edge_level import PressureAndGap, edge_level, facet_sizes
 from fecontact.results.facet_samples import facet_samples
 from fecontact.results.outline import planes_of_symmetry
 from fecontact.results.smooth_curves import smoothed
-from fecontact.surfaces.facet_surface import facets_of
 
-#: By number of columns of a quadrilateral and of a triangle: triangles between its nodes.
+#: By number of columns of a quadrilateral and of a triangle: triangles between its nodes, the last one in its middle.
 QUADRILATERALS = {
-    4: ((0, 1, 2), (0, 2, 3)),
-    8: ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 6), (4, 6, 7)),
+    4: ((0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+    8: ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 8), (5, 6, 8), (6, 7, 8), (7, 4, 8)),
     9: ((0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8)),
 }
 TRIANGLES = {
@@ -103,6 +105,10 @@ class _Cut(NamedTuple):
 
     Attributes
     ----------
+    points : (m, 3) array
+        Nodes of the contact's facets, then middles of quadrilaterals that have no node there.
+    around : (k, 4) int array
+        Nodes round each such middle.
     corners : (n, 3) int array
         Nodes, counter-clockwise seen from outside.
     facet : (n,) int array
@@ -114,12 +120,18 @@ class _Cut(NamedTuple):
         Its place between them, from 0 at the inner one to 1.
     """
 
+    points: Array
+    around: IntArray
     corners: IntArray
     facet: IntArray
     inside: Mask
     beyond: Mask
     crossed: IntArray
     share: Array
+
+    def with_middles(self, values: Array) -> Array:
+        """Values at the nodes, and their means at the middles."""
+        return np.concatenate([values, values[self.around].mean(axis=1)])
 
     @property
     def sides(self) -> IntArray:
@@ -140,43 +152,93 @@ def contact_outline(contact: PressureAndGap) -> ContactOutline:
     ----------
     contact : PressureAndGap
     """
-    if contact.facets.shape[1] == 3:
-        return ContactOutline(_section_areas(contact), contact)
-    cut = _cut(contact, _hanging(contact))
-    return ContactOutline(_areas(contact, cut), contact, cut)
-
-
-def _cut(contact: PressureAndGap, hanging: IntArray) -> _Cut:
-    """Triangles between the nodes of the contact's facets, cut where its level is zero."""
-    level = edge_level(contact)
+    level, hanging = edge_level(contact), _hanging(contact)
     for _ in range(CHAINS):
         level[hanging[:, 2]] = level[hanging[:, :2]].mean(axis=1)
+    beyond = _beyond(contact, level)
+    if contact.facets.shape[1] == 3:
+        return ContactOutline(_to_covered(contact, level, beyond, *_section_areas(contact, level)), contact)
+    cut = _cut(contact, level, beyond)
+    return ContactOutline(_to_covered(contact, level, beyond, *_areas(contact, cut)), contact, cut)
+
+
+def _beyond(contact: PressureAndGap, level: Array) -> Mask:
+    """Nodes (m,) that face nothing or, of facets with a node inside, lie past the rim of the other body.
+
+    With nodal coupling all nodes past the rim face nothing.
+    """
+    beyond = np.diff(contact.at_nodes.indptr) == 0
+    if contact.coupling != "mortar":
+        return beyond
+    beside = np.zeros(len(level), bool)
+    beside[contact.facets[(level > 0)[contact.facets].any(axis=1)]] = True
+    shown = np.flatnonzero(beside & ~beyond)
+    beyond[shown] = _past_rim(contact, contact.nodes[shown])
+    return beyond
+
+
+def _to_covered(contact: PressureAndGap, level: Array, beyond: Mask, areas: Array, whole: Array) -> Array:
+    """Areas (n_facets,) of which no facet at the rim has more than is covered, and all of it if only the rim ends it.
+
+    Chords would cut off the corners of the other body, and halvings find its sides to 1e-6 of a face; the covered share
+    is exact.
+    """
+    slave, master, inside = contact.slave, contact.master, level > 0
+    rim = np.flatnonzero(beyond[contact.facets].any(axis=1) & inside[contact.facets].any(axis=1))
+    if not len(rim):
+        return areas
+    pose, surface, numbers = (
+        slave.pose.relative_to(master.pose),
+        master.surface(contact.surfaces[1]),
+        contact.facet_numbers[rim],
+    )
+    shares = covered_shares(
+        contact.surface, surface, pose.rotation, pose.translation, numbers, line_share(slave, master)
+    )
+    covered = whole[rim] * shares
+    only_rim = (inside | beyond)[contact.facets[rim]].all(axis=1)
+    areas[rim] = np.where(only_rim, covered, np.minimum(areas[rim], covered))
+    return areas
+
+
+def _cut(contact: PressureAndGap, level: Array, beyond: Mask) -> _Cut:
+    """Triangles between the nodes of the contact's facets, cut where its level is zero."""
+    corners, facet, bare = _triangles(contact.facets, len(level))
+    quads = contact.facets[bare]
+    N = facet_shapes(quads.shape[1], np.zeros(1, bool), np.full((1, 2), 0.5))[0][0]
+    around = quads[:, -4:]
+    facing = ~beyond[around]
+    mean = (level[around] * facing).sum(axis=1) / np.maximum(facing.sum(axis=1), 1)
+    points = np.concatenate([contact.nodes, np.einsum("a,fai->fi", N, contact.nodes[quads])])
+    level = np.append(level, np.where(facing.all(axis=1), level[quads] @ N, mean))
+    beyond = np.append(beyond, ~facing.any(axis=1))
+    some = len(contact.nodes) + np.flatnonzero(facing.any(axis=1) & ~facing.all(axis=1))
+    beyond[some] = _past_rim(contact, points[some])
     least = OFF_NODE * np.abs(level).max()
     level = np.where(np.abs(level) < least, least, level)
-    beyond = np.diff(contact.at_nodes.indptr) == 0
-    shown = np.flatnonzero(level > 0)
-    beyond[shown] |= _past_rim(contact, contact.nodes[shown])
     inside = (level > 0) & ~beyond
-    corners, facet = _triangles(contact.facets)
     sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
     sides = np.concatenate([sides, sides[:, ::-1]])
     crossed = np.unique(sides[inside[sides[:, 0]] & ~inside[sides[:, 1]]], axis=0)
     inner, outer = level[crossed].T
     rim = beyond[crossed[:, 1]]
     share = inner / (inner - np.where(rim, -inner, outer))
-    share[rim] = _to_rim(contact, crossed[rim])
-    return _Cut(corners, facet, inside, beyond, crossed, share)
+    share[rim] = _to_rim(contact, *points[crossed[rim]].transpose(1, 0, 2))
+    return _Cut(points, around, corners, facet, inside, beyond, crossed, share)
 
 
-def _triangles(facets: IntArray) -> tuple[IntArray, IntArray]:
-    """Triangles (n, 3) between the nodes of facets, and the facet (n,) of each."""
+def _triangles(facets: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Triangles (k, 3) of facets, the facet (k,) of each, and quadrilaterals whose middles are the nodes from n on."""
+    kind, columns = triangular(facets), facets.shape[1]
+    bare = np.flatnonzero(~kind & (columns < 9))
+    numbered = np.column_stack([facets, np.zeros(len(facets), np.int64)])
+    numbered[bare, -1] = n + np.arange(len(bare))
     corners, owner = [], []
-    kind = triangular(facets)
     for chosen, table in ((~kind, QUADRILATERALS), (kind, TRIANGLES)):
-        columns = np.array(table[facets.shape[1]])
-        corners.append(facets[chosen][:, columns].reshape(-1, 3))
-        owner.append(np.repeat(np.flatnonzero(chosen), len(columns)))
-    return np.concatenate(corners), np.concatenate(owner)
+        places = np.array(table[columns])
+        corners.append(numbered[chosen][:, places].reshape(-1, 3))
+        owner.append(np.repeat(np.flatnonzero(chosen), len(places)))
+    return np.concatenate(corners), np.concatenate(owner), bare
 
 
 def _hanging(contact: PressureAndGap) -> IntArray:
@@ -193,17 +255,15 @@ def _hanging(contact: PressureAndGap) -> IntArray:
 
 
 def _past_rim(contact: PressureAndGap, points: Array) -> Mask:
-    """Whether points (n, 3) of the slave lie beyond the rim of a master with facets."""
-    surface = contact.master.surface(contact.surfaces[1])
-    if facets_of(surface) is None or not len(points):
-        return np.zeros(len(points), bool)
-    return surface.project(contact.master.pose.to_body(points)).outside
+    """Whether points (n, 3) of the slave lie beyond the rim of the master."""
+    if not len(points):
+        return np.zeros(0, bool)
+    return contact.master.surface(contact.surfaces[1]).project(contact.master.pose.to_body(points)).outside
 
 
-def _to_rim(contact: PressureAndGap, sides: IntArray) -> Array:
-    """Place (n,) of the rim of the other body on sides (n, 2), by halving."""
-    start, way = contact.nodes[sides[:, 0]], np.diff(contact.nodes[sides], axis=1)[:, 0]
-    low, high = np.zeros(len(sides)), np.ones(len(sides))
+def _to_rim(contact: PressureAndGap, start: Array, end: Array) -> Array:
+    """Place (n,) of the rim of the other body on ways from points (n, 3) to others, by halving."""
+    way, low, high = end - start, np.zeros(len(start)), np.ones(len(start))
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         past = _past_rim(contact, start + middle[:, None] * way)
@@ -211,9 +271,9 @@ def _to_rim(contact: PressureAndGap, sides: IntArray) -> Array:
     return (low + high) / 2
 
 
-def _areas(contact: PressureAndGap, cut: _Cut) -> Array:
-    """Area (n_facets,) of each facet inside the outline."""
-    x, inside = contact.nodes[cut.corners], cut.inside[cut.corners]
+def _areas(contact: PressureAndGap, cut: _Cut) -> tuple[Array, Array]:
+    """Area (n_facets,) of each facet inside the outline, and its whole area."""
+    x, inside = cut.points[cut.corners], cut.inside[cut.corners]
     flat = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
     count = inside.sum(axis=1)
     # a corner alone on its side cuts off the product of the shares, from it, of the two sides at it
@@ -229,12 +289,12 @@ def _areas(contact: PressureAndGap, cut: _Cut) -> Array:
     part[some] = np.where(one, off, 1 - off)
     n = len(contact.facets)
     whole = np.linalg.norm(facet_integrals(contact.nodes, contact.facets)[2], axis=2).sum(axis=1)
-    return np.asarray(whole * np.bincount(cut.facet, part * flat, n) / np.bincount(cut.facet, flat, n))
+    return np.asarray(whole * np.bincount(cut.facet, part * flat, n) / np.bincount(cut.facet, flat, n)), whole
 
 
-def _section_areas(contact: PressureAndGap) -> Array:
-    """Area (n,) inside the edge of each side of a section, from its levels at both ends and the middle."""
-    level = edge_level(contact)[contact.facets]
+def _section_areas(contact: PressureAndGap, levels: Array) -> tuple[Array, Array]:
+    """Area (n,) inside the edge of each side of a section by the levels at both ends and the middle, and whole area."""
+    level = levels[contact.facets]
     samples = facet_samples(contact.nodes, contact.facets, False, contact.extent, SAMPLES)
     place, which = samples.local[:, 0], (samples.local[:, 0] > 0.5).astype(int)
     first, last = level[:, [0, 2]][:, which], level[:, [2, 1]][:, which]
@@ -243,18 +303,17 @@ def _section_areas(contact: PressureAndGap) -> Array:
     at = first + share * (last - first)
     change = np.abs(last - first) * 2 / SAMPLES
     part = np.divide(at, change, out=np.sign(at), where=np.abs(at) < change)
-    return np.asarray((samples.areas * np.clip(part + 0.5, 0, 1)).sum(axis=1))
+    return (samples.areas * np.clip(part + 0.5, 0, 1)).sum(axis=1), samples.areas.sum(axis=1)
 
 
 def _curves(contact: PressureAndGap, cut: _Cut, hanging: IntArray) -> tuple[OutlineCurve, ...]:
     """Smooth closed curves, the longest area first."""
     start, end, is_edge = _segments(cut, hanging)
-    x = contact.nodes
-    inner, outer = x[cut.crossed[:, 0]], x[cut.crossed[:, 1]]
-    vertices = np.concatenate([x, inner + cut.share[:, None] * (outer - inner)])
-    of_node = facet_sizes(x, contact.facets)
+    inner, outer = cut.points[cut.crossed].transpose(1, 0, 2)
+    vertices = np.concatenate([cut.points, inner + cut.share[:, None] * (outer - inner)])
+    of_node = cut.with_middles(facet_sizes(contact.nodes, contact.facets))
     sizes = np.concatenate([of_node, of_node[cut.crossed].mean(axis=1)])
-    normals = averaged_normals(x, contact.facets)[0]
+    normals = cut.with_middles(averaged_normals(contact.nodes, contact.facets)[0])
     normals = np.concatenate([normals, normals[cut.crossed].sum(axis=1)])
     mirrors = planes_of_symmetry(contact.surface, contact.slave.pose, contact.node_numbers)
     out = []

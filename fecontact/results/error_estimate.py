@@ -71,6 +71,10 @@ class PressureOnFacets(LoadedPoints, TouchingSurfaces, Protocol):
         """Facets (n_facets, 3 | 4 | 8 | 9) in terms of the nodes."""
 
     @property
+    def facet_numbers(self) -> IntArray:
+        """Their numbers (n_facets,) among those of the whole surface."""
+
+    @property
     def at_nodes(self) -> sp.csr_matrix:
         """Matrix (m, n) from values at the contact points to the nodes."""
 

@@ -104,7 +104,7 @@ class CouplingChoice:
     def surface_pair(self, region: SearchRegion | None) -> SurfacePair:
         """Both surfaces, as far as they are to be paired."""
         relative = self.slave.pose.relative_to(self.master.pose)
-        share = _share(self.slave, self.master)
+        share = line_share(self.slave, self.master)
         return SurfacePair(
             self.slave_surface, self.master_surface, relative.rotation, relative.translation, region, share,
             self.friction,
@@ -255,7 +255,7 @@ def matrix_free(interface: Interface) -> bool:
     return bool((np.diff(weights.indptr) == 1).all())
 
 
-def _share(slave: Body, master: Body) -> float:
+def line_share(slave: Body, master: Body) -> float:
     """Weight of the slave's normal in the lines of action, c2 / (c1 + c2), c the compliances of slave and master.
 
     Compliances are 1 / E* of the softest material of either body. Against a rigid body or a half-space, which is

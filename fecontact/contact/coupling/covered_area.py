@@ -71,6 +71,13 @@ def rim_of(
     facets = np.flatnonzero(facing[slave.facets].any(axis=1) & outside[slave.facets].any(axis=1))
     if len(facets) == 0:
         return CoveredRim(facets, np.zeros(0))
+    return CoveredRim(facets, covered_shares(slave, master, rotation, translation, facets, share))
+
+
+def covered_shares(
+    slave: FacetSurface, master: Surface, rotation: Array, translation: Array, facets: IntArray, share: float = 0.0
+) -> Array:
+    """Covered shares (k,) of the areas of facets (k,), ascending; the rest as in `rim_of`."""
     own, moved = replace(slave, facets=slave.facets[facets]), slave.moved(rotation, translation)
     cut, other = slave.cut(master, rotation, translation, share), facets_of(master)
     if cut is not None:
@@ -87,7 +94,7 @@ def rim_of(
         weight = np.where(master.project(moved.evaluate(facet, local)[0]).outside, 0.0, weight)
     whole = own.cut(None, rotation, translation, share) or own_samples(own.facets)
     covered = _areas(own, np.searchsorted(facets, facet), local, weight)
-    return CoveredRim(facets, np.clip(covered / _areas(own, *whole), 0.0, 1.0))
+    return np.clip(covered / _areas(own, *whole), 0.0, 1.0)
 
 
 def _areas(surface: FacetSurface, facet: IntArray, local: Array, weight: Array) -> Array:

@@ -206,7 +206,10 @@ def pair(surfaces: SurfacePair) -> Pairing:
     nothing = weights <= NOTHING * contact_weights(slave)[nodes]
     projection = replace(projection, outside=projection.outside | out | nothing)
     pairing = nodal_pairing(slave, nodes, weights, projection, surfaces.rotation, surfaces.translation, onto)
-    return replace(pairing, averted=nearest, share=surfaces.share)
+    # at the master's rim those too of which only some nodes have a point
+    paired = np.diff(pairing.at_nodes.indptr) > 0
+    partly = rim.facets[(rim.share > NOTHING) & paired[slave.facets[rim.facets]].any(axis=1)]
+    return replace(pairing, averted=nearest, share=surfaces.share, covered=np.union1d(pairing.covered, partly))
 
 
 def _gathered(slave: FacetSurface, ties: SurfaceTies, areas: Array, outside: IntArray) -> tuple[Array, sp.csr_matrix]:

@@ -1,6 +1,7 @@
 """Outlines of contacts: circles, rings, several regions, planes of symmetry, ends of surfaces and divided meshes."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import fecontact as fc
 from fecontact.analytic import hertz
 from fecontact.bodies import PlaneBody
 from fecontact.mesh import section_shapes
-from fecontact.results.contact_outline import _loops
+from fecontact.results.contact_outline import _loops, contact_outline
 from fecontact.results.outline import Mirror
 from fecontact.results.smooth_curves import smoothed
 from fecontact.surfaces import Cylinder, Paraboloid, Torus
@@ -208,3 +209,16 @@ def test_no_edge_is_located_on_fewer_than_two_faces(force, across, located):
     assert abs(contact.whole.area / fine - 1) <= (0.01 if located else 0.3)
     if not located:  # what the outline would have been: two thirds of it
         assert abs(contact.outline.area / fine - 1) > 0.3
+
+
+@pytest.mark.parametrize(("element", "pressure"), [("hex8", "midface"), ("hex20", "nodal"), ("hex20", "midface")])
+def test_outline_does_not_depend_on_the_first_node_of_a_face(element, pressure):
+    """Faces of four, eight and nine nodes, each from its second corner on; of three and a half faces."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (8, 7, 2), element=element).translated((-0.5, -0.5, -1.0))
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), "top", {"bottom": "xyz"}, pressure=pressure)
+    ball = fc.RigidBody(fc.Sphere(1.0)).placed((0.05, 0.02, 0.0))
+    (contact,) = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(forces={ball: (0, 0, -0.015)}).contacts
+    assert contact.facets.shape[1] == (4 if element == "hex8" else 8 if pressure == "nodal" else 9)
+    around = [np.roll(part, 1, axis=1) for part in np.split(contact.facets, [4, 8], axis=1)]
+    turned = contact_outline(replace(contact, facets=np.concatenate(around, axis=1)))
+    assert np.abs(turned.areas - contact.outline.areas).max() < 1e-12 * contact.outline.area
