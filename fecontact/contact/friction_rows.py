@@ -72,7 +72,7 @@ class TangentialRows(UnilateralConstraints):
     def normals(self) -> Array:
         """Mean normals (n, 3) of the points in world axes, out of the master."""
         pairing = self.interface.pairing
-        normals = pairing.average @ pairing.slave_normals
+        normals = pairing.mixed(pairing.average @ pairing.slave_normals)
         normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
         return np.asarray(normals @ self.interface.slave.pose.rotation.T)
 
@@ -145,7 +145,7 @@ class TangentialRows(UnilateralConstraints):
     def _centres(self) -> Array:
         """The points (n, 3) in the slave's axes."""
         pairing = self.interface.pairing
-        return np.asarray(pairing.average @ (pairing.slave_weights @ self.interface.slave_nodes))
+        return np.asarray(pairing.mixed(pairing.average @ (pairing.slave_weights @ self.interface.slave_nodes)))
 
     def _shifts(self, since: Pose) -> Array:
         """Motion (n, 3) of the points by the poses since the last step, in the master's axes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -91,7 +91,7 @@ class Interface(UnilateralConstraints):
     @property
     def gap(self) -> Array:
         """Initial gap (n_pairs,)."""
-        return self._mixed(self.pairing.gap)
+        return self.pairing.mixed(self.pairing.gap)
 
     @property
     def as_contact(self) -> Interface:
@@ -111,7 +111,7 @@ class Interface(UnilateralConstraints):
     @cached_property
     def slave_rows(self) -> sp.csr_matrix:
         """Opening by the slave's displacements (n_pairs, n_dofs)."""
-        return self._mixed(self.pairing.rows_on_slave(self.slave, self.surfaces[0]))
+        return self.pairing.mixed(self.pairing.rows_on_slave(self.slave, self.surfaces[0]))
 
     @cached_property
     def master_rows(self) -> sp.csr_matrix:
@@ -120,11 +120,7 @@ class Interface(UnilateralConstraints):
         if self.slave_surface.revolved and self.master.is_rigid:
             turned = replace(self.pairing, projection=opposite(self.pairing.projection, self.master.pose))
             rows = (rows + turned.master_rows(self.master)) / 2
-        return self._mixed(rows)
-
-    def _mixed(self, of_points: Any) -> Any:
-        """Values or rows of the solver's points from those of the points."""
-        return of_points if self.pairing.mix is None else self.pairing.mix @ of_points
+        return self.pairing.mixed(rows)
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening by the displacements of a body; None if it is not in this contact."""

@@ -190,18 +190,25 @@ def friction_fields(
         touching, sliding = np.zeros(n, bool), np.zeros(n, bool)
         touching[points], sliding[points] = solution.touching[here], solution.sliding[here]
         forces, slips = np.einsum("nk,kni->ni", force, each.tangents), each.slip_vectors(moved)
-        extent = each.interface.slave_surface.out_of_plane
+        displaced = each.displaced(moved, state.gaps[each.place] - each.interface.gap)
+        detour = each.detour(touching, state.scale)
+        pairing, extent = each.interface.pairing, each.interface.slave_surface.out_of_plane
+        couples = np.zeros_like(forces) if extent is None else extent.couples(each.points, forces)
+        forces = pairing.of_points(forces)
+        # what acts with another point at a rim sticks if that does, unless its own force slides
+        held = pairing.of_points((touching & ~sliding).astype(float)) > 0
+        touching, sliding = pairing.of_points(touching.astype(float)) > 0, np.where(touching, sliding, ~held)
         out[each.place] = FrictionFields(
             mu=each.mu if each.lay is None else (float(each.lay.mu[0]), float(each.lay.mu[1])),
             forces=forces,
-            weights=each.interface.pairing.weights,
-            slip=slips,
+            weights=pairing.weights,
+            slip=pairing.unmixed(slips),
             touching=touching,
-            sliding=sliding,
-            moved=each.displaced(moved, state.gaps[each.place] - each.interface.gap),
+            sliding=sliding & touching,
+            moved=pairing.unmixed(displaced),
             resultants=forces if extent is None else extent.mean(forces),
-            couples=np.zeros_like(forces) if extent is None else extent.couples(each.points, forces),
+            couples=pairing.of_points(couples),
             mu_along_slip=each.mu_along(moved),
-            detour=each.detour(touching, state.scale),
+            detour=detour,
         )
     return out

@@ -50,7 +50,7 @@ def contact_fields(
         centres=centres,
         couples=couples,
         weights=pairing.weights,
-        forces=forces if pairing.mix is None else pairing.mix.T @ forces,
+        forces=pairing.of_points(forces),
         gap=gap,
         candidates=candidates,
         nodes=slave.pose.to_world(surface.points[shown]),

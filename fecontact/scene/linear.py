@@ -167,6 +167,7 @@ def tangential_rows(
             if past is not None:
                 slave, master = (past.poses[number[id(body)]] for body in (paired.slave, paired.master))
                 moved, pressed = past.moved[k].at(paired.pairing.nodes) if k in past.moved else (None, None)
+                moved = None if moved is None else paired.pairing.mixed(moved)
                 rows = replace(rows, since=slave.relative_to(master), moved=moved, pressed=pressed)
             out.append(rows)
     return out

@@ -20,7 +20,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
@@ -43,10 +42,6 @@ from fecontact.surfaces.normals import normals_of
 BLOCK = 3000
 #: Samples per block of the integration of multipliers.
 AREAS = 50_000
-#: Covered share of a multiplier's area below which, with friction, it joins the nearest with a larger share.
-SLIVER = 0.2
-#: Number of nodes that may be equally near, and the relative difference of numbers that counts as rounding.
-NEAREST, EQUAL = 8, 1e-9
 #: Covered share of a multiplier's area, over that of a neighbour, from which on nothing is lent: half a multiplier's.
 FULL = 0.5
 #: Largest share of a multiplier that acts with neighbours that have less of their area.
@@ -96,7 +91,7 @@ def pair_mortar(surfaces: SurfacePair) -> Pairing:
         samples = taken(slice(None))
     else:
         samples = _samples(slave, master, rotation, translation, share, *_own_samples(slave))
-    return replace(_paired(slave, samples, rotation, translation, near, surfaces.keep_samples), share=share)
+    return replace(_paired(slave, samples, rotation, translation, near), share=share)
 
 
 def _samples(
@@ -141,12 +136,11 @@ def _paired(
     rotation: Array,
     translation: Array,
     near: SearchRegion | None,
-    friction: bool,
 ) -> Pairing:
     """Weighted gaps of the slave's nodes from samples, or of the nodes whose multipliers are fully sampled."""
     multipliers = samples.multipliers.T.tocsr()
     weights = np.asarray(multipliers.sum(axis=1)).ravel()
-    nodes, gather, _, whole, n_beyond = points = _points(slave, weights, near, friction)
+    nodes, gather, _, whole, n_beyond = points = _points(slave, weights, near)
     multipliers = (gather @ multipliers).tocsr()
     area = np.asarray(multipliers.sum(axis=1)).ravel()
     return Pairing(
@@ -180,7 +174,7 @@ def _paired_in_blocks(
 ) -> Pairing:
     """As `_paired`, from sums over blocks; samples are not kept."""
     weights = total_areas(blocks, len(slave.points))
-    nodes, gather, _, whole, n_beyond = points = _points(slave, weights, near, friction=False)
+    nodes, gather, _, whole, n_beyond = points = _points(slave, weights, near)
     area = gather @ weights
     nothing, of_slave, of_master = np.zeros((0, 3)), len(slave.points), len(master.points)
     none = np.zeros(0, np.int64)
@@ -216,28 +210,25 @@ class _Points(NamedTuple):
     whole: Array
     n_beyond: int
 
-    def mix(self, area: Array) -> sp.csr_matrix:
-        """The solver's points (n, n) as means of these with areas (n,)."""
+    def mix(self, area: Array) -> sp.csr_matrix | None:
+        """The solver's points (n, n) as means of these with areas (n,); None where they are the same."""
+        if self.shares.nnz == len(area):
+            return None
         mixed = self.shares @ sp.diags(area)
         return sp.csr_matrix(sp.diags(1 / (mixed @ np.ones(len(area)))) @ mixed)
 
 
-def _points(slave: FacetSurface, weights: Array, near: SearchRegion | None, friction: bool) -> _Points:
+def _points(slave: FacetSurface, weights: Array, near: SearchRegion | None) -> _Points:
     """Contact points from the sampled areas (n_nodes,) of all multipliers.
 
-    Multipliers that are not fully sampled are removed from `weights`. With `friction`, whose state belongs to a point,
-    slivers join others whole.
+    Multipliers that are not fully sampled are removed from `weights`.
     """
     whole, ties = slave.once(_multiplier_areas), tied_multipliers(slave)
     if near is not None:
         weights[~near.nodes] = 0.0
         whole = np.where(near.nodes, whole, 0.0)
     own, full = (weights, whole) if ties is None else (ties.T @ weights, ties.T @ whole)
-    if friction:
-        nodes, gather = _fuller(slave, own, full)
-        shares = sp.csr_matrix(sp.eye(len(nodes)))
-    else:
-        nodes, gather, shares = _lent(slave, own, full)
+    nodes, gather, shares = _lent(slave, own, full)
     n_beyond = int((full > 0).sum() - (own > 0).sum())
     return _Points(nodes, gather if ties is None else (gather @ ties.T).tocsr(), shares, whole, n_beyond)
 
@@ -257,30 +248,6 @@ def _multipliers_at_nodes(slave: FacetSurface, whole: Array) -> sp.csr_matrix:
         columns.append(facets[facet, :3].ravel())
         values.append(multipliers[place].ravel())
     return sp.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(n, n))
-
-
-def _fuller(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray, sp.csr_matrix]:
-    """Nodes whose multipliers stay independent, and the matrix (n, n_nodes) that joins the others to them.
-
-    At the rim of an overlap some multipliers have a sliver of their area only; independent pressures there would be
-    huge and meaningless. They join the nearest others, in equal parts where several are equally near. After joining,
-    the functions still sum to one and are non-negative.
-    """
-    used = np.flatnonzero(weights > 0)
-    share = weights[used] / whole[used]
-    # where all are slivers, as in a narrow strip of overlap, keep those with the larger shares
-    most = float(share.max(initial=0.0))
-    full = share >= (1 - EQUAL) * SLIVER * (1.0 if most >= SLIVER else most)
-    nodes, slivers = used[full], used[~full]
-    if len(slivers) == 0:
-        return nodes, sp.csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), (len(nodes), len(weights)))
-    found = cKDTree(slave.points[nodes]).query(slave.points[slivers], k=min(NEAREST, len(nodes)))
-    distance, nearest = (each.reshape(len(slivers), -1) for each in found)
-    joined, place = np.nonzero(distance <= (1 + EQUAL) * distance[:, :1])
-    parts = 1 / np.bincount(joined)[joined]
-    owner = np.concatenate([np.arange(len(nodes)), nearest[joined, place]])
-    members, values = np.concatenate([nodes, slivers[joined]]), np.concatenate([np.ones(len(nodes)), parts])
-    return nodes, sp.csr_matrix((values, (owner, members)), shape=(len(nodes), len(weights)))
 
 
 def _lent(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray, sp.csr_matrix, sp.csr_matrix]:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
@@ -149,6 +151,18 @@ class Pairing:
         if self.sums is not None:
             return self.sums.on_slave
         return self.average @ components_along(self.slave_weights, self.slave_normals)
+
+    def mixed(self, of_points: Any) -> Any:
+        """Values or rows of the solver's points, means of those of the points."""
+        return of_points if self.mix is None else self.mix @ of_points
+
+    def unmixed(self, means: Array) -> Array:
+        """Values (n, ...) of the points from those of the solver's points."""
+        return means if self.mix is None else np.asarray(spsolve(self.mix.tocsc(), means))
+
+    def of_points(self, forces: Array) -> Array:
+        """Forces (n, ...) of the points from those of the solver's points: the same resultants and the same work."""
+        return forces if self.mix is None else self.mix.T @ forces
 
     def rows_on_slave(self, slave: Body, surface: str) -> sp.csr_matrix:
         """Rows (n, n_dofs): opening by the slave's generalised displacements."""

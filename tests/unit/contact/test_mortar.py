@@ -216,7 +216,7 @@ def test_centres_of_pressure_reach_the_rim_as_it_moves_over_a_face(element):
     before = None
     for shift in np.linspace(0.45, 0.8, 71):
         pairing = pair_mortar(SurfacePair(slave, master, np.eye(3), np.array([shift, 0.0, 1.0])))
-        places = pairing.mix @ (pairing.average @ (pairing.slave_weights @ slave.points))[:, 0] + shift
+        places = pairing.mixed(pairing.average @ (pairing.slave_weights @ slave.points))[:, 0] + shift
         # widths of 1/4
         assert 1 - places.max() < 0.51 / 4
         # along sides of faces the number of points changes, their outermost place does not jump
@@ -237,19 +237,31 @@ def test_quadrilaterals_are_the_slave_of_triangles(first):
     assert contact.slave.name == "bricks"
 
 
-def test_forces_and_moments_are_continuous_as_a_rim_moves_over_the_faces():
+@pytest.mark.parametrize(("mu", "shifts"), [(0.0, range(-18, 3)), (0.3, range(-18, -8)), (np.inf, range(-18, -8))])
+def test_forces_and_moments_are_continuous_as_a_rim_moves_over_the_faces(mu, shifts):
     # an upper block of three faces across that hangs over the rim of the lower one by 2 to 2.4 of them: the multipliers
     # that the rim passes come in without a jump, and their peak does
     low = fc.ElasticBody(fc.shapes.block((1.0, 1, 1), (4, 3, 2), element="hex8"), SOLID, "top", {"bottom": "xyz"})
     mesh = fc.shapes.block((0.5, 1, 1), (3, 2, 2), element="hex8")
     figures = []
-    for shift in -1 / 3 + 0.004 * np.arange(-18, 3):
+    for shift in -1 / 3 + 0.004 * np.array(shifts):
         up = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, name="up").placed((shift, 0.0, 1.0))
-        contact = fc.Scene([low, up], [fc.Contact(up, low)]).solve(motions={up: {"z": -0.02}}).contacts[0]
+        result = fc.Scene([low, up], [fc.Contact(up, low, friction=mu)]).solve(motions={up: {"z": -0.02, "x": 0.004}})
+        (contact,) = result.contacts
         place = contact.forces @ contact.centres[:, 0] / contact.total_force
-        figures.append([contact.total_force / 3e-3, place / 0.1, contact.max_pressure / 0.04])
-    # in steps of 1/40 of a face, relative to the largest: force, its place and the peak
-    assert (np.abs(np.diff(figures, axis=0)).max(axis=0) < [0.015, 0.04, 0.1]).all()
+        sideways = 0.0
+        if mu:
+            sideways = contact.friction.forces[:, 0].sum()
+            # what each point does is shared out with its work, and within its cone
+            work = -(result.friction.tangential * result.friction.slip).sum()
+            assert abs(contact.friction.friction_work - work) < 1e-12
+            size = np.linalg.norm(contact.friction.forces, axis=1)
+            assert mu == np.inf or (size <= mu * contact.forces * (1 + 1e-9) + 1e-15).all()
+            assert not contact.friction.sliding[~contact.friction.touching].any()
+        figures.append([contact.total_force, place, contact.max_pressure, sideways])
+    # in steps of 1/40 of a face, relative to the largest: force, its place, the peak and friction
+    largest = np.maximum(np.abs(figures).max(axis=0), 1e-12)
+    assert (np.abs(np.diff(figures, axis=0)).max(axis=0) / largest < [0.015, 0.04, 0.1, 0.03]).all()
 
 
 def test_several_blocks_of_pairs_give_what_one_gives(monkeypatch):
