@@ -61,8 +61,8 @@ def test_the_rim_runs_through_faces_of_which_two_nodes_face_nothing(coupling):
 
 def test_the_corner_of_the_other_body_within_a_face():
     """Source: geometry; the overlap is .7 by .9."""
-    lower, upper = solid("lower", "top", "bottom", (2, 2, 2), "hex8"), solid("upper", "bottom", "top", (5, 4, 2), "hex8")
-    upper = upper.placed((0.3, 0.1, 1.0))
+    lower = solid("lower", "top", "bottom", (2, 2, 2), "hex8")
+    upper = solid("upper", "bottom", "top", (5, 4, 2), "hex8").placed((0.3, 0.1, 1.0))
     scene = fc.Scene([lower, upper], [fc.Contact(upper, lower, coupling="mortar")])
     contact = scene.solve(motions={upper: {"z": -1e-3}}).contacts[0]
     assert contact.active.all()
