@@ -94,6 +94,16 @@ class Interface(UnilateralConstraints):
         return self.pairing.mixed(self.pairing.gap)
 
     @property
+    def infeasibility_hint(self) -> str:
+        """Hint that pressures of whole faces have their centres within the rim; empty for forces of nodes."""
+        if self.pairing.coupling != "mortar":
+            return ""
+        return (
+            "If it acts within half a face of the rim of what faces each other, finer faces of "
+            f"{self.slave.name!r} there balance it. "
+        )
+
+    @property
     def as_contact(self) -> Interface:
         """This."""
         return self

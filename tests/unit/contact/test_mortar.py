@@ -264,6 +264,27 @@ def test_forces_and_moments_are_continuous_as_a_rim_moves_over_the_faces(mu, shi
     assert (np.abs(np.diff(figures, axis=0)).max(axis=0) / largest < [0.015, 0.04, 0.1, 0.03]).all()
 
 
+def test_a_load_nearer_to_a_rim_than_half_a_face_is_refused_with_the_remedy():
+    """Source: statics. The overlap ends at x = 0; a load at x = .05, .3 of the upper faces, balances finer ones."""
+    steel = fc.Material(E=1.0, nu=0.3)
+
+    def pressed(n, x, coupling="mortar"):
+        low = fc.ElasticBody(fc.shapes.block((1.0, 1, 1), (4, 3, 4), element="hex8"), steel, "top", {"bottom": "xyz"})
+        mesh = fc.shapes.block((0.5, 1, 1), (3 * n, 2, 2), element="hex8")
+        up = fc.ElasticBody(mesh, steel, "bottom", name="up").placed((-0.25, 0.0, 1.0))
+        scene = fc.Scene([low, up], [fc.Contact(up, low, coupling=coupling, swap="never")])
+        held = dict.fromkeys(("x", "y", "rx", "rz"), 0.0)
+        return scene.solve(forces={up: (0, 0, -1e-4)}, moments={up: (0, 1e-4 * x, 0)}, motions={up: held}).contacts[0]
+
+    assert abs(pressed(1, 0.085).centre_of_pressure[0] - 0.085) < 1e-9
+    with pytest.raises(fc.SupportError, match="rim of what faces each other, finer faces of 'up' there balance it"):
+        pressed(1, 0.05)
+    assert abs(pressed(3, 0.05).centre_of_pressure[0] - 0.05) < 1e-9
+    with pytest.raises(fc.SupportError) as refused:
+        pressed(1, 0.05, "nodal")
+    assert "finer faces" not in str(refused.value)
+
+
 def test_several_blocks_of_pairs_give_what_one_gives(monkeypatch):
     # 3 x 4 faces on 5 x 2, some of them over the rim, in poses of their own
     turn = fc.rotation_about((0, 0, 1), 0.7)
