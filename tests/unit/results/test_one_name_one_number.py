@@ -53,6 +53,12 @@ def half_space(**options: Any) -> tuple[fc.Scene, fc.RigidBody]:
     return ball_on(half, **options)
 
 
+def local_body(**options: Any) -> tuple[fc.Scene, fc.RigidBody]:
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (4, 4, 2)).translated((-1.0, -1.0, 0.0))
+    body = fc.ElasticBody(mesh, RUBBER, "top", {"bottom": "xyz"}, name="block")
+    return ball_on(fc.LocalBody(body, (0.0, 0.0, 1.0), 0.6, (18, 18)), **options)
+
+
 def doors(path: LoadPath, folder: Path) -> Doors:
     """Figures of the only contact of a path's last step, as every door shows them, with the accuracy shown."""
     result = path[-1]
@@ -172,12 +178,16 @@ def single(scene: fc.Scene, ball: fc.RigidBody) -> LoadPath:
     return LoadPath((scene.solve(motions={ball: {"z": -0.05}}),), (1,), ({},))
 
 
-SCENES = {"elements": finite_elements, "bricks": bricks, "section": section, "half-space": half_space}
+SCENES = {
+    "elements": finite_elements, "bricks": bricks, "section": section, "half-space": half_space, "window": local_body,
+}  # fmt: skip
 
 
-# a half-space in a scene has no friction
-@pytest.mark.by_day("section-0.0", "section-0.3", "half-space-0.0", "elements-0.3", "bricks-0.0")
-@pytest.mark.parametrize(("kind", "mu"), [(k, mu) for k in SCENES for mu in (0.0, 0.3) if k != "half-space" or not mu])
+# half-spaces and windows in a scene have no friction
+@pytest.mark.by_day("section-0.0", "section-0.3", "half-space-0.0", "window-0.0", "elements-0.3", "bricks-0.0")
+@pytest.mark.parametrize(
+    ("kind", "mu"), [(k, mu) for k in SCENES for mu in (0.0, 0.3) if not mu or k not in ("half-space", "window")]
+)
 def test_every_door_shows_the_same_number(kind: str, mu: float, tmp_path: Path) -> None:
     """Object, print, summary, JSON, table, CSV, map and page: equal to the digits that each shows."""
     scene, ball = SCENES[kind](friction=mu)
