@@ -27,8 +27,8 @@ day: $(READY)
 whole: $(READY)
 	$(PYTEST) --no-slow $(TESTS)
 
-rest: $(READY)  ## unit tests and random scenes that `make test` leaves out
-	$(PYTEST) -m full tests/unit tests/benchmarks tests/fuzz
+rest: $(READY)  ## of what `make test` leaves out, examples, scenes and coupling of surfaces
+	$(PYTEST) -m full tests/unit/test_examples.py tests/unit/scene tests/unit/contact
 
 verification: $(READY)  ## tests against closed forms; the record of their figures becomes chapters of the site
 	$(PYTEST) tests/verification --figures out/verification.json

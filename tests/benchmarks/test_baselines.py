@@ -111,6 +111,7 @@ def test_bad_input(call, message):
         call(pressed(5))
 
 
+@pytest.mark.full
 def test_the_page_shows_what_it_says(tmp_path):
     rows = penalty_and_gaps.main(increments=(16, 256), out=tmp_path)
     errors, conditions = ([r[key] for r in rows["penalty"]] for key in ("error", "condition"))

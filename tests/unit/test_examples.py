@@ -128,6 +128,7 @@ def test_bricks(tmp_path):
     assert (tmp_path / "bricks_bounce.pvd").exists()
 
 
+@pytest.mark.full
 def test_inflated_tube(tmp_path):
     figures = load("inflated_tube").main(n=4, until=0.2, out=tmp_path)
     assert abs(figures["force"] / 0.0296 - 1) < 0.05  # eight bricks
@@ -154,6 +155,7 @@ def test_woven_yarns(tmp_path):
     assert (tmp_path / "woven_yarns.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
 def test_rough_block(tmp_path):
     found = load("rough_block").main(n=128, out=tmp_path)
     assert 0.5 < found["approach"] / found["half-space"] < 0.8  # the plate holds the rubber
@@ -200,6 +202,7 @@ def test_plain_faces(tmp_path):
     assert abs(errors["nodal"]) > 0.5
 
 
+@pytest.mark.full
 def test_knee(tmp_path):
     (row,) = load("knee").main(n=3, angles=(20.0,), out=tmp_path)
     pull = row["tensions"]
@@ -232,6 +235,7 @@ def test_scene_file(tmp_path):
         assert (tmp_path / f"ball_on_block{name}").stat().st_size > 2000
 
 
+@pytest.mark.full
 def test_shrink_fit(tmp_path):
     # within half a percent of Lame, as asked of the full size
     assert abs(load("shrink_fit").main(n=4, out=tmp_path)) < 0.005

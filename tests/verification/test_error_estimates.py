@@ -126,7 +126,7 @@ def bent(name, kind, cells):
     return fc.Scene([body, rigid], [fc.Contact(body, rigid)]), rigid, 1.0
 
 
-@pytest.mark.by_day(every=3)
+@pytest.mark.by_day("plate-hex8-cells0", "thin section-quad8-cells10", "thin disc-quad8-cells12")
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(
     ("name", "kind", "cells"),

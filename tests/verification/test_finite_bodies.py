@@ -47,7 +47,7 @@ def test_largest_shear_stress_lies_below_the_surface(row):
     row(case, "its depth / a", 0.481, depth[shear[near].argmax()], 0.15, n)
 
 
-@pytest.mark.by_day("0.2-True")
+@pytest.mark.full
 @pytest.mark.parametrize(("offset", "full"), [(0.2, True), (0.5, False)])
 def test_tilted_punch_on_a_block(offset, full, row):
     """A flat punch under an eccentric load on a block of finite elements, free to tilt.

@@ -150,6 +150,7 @@ def triangulated_pole(radius, divisions, angle):
     return radius * x, triangles[centre[:, 2] < -np.cos(angle) * np.linalg.norm(centre, axis=1)]
 
 
+@pytest.mark.full
 def test_a_layer_on_an_stl_file(tmp_path, row):
     """A layer grown on the triangles of a sphere's STL file, bonded to it, against a rigid plane.
 

@@ -167,6 +167,7 @@ def test_runs_of_other_code_repeats_or_adapters_are_others(tmp_path, monkeypatch
     assert runs() == [False, True]
 
 
+@pytest.mark.full
 def test_a_slow_method_is_not_refined():
     rows = compare(Plan("hertz", ("half-space",), repeats=1, enough=1e-6))
     assert len(rows) == 1

@@ -273,6 +273,7 @@ def test_one_brick_dropped_flat_bounces_and_keeps_its_energy(on_brick):
         assert np.abs(motion.momentum[:, :2]).max() < 1e-9
 
 
+@pytest.mark.full
 def test_motion_does_not_depend_on_the_unit_of_length():
     (a, metres), (_, microns) = dropped_flat(), dropped_flat(unit=1e6)
     scaled = microns.now.q / np.where(a.lengths == 1, 1e6, 1.0)

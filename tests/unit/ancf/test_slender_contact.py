@@ -163,6 +163,7 @@ def test_a_belt_with_almost_no_bending_is_tightened():
         assert slid.friction.defect < 1e-9
 
 
+@pytest.mark.full
 def test_a_plate_pressed_on_a_ball():
     """A quarter of a clamped plate, pressed by a ball twice as deep as it is thick. Source: the same plate of bricks.
 

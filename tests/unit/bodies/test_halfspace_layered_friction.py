@@ -92,6 +92,7 @@ def test_a_stuck_layer_on_a_rigid_base_shears() -> None:
     np.testing.assert_allclose(found.shift, [0.3 * stack, -0.1 * stack], rtol=1e-9)
 
 
+@pytest.mark.by_day("base0-surface0")
 @pytest.mark.parametrize(("base", "surface"), [(SOFT, Paraboloid(1.0)), (None, FlatPunch(1.0))])
 def test_a_shape_dragged_on_layers_is_certified(base: fc.Material | None, surface: object) -> None:
     half = fc.HalfSpace(base, (3.0, 3.0), (24, 24), layers=[fc.Layer(STIFF, 0.3)])

@@ -198,6 +198,7 @@ def test_the_certificate_sees_what_is_wrong():
         assert not replace(numbers, **{name: 1e-6}).within(1e-8)
 
 
+@pytest.mark.full
 def test_newton_and_alternating_directions_agree_with_projected_gradients():
     body = half(n=10)
     compliance, rng = whole(body), np.random.default_rng(3)

@@ -36,6 +36,7 @@ def large(plate: fc.ElasticBody) -> fc.ContactResult:
     return standing(plate, 40)
 
 
+@pytest.mark.full
 def test_the_feet_carry_what_statics_says(large: fc.ContactResult) -> None:
     """Balance of forces and of moments about their points of action, to the tolerance of the solution."""
     forces = np.array([contact.force[2] for contact in large.contacts])

@@ -142,6 +142,7 @@ def test_swapping_slave_and_master_changes_the_force_less_than_the_mesh_does():
     assert abs(coarse - swapped) < abs(coarse - fine)
 
 
+@pytest.mark.full
 def test_mortar_against_nodal_on_matching_hertz_meshes():
     # two couplings of the same meshes: pressures differ by less than either differs from Hertz
     from fecontact.app.spheres.case import CASES

@@ -132,6 +132,7 @@ def test_a_ring_lies_at_the_contact_radius(level):
     assert on_edge.sum() == 2 * 2 * shapes.LEVELS[level].core
 
 
+@pytest.mark.by_day(every=4)
 @pytest.mark.parametrize("sector", ["quarter", "full"])
 @pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.1])
 @pytest.mark.parametrize("element", ["hex8", "hex20"])

@@ -55,6 +55,7 @@ def exact(points: np.ndarray) -> np.ndarray:
 
 
 # four faces a radius, of which none ends at the edge; the bounds are twice what is found
+@pytest.mark.by_day("hex8-0.05-0.03")
 @pytest.mark.parametrize(("element", "area", "off"), [("hex20", 0.02, 0.01), ("hex8", 0.05, 0.03)])
 def test_circle_of_hertz(element, area, off):
     contact = quarter(element, 0.125).contacts[0]
@@ -75,6 +76,7 @@ def test_divided_mesh_has_one_closed_curve():
     assert abs(radii(contact) / CONTACT - 1).max() < 5e-3
 
 
+@pytest.mark.full
 def test_outline_scales_with_the_model():
     one, two = (quarter("hex20", 0.25, unit).contacts[0].outline for unit in (1.0, 1e-3))
     assert np.abs(1e3 * two.curves[0].points - one.curves[0].points).max() < 1e-9

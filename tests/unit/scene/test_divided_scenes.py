@@ -141,6 +141,7 @@ def test_springs_at_hanging_nodes():
     assert abs(result.reaction(body, "bottom")[0] + tension) < 1e-9
 
 
+@pytest.mark.full
 def test_ways_of_condensing_and_backends_agree(body, result):
     pressure = result.contacts[0].pressure
     for option in (

@@ -110,6 +110,7 @@ def pressed(E=1000.0, divisions=4, support="xyz", radius=5.0, coupling="auto", h
     return scene, ball, {"name": "a", "motions": {ball: {"z": -0.02}}}
 
 
+@pytest.mark.by_day(every=2)
 @pytest.mark.parametrize(
     ("model", "case", "what"),
     [

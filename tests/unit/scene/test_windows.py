@@ -25,6 +25,7 @@ def pressed(local, other, force=0.1, **options):
     return scene.solve(**({"forces": {other: (0, 0, -force)}} | options))
 
 
+@pytest.mark.by_day("0.5")
 @pytest.mark.parametrize("gap", [0.0, 0.5])
 def test_the_window_is_where_the_bodies_touch_and_fits_the_contact(gap: float) -> None:
     local, other = fc.LocalBody(block(), shape=(32, 32)), ball(at=(3.3, 4.2, 4.0 + gap))

@@ -235,6 +235,7 @@ def test_elements_become_finer_until_they_follow_the_surface():
     assert not mesh.warnings
 
 
+@pytest.mark.full
 def test_a_size_that_is_too_large_is_kept_with_a_warning_of_the_result():
     mesh = fc.mesh_solid(surface(*ring(1.0, 0.2, 16, 12)), size=0.5, element="tet4")
     (told,) = mesh.warnings
