@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from typing import Any, Protocol
 
 import numpy as np
@@ -109,19 +110,27 @@ class Joints:
         return sp.hstack([before, rows, sp.csr_matrix((rows.shape[0], sum(sizes[k + 1 :])))], format="csr")
 
     def clamped(self, place: Place) -> sp.csr_matrix:
-        """Position and direction of a line fixed, so that it may stretch; elsewhere position and all gradients.
+        """Position and rotation fixed, and stretches free; of bricks position and all gradients.
 
-        The gradient of a line is its direction times its stretch. All gradients of a beam, plate or solid at a node are
-        its directions and strains, which are then zero there: under an axial load such an end is too stiff.
+        The section of a line or a beam keeps its rotation, six conditions or five (a line does not twist): its axis may
+        stretch and shear, and the section strain. All gradients of a plate keep their directions, as the bending of its
+        surface is theirs; on an edge that is held, `guided` stops the stretch along it between nodes, too.
         """
         k, where = place
         self._check(k)
         member = self.structures[k]
-        every = _vectors(member, k, where)
-        if len(every) != 2:
+        along = getattr(member, "n_along", 0)
+        if not along:
             return self._rows(place, None)
-        tangent = every[1] @ member.q0.reshape(-1, 3)
-        return sp.vstack([self.pinned(place), self.guided(place, 1, scipy.linalg.null_space(tangent).T)], format="csr")
+        axes = (sp.vstack(_vectors(member, k, where)[1:]) @ member.q0.reshape(-1, 3)).reshape(-1, 3)
+        bare = scipy.linalg.null_space(axes).T  # directions without a gradient of their own
+        rows = [self.pinned(place), *(self.guided(place, g + 1, bare) for g in range(len(axes)) if len(bare))]
+        if along == 1:
+            rows += [self.guided(place, g + 1, axes[0]) for g in range(1, len(axes))]
+            rows += [self.guided(place, 2, axes[2]) - self.guided(place, 3, axes[1])] if len(axes) == 3 else []
+        else:
+            rows += [self.guided(place, g + 1, axes[d]) for g, d in permutations(range(len(axes)), 2)]
+        return sp.vstack(rows, format="csr")
 
     def pinned(self, place: Place, directions: ArrayLike | None = None) -> sp.csr_matrix:
         """Position fixed, or along some directions (k, 3) only: a slot or roller."""

@@ -51,7 +51,7 @@ class Middle:
     @property
     def n_axes(self) -> int:
         """One of a line, two of a plate."""
-        return 1 if len(self.structure.shape.nodes) == 2 else 2
+        return self.structure.n_along
 
     def part(self, q: Array) -> Array:
         """Vectors (n, 3) of its coordinates out of those of all members."""

@@ -94,6 +94,11 @@ class Structure(Nodal):
         """Of its elements."""
         return self.shape.name
 
+    @property
+    def n_along(self) -> int:
+        """Gradients along the axis, 1, or the middle surface, 2."""
+        return 1 if len(self.shape.nodes) == 2 else 2
+
     def positions(self, q: Array) -> Array:
         """Nodes (n_nodes, 3)."""
         return q.reshape(self.vectors.shape)[:, 0]

@@ -125,6 +125,43 @@ def test_cantilevers(nu):
                 assert abs(solid - (1 + nu) * (1 - 2 * nu) / (1 - nu)) < 0.01
 
 
+@pytest.mark.parametrize(
+    ("kind", "nu"), [("strip", 0.0), ("strip", 0.3), ("beam", 0.0), ("beam", 0.3), ("plate", 0.0), ("thick plate", 0.0)]
+)
+def test_a_clamped_end_stretches_and_does_not_turn(kind, nu):
+    """Extension F L / (E A) exactly, of beams with their section's contraction; bending of Timoshenko and Kirchhoff.
+
+    A clamp that held all gradients shortened the extension by 2.9 %, and had no shear. The section's
+    turn is linear in an element, see `test_cantilevers`; a thick plate's 0.9 % stiff.
+    """
+    material, b, h, L, n = fc.Material(E=1000.0, nu=nu), 0.5, 1.0, 10.0, 4
+    straight_axis, corners = straight((0, 0, 0), (L, 0, 0), n), [(0, 0, 0), (L, 0, 0), (0, b, 0)]
+    make = {
+        "strip": lambda: strip(straight_axis, material, width=b, height=h),
+        "beam": lambda: beam(straight_axis, material, width=b, height=h),
+        "plate": lambda: plate(corners, (n, 1), material, h),
+        "thick plate": lambda: thick_plate(corners, (n, 1), material, h),
+    }
+    s, plated = make[kind](), "plate" in kind
+    joints, x = Joints([s]), s.vectors[:, 0, 0]
+    held = [joints.clamped((0, int(k))) for k in np.flatnonzero(x < 1e-9)]
+    across = 1 if kind == "strip" else 2
+    Z = joints.free([*held, *([joints.flat()] if kind == "strip" else [])])
+    K, end = (Z.T @ s.tangent(s.q0) @ Z).tocsc(), np.flatnonzero(x > L - 1e-9)
+    found = []
+    for axis in (0, across):
+        f = np.zeros(s.vectors.shape)
+        f[end, 0, axis] = 1 / len(end)
+        if plated:  # a uniform traction works on the gradient along the edge
+            f[end, 2, axis] = b / 12 * np.array([1.0, -1.0])
+        found.append((Z @ spla.spsolve(K, Z.T @ f.ravel())).reshape(s.vectors.shape)[end, 0, axis].mean())
+    bending = L**3 / (3 * 1000.0 * b * h**3 / 12)
+    shear = 0.0 if plated else L / (5 / 6 * material.shear_modulus * b * h)
+    assert abs(found[0] / (L / (1000.0 * b * h)) - 1) < 1e-10
+    short = {"plate": 0.0, "thick plate": 0.009}.get(kind, 0.25 / n**2)
+    assert abs(found[1] / (bending + shear) - (1 - short)) < 2e-3
+
+
 def test_torsion_of_a_beam():
     """The turn of the end section under a pair of forces: M L / (G J)."""
     material = fc.Material(E=1000.0, nu=0.25)
