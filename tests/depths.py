@@ -24,6 +24,8 @@ def pytest_addoption(parser):
 def pytest_collection_modifyitems(config, items):
     met = {}
     for item in items:
+        if hasattr(item, "callspec") and item.callspec.params.get("rounding", 0) > 1:  # one change by day
+            item.add_marker(pytest.mark.full)
         if marker := item.get_closest_marker("by_day"):
             case = item.callspec.id.split("-rounding")[0]
             cases = met.setdefault(item.nodeid.partition("[")[0], (set(marker.args), []))[1]

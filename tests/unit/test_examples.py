@@ -21,6 +21,7 @@ def load(name):
     return module
 
 
+@pytest.mark.full
 def test_two_spheres(tmp_path):
     # level 1 is within 3.5 % of Hertz in pressure
     assert abs(load("two_spheres").main(level=1, out=tmp_path)) < 0.035

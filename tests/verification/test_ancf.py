@@ -214,6 +214,7 @@ def angle_bracket(n, released):
     return load @ solved(space, solid, hold(space, {"y_max": "xyz"}).free, load), space.n_dofs
 
 
+@pytest.mark.full
 def test_release_at_a_reentrant_edge(row):
     """The work grows towards the exact one with the space; releasing the edge is worth more than a finer mesh."""
     fine, _ = angle_bracket(6, released=True)

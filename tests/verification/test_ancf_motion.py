@@ -28,6 +28,7 @@ def bar(divisions, size, material, **options):
     return AncfSolid(AncfSpace(mesh), material, **options)
 
 
+@pytest.mark.by_day("8-0.003")
 @pytest.mark.parametrize(("n", "most"), [(8, 3e-3), (12, 2e-3)])
 def test_bar_bent_into_a_full_circle(n, most, row):
     """A slender bar whose end is turned by 360 degrees. Source: Euler's elastica, U = E I k^2 L / 2.
@@ -240,6 +241,7 @@ def pendulum(n, E, step, until, scheme):
     return np.unwrap(np.arctan2(-ends[:, 2], ends[:, 0])), motion.frame_times, motion, a
 
 
+@pytest.mark.full
 def test_stiff_pendulum_is_the_physical_pendulum(row):
     """A stiff bar hinged at an edge, released level. Source: I phi'' = m g d cos(phi + phi0), integrated to 1e-10.
 

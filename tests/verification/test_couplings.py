@@ -62,6 +62,7 @@ def test_the_coarser_side_is_made_the_slave():
         assert result.contacts[0].coupling == "mortar"
 
 
+@pytest.mark.full
 def test_swapping_the_sides_changes_resultants_less_than_the_mesh_and_equilibrium_not_at_all(row):
     """Spheres that do not match, sides swapped.
 

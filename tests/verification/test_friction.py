@@ -163,6 +163,7 @@ def test_a_block_rests_on_a_slope(row):
     row("block on a slope", "drift in 40 shakes over the displacement", 0, drift, 1e-9)
 
 
+@pytest.mark.full
 def test_energy_of_load_paths(row):
     """Friction dissipates in every step of random load paths, and nothing where all sticks.
 

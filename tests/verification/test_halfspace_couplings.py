@@ -26,6 +26,7 @@ def ball(a):
 # coupling, cells per side of a box 3a, most pressure L2, most error of the peak: 1.2 times what was found. Between
 # finite elements, two balls of this fineness err by 1.9 % in L2. Cells that are the slave ring by 4 % when a face holds
 # seven of them; spreading the faces' forces over the cells takes that away
+@pytest.mark.by_day(every=4)
 @pytest.mark.parametrize(
     ("coupling", "cells", "most_l2", "most_peak"),
     [("nodal", 32, 0.055, 0.05), ("mortar", 32, 0.05, 0.01), ("auto", 32, 0.05, 0.01), ("auto", 64, 0.025, 0.02)],

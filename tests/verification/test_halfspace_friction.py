@@ -112,6 +112,7 @@ def test_torsion(row):
     row(case, "traction L2", 0.0, l2(path.last.traction, np.stack([-y * around, x * around])), 1.2e-2)
 
 
+@pytest.mark.by_day("0.49-0.01")
 @pytest.mark.parametrize(("nu", "mu"), [(0.45, 0.05), (0.45, 0.1), (0.49, 0.01)])
 def test_stick_under_a_flat_punch(nu, mu, row):
     """A rigid flat punch pressed on a half-space, which spreads below it and sticks in the middle.
@@ -175,6 +176,7 @@ def test_cattaneo_in_the_plane(row):
     row(case, "half-width of stick", exact.c, found.stick_area / width / 2, 2.5e-2)
 
 
+@pytest.mark.full
 def test_carter(row):
     """A roller that starts to roll under a tangential force, cell by cell, until it rolls steadily.
 
@@ -232,7 +234,7 @@ def test_a_ball_rolls(row):
     row("ball that rolls, 12 and 24 cells across", "creepage, extrapolated", exact, 2 * found[1] - found[0], 0.02)
 
 
-@pytest.mark.by_day("1", "4")
+@pytest.mark.by_day("1")
 @pytest.mark.parametrize("seed", range(10))
 def test_random_paths_dissipate(seed, row):
     """Ten paths of four random steps each: forces, shifts, twists, unlike and equal bodies, mu from 0.1 to 2.

@@ -67,7 +67,7 @@ def test_exact_pressure_has_no_error(name):
     assert abs(which.centre_error(points, exact)) < 1e-12
 
 
-@pytest.mark.by_day(every=4)
+@pytest.mark.by_day("hertz-symmetric-0.035", "line-plane-0.035", "punch-half-space-0.035")
 @pytest.mark.parametrize(
     ("name", "spec", "most"),
     [
@@ -212,6 +212,7 @@ def test_ratio_to_other_programs():
     assert "no other program reached" in against_peers(rows)
 
 
+@pytest.mark.full
 def test_adapters_are_run_and_absent_ones_named(tmp_path):
     (tmp_path / "other.py").write_text(ADAPTER)
     (tmp_path / "missing.py").write_text("import no_such_program_at_all\n")

@@ -83,6 +83,7 @@ def test_a_stiff_bar_on_a_hinge_is_the_physical_pendulum():
     assert motion.drift < 1e-9
 
 
+@pytest.mark.full
 def test_two_bars_in_flight_keep_momentum_energy_and_the_joint():
     one, other = bar((1.0, 0.2, 0.2), (1, 1, 1), 100.0), bar((1.0, 0.2, 0.2), (1, 1, 1), 100.0, (1.0, 0.0, 0.0))
     joints, x = Joints([one, other]), (1.0, 0.1, 0.1)

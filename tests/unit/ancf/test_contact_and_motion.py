@@ -316,6 +316,7 @@ def test_a_file_of_something_else_is_refused_and_kept(tmp_path):
     assert file.read_text() == "notes"
 
 
+@pytest.mark.full
 def test_adaptive_steps_follow_the_accuracy():
     a = Assembly.of([brick()], [{"bottom": "xyz"}])
     start = a.translation(np.array([0.1, 0.0, 0.0]))

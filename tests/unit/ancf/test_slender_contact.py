@@ -40,6 +40,7 @@ def tail(start, end, n):
     return points, np.tile(way / np.linalg.norm(way), (n + 1, 1))
 
 
+@pytest.mark.full
 def test_a_cable_laid_on_a_drum():
     """Half of a straight cable, pulled down at its end. Source: the elastica.
 

@@ -30,6 +30,7 @@ def bar(supports=None, divisions=(2, 1, 1), size=(2.0, 1.0, 1.0), E=100.0, conta
     return Assembly.of([solid], None if supports is None else [supports], contacts)
 
 
+@pytest.mark.full
 def test_let_go_of_a_preload_it_oscillates_about_the_unloaded_state_at_its_frequency():
     """A static load w^2 M phi bends the bar by its lowest mode phi; released it moves as phi cos(w t)."""
     a = bar({"x_min": "xyz"}, size=(4.0, 1.0, 0.5))

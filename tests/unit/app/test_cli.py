@@ -30,6 +30,7 @@ KEYS = {
 }
 
 
+@pytest.mark.full
 def test_hertz_json_on_standard_output_has_all_keys(capsys):
     assert main(["hertz", "--model", "symmetric", "--level", "1", "--json", "-"]) == 0
     data = json.loads(capsys.readouterr().out)
@@ -69,6 +70,7 @@ def test_errors_are_explained_with_status_two(arguments, message, capsys):
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.full
 def test_without_edge_fit(capsys):
     assert main(["hertz", "--model=symmetric", "--level=1", "--no-edge-fit", "--json=-"]) == 0
     data = json.loads(capsys.readouterr().out)

@@ -60,6 +60,7 @@ def test_shapes_without_closed_form(arguments, capsys):
     assert abs(found["figures"]["force"] - 0.1) < 1e-12
 
 
+@pytest.mark.full
 def test_curve_with_picture_and_table(tmp_path, capsys):
     files = [f"--{kind}={tmp_path / kind}.{end}" for kind, end in (("plot", "png"), ("csv", "csv"), ("json", "json"))]
     assert main(["halfspace", *BALL, "--loads", "1,8,27", *files]) == 0

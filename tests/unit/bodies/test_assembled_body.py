@@ -64,6 +64,7 @@ def _forces(body):
     return result.contacts[0].forces
 
 
+@pytest.mark.by_day("hex8", "tet10", "wedge6")
 @pytest.mark.parametrize("case", CASES)
 def test_contact_forces_are_those_of_our_own_stiffness(case):
     basis, K = _assembled(case)

@@ -323,6 +323,7 @@ def test_the_section_is_below_the_peak_and_has_its_stresses(shape, options):
         assert {-0.03, -0.03 * (1 + 1e-9)} <= set(depths)
 
 
+@pytest.mark.full
 def test_large_grids_and_no_contact_have_a_section(monkeypatch):
     half = fc.HalfSpace(fc.Material(1.0, 0.3), (1.0, 1.0), (64, 64))
     ball = half.press(fc.Sphere(2.0), force=0.01)

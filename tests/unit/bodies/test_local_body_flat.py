@@ -57,6 +57,7 @@ def test_a_smooth_term_on_coarser_cells_gives_the_same_to_second_order() -> None
     assert np.allclose(term.apply(p)[::2, 0] / 2 + term.apply(p)[1::2, 0] / 2, coarse[:, 0])
 
 
+@pytest.mark.by_day("1")
 @pytest.mark.parametrize("turn", [1, 2])
 def test_the_axes_of_the_mesh_do_not_matter(turn: int) -> None:
     normal, at = np.array([0.0, 0, 1]), np.array([1.8, 2.0, 2.0])
@@ -78,6 +79,7 @@ def test_a_pose_does_not_matter() -> None:
     assert abs(approach(result, there) / approach(here, ball) - 1) < 1e-9
 
 
+@pytest.mark.by_day("planes1")
 @pytest.mark.parametrize("planes", [("x_min",), ("x_min", "y_min")])
 def test_planes_of_symmetry_give_the_same_answer_as_the_whole(planes: tuple[str, ...]) -> None:
     """The mesh of the whole is that of the part and its mirror image, so the answers differ by rounding alone."""

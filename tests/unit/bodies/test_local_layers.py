@@ -35,7 +35,7 @@ def pressed(local: fc.LocalBody, force: float) -> tuple[fc.ContactResult, np.nda
 
 
 # Found: 0.17 and 0.32 % in the pressure, 0.17 and 0.18 % in the approach, by the mesh and the body's end.
-@pytest.mark.by_day("1.0-coat0-below0-0.02-0.003")
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("thickness", "coat", "below", "force", "most"), [(1.0, RUBBER, HARD, 0.02, 3e-3), (0.5, HARD, SOFT, 0.025, 6e-3)]
 )

@@ -53,6 +53,7 @@ def test_nodes_lie_near_the_sphere_that_is_fitted():
     assert "nodes of 'cap' moved by up to 0.28 onto a smooth surface" in " ".join(ball().notes)
 
 
+@pytest.mark.full
 def test_pressures_of_straight_cells_become_those_of_curved_ones():
     """Cells with nodes on the exact sphere are off by 1.9 %, the discretisation's own error; straight ones by 6 %."""
     plain, fitted = (pressure_error(ball(g)) for g in ("plain", "auto"))

@@ -346,7 +346,7 @@ def same_forces(whole, part):
         assert np.abs(a.force - b.force).max() < 1e-12 * a.total_force
 
 
-@pytest.mark.by_day("knee")
+@pytest.mark.full
 @pytest.mark.parametrize("scene", SCENES, ids=["spheres", "knee", "nodal"])
 def test_forces_are_those_of_whole_surfaces(scene):
     now, loads = scene()

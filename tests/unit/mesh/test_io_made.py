@@ -194,7 +194,7 @@ def plate(tmp_path_factory, gmsh):
     return folder, 24 - np.pi * 0.64 * 2
 
 
-@pytest.mark.by_day("tet10", "hex8")
+@pytest.mark.by_day("tet10")
 @pytest.mark.parametrize("element", ["tet10", "hex20", "tet4", "hex8"])
 def test_solids_from_step(element, plate):
     folder, volume = plate

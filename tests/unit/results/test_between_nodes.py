@@ -164,6 +164,7 @@ def test_the_warning_has_place_figure_and_remedy() -> None:
     )
 
 
+@pytest.mark.full
 def test_force_by_divided_meshes_is_continuous_in_the_depth() -> None:
     """Divided until the overlap is seen: forces near Hertz's at every depth, with room for meshes that stop early."""
     for depth in np.array([1e-3, 1.1e-3, 2e-3]):

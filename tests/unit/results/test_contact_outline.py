@@ -111,6 +111,7 @@ def punched(swap: str) -> fc.ContactResult:
     return fc.Scene([block, punch], [fc.Contact(block, punch, swap=swap)]).solve(motions={punch: {"z": -0.03}})
 
 
+@pytest.mark.by_day("never")
 @pytest.mark.parametrize("swap", ["auto", "never"])
 def test_sharp_punch_has_its_own_outline(swap):
     """Source: the punch's end, a square, whichever body has the contact points."""

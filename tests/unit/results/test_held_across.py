@@ -24,6 +24,7 @@ def about(result):
     return [text for text in result.warnings if "held across" in text]
 
 
+@pytest.mark.full
 def test_ball_pressed_on_a_slope_is_held_by_what_statics_tells():
     (text,) = about(on_slope(forces=(0.0, 0.0, -20.0)))
     assert f"{100 * np.tan(SLOPE):.0f} % of the load" in text

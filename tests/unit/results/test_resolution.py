@@ -43,6 +43,7 @@ def test_an_overlap_that_mortar_does_not_see_is_told_with_its_size(scale):
     assert "100 % of the approach, and no point" in text
 
 
+@pytest.mark.full
 def test_a_resolved_contact_leaves_none():
     mesh = fc.shapes.quarter_sphere(10.0, contact_radius=1.0, level=2)
     held = {"base": "xyz", "sym_x": "x", "sym_y": "y"}

@@ -235,6 +235,7 @@ def test_one_region_over_divided_sides(result):
     assert abs((pressure * area).sum() / contact.total_force - 1) < 0.01  # samples per face, at a curved edge
 
 
+@pytest.mark.full
 def test_two_bodies_as_one_model_in_two_poses(body):
     over = body.placed(rotation=fc.rotation_about((1, 0, 0), np.pi), name="over")
     scene = fc.Scene([body, over], [fc.Contact(over, body)])

@@ -186,6 +186,7 @@ def test_a_scene_that_cannot_be_sent_is_refused_by_name_before_any_work(monkeypa
             scene.sweep(cases, **way)
 
 
+@pytest.mark.full
 def test_what_the_main_script_alone_knows_is_refused_by_name():
     program = (
         f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"

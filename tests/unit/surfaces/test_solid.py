@@ -121,6 +121,7 @@ def skin_area(mesh, name):
     return fc.SurfaceMesh.of(mesh, name).areas.sum()
 
 
+@pytest.mark.full
 def test_a_cylinder_of_straight_strips_becomes_round():
     """Source: pi r^2 h; its rims are edges of the mesh, its ends stay flat."""
     solid = fc.shapes.cylinder(1.0, 1.0, contact_radius=0.4, level=1, element="hex8")
