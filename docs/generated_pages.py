@@ -8,6 +8,7 @@ which command makes them.
 from __future__ import annotations
 
 import json
+from contextlib import redirect_stdout
 from importlib import import_module
 from pathlib import Path
 
@@ -44,7 +45,8 @@ def prepare(quick: tuple[str, ...] = QUICK) -> None:
         if (FOLDER / f"{name}.md").exists():
             continue
         if name in quick:
-            import_module(Path(script).stem).measure()
+            with redirect_stdout(None):
+                import_module(Path(script).stem).measure()
         else:
             write(name, f"# {title}\n\nNot measured in this checkout: `python {script}` (or `make pages`) does so.\n")
     verification()
