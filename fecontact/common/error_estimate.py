@@ -1,4 +1,4 @@
-"""Estimated discretisation errors of a contact."""
+"""Estimated discretisation errors of a contact, and of the forces and motions of a solution."""
 
 from __future__ import annotations
 
@@ -12,6 +12,12 @@ from fecontact.common.one_line import one_line
 LARGEST_ERROR = 0.1
 #: Faces across a contact below which its peak and area carry no figure: what a few faces tell may be off by any amount.
 LEAST_ACROSS = 3.0
+#: Error of the energy over the squared one of the pressure on half-spaces, whose pressures are judged in the centres of
+#: their cells; on faces and foundations it is one.
+OF_CELLS = 3.0
+#: Least squared error, times the squared number of cells across, on layers: where a pressure depends on its own cell
+#: alone it is right in the centres, but not its sum over cells that the edge cuts.
+OF_LAYERS = 0.3
 #: Reason for no estimate.
 NO_CONTACT = "no contact, nothing to estimate"
 
@@ -47,7 +53,7 @@ class UnboundedPeak(NamedTuple):
 @one_line
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """Estimated errors of one contact, all relative.
+    """Estimated errors of one contact at the force that was found, all relative; see `ResponseError` for forces.
 
     Where the pressure is unbounded, faces at the edge concerned count neither in `pressure` nor in its parts.
 
@@ -146,6 +152,41 @@ class ErrorEstimate:
             f"{self.faces_across:.2g} faces across"
         )
         return text if self.unbounded is None else f"{text}; {self.unbounded}"
+
+
+@one_line
+@dataclass(frozen=True)
+class ResponseError:
+    """Estimated relative errors of forces and motions by the meshes of the bodies; None where a figure has none.
+
+    Forces are too large by these shares of the true ones, motions too small by these shares of those found. Figures
+    that are better by chance, as errors of both signs cancel, are not told: the estimates are of their usual size.
+
+    Attributes
+    ----------
+    force : float or None
+        Of the forces of contacts, the largest of them; None where the given forces determine them.
+    approach : float or None
+        Of the elastic approach of what is pressed by given forces, weighted by these; None where motions are given.
+    tilt : float or None
+        Of the rotation of a body that is free to tilt, the largest of them.
+    """
+
+    force: float | None = None
+    approach: float | None = None
+    tilt: float | None = None
+
+    def summary(self) -> dict[str, Any]:
+        """Its figures, ready for JSON."""
+        return dict(vars(self))
+
+    @property
+    def worst(self) -> float:
+        """The largest of them; zero without any."""
+        return max((v for v in vars(self).values() if v is not None), default=0.0)
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name} about {percent(v)}" for name, v in vars(self).items() if v is not None)
 
 
 def percent(share: float) -> str:

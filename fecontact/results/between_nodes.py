@@ -27,9 +27,13 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.facing import STEEPEST
 from fecontact.contact.search.region import with_rings
 from fecontact.mesh.facets import facet_centres
+from fecontact.results.facet_samples import facet_samples
 from fecontact.results.geometry_error import TouchingSurfaces
 from fecontact.surfaces.between_nodes import ROUNDING, overlap_outline, samples_of, smallest_gaps, star_area
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells, own_facets, with_nodes
+
+#: Samples along each side of a face in the mean of its gap.
+SAMPLES = 4
 
 
 class PointsInContact(TouchingSurfaces, Protocol):
@@ -40,8 +44,19 @@ class PointsInContact(TouchingSurfaces, Protocol):
         """Pressure (n,)."""
 
     @property
+    def weights(self) -> Array:
+        """Area (n,) of each point."""
+
+    @property
+    def nodes(self) -> Array:
+        """Nodes (m, 3) of the facets."""
+
+    @property
     def at_nodes(self) -> sp.csr_matrix:
         """Matrix (m, n) from values at the contact points to the nodes."""
+
+    def extent(self, points: Array) -> Array:
+        """Out-of-plane extent (n,) of a section's side at points (n, 3)."""
 
     @property
     def facets(self) -> IntArray:
@@ -188,6 +203,26 @@ class GapsBetweenNodes:
         width = float(np.linalg.norm(x[1] - x[1 + len(edge) // 2]))
         length = float(self.surface.extent(x[:1])[0])
         return width, max(length, np.sqrt(np.pi) * width) if self.surface.revolved else length
+
+    @cached_property
+    def means(self) -> Array:
+        """Mean gap (n,) on the faces round each contact point, weighted by its function; zero where positive.
+
+        A ball that is met at the nodes reaches into faces of 4 nodes. Positive means are those of points at the edge,
+        whose faces are open in part. A mortar coupling makes these means zero where there is pressure; on half-spaces
+        the gap is that of the cells.
+        """
+        c = self.contact
+        chosen = np.flatnonzero(self._loaded[c.facet_numbers])
+        if c.coupling == "mortar" or has_cells(self.surface) or not len(chosen):
+            return np.zeros(len(c.weights))
+        samples = facet_samples(c.nodes, c.facets[chosen], False, c.extent, SAMPLES)
+        n = len(samples.local)
+        gap = self.at(np.repeat(c.facet_numbers[chosen], n), np.tile(samples.local, (len(chosen), 1)))
+        gap[np.isinf(gap)] = 0.0
+        integrals = np.einsum("fq,fqa->fa", samples.areas * gap.reshape(-1, n), samples.shapes)
+        nodal = np.bincount(c.facets[chosen].ravel(), integrals.ravel(), len(c.nodes))
+        return np.minimum(c.at_nodes.T @ nodal / c.weights, 0.0)
 
     @cached_property
     def unseen(self) -> Array:

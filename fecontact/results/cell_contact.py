@@ -14,7 +14,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.results.edge_level import PressureAndGap
 from fecontact.results.error_estimate import AT_KINKS
-from fecontact.surfaces.facet_surface import has_cells
+from fecontact.surfaces.facet_surface import Surface, has_cells
 
 #: All cells of a grid: in a scene no symmetry halves it.
 WHOLE = (slice(None), slice(None))
@@ -67,7 +67,7 @@ class CellContact:
 
 def cell_contact(contact: PressureAndGap) -> CellContact | None:
     """The pressure on the cells of a half-space that is the slave of a contact; None for other slaves."""
-    if not has_cells(contact.surface) or cast(GridSurface, contact.surface).is_window:
+    if not is_half_space(contact.surface):
         return None
     surface = cast(GridSurface, contact.surface)
     own, grid = contact.slave.pose.to_body(contact.points)[:, :2], surface.cells
@@ -75,3 +75,8 @@ def cell_contact(contact: PressureAndGap) -> CellContact | None:
     pressure, gap = np.zeros(grid.shape), np.full(grid.shape, np.inf)
     pressure[tuple(place)], gap[tuple(place)] = contact.pressure, contact.gap
     return CellContact(surface, place, pressure, gap, edge_cells(pressure, gap, surface.periodic))
+
+
+def is_half_space(surface: Surface) -> bool:
+    """Whether a surface is the grid of a half-space, not the window of a local body."""
+    return has_cells(surface) and not cast(GridSurface, surface).is_window

@@ -47,8 +47,8 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
                 f"  region {k + 1}: area {r.area:.6g}, pressure max {r.max_pressure:.6g}, force {_numbers(r.force)}"
                 for k, r in enumerate(c.regions)
             ]
-    if text := str(result.response_error):
-        lines.append(f"  errors by the elements of whole bodies: {text}")
+    if text := str(result.response_error) or result.response_errors.reason:
+        lines.append(f"  errors of forces and motions by the meshes: {text}")
     for s in result.springs:
         lines.append(f"{s.spring.name:<24}tension {s.tension:>13.6g}   elongation {s.elongation:>13.6g}")
     lines.append(

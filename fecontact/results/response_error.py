@@ -1,17 +1,23 @@
-"""Estimated errors of forces and motions, which the elements of whole bodies bring about.
+"""Estimated errors of forces and motions, by the elements of whole bodies and by the faces in contact.
 
 Bodies of finite elements are too stiff: where a motion is given, forces are too large, and under given forces motions
-are too small. With the squared energy norm e of the error (`fem.energy_error`), the approach of a body under a force P
-is short by e / P, for linear bodies and, up to a fourth, for contacts that grow: the potential energy is too high by
-e / 2 (Strang & Fix 1973, section 1.7), and its derivative by the load is the approach.
+are too small. With the squared energy norm e of the error (`fem.energy_error`) and twice the energy W, the force of a
+given approach is too large by e / W (Strang & Fix 1973, section 1.7: the energy is too high by e / 2, and its
+derivative by the approach is the force). Where the force grows as a power m of the approach the energy is P d / (1 + m)
+and the approach under a given force is short by e / (m W): m is 1 where the same points stay closed, 3/2 for Hertz.
 
 With one contact that is all. With several, a part of the error concerns each of them: with y the change of the contact
 forces for a unit of the quantity, while what is closed stays closed, its error is the product of the errors of the
 displacements by y and of those found (dual-weighted residual; Becker & Rannacher 2001, *An optimal control approach to
 a posteriori error estimation*). Both errors are those of recovered strains: the dual on the same mesh alone gives zero.
 
+Faces meet a partner at their nodes or in the mean. Where the gap over a face is not zero, pressures work on it as on an
+obstacle in a wrong place: a ball reaches into flat faces between their nodes, which makes up for part of the stiffness.
+The sign is known, and the sum counts, but never less than `KEPT` of the elements' part. The squared error of the
+pressure is one of the energy, of either sign, of what the bodies approach each other at the contact itself.
+
 Cells that are too stiff for their stresses, such as 8-node hexahedra in bending, are soft by their error over what is
-left of their energy, and count by that.
+left of the energy, and count by that.
 """
 
 from __future__ import annotations
@@ -19,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -27,15 +33,20 @@ import scipy.linalg
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.error_estimate import percent
+from fecontact.common.error_estimate import OF_CELLS, ResponseError
 from fecontact.common.one_line import one_line
 from fecontact.contact.condensed_problem import BodyBlock, CondensedProblem, DisplacementState
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
+from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields
 from fecontact.solvers import Solution
 
-#: Largest share of a cell's energy that counts as its error: a cell that is too stiff by more is not known.
+#: Largest share of a body's energy that counts as its error: a body that is too stiff by more is not known.
 STIFFEST = 0.9
+#: Least share of the elements' part that gaps between nodes leave: they are known to a part of themselves only.
+KEPT = 0.6
+#: Error of the energy of what bodies approach each other at a contact, over the squared one of the pressure on faces.
+OF_FACES = 0.9
 #: Error of forces over that of recovered strains: 1 in bending of linear cells, up to 2 beside clamped edges, where the
 #: strains have no bound and those recovered are too smooth.
 STIFFNESS = 1.65
@@ -45,38 +56,6 @@ MOST_POINTS = 4000
 MOST_CONTACTS = 4
 #: Share of the largest displacement below which a rotation is no tilt, and of a force below which a change is rounding.
 LEAST_TILT, LEAST_CHANGE = 0.01, 1e-6
-
-
-@one_line
-@dataclass(frozen=True)
-class ResponseError:
-    """Estimated relative errors of forces and motions by the elements of the bodies; None where a figure has none.
-
-    Attributes
-    ----------
-    force : float or None
-        Of the forces of contacts, the largest of them; None where the given forces determine them.
-    approach : float or None
-        Of the elastic approach of what is pressed by given forces, weighted by these; None where motions are given.
-    tilt : float or None
-        Of the rotation of a body that is free to tilt, the largest of them.
-    """
-
-    force: float | None = None
-    approach: float | None = None
-    tilt: float | None = None
-
-    def summary(self) -> dict[str, Any]:
-        """Its figures, ready for JSON."""
-        return dict(vars(self))
-
-    @property
-    def worst(self) -> float:
-        """The largest of them; zero without any."""
-        return max((v for v in vars(self).values() if v is not None), default=0.0)
-
-    def __str__(self) -> str:
-        return ", ".join(f"{name} about {percent(v)}" for name, v in vars(self).items() if v is not None)
 
 
 @one_line
@@ -110,55 +89,85 @@ class ResponseErrors:
         return tuple(_errors(part, u) for part, u in pairs)
 
     @cached_property
+    def reason(self) -> str:
+        """Why nothing is estimated; empty where it is."""
+        known = {id(p.body) for p, own in zip(self.condensed.parts, self.primal, strict=True) if len(own.cells)}
+        touching = [c for c in self.contacts if c.active.any()]
+        for body, name in ((b, n) for c in touching for b, n in zip((c.slave, c.master), c.surfaces, strict=True)):
+            if not (body.is_rigid or body.is_foundation or id(body) in known or is_half_space(body.surface(name))):
+                return f"not estimated with {body.name!r}, whose elements give none"
+        return ""
+
+    @cached_property
+    def _found(self) -> dict[str, tuple[_Parts, float]]:
+        """Parts of each error, the largest of its kind, and its estimate."""
+        found: dict[str, tuple[_Parts, float]] = {}
+        for name, parts in [] if self.reason else self._parts():
+            if name not in found or parts.total > found[name][1]:
+                found[name] = parts, parts.total
+        return found
+
+    @cached_property
     def cells(self) -> dict[str, tuple[Array, ...]]:
         """Parts (n_cells,) of each body's cells in each relative error of `ResponseError`, signed."""
-        if not any(len(each.cells) for each in self.primal):
-            return {}
-        found: dict[str, tuple[Array, ...]] = {}
-        for name, parts in self._parts():
-            if name not in found or _total(parts) > _total(found[name]):
-                found[name] = parts
-        return found
+        return {name: parts.cells for name, (parts, _) in self._found.items()}
+
+    @property
+    def stiff(self) -> dict[str, bool]:
+        """Whether the elements make most of each error, whose sign is then known."""
+        return {name: total > np.sqrt(2) * parts.local for name, (parts, total) in self._found.items()}
 
     @cached_property
     def estimate(self) -> ResponseError:
         """The estimates."""
-        return ResponseError(**{name: _total(parts) for name, parts in self.cells.items()})
+        return ResponseError(**{name: value for name, (_, value) in self._found.items()})
 
-    def _parts(self) -> Iterator[tuple[str, tuple[Array, ...]]]:
-        """Names of errors, and the parts of the cells in them."""
+    def _parts(self) -> Iterator[tuple[str, _Parts]]:
+        """Names of errors, and their parts."""
         problem, forces, parts = self.condensed.problem, self.solution.forces, self.condensed.parts
         closed = np.flatnonzero(forces > 0)
         if not len(closed):
             return
-        start = np.cumsum([0] + [len(c.candidates) for c in self.contacts])
         touching = [k for k, c in enumerate(self.contacts) if c.active.any()]
         only_pressed = not self.frictional and all(part.loads is None for part in parts)
         known = problem.is_dense and not self.frictional and len(closed) <= MOST_POINTS
-        alone = len(touching) == 1 and only_pressed and start[-1] == problem.n
+        alone = len(touching) == 1 and only_pressed and self._start[-1] == problem.n
         elastic = sum(float(each.energy.sum()) for each in self.primal)
-        if only_pressed:
-            elastic = float(-forces @ (problem.g + problem.B.T @ self.solution.q))
+        if only_pressed or elastic == 0:
+            elastic = float(forces @ self._deflection)
+        if not elastic > 0:
+            return
         driven = bool(np.abs(problem.F).max(initial=0.0) > 0)
-        whole = tuple(_amplified(each, each.error) / elastic for each in self.primal)
         if alone or not known:
-            yield "approach" if driven else "force", whole
-        change = _Change.of(problem.S[np.ix_(closed, closed)], problem.B[:, closed]) if known else None
+            cells = tuple(_amplified(each, each.error) / elastic for each in self.primal)
+            whole = self._with_faces(cells, forces, elastic)
+            yield ("approach", whole.over(1 + whole.growth)) if driven else ("force", whole)
+        turned = list(self._turned())
+        several = [] if alone else sorted(touching, key=lambda k: -self.contacts[k].total_force)[:MOST_CONTACTS]
+        if not known or not (several or turned):
+            return
+        change = _Change.of(problem.S[np.ix_(closed, closed)], problem.B[:, closed])
         if change is None:
             return
-        for k in [] if alone else sorted(touching, key=lambda k: -self.contacts[k].total_force)[:MOST_CONTACTS]:
+        for k in several:
             contact = self.contacts[k]
             pull = contact.forces @ contact.normals
             size = float(np.linalg.norm(pull))
             along = np.zeros(problem.n)
-            along[start[k] : start[k + 1]] = contact.normals[contact.candidates] @ pull
+            along[self._start[k] : self._start[k + 1]] = contact.normals[contact.candidates] @ pull
             y = change.by(along[closed] / size, np.zeros(len(problem.F)))
             if np.abs(y).max() * elastic > LEAST_CHANGE * forces.max() * size:
                 yield "force", self._products(closed, y, size)
-        if driven and not alone:
-            yield "approach", self._products(closed, change.by(np.zeros(len(closed)), problem.F), elastic)
+        wanted = [("tilt", row / size, size) for row, size in turned]
+        if driven and several:
+            wanted.append(("approach", problem.F, elastic))
+        for name, row, size in wanted:
+            yield name, self._products(closed, change.by(np.zeros(len(closed)), row), size)
+
+    def _turned(self) -> Iterator[tuple[Array, float]]:
+        """Rows (m,) of the equilibrium by the rotation of each body that has tilted, and its size."""
         first = 0
-        for part in parts:
+        for part in self.condensed.parts:
             own, free = slice(first, first + part.free.shape[1]), part.free[3:]
             first = own.stop
             if not free.any():
@@ -166,22 +175,82 @@ class ResponseErrors:
             turn = self.rotation(part.body)
             size = float(np.linalg.norm(turn))
             if size * part.body.size > LEAST_TILT * self.state.scale:
-                wanted = np.zeros(len(problem.F))
-                wanted[own] = free.T @ turn / size
-                yield "tilt", self._products(closed, change.by(np.zeros(len(closed)), wanted), size)
+                row = np.zeros(len(self.condensed.problem.F))
+                row[own] = free.T @ turn
+                yield row, size
 
-    def _products(self, closed: IntArray, y: Array, size: float) -> tuple[Array, ...]:
-        """Parts of the cells in an error relative to a size, with changes y of the forces at closed points."""
+    def _products(self, closed: IntArray, y: Array, size: float) -> _Parts:
+        """Parts of an error relative to a size, with changes y of the forces at closed points."""
         changes = np.zeros(self.condensed.problem.n)
         changes[closed] = y
         out = []
         for part, own, u in zip(self.condensed.parts, self.primal, self.state.displacements, strict=True):
-            if not len(own.cells):
-                out.append(own.error)
-                continue
-            product = _errors(part, u, part.answer(changes[part.index])).error
+            product = _errors(part, u, part.answer(changes[part.index])).error if len(own.cells) else own.error
             out.append(_amplified(own, product) / size)
-        return tuple(out)
+        return self._with_faces(tuple(out), changes, size)
+
+    @cached_property
+    def _start(self) -> IntArray:
+        """First candidate of each contact among all of them, and their number."""
+        return np.cumsum([0] + [len(c.candidates) for c in self.contacts])
+
+    @cached_property
+    def _deflection(self) -> Array:
+        """Elastic deflection (n,) at candidates, of both bodies together, and in springs."""
+        problem = self.condensed.problem
+        return np.asarray(-(problem.g + problem.B.T @ self.solution.q))
+
+    def _with_faces(self, cells: tuple[Array, ...], y: Array, size: float) -> _Parts:
+        """Parts of an error with those by the faces of the contacts, with forces or their changes y (n,)."""
+        work = local = growth = 0.0
+        for k, contact in enumerate(self.contacts):
+            of_contact = slice(self._start[k], self._start[k + 1])
+            own, gaps = y[of_contact], self.condensed.problem.g[of_contact]
+            if not contact.active.any() or not own.any():
+                continue
+            work += float(own @ contact.between_nodes.means[contact.candidates])
+            # approach of the bodies at the contact beyond that of the point where they meet first
+            beyond = 2 * float(own @ (gaps - gaps.min()))
+            growth += beyond
+            if contact.slave.is_foundation or is_half_space(contact.surface):
+                beyond = float(own @ self._deflection[of_contact])
+                beyond *= 1.0 if contact.slave.is_foundation else OF_CELLS
+            else:
+                beyond *= OF_FACES
+            square = contact.error_estimate.pressure**2
+            local += min(1.0, square) * abs(beyond) if np.isfinite(square) else abs(beyond)
+        return _Parts(cells, work / size, local / size, min(1.0, abs(growth) / size))
+
+
+class _Parts(NamedTuple):
+    """Parts of a relative error, and how much faster than its motion a force grows.
+
+    Attributes
+    ----------
+    cells : tuple of (n_cells,) arrays
+        Of the cells of each body, signed.
+    work : float
+        Of the work on gaps between nodes, signed.
+    local : float
+        Of the pressure's error, where bodies approach each other at the contact itself.
+    growth : float
+        m - 1, for a force that grows as a power m of the approach, at most one.
+    """
+
+    cells: tuple[Array, ...]
+    work: float
+    local: float
+    growth: float
+
+    def over(self, m: float) -> _Parts:
+        """Parts of the error of an approach from those of a force."""
+        return _Parts(tuple(part / m for part in self.cells), self.work / m, self.local / m, self.growth)
+
+    @property
+    def total(self) -> float:
+        """The error by all of them."""
+        of_cells = float(sum(part.sum() for part in self.cells))
+        return float(np.hypot(max(abs(of_cells + self.work), KEPT * abs(of_cells)), self.local))
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,10 +290,7 @@ def _errors(part: BodyBlock, u: Array, other: Array | None = None) -> EnergyErro
 
 
 def _amplified(own: EnergyError, product: Array) -> Array:
-    """Products of errors (n,), by what their error leaves of the energy of cells."""
-    share = np.divide(own.error, own.energy, out=np.zeros_like(own.error), where=own.energy > 0)
-    return np.asarray(STIFFNESS * product / (1 - np.minimum(share, STIFFEST)))
-
-
-def _total(parts: tuple[Array, ...]) -> float:
-    return abs(float(sum(part.sum() for part in parts)))
+    """Products of errors (n,), by what their error leaves of the body's energy."""
+    energy = float(own.energy.sum())
+    share = min(float(own.error.sum()) / energy, STIFFEST) if energy > 0 else 0.0
+    return np.asarray(STIFFNESS * product / (1 - share))

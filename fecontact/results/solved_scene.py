@@ -17,6 +17,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import point_array
+from fecontact.common.error_estimate import ResponseError
 from fecontact.common.errors import InputError, shown
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
 from fecontact.contact.interface import Interface
@@ -27,7 +28,7 @@ from fecontact.contact.step_end import StepEnd
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import Convergence
 from fecontact.results.linearisation import CarriedMotion, LinearisationError
-from fecontact.results.response_error import ResponseError, ResponseErrors
+from fecontact.results.response_error import ResponseErrors
 from fecontact.results.resultants import hold_of_body, hold_of_boundary
 from fecontact.solvers import ComplementarityProblem, Residuals, Solution, Status
 from fecontact.solvers.friction_problem import FrictionSolution

@@ -141,10 +141,13 @@ def stiff_bodies(result: SolvedScene) -> Iterator[str]:
     """Warning of forces and motions that are off because the elements of the bodies are too stiff."""
     found = {name: v for name, v in vars(result.response_error).items() if v is not None and v > LARGEST_ERROR}
     if found and result.convergence is None:
-        off = ", ".join(f"the {name} about {percent(v)} too {SIGNS[name]}" for name, v in found.items())
+        stiff = result.response_errors.stiff
+        ways = {name: f"too {SIGNS[name]}" if stiff[name] else "off" for name in found}
+        off = ", ".join(f"the {name} about {percent(v)} {ways[name]}" for name, v in found.items())
+        what = "" if all(stiff[name] for name in found) else " or the faces in contact too large"
         ask = ", ".join(f"{name!r}: 0.05" for name in found)
         yield (
-            f"The elements of the bodies are too stiff: {off}. Refine the meshes or solve with accuracy={{{ask}}}"
+            f"The elements of the bodies are too stiff{what}: {off}. Refine the meshes or solve with accuracy={{{ask}}}"
             f"{_better_cells(result, found)}."
         )
 

@@ -17,7 +17,7 @@ import numpy as np
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
-from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.common.error_estimate import ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
 from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.interface import Interface
@@ -25,7 +25,6 @@ from fecontact.contact.model import SceneModel
 from fecontact.fem.route import memory_budget
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import FIGURES, Convergence, Step, asked
-from fecontact.results.response_error import ResponseError
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, with_bodies
 from fecontact.scene.marking import (

@@ -18,7 +18,7 @@ UNIT = fc.Material(E=1.0, nu=0.0)
 
 def judged(contact: fc.bodies.HalfSpaceContact, known: np.ndarray) -> Judged:
     error = float(np.linalg.norm(contact.pressure - known) / np.linalg.norm(known))
-    return Judged(contact.grid.n_cells, error, contact.error_estimate.pressure)
+    return Judged(contact.grid.n_cells, {"mean": (error, contact.error_estimate.pressure)})
 
 
 def hertzian(n: int, radii: tuple[float, float], size: float) -> Judged:
@@ -37,7 +37,7 @@ def in_a_scene(n: int) -> Judged:
     (contact,) = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(forces={ball: (0, 0, -4 / 30)}).contacts
     known = exact.pressure(np.hypot(*contact.points.T[:2]))
     error = float(np.linalg.norm(contact.pressure - known) / np.linalg.norm(known))
-    return Judged(half.grid.n_cells, error, contact.error_estimate.pressure)
+    return Judged(half.grid.n_cells, {"mean": (error, contact.error_estimate.pressure)})
 
 
 def on_layer(n: int, thickness: float, nu: float) -> Judged:
@@ -85,7 +85,7 @@ def punch(n: int, size: float) -> Judged:
     inside = r < 1 - 4 * size / n
     known = 1 / (2 * np.pi * np.sqrt(1 - r[inside] ** 2))
     error = float(np.linalg.norm(contact.pressure[inside] - known) / np.linalg.norm(known))
-    return Judged(half.grid.n_cells, error, contact.error_estimate.pressure)
+    return Judged(half.grid.n_cells, {"mean": (error, contact.error_estimate.pressure)})
 
 
 #: Family: numbers of cells, and what solves one.

@@ -176,6 +176,7 @@ def press(
         status="solved" if p.any() else "no-contact",
         solver=report,
         coarse=coarse,
+        given="approach" if load.force is None else "force",
     )
 
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.analytic import axisymmetric, hertz
+from fecontact.analytic import axisymmetric, hertz, layer
 from fecontact.app.indentation.indentation import curve, indent
 from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies.halfspace.edge import EdgeCells
 from fecontact.bodies.halfspace.grid_error import grid_error_estimate
 from fecontact.surfaces import Paraboloid
 
-UNIT = fc.Material(E=1.0, nu=0.0)
+UNIT, SOFT = fc.Material(E=1.0, nu=0.0), fc.Material(E=1.0, nu=0.3)
 FORCE = 4 / 30  # radius 1 under a paraboloid of radius 10
 
 
@@ -72,6 +72,26 @@ def test_peak_and_area():
         assert peak <= estimate.peak <= estimate.pressure
         assert abs(contact.figures["area"] / math.pi - 1) <= estimate.area
         assert abs(estimate.faces_across / (2 * n / 3) - 1) < 0.05
+
+
+@pytest.mark.parametrize("n", [16, 24, 33])
+def test_error_of_what_is_not_given(n):
+    """Of the approach under a force and of the force at an approach, 3/2 of it by Hertz."""
+    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), shape=(n, n))
+    pushed, moved = half.press(Paraboloid(10.0), force=FORCE), half.press(Paraboloid(10.0), approach=0.1)
+    assert 1 <= pushed.response_error.approach / abs(pushed.approach / 0.1 - 1) <= 4
+    assert 1 <= moved.response_error.force / abs(moved.force / FORCE - 1) <= 4
+    assert pushed.response_error.force is moved.response_error.approach is None
+    assert f"error of the {pushed.response_error}" in str(pushed)
+    assert moved.summary()["response_error"]["force"] == moved.response_error.force
+
+
+def test_error_of_the_approach_on_a_thin_layer():
+    """Cells of a layer are right in their centres, not in their sum."""
+    exact = layer.paraboloid(radius=10.0, thickness=0.2, material=SOFT, a=1.0)
+    half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(48, 48), layers=[fc.bodies.Layer(SOFT, 0.2)])
+    contact = half.press(Paraboloid(10.0), force=exact.force)
+    assert 0.8 <= contact.response_error.approach / abs(contact.approach / exact.approach - 1) <= 4
 
 
 def test_estimate_depends_on_no_unit_and_no_symmetry():

@@ -37,7 +37,8 @@ def test_force_of_a_given_motion(driven):
     assert error > 0.2
     assert 0.8 * error < found.force < 2 * error
     assert found.approach is found.tilt is None
-    assert better.response_error.force < 0.1 * found.force
+    # that of the contact, at a single node, remains
+    assert better.response_error.force < 0.2 * found.force
     assert found.worst == found.force
 
 
@@ -95,10 +96,11 @@ def test_no_error_where_strains_are_those_of_the_elements():
     assert away.response_error.worst == 0.0
 
 
-def test_cells_that_are_too_stiff_by_more_than_is_known_count_as_known():
-    """By hand: 1.65 over what the error leaves of the energy, a tenth of it at least."""
-    own = EnergyError(np.arange(4), np.array([0.5, 0.95, 2.0, 0.0]), np.array([1.0, 1.0, 1.0, 0.0]), 1.0)
-    assert np.abs(_amplified(own, np.ones(4)) - [3.3, 16.5, 16.5, 1.65]).max() < 1e-12
+@pytest.mark.parametrize(("error", "factor"), [(0.5, 3.3), (0.95, 16.5), (2.0, 16.5), (0.0, 1.65)])
+def test_bodies_that_are_too_stiff_by_more_than_is_known_count_as_known(error, factor):
+    """By hand: 1.65 over what the error leaves of the body's energy, a tenth of it at least."""
+    own = EnergyError(np.arange(2), error * np.array([0.9, 0.1]), np.array([0.5, 0.5]), 1.0)
+    assert np.abs(_amplified(own, np.ones(2)) - factor).max() < 1e-12
 
 
 def test_friction_has_an_estimate_too():
@@ -112,7 +114,64 @@ def test_friction_has_an_estimate_too():
 
 def test_it_is_printed_saved_and_warned_of(driven):
     coarse, better = driven
-    assert f"errors by the elements of whole bodies: {coarse.response_error}" in str(coarse)
+    assert f"errors of forces and motions by the meshes: {coarse.response_error}" in str(coarse)
     assert coarse.summary()["response_error"]["force"] == coarse.response_error.force
     assert any("the force about" in text and "20 nodes" in text for text in coarse.warnings)
     assert not any("too stiff" in text for text in better.warnings)
+
+
+def test_a_ball_reaches_into_flat_faces_between_their_nodes():
+    """Faces of 4 nodes, all in contact with z = r^2 / 2R: the mean gap is that of the chords, -h^2 / 6R."""
+    mesh = fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 2), element="hex8").translated((-0.5, -0.5, -0.5))
+    body = fc.ElasticBody(mesh, SOFT, "top", {"bottom": "xyz"})
+    ball = fc.RigidBody(fc.surfaces.Paraboloid(100.0))
+    result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.02}})
+    (contact,) = result.contacts
+    assert contact.active.all()
+    inner = np.abs(contact.points[:, :2]).max(axis=1) < 0.4
+    chord = 0.25**2 / 600
+    assert np.abs(contact.between_nodes.means[inner] + chord).max() < 0.08 * chord
+    smooth = fc.ElasticBody(
+        fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 2)).translated((-0.5, -0.5, -0.5)), SOFT, "top", {"bottom": "xyz"}
+    )
+    better = fc.Scene([smooth, ball], [fc.Contact(smooth, ball)]).solve(motions={ball: {"z": -0.02}})
+    assert np.abs(better.contacts[0].between_nodes.means).max() < 1e-3 * chord
+
+
+def test_bulky_bodies_by_force_and_by_motion():
+    """A ball on a block: what the force exceeds, over the power 1.6 with which it grows, is what the approach lacks."""
+    told, found = [], []
+    for n in (5, 10):
+        grid = np.linspace(0, 1, n + 1) ** 1.3
+        mesh = fc.shapes.block((1.0, 1.0, 1.0), (grid, grid, 1 - grid[::-1]))
+        body = fc.ElasticBody(mesh, SOFT, "top", {"bottom": "xyz", "x_min": "x", "y_min": "y"})
+        ball = fc.RigidBody(fc.surfaces.Paraboloid(4.0)).placed((0, 0, 1.0))
+        scene = fc.Scene([body, ball], [fc.Contact(body, ball)])
+        moved = scene.solve(motions={ball: {"z": -0.03}}, finite_motion=False)
+        pushed = scene.solve(forces={ball: (0, 0, -0.005)}, finite_motion=False)
+        found.append((moved.contacts[0].total_force, -pushed.rigid_motion(ball).translation[2]))
+        told.append((moved.response_error.force, pushed.response_error.approach))
+    errors = found[0][0] / found[1][0] - 1, found[1][1] / found[0][1] - 1
+    for error, estimate in zip(errors, told[0], strict=True):
+        assert 0.8 * abs(error) < estimate < 3 * abs(error)
+    assert abs(told[0][0] / told[0][1] - 1.6) < 0.3
+
+
+def test_bodies_without_an_estimate_are_named():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    bricks = fc.AncfBody(mesh, SOFT, contact="bottom", supports={"top": "xyz"}, name="bricks")
+    floor = fc.RigidBody(fc.Plane())
+    result = fc.Scene([bricks, floor], [fc.Contact(bricks, floor)]).solve(motions={bricks: {"z": -0.01}})
+    assert str(result.response_error) == ""
+    assert "errors of forces and motions by the meshes: not estimated with 'bricks'" in str(result)
+
+
+def test_a_foundation_in_a_scene():
+    """Winkler's foundation below a paraboloid, P = k pi R d^2."""
+    mesh = fc.shapes.block((2.0, 2.0, 0.5), (10, 10, 1), element="hex8").translated((-1, -1, -0.5))
+    springs = fc.ElasticLayer(SOFT, 1.0, surface=(mesh, "top"))
+    ball = fc.RigidBody(fc.surfaces.Paraboloid(10.0))
+    result = fc.Scene([springs, ball], [fc.Contact(springs, ball)]).solve(motions={ball: {"z": -0.0125}})
+    true = springs.contact_modulus * np.pi * 10.0 * 0.0125**2
+    error = abs(result.contacts[0].total_force / true - 1)
+    assert 0.8 * error < result.response_error.force < 5 * error
