@@ -59,12 +59,11 @@ def _judged(root: Path, given: argparse.Namespace) -> int:
     every = [each for some in made.values() for each in some]
     before = _read(given.out, "all"), _read(given.out, "day")
     judged = before[given.day]
+    chosen = _sample(every, given)
     if given.again:
-        chosen = [each for each in every if each.key in before[not given.day]]
+        chosen = [each for each in chosen if each.key in before[not given.day]]
     elif given.survivors:
-        chosen = [each for each in every if judged.get(each.key, {}).get("verdict") == "survived"]
-    else:
-        chosen = _sample(every, given)
+        chosen = [each for each in chosen if judged.get(each.key, {}).get("verdict") == "survived"]
     left = chosen if given.survivors else [each for each in chosen if each.key not in judged]
     if left and not given.table:
         preload(root)

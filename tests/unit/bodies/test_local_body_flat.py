@@ -7,6 +7,7 @@ import scipy.sparse as sp
 import fecontact as fc
 from fecontact.bodies.halfspace.smooth import SmoothTerm
 from fecontact.bodies.local.chebyshev import coefficients, interpolation, nodes
+from fecontact.bodies.local.dividing import _divided
 from fecontact.bodies.local.remainder import remainder
 from fecontact.common.stopwatch import Stopwatch
 
@@ -142,6 +143,22 @@ def test_a_window_at_an_edge_is_refused_if_that_takes_too_many_cells(monkeypatch
     with pytest.raises(fc.InputError, match=r"contradicts Betti's theorem .* it would take more than \d+ cells"):
         local.remainder  # noqa: B018
     assert fc.LocalBody(block(), (2.0, 2.0, 2.0), 0.6, (8, 8)).remainder.defect < 0.01
+
+
+def test_cells_are_divided_to_the_distance_from_images_beyond_an_edge() -> None:
+    """By their places: an image of a point at a depth x from the side x = 0 lies as far beyond it."""
+    body = block()
+    window = fc.LocalBody(body, (0.3, 2.0, 2.0), 0.4, (8, 8)).window
+    finer = _divided(body, window, 4, 1.0, 4000)
+    corners = finer.mesh.points[finer.mesh.cells[:, :8]]
+    x, y = np.meshgrid(np.linspace(0.1, 0.5, 41), np.linspace(1.8, 2.2, 41))
+    feet = np.stack([0 * x, y, 0 * x + 2], axis=-1).reshape(-1, 1, 1, 3)
+    away = (np.linalg.norm(corners - feet, axis=3).min(axis=2) + x.reshape(-1, 1)).min(axis=0)
+    size = np.ptp(corners, axis=1).max(axis=1)
+    assert (size <= 1.1 * away).all()  # images of points between those of the window count here too
+    assert size.min() <= 0.2
+    assert size[corners[..., 0].min(axis=1) > 2].min() > 0.7
+    assert len(finer.mesh.cells) < 400
 
 
 @pytest.mark.full

@@ -114,6 +114,21 @@ def test_planes_of_symmetry_are_no_rims():
     )
 
 
+def test_a_round_section_goes_on_where_its_sides_meet_with_one_tangent():
+    """A quarter of a ring, whose outer arc has two sides of 45 degrees; the first is the contact's."""
+
+    def bent(p):
+        radius, angle = 1 + p[:, 0], p[:, 2]
+        return np.stack([radius * np.cos(angle), 0 * angle, radius * np.sin(angle)], axis=1)
+
+    mesh = fc.sections.rectangle((1.0, np.pi / 2), (1, 2)).mapped(bent)
+    mesh = mesh.with_boundary("first", lambda p: (np.linalg.norm(p, axis=1) > 1.8) & (p[:, 2] <= p[:, 0] + 1e-9))
+    rim = rim_of_surface(fc.PlaneBody(mesh, STEEL, "first", {"left": "xz"}), "first")
+    order = np.argsort(rim.ends[:, 0, 2])
+    assert np.abs(rim.ends[order, 0] - [[2, 0, 0], [2**0.5, 0, 2**0.5]]).max() < 1e-12
+    assert rim.smooth[order].tolist() == [False, True]
+
+
 def test_sections_too():
     x = np.linspace(-2.0, 2.0, 33)
     mesh = fc.sections.rectangle((4.0, 2.0), (x + 2.0, 8)).translated((-2.0, 0.0, -2.0))
