@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+import fecontact as fc
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.results.response_error import ResponseError
-from fecontact.scene.adaptive import SAFETY, Target
-from fecontact.scene.marking import AIM, BULK, marked_by_response, marked_cells, marked_facets
+from fecontact.scene.adaptive import SAFETY, Target, _divided
+from fecontact.scene.marking import AIM, BULK, facets_opposite, marked_by_response, marked_cells, marked_facets
 
 PRESSURE = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0])
 AT_EDGE = [1, 4]
+FORCE = {"force": 0.01}
 
 
 def row(error, misfit, peak=0.0, off=(), unseen=(), traction=None, sideways=()):
@@ -107,3 +109,38 @@ def test_the_pressure_is_divided_for_as_far_as_peak_and_area_need_it():
     assert Target({"peak": 0.05}).pressure(estimate) == pytest.approx(0.05 * 0.04 / 0.1)
     assert Target({"area": 0.05, "peak": 0.05}).pressure(estimate) == pytest.approx(0.02)
     assert Target({"force": 0.05}).pressure(estimate) is None
+
+
+def block(n, at=0.0, **options):
+    mesh = fc.shapes.block((1.0, 1.0, 0.5), (n, n, 1), element="hex8").translated((0.0, 0.0, at))
+    return fc.ElasticBody(mesh, fc.Material(1.0, 0.3), **options)
+
+
+def test_faces_opposite_are_divided_too_unless_they_are_finer():
+    """Opposite the first half of the slave, with faces of a quarter."""
+    upper = block(4, contact="bottom", supports={"top": "xyz"}, name="upper")
+    for n, expected in ((2, 0.5), (4, 0.5), (6, 0.0)):
+        lower = block(n, at=-0.5, contact="top", supports={"bottom": "xyz"}, name="lower")
+        contact = fc.Contact(upper, lower, swap="never", coupling="mortar")
+        (interface,) = fc.Scene([upper, lower], [contact]).solve(motions={upper: {"z": -0.01}}).interfaces
+        slave = interface.slave_surface
+        half = np.flatnonzero(slave.points[slave.facets].mean(axis=1)[:, 0] < 0.5)
+        found, master = facets_opposite(interface, half), lower.surface("top")
+        assert len(found) == round(expected * n * n)
+        assert (master.points[master.facets[found]].min(axis=1)[:, 0] < 0.5).all()
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    (interface,) = fc.Scene([upper, floor], [fc.Contact(upper, floor)]).solve(motions={upper: {"z": -0.01}}).interfaces
+    assert len(facets_opposite(interface, np.arange(16))) == 0
+
+
+def test_faces_and_cells_are_divided_at_once_where_both_errors_are_too_large():
+    """A bent beam of linear cells under a ball: cells for the force alone, faces at the ball besides."""
+    mesh = fc.shapes.block((8.0, 0.5, 1.0), (10, 1, 2), element="hex8")
+    beam = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "top", {"x_min": "xyz", "y_min": "y"}, name="beam")
+    ball = fc.RigidBody(fc.Sphere(5.0), name="ball").placed((6.4, 0.0, 1.0))
+    scene = fc.Scene([beam, ball], [fc.Contact(beam, ball)])
+    result = scene.solve(motions={ball: {"z": -0.1}}, finite_motion=False)
+    assert result.response_error.force > 0.01
+    assert result.contacts[0].error_estimate.pressure > 0.02
+    forces, both = (_divided(scene, result, Target(each), False) for each in (FORCE, FORCE | {"pressure": 0.02}))
+    assert both.bodies[0].n_dofs > forces.bodies[0].n_dofs > beam.n_dofs
