@@ -32,11 +32,20 @@ class Moved:
         motion that poses have.
     pressed : (n,) bool array
         Points with a normal force.
+    change : (n,) array, optional
+        Estimated change of the points' friction forces by smaller load steps; zero where they have slid since, and by
+        default.
     """
 
     nodes: IntArray
     by: Array
     pressed: Mask
+    change: Array | None = None
+
+    @property
+    def changes(self) -> Array:
+        """`change`, in numbers."""
+        return np.zeros(len(self.nodes)) if self.change is None else self.change
 
     def at(self, nodes: IntArray) -> tuple[Array, Mask]:
         """Displacement (m, 3) at nodes (m,) and whether they were pressed; zero and no where it is not known."""
@@ -91,7 +100,9 @@ class StepEnd:
         """The same in lists, for a file."""
         return {
             "poses": [[p.rotation.tolist(), p.translation.tolist()] for p in self.poses],
-            "moved": {str(k): [m.nodes.tolist(), m.by.tolist(), m.pressed.tolist()] for k, m in self.moved.items()},
+            "moved": {
+                str(k): [v.tolist() for v in (m.nodes, m.by, m.pressed, m.changes)] for k, m in self.moved.items()
+            },
             "chosen": [c.tolist() for c in self.chosen],
             "forces": self.forces.tolist(),
             "motion": self.motion.tolist(),
@@ -103,8 +114,8 @@ class StepEnd:
         return cls(
             tuple(Pose(np.array(q), np.array(t)) for q, t in given["poses"]),
             {
-                int(k): Moved(np.array(n, dtype=np.int64), np.reshape(m, (-1, 3)), np.array(pressed, dtype=bool))
-                for k, (n, m, pressed) in given["moved"].items()
+                int(k): Moved(np.array(n, np.int64), np.reshape(m, (-1, 3)), np.array(pressed, bool), np.array(change))
+                for k, (n, m, pressed, change) in given["moved"].items()
             },
             [np.array(c, dtype=np.int64) for c in given["chosen"]],
             np.array(given["forces"], dtype=float),

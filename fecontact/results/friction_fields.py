@@ -151,8 +151,8 @@ class FrictionFields:
 
 
 def at_nodes(values: Array, nodes: IntArray, wanted: IntArray) -> Array:
-    """Values (n,) at nodes (n,) for other nodes (m,); zero where there is none."""
-    out = np.zeros(max(nodes.max(initial=0), wanted.max(initial=0)) + 1)
+    """Values (n, ...) at nodes (n,) for other nodes (m,); zero where there is none."""
+    out = np.zeros((max(nodes.max(initial=0), wanted.max(initial=0)) + 1, *values.shape[1:]))
     out[nodes] = values
     return out[wanted]
 

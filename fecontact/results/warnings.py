@@ -169,6 +169,23 @@ def friction_not_unique(result: SolvedScene) -> Iterator[str]:
         )
 
 
+def large_steps(result: SolvedScene) -> Iterator[str]:
+    """Warnings of friction that smaller load steps would change."""
+    for k, moved in () if result.step_end is None else result.step_end.moved.items():
+        contact = result.contacts[k]
+        assert contact.friction is not None
+        changed, rubbed = (
+            float(np.linalg.norm(size / np.sqrt(contact.friction.weights)))
+            for size in (moved.changes, np.linalg.norm(contact.friction.forces, axis=1))
+        )
+        if changed > LARGEST_ERROR * rubbed:
+            yield (
+                f"The load steps are large: the tractions of friction between {contact.slave.name!r} and "
+                f"{contact.master.name!r} may be off by about {percent(changed / rubbed)}, as steps in halves change "
+                "what is pressed anew. Press in smaller steps."
+            )
+
+
 def single_step(result: SolvedScene) -> Iterator[str]:
     """Note on friction under loads applied at once."""
     if result.friction is not None and not result.follows_step:
@@ -228,6 +245,7 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     tall_cells,
     missed_accuracy,
     friction_not_unique,
+    large_steps,
 )
 NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     notes_of_scene,

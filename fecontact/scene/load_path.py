@@ -23,9 +23,9 @@ from fecontact.common.fingerprint import fingerprint
 from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
-from fecontact.contact.step_end import StepEnd
+from fecontact.contact.step_end import Moved, StepEnd
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.results.friction_fields import EarlierParts, with_parts
+from fecontact.results.friction_fields import EarlierParts, at_nodes, with_parts
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import KEYED, CarriedScene
@@ -46,7 +46,14 @@ CURVED = 2e-3
 #: Change of a prescribed rotation (radians) from which a step is cut at once: poses do not tell whole turns.
 LARGEST_TURN = 3.0
 #: Format of the rows of a file; those of another one are refused.
-ROW_FORMAT = 3
+ROW_FORMAT = 4
+#: Friction of points pressed anew by a step, over the limit of all points, from which the step is solved in halves too.
+MUCH_ANEW = 0.05
+#: Error of friction over its change by steps of half the size: 2 for errors of the first order, and 1.0 to 1.9 where
+#: rollers were pressed in 1 to 10 steps.
+ERROR_OVER_CHANGE = 1.5
+#: Gap, relative to a body's size, that is rounding.
+ROUNDING = 1e-9
 #: Advice where even the parts of a cut step turn too far.
 SMALLER = "Give smaller load steps."
 
@@ -226,7 +233,67 @@ def _step(way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], last: _D
         return _Done(result, 1, before.step_end)
     parts = list(_solved_step(way, given, step, before, 0))
     since = parts[-2] if len(parts) > 1 else before
-    return _Done(_joined(parts), len(parts), None if since is None else since.step_end)
+    halved = None if len(parts) > 1 else _halved(way, given, step, before, parts[0])
+    result = _with_changes(_joined(parts), before, halved)
+    return _Done(result, len(parts), None if since is None else since.step_end)
+
+
+def _halved(
+    way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], before: ContactResult | None, found: ContactResult
+) -> ContactResult | None:
+    """The result of a step in two halves; None where points that it presses anew carry little friction.
+
+    Such points slip from where the step begins, and not from where they touch. What sticks is off by the displacement
+    before that: with steps of half the size by about half of it.
+    """
+    assert found.step_end is not None
+    ends = found.step_end.moved.items()
+    unloaded = {k: Moved(m.nodes, np.zeros_like(m.by), np.zeros_like(m.pressed)) for k, m in ends}
+    start = replace(found.step_end, poses=tuple(b.pose for b in way.model.bodies), moved=unloaded)
+    start = start if before is None or before.step_end is None else before.step_end
+    if not any(_presses_anew(found, k, start.moved[k], way.finite_motion) for k in unloaded):
+        return None
+    way, middle = way.coupled_as(found), between(given, step)
+    try:
+        for first, last in ((given, middle), (middle, step)):
+            start = replace(start, forces=np.zeros(0))
+            result = way.solved(last, start, carried_poses(way.model, first, last, start.poses))
+            assert result.step_end is not None
+            start = result.step_end
+    except SolverError:
+        return None
+    return result
+
+
+def _presses_anew(found: ContactResult, number: int, before: Moved, finite: bool) -> bool:
+    """Whether points that were open, beyond rounding, carry friction above a share of the limit of all points."""
+    interface, contact = found.interfaces[number], found.contacts[number]
+    friction = contact.friction
+    assert friction is not None
+    anew = friction.touching & ~before.at(interface.pairing.nodes)[1]
+    if not finite:  # gaps are those before the step
+        anew &= interface.gap > ROUNDING * interface.slave.size
+    root, mu = np.sqrt(friction.weights), np.where(np.isfinite(friction.mu_along_slip), friction.mu_along_slip, 1.0)
+    rubbed, limit = np.linalg.norm(friction.forces, axis=1) / root, mu * contact.forces / root
+    return bool(np.linalg.norm(rubbed[anew]) > MUCH_ANEW * np.linalg.norm(limit))
+
+
+def _with_changes(result: ContactResult, before: ContactResult | None, halved: ContactResult | None) -> ContactResult:
+    """The result with what smaller steps change in its friction; what steps before it change stays where it sticks."""
+    assert result.step_end is not None
+    moved = {}
+    for k, now in result.step_end.moved.items():
+        friction, change = result.contacts[k].friction, np.zeros(len(now.nodes))
+        assert friction is not None
+        if before is not None and before.step_end is not None:
+            last = before.step_end.moved[k]
+            change = np.where(friction.sticking, at_nodes(last.changes, last.nodes, now.nodes), 0.0)
+        other = None if halved is None else halved.contacts[k].friction
+        if halved is not None and other is not None:
+            forces = at_nodes(other.forces, halved.interfaces[k].pairing.nodes, now.nodes)
+            change = np.hypot(change, ERROR_OVER_CHANGE * np.linalg.norm(friction.forces - forces, axis=1))
+        moved[k] = replace(now, change=change)
+    return replace(result, step_end=replace(result.step_end, moved=moved))
 
 
 def _joined(parts: Sequence[ContactResult]) -> ContactResult:
@@ -262,7 +329,9 @@ def _rebuilt(way: _Way, step: Mapping[str, Any], row: Mapping[str, Any]) -> _Don
     since = None if row["since"] is None else StepEnd.from_dict(row["since"])
     begin = since or StepEnd(tuple(body.pose for body in way.model.bodies))
     past = replace(begin, chosen=end.chosen, forces=end.forces, motion=end.motion)
-    result = replace(way.solved(step, past, end.poses), follows_step=True)
+    result = way.solved(step, past, end.poses)
+    assert result.step_end is not None
+    result = replace(result, follows_step=True, step_end=replace(result.step_end, moved=end.moved))
     pairs = zip(result.contacts, row["parts"], strict=True)
     contacts = [
         c if parts is None or c.friction is None

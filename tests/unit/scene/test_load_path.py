@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -10,7 +11,9 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.scene import load_path
 from fecontact.scene.export import export_problem
+from fecontact.scene.path_result import LoadPath
 
 
 def dragged(mu: float, **options: object) -> tuple[fc.Scene, fc.ElasticBody]:
@@ -203,6 +206,50 @@ def test_loads_at_once_are_noted_and_a_path_is_not() -> None:
     motions = {"motions": {block: {"z": -0.01, "x": 0.001}}}
     assert any("order of loads" in text for text in scene.solve(**motions).notes)
     assert not any("order of loads" in text for text in scene.solve_path([motions])[0].notes)
+
+
+def pressed_and_dragged(n: int, finite_motion: bool = False, path: Path | None = None) -> LoadPath:
+    """A rigid roller pressed into a pad in n steps, then dragged in two, by a fifth of the depth in all."""
+    mesh = fc.sections.rectangle((4.0, 2.0), (96, 16)).translated((-2.0, 0.0, -2.0))
+    pad = fc.PlaneBody(mesh, fc.Material(E=1.0, nu=0.3), "top", {"bottom": "xz"}, name="pad")
+    roller = fc.RigidBody(fc.surfaces.Cylinder(1.0), name="roller")
+    scene = fc.Scene([pad, roller], [fc.Contact(pad, roller, friction=0.3)])
+    places = [(0.0, k / n) for k in range(1, n + 1)] + [(0.1, 1.0), (0.2, 1.0)]
+    steps = [{"motions": {roller: {"x": 0.06 * x, "z": -0.06 * z}}} for x, z in places]
+    return scene.solve_path(steps, path, finite_motion=finite_motion)
+
+
+@pytest.mark.parametrize("finite_motion", [False, pytest.param(True, marks=pytest.mark.full)])
+def test_large_steps_are_warned_of(finite_motion: bool, tmp_path: Path) -> None:
+    """Points that a step presses anew slip from where it began; what sticks keeps the error while it sticks."""
+    true, file = pressed_and_dragged(16, finite_motion), tmp_path / "path.jsonl"
+    assert not any("steps are large" in text for result in true for text in result.warnings)
+    for n in (1, 4):
+        path = pressed_and_dragged(n, finite_motion, file if n == 1 else None)
+        for k in (-3, -1):  # pressed, dragged
+            found, known = (p[k].contacts[0].friction for p in (path, true))
+            error = np.linalg.norm((found.forces - known.forces).T / np.sqrt(known.weights))
+            error /= np.linalg.norm(known.forces.T / np.sqrt(known.weights))
+            (text,) = (text for text in path[k].warnings if "steps are large" in text)
+            told = int(re.search(r"by about (\d+) %", text)[1]) / 100  # type: ignore[index]
+            assert 0.8 < told / error < 3
+    resumed = pressed_and_dragged(1, finite_motion, file)
+    assert all("steps are large" in result.warnings[-1] for result in resumed)
+
+
+def test_steps_of_alike_rollers_are_not_solved_in_halves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction does not act as bodies that are alike are pressed: no solution is added to those of the steps."""
+    solved = load_path.solved
+    asked = []
+    monkeypatch.setattr(load_path, "solved", lambda *given: asked.append(0) or solved(*given))
+    ring = fc.sections.rectangle((4.0, 1.0), (32, 8)).translated((-2.0, 0.0, -1.0))
+    bent = ring.mapped(lambda x: x - np.stack([0 * x[:, 0], 0 * x[:, 0], x[:, 0] ** 2 / 20], axis=1))
+    lower = fc.PlaneBody(bent, fc.Material(E=1.0, nu=0.3), "top", {"bottom": "xz"}, name="lower")
+    upper = lower.placed(rotation=fc.rotation_about((0, 1, 0), np.pi), name="upper")
+    scene = fc.Scene([lower, upper], [fc.Contact(lower, upper, friction=0.3)])
+    path = scene.solve_path([{"motions": {upper: {"z": -0.02}}}, {"motions": {upper: {"z": -0.02, "x": 0.001}}}])
+    assert len(asked) == 2
+    assert not any("steps are large" in text for text in path[-1].warnings)
 
 
 def test_pictures_of_friction_need_friction() -> None:
