@@ -323,7 +323,7 @@ def test_pressure_shapes(row, kind, limits):
     assert limits[0] <= abs(values[0] / values[-1]) < limits[1]
 
 
-@pytest.mark.by_day("1")
+@pytest.mark.full
 @pytest.mark.parametrize("level", [1, 2])
 def test_hertz(row, level):
     """Equal spheres, beside 20-node hexahedra with nine-node contact faces on the same mesh."""

@@ -158,7 +158,7 @@ def reference():
     return solve_spheres("equal", level=1, model="symmetric", solver="active-set")
 
 
-@pytest.mark.by_day("wolfe", "nnls")
+@pytest.mark.by_day("wolfe")
 @pytest.mark.parametrize("solver", [s for s in fc.available_solvers() if s != "active-set"])
 def test_every_solver_finds_the_same_pressure(solver, reference, row):
     """Every solver on the main job. Source: the active-set solver. All are certified to 1e-10; condition some tens."""
@@ -179,6 +179,7 @@ def test_superlu_gives_the_same_answer(row):
     row("1 equal spheres, SuperLU", "largest force change", 0.0, change, 1e-9, a.result.n_dofs)
 
 
+@pytest.mark.full
 def test_report_table_shows_the_reports_own_figures():
     """The table beside the report's own figures. Source: Elangovan 1978; the text of the table."""
     text = report_table(level=1)

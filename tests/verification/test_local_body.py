@@ -151,7 +151,7 @@ def beside_an_edge(distance, mesh_number):
 
 # Found at 3.6 radii: 0.06 and 0.007 % in the pressure by the two coarser meshes, at 1.8 radii 0.44 and 0.11 %. Betti's
 # defect is 1.2 to 5 times that. 0.2 % is asked of the middle mesh.
-@pytest.mark.by_day("0.5")
+@pytest.mark.full
 @pytest.mark.parametrize("distance", [1.0, 0.5])
 def test_beside_a_free_edge(distance, row):
     """Contact of radius 0.28 beside the free edge of a block: three meshes, and Betti's defect as an estimate.
