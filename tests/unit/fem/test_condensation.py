@@ -32,7 +32,6 @@ def same(a, b):
     return np.abs(a - b).max() <= SAME * np.abs(b).max()
 
 
-@pytest.mark.by_day("columns-pardiso", "operator-rslab", "columns-superlu")
 @pytest.mark.parametrize("backend", available_backends())
 @pytest.mark.parametrize("route", ["columns", "operator"])
 def test_routes_give_the_same_answer(route, backend):
