@@ -41,6 +41,8 @@ from fecontact.solvers.friction_problem import ON_CONE, FrictionProblem, frictio
 SMALL = 300
 #: Resistance of the active conditions to free motions, relative to the largest, from which it is one.
 RESISTED = 1e-6
+#: Weights of active conditions in a tangent that is not positive definite without them, over the largest stiffness.
+WEIGHTS = (1.0, 1e2, 1e4)
 #: Drag on slip, relative to the stiffness, tried where friction slides and the tangent is not positive definite.
 DRAGS = (1e-6, 1e-4, 1e-2, 1.0)
 #: Largest difference from the transpose, relative to the largest entry, that is rounding.
@@ -228,15 +230,37 @@ def _held(
         resisted = rows @ W
         if W.shape[1] and np.linalg.matrix_rank(resisted, RESISTED * np.abs(resisted).max()) < W.shape[1]:
             break
-        weight = K.diagonal().max() / rows.power(2).sum(axis=1).max()
-        added = sp.csr_matrix(K + weight * (rows.T @ rows))
-        found = _solved(added, r - weight * (rows.T @ start), G, gap, friction)
+        found = _added(K, r, G, gap, friction, rows, start)
         opening = pressing & (found[1] == 0)
         slipping = sticking if friction is None else sticking & ~friction.sticking(np.concatenate(found[1:]))
         if not opening.any() and not slipping.any():
             return found
         pressing, sticking = pressing & ~opening, sticking & ~slipping
     raise UnstableError("The tangent stiffness is not positive definite, even with the active contacts.")
+
+
+def _added(
+    K: sp.csr_matrix,
+    r: Array,
+    G: sp.csr_matrix,
+    gap: Array,
+    friction: TangentialRows | None,
+    rows: sp.csr_matrix,
+    start: Array,
+) -> tuple[Array, Array, Array]:
+    """The step with rows that stay closed added to K, with a weight that makes it positive definite.
+
+    There is one where K is so on what the rows leave free (P. Finsler, Comment. Math. Helv. 9, 1936): the larger, the
+    more negative K is across, and the less the rows differ.
+    """
+    weight, last = K.diagonal().max() / rows.power(2).sum(axis=1).max(), UnstableError("")
+    for factor in WEIGHTS:
+        added = sp.csr_matrix(K + factor * weight * (rows.T @ rows))
+        try:
+            return _solved(added, r - factor * weight * (rows.T @ start), G, gap, friction)
+        except UnstableError as error:
+            last = error
+    raise last
 
 
 def _plain(K: sp.csr_matrix, r: Array, order: BandOrder | None) -> Array:

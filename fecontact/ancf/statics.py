@@ -220,6 +220,11 @@ def equilibrium(
                         f"Stopped at level {level:.4g}: no equilibrium found with steps down to {step:.1e}. "
                         f"{trouble} The last good state is kept."
                     )
+                    if isinstance(error, UnstableError):
+                        message += (
+                            " A body that buckles, or snaps where a contact opens, has no equilibrium nearby: "
+                            "`move(.., start=path.last)` follows it in time."
+                        )
                     return Path(False, message, tuple(states), cuts)
                 continue
             bar.update(goal - level)

@@ -136,10 +136,31 @@ def test_conserving_forces_do_the_work_of_the_energy_and_keep_momenta(law, volum
 
 
 def test_newton_step_refuses_an_unstable_tangent():
-    import scipy.sparse as sp
-
     with pytest.raises(UnstableError):
         contact_step(sp.csr_matrix(np.diag([1.0, -1.0])), np.ones(2), sp.csr_matrix((0, 2)), np.zeros(0))
+
+
+@pytest.mark.parametrize("negative", [0.5, 50.0, 5000.0])
+def test_what_a_contact_holds_may_be_unstable_without_it(negative):
+    """A gap of 0.5 is closed against a negative stiffness: the force is that and the load, however negative it is."""
+    K, G = sp.csr_matrix(np.diag([1.0, -negative])), sp.csr_matrix(np.array([[0.0, 1.0]]))
+    change, forces, _ = contact_step(K, np.array([1.0, -8.0]), G, np.array([0.5]), np.array([True]))
+    np.testing.assert_allclose(change, [1.0, -0.5], atol=1e-12)
+    np.testing.assert_allclose(forces, [8.0 + 0.5 * negative], rtol=1e-9)
+
+
+def test_a_ball_is_pressed_far_into_a_brick_that_its_contact_keeps_from_buckling():
+    """By a quarter of its height; steps stopped at 0.19, where rows weighed too little. The energy is its work."""
+    mesh, ball = fc.shapes.block((1.3, 0.74, 1.0), (1, 1, 1), element="hex8"), fc.RigidBody(fc.Sphere(2.0))
+    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0), NeoHookean(), points=3)
+    a = Assembly.of([solid], [{"bottom": "xyz"}], [(0, "top", ball)])
+    path = equilibrium(lambda s: Stage(a.with_rigid(ball.placed((0.65, 0.37, 1 - 0.25 * s)))), steps=16)
+    assert path.success
+    assert path.cuts == 0
+    force = [0.0, *(float(s.reactions @ a.translation(np.array([0.0, 0.0, 1.0]))) for s in path.states)]
+    depth = 0.25 * np.array([0.0, *(s.level for s in path.states)])
+    work = float(((np.array(force)[1:] + force[:-1]) / 2 * np.diff(depth)).sum())
+    assert abs(work / path.last.energy - 1) < 5e-3  # trapezoidal rule
 
 
 @pytest.mark.parametrize("law", [StVenantKirchhoff(), NeoHookean()], ids=["svk", "neo"])
