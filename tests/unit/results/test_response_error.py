@@ -175,3 +175,12 @@ def test_a_foundation_in_a_scene():
     true = springs.contact_modulus * np.pi * 10.0 * 0.0125**2
     error = abs(result.contacts[0].total_force / true - 1)
     assert 0.8 * error < result.response_error.force < 5 * error
+
+
+def test_the_sign_is_told_where_the_elements_make_most_of_it(driven):
+    assert any("are too stiff: the force about" in text and "too large" in text for text in driven[0].warnings)
+    mesh = fc.shapes.block((4.0, 4.0, 2.0), (8, 8, 4)).translated((-2.0, -2.0, -2.0))
+    plate = fc.ElasticBody(mesh, fc.Material(E=70e3, nu=0.33), contact="top", supports={"bottom": "xyz"})
+    ball = fc.RigidBody(fc.Sphere(10.0))
+    result = fc.Scene([plate, ball], [fc.Contact(plate, ball)]).solve(forces={ball: (0, 0, -100.0)})
+    assert any("or the faces in contact too large: the approach about 40 % off" in text for text in result.warnings)
