@@ -6,7 +6,8 @@ over samples, so that friction is equal and opposite on both.
 Slip is counted from the end of the last load step, in the master's axes: with X a point of the slave there, by the
 poses, and d its displacement against the master's, the slip is the tangential part of X + d - (X + d)_last. A common
 motion of both bodies thus is no slip, however large (Laursen & Simo, Int. J. Numer. Methods Eng. 36 (1993) 3451). A
-point that was open then slips from where it touches. The slip of a step is the chord of its path.
+point that was open then slips from where it touches by the motion of the poses; what bodies deflect before that counts
+as slip, an error of the size of the step. The slip of a step is the chord of its path.
 """
 
 from __future__ import annotations
