@@ -184,7 +184,8 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
     direction = float(np.linalg.norm(forces @ turn) / forces.sum())
     friction = _of_friction(fields, chosen, forces, turn)
     shifts = [forces @ (a.linear(x) - b.linear(foot)) / forces.sum() for a, b in ((slave, master), rigid_motions)]
-    whole, left = (np.linalg.norm(np.cross(forces @ lines, s)) for s in (shifts[0], shifts[0] - shifts[1]))
+    along = forces @ lines / forces.sum()
+    whole, left = (np.linalg.norm(np.cross(along, s)) for s in (shifts[0], shifts[0] - shifts[1]))
     deflected = float(left / whole) if whole > 0 else np.inf
     return LinearisationError(float(np.abs(change[counted]).max()), approach, direction, 0.0, friction, deflected)
 
