@@ -34,6 +34,8 @@ SHORTEST_OFFSET = 1e-12
 #: Difference of distances, relative to them and to a facet, below which facets are equally near: by rounding and by the
 #: steps of Newton's method.
 EQUAL = 1e-12
+#: Most parts into which a side of a slender facet is divided for the search of the nearest facets.
+MOST_PARTS = 256
 #: Distance from a side, in a facet's coordinates, that counts as on it, and what a corner's function may lack of one.
 BESIDE, CORNER = 1e-9, 1e-8
 #: Sine of the angle between offset and normal above which a point whose closest point is on the rim lies outside.
@@ -218,6 +220,31 @@ class FacetSurface:
         return owner[order][start[:, None] + np.where(column < count[:, None], column, 0)]
 
     @cached_property
+    def along_slender(self) -> tuple[cKDTree, IntArray] | None:
+        """Search tree of places along the sides of slender facets, and the facets (n, 2) beside each; None without any.
+
+        The nodes nearest to a point of a slender facet need not be its own, nor those of its neighbours.
+        """
+        corners = self.facets[:, :4]
+        ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        length = np.linalg.norm(np.diff(self.points[ends], axis=1)[:, 0], axis=1).reshape(-1, 4)
+        longest = length.max(axis=1, keepdims=True, initial=np.finfo(float).tiny)
+        area = (1 + self.triangle) * self.mean_facet_size**2
+        # twice the width is as far apart as they are
+        parts = np.ceil(length / np.maximum(2 * area[:, None] / longest, longest / MOST_PARTS))
+        if parts.max(initial=0) <= 2:
+            return None
+        sides, which = np.unique(ends, axis=0, return_inverse=True)
+        order = np.argsort(which.ravel(), kind="stable")
+        first = np.searchsorted(which.ravel()[order], np.arange(len(sides)))
+        owner, most = order // 4, np.maximum.reduceat(parts.ravel()[order], first).astype(np.int64)
+        each = np.repeat(np.arange(len(sides)), np.where(most > 2, most - 1, 0))
+        share = (np.arange(len(each)) - np.searchsorted(each, each) + 1) / most[each]
+        start, end = self.points[sides[each]].swapaxes(0, 1)
+        beside = np.stack([owner[first], owner[np.append(first[1:], len(owner)) - 1]], axis=1)
+        return cKDTree(start + share[:, None] * (end - start)), beside[each]
+
+    @cached_property
     def on_rim(self) -> Mask:
         """Mask (n_facets, 4) of the facets' sides that belong to no other facet; never the missing one of triangles."""
         corners = self.facets[:, :4]
@@ -280,6 +307,10 @@ class FacetSurface:
         """Projection of points (n, 3): the closest point over the facets round each point's `n_near` nearest nodes."""
         _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
         around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
+        if self.along_slender is not None:
+            tree, beside = self.along_slender
+            near = tree.query(points, k=n_near)[1].reshape(len(points), -1) % len(beside)
+            around = np.concatenate([around, beside[near].reshape(len(points), -1)], axis=1)
         around = np.sort(around, axis=1)
         point, place = np.nonzero(np.diff(around, axis=1, prepend=-1))
         facet = around[point, place]

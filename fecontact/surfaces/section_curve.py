@@ -82,7 +82,7 @@ class CurveSurface(FacetSurface):
         if self.planes is not None:
             nodes, across = self.planes
             planes = np.concatenate([nodes, nodes + n, nodes + 2 * n]), np.tile(across, (3, 1))
-        return FacetSurface(points, facets, self.name, planes=planes)
+        return _Ribbon(points, facets, self.name, planes=planes)
 
     def evaluate(self, facet: IntArray, local: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3), tangents (n, 3, 2), the second of them -y, and shape functions (n, 3)."""
@@ -193,3 +193,12 @@ def curve_samples(
     local = s[kept][:, None] + length[:, None] * (t + 1) / 2
     two = np.stack([local.ravel(), np.full(local.size, 0.5)], axis=1)
     return np.repeat(facet[kept], POINTS), two, (length[:, None] * w / 2).ravel()
+
+
+class _Ribbon(FacetSurface):
+    """The facets of a section's curve; all points are searched in the plane of its middle row of nodes."""
+
+    @property
+    def along_slender(self) -> None:
+        """None, as facets are slender across that plane only."""
+        return None

@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
+from skfem.refdom import RefQuad, RefTri
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element.hexahedron import QUAD_CORNERS, TRIANGLE_NODES, quad_nodes
@@ -196,15 +196,24 @@ def triangle_samples(triangle: Array, double: Array, order: int = ORDER) -> tupl
 
 
 def own_samples(facets: IntArray) -> tuple[IntArray, Array, Array]:
-    """Quadrature over whole facets: facet (n,), coordinates (n, 2) and weights (n,)."""
+    """Quadrature over whole facets: facet (n,), coordinates (n, 2) and weights (n,).
+
+    On squares by Gauss's rule along both sides: halves along a diagonal would follow the numbering of corners.
+    """
     triangle = triangular(facets)
     parts = []
     for kind in (False, True):
         members = np.flatnonzero(triangle == kind)
         if len(members):
             outlines = sub_faces(facets.shape[1], kind)
-            triangle_of, double, _ = fans(outlines, np.full(len(outlines), outlines.shape[1]))
-            local, weight, _ = triangle_samples(triangle_of, double)
+            if kind:
+                triangle_of, double, _ = fans(outlines, np.full(len(outlines), outlines.shape[1]))
+                local, weight, _ = triangle_samples(triangle_of, double)
+            else:
+                X, W = get_quadrature(RefQuad, ORDER)
+                sides = outlines[0, 2] - outlines[0, 0]
+                local = (outlines[:, :1] + X.T * sides).reshape(-1, 2)
+                weight = np.tile(W * sides.prod(), len(outlines))
             n = len(members)
             parts.append((np.repeat(members, len(local)), np.tile(local, (n, 1)), np.tile(weight, n)))
     facet, local, weight = (np.concatenate(p) for p in zip(*parts, strict=True))

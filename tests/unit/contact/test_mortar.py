@@ -314,3 +314,19 @@ def test_several_blocks_of_pairs_give_what_one_gives(monkeypatch):
     # the solution enlarges that by the condition of the problem
     assert np.abs(first.pressure - second.pressure).max() < 1e-9
     assert max(r.residuals().equilibrium for r in found) < 1e-12
+
+
+@pytest.mark.parametrize("columns", [4, 8, 9])
+def test_samples_of_whole_quadrilaterals_follow_no_corner(columns):
+    """The same in the reversed square and with both coordinates exchanged."""
+    _, local, weight = own_samples(np.arange(columns)[None])
+
+    def listed(at):
+        rows = np.column_stack([at, weight]).round(12)
+        return rows[np.lexsort(rows.T)]
+
+    for other in (local[:, ::-1], 1 - local, local * [-1, 1] + [1, 0]):
+        assert (listed(other) == listed(local)).all()
+    # the square of a bilinear function on each quarter, and of any biquadratic one
+    s, t = local.T
+    assert abs((weight * s**4 * t**4).sum() - 1 / 25) < 1e-15

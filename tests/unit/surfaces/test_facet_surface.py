@@ -174,6 +174,20 @@ def test_on_a_very_slender_facet():
     assert np.abs(projection.points - on).max() < 1e-10
 
 
+@pytest.mark.parametrize("triangles", [False, True])
+@pytest.mark.parametrize(("long", "shear"), [(1.0, 3.0), (30.0, 0.3), (100.0, 0.0)])
+def test_points_of_slender_facets_are_their_own_feet(triangles, long, shear):
+    """The nodes nearest to a point are often those of other facets."""
+    slope = np.array([[1.0, 0.0, 0.0], [shear, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    flat = fc.SurfaceMesh.of(fc.shapes.block((1.0, long, 1.0), (4, 4, 1)), "top").mapped(lambda x: x @ slope)
+    quads = flat.facets[:, :4]
+    facets = np.concatenate([quads[:, [0, 1, 2, 2]], quads[:, [0, 2, 3, 3]]]) if triangles else quads
+    points = np.random.default_rng(0).uniform((0, 0, 1), (1, long, 1), (2000, 3)) @ slope
+    found = FacetSurface(flat.points, facets).project(points)
+    assert np.abs(found.points - points).max() < 1e-13 * long
+    assert not found.outside.any()
+
+
 def test_a_facet_without_normal_is_named():
     surface = FacetSurface(np.outer(np.arange(4.0), [1, 0, 0]), np.arange(4)[None], "lid")
     with pytest.raises(MeshError, match=r"Facet 0 of 'lid'"):
