@@ -40,7 +40,7 @@ def brick_indented(number: int, frame: Frame) -> Callable[[], Answer]:
     solid = AncfSolid(AncfSpace(mesh), material, NeoHookean(), points=3)
     at = size * [rng.uniform(0.3, 0.7), rng.uniform(0.3, 0.7), 1.0]
     ball = frame.rigid(fc.Sphere(float(rng.uniform(0.6, 4.0)) * frame.length), at, name="ball")
-    depth = float(rng.uniform(0.05, 0.3)) * size[2] * frame.length
+    depth = float(rng.uniform(0.05, 0.3)) * size[2] * frame.length * frame.deeper
     mu = float(rng.choice([0.0, 0.0, 0.3]))
     a = Assembly.of([solid], [{"bottom": "xyz"}], [(0, "top", ball, mu)])
 
@@ -50,7 +50,8 @@ def brick_indented(number: int, frame: Frame) -> Callable[[], Answer]:
             raise fc.SolverError(f"stopped: {path.message}")
         force = float(path.last.reactions @ a.translation(np.array([0.0, 0.0, 1.0]))) / frame.force
         energy = path.last.energy / frame.force / frame.length
-        return Answer({"force": force, "energy": energy}, (str(path), repr(path.last)), path.last.penetration, 1e-6)
+        said = (str(path), repr(path.last))
+        return Answer({"force": force, "energy": energy}, said, path.last.penetration, 1e-6, "" if mu else "force")
 
     return run
 
@@ -70,7 +71,7 @@ def cable_on_posts(number: int, frame: Frame) -> Callable[[], Answer]:
         fc.RigidBody(fc.surfaces.Cylinder(radius * unit), name=f"post {k}").placed((at * unit, 0, 0), below)
         for k, at in enumerate(places)
     ]
-    mu, sink = float(rng.choice([0.0, 0.2])), float(rng.uniform(0.02, 0.2)) * span * unit
+    mu, sink = float(rng.choice([0.0, 0.2])), float(rng.uniform(0.02, 0.2)) * span * unit * frame.deeper
     joints = Joints([cable])
     held = [joints.flat(), joints.pinned((0, 0), np.eye(3)[:2]), joints.pinned((0, -1), [0.0, 1.0, 0.0])]
     a = Assembly([cable], joints.free(held), [touching([cable], 0, post, friction=mu) for post in posts])
@@ -83,6 +84,6 @@ def cable_on_posts(number: int, frame: Frame) -> Callable[[], Answer]:
         last = path.last
         out = {f"force {k}": float(f.sum()) / frame.force for k, f in enumerate(last.forces)}
         out["energy"] = last.energy / frame.force / unit
-        return Answer(out, (str(path), repr(last)), last.penetration, 1e-6)
+        return Answer(out, (str(path), repr(last)), last.penetration, 1e-6, "" if mu else "force 0")
 
     return run

@@ -28,18 +28,18 @@ def _blocks(rng: np.random.Generator, frame: Frame, kinds: tuple[str, str]) -> t
     ]
     offset = (*((sizes[0] - sizes[1])[:2] / 2 + 0.05 * rng.normal(size=2)), sizes[0][2])
     meshes[1] = meshes[1].translated(offset)
-    return [frame.mesh(m) for m in meshes], sizes, float(10 ** rng.uniform(-4, -2)) * frame.length
+    return [frame.mesh(m) for m in meshes], sizes, float(10 ** rng.uniform(-4, -2)) * frame.length * frame.deeper
 
 
-def _python(meshes: list[Any], materials: list[fc.Material], mu: float, depth: float) -> Any:
+def _python(meshes: list[Any], materials: list[fc.Material], mu: float, depth: float, **options: Any) -> Any:
     lower = fc.ElasticBody(meshes[0], materials[0], "top", {"bottom": "xyz"}, name="LOWER")
     upper = fc.ElasticBody(meshes[1], materials[1], "bottom", {"top": "xyz"}, name="UPPER")
     scene = fc.Scene([lower, upper], [fc.Contact(upper, lower, friction=mu)])
-    return scene.solve(motions={upper: {"z": -depth}}, finite_motion=False)
+    return scene.solve(motions={upper: {"z": -depth}}, **options)
 
 
 def _beside(result: Any, reference: Any, frame: Frame) -> Answer:
-    return replace(answer(result, frame, 1e-8), against=figures(reference, frame))
+    return replace(answer(result, frame, 1e-8, "force 0"), against=figures(reference, frame))
 
 
 def deck_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
@@ -58,7 +58,7 @@ def deck_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
             path = Path(folder) / "blocks.inp"
             path.write_text(_deck(meshes, materials, mu, depth))
             result = fc.read_scene(path).solve()
-        return _beside(result, _python(meshes, materials, mu, depth), frame)
+        return _beside(result, _python(meshes, materials, mu, depth, finite_motion=False), frame)
 
     return run
 
@@ -90,6 +90,67 @@ def _deck(meshes: list[Any], materials: list[fc.Material], mu: float, depth: flo
     return "\n".join(text)
 
 
+def febio_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
+    """An FEBio deck of two blocks, the upper one moved down."""
+    rng = np.random.default_rng([16, number])
+    kinds = [str(k) for k in rng.choice(["hex8", "hex20"], 2)]
+    meshes, _, depth = _blocks(rng, frame, (kinds[0], kinds[1]))
+    mu = float(rng.choice([0.0, 0.0, 0.2]))
+    materials = [frame.material(float(10 ** rng.uniform(-0.5, 0.5)), float(rng.choice([0, 0.3]))) for _ in range(2)]
+    order = [int(k) for k in rng.permutation(2)]
+
+    def run() -> Answer:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "blocks.feb"
+            path.write_text(_febio(meshes, kinds, materials, mu, depth, order))
+            result = fc.read_scene(path).solve()
+        return _beside(result, _python(meshes, materials, mu, depth), frame)
+
+    return run
+
+
+def _febio(
+    meshes: list[Any], kinds: list[str], materials: list[fc.Material], mu: float, depth: float, order: list[int]
+) -> str:
+    """The deck, its parts in that order."""
+    names, starts = ("LOWER", "UPPER"), [1, 1 + len(meshes[0].points)]
+    laws, parts, sets, domains = "", "", "", ""
+    for k in order:
+        name, mesh, first, material = names[k], meshes[k], starts[k], materials[k]
+        law = f"<E>{material.E!r}</E><v>{material.nu!r}</v>"
+        laws += f'<material id="{len(laws) + 1}" name="M{name}" type="isotropic elastic">{law}</material>\n'
+        points = mesh.points.tolist()
+        nodes = "\n".join(f'<node id="{i + first}">{x!r},{y!r},{z!r}</node>' for i, (x, y, z) in enumerate(points))
+        cells = "\n".join(
+            f'<elem id="{i + first}">{",".join(str(n + first) for n in cell)}</elem>'
+            for i, cell in enumerate(mesh.cells.tolist())
+        )
+        parts += f'<Nodes>{nodes}</Nodes>\n<Elements type="{kinds[k]}" name="{name}">{cells}</Elements>\n'
+        for side in ("bottom", "top"):
+            facets = (mesh.face_nodes(mesh.boundaries[side]) + first).tolist()
+            rows = [f'<quad{len(f)} id="{i + 1}">{",".join(map(str, f))}</quad{len(f)}>' for i, f in enumerate(facets)]
+            listed = ",".join(str(n + first) for n in mesh.boundary_nodes(side))
+            sets += f'<Surface name="{name}_{side}">{"".join(rows)}</Surface>\n'
+            sets += f'<NodeSet name="{name}_{side}">{listed}</NodeSet>\n'
+        domains += f'<SolidDomain name="{name}" mat="M{name}"/>'
+    pair = '<SurfacePair name="P"><primary>UPPER_bottom</primary><secondary>LOWER_top</secondary></SurfacePair>'
+    fixed = "".join(
+        f'<bc type="zero displacement" node_set="{name}">{"".join(f"<{c}_dof>1</{c}_dof>" for c in axes)}</bc>\n'
+        for name, axes in (("LOWER_bottom", "xyz"), ("UPPER_top", "xy"))
+    )
+    down = f'<dof>z</dof><value lc="1">{-depth!r}</value><relative>0</relative>'
+    curve = '<load_controller id="1" type="loadcurve"><points><pt>0,0</pt><pt>1,1</pt></points></load_controller>'
+    return f"""<?xml version="1.0"?>
+<febio_spec version="4.0"><Control><time_steps>10</time_steps><step_size>0.1</step_size></Control>
+<Material>{laws}</Material>
+<Mesh>{parts}{sets}{pair}</Mesh>
+<MeshDomains>{domains}</MeshDomains>
+<Boundary>{fixed}<bc type="prescribed displacement" node_set="UPPER_top">{down}</bc></Boundary>
+<Contact><contact type="sliding-elastic" surface_pair="P"><fric_coeff>{mu}</fric_coeff></contact></Contact>
+<LoadData>{curve}</LoadData></febio_spec>
+"""
+
+
 def scene_file_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
     """The same two blocks in a scene file, the upper one moved down or loaded."""
     rng = np.random.default_rng([12, number])
@@ -98,7 +159,7 @@ def scene_file_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
     kinds = [str(k) for k in rng.choice(["hex8", "hex20", "hex27"], 2)]
     stiff = [1.0 * frame.modulus, float(10 ** rng.uniform(-0.5, 0.5)) * frame.modulus]
     at = [*((sizes[0] - sizes[1])[:2] / 2 + 0.05 * rng.normal(size=2) * frame.length).tolist(), float(sizes[0][2])]
-    depth, mu = float(10 ** rng.uniform(-4, -2)) * frame.length, float(rng.choice([0.0, 0.3]))
+    depth, mu = float(10 ** rng.uniform(-4, -2)) * frame.length * frame.deeper, float(rng.choice([0.0, 0.3]))
     loaded = bool(rng.random() < 0.4)
     load = depth / frame.length * frame.force
 
@@ -135,6 +196,7 @@ def scene_file_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
         upper = upper.placed(tuple(at))
         scene = fc.Scene([lower, upper], [fc.Contact(upper, lower, friction=mu)])
         loads: dict[str, Any] = {"forces": {upper: (0, 0, -load)}} if loaded else {"motions": {upper: {"z": -depth}}}
-        return _beside(result, scene.solve(**loads), frame)
+        # the file's meshes are not the frame's
+        return replace(_beside(result, scene.solve(**loads), frame), errors={})
 
     return run

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import fecontact as fc
 from fecontact.mesh.element.hexahedron import FACES
+from fecontact.mesh.refine import refined
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,10 @@ class Frame:
     resumed: int = 0
     #: factor on a prescribed depth
     deeper: float = 1.0
+    #: how often every cell is divided
+    divided: int = 0
+    #: bodies alike are made each by itself, not as copies of one
+    separate: bool = False
 
     @property
     def force(self) -> float:
@@ -40,6 +45,10 @@ class Frame:
         """A direction, force or place of the home frame."""
         return tuple(float(c) for c in unit * self.turn @ self._mirror @ np.asarray(v, dtype=float))
 
+    def own(self, v: Any) -> tuple[float, ...]:
+        """A place in a body's own axes, which are turned with the body."""
+        return tuple(float(c) for c in self.length * self._mirror @ np.asarray(v, dtype=float))
+
     def axial(self, v: Any, unit: float = 1.0) -> tuple[float, ...]:
         """A moment or rotation vector of the home frame."""
         return tuple(float(c) for c in unit * self.turn @ (np.linalg.det(self._mirror) * self._mirror @ np.asarray(v)))
@@ -50,6 +59,8 @@ class Frame:
     def mesh(self, mesh: Any) -> Any:
         """A mesh, or a section, in these units, mirrored and renumbered; it is turned by the pose of its body."""
         made = mesh.scaled(self.length) if self.length != 1 else mesh
+        for _ in range(self.divided):
+            made = refined(made, np.arange(len(made.cells)))
         if self.mirrored:
             made = mirrored(made)
         return made if self.shuffled is None else renumbered(made, self.shuffled)
@@ -116,4 +127,5 @@ FRAMES = {
     "by nnls": Frame(solver="nnls"),
     "by projected-cg": Frame(solver="projected-cg"),
     "resumed": Frame(resumed=1),
+    "without copies": Frame(separate=True),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +17,7 @@ import fecontact as fc
 
 HEXAHEDRA = ("hex8", "hex20", "hex27")
 KINDS = (*HEXAHEDRA, "wedge", "tet")
+_OF_THE_MESH = re.compile("[Rr]efine|[Dd]ivide|resolved|accuracy=")
 #: Corners of the wedges and the tetrahedra of a cell, which meet those of its neighbours.
 CUTS = {
     "wedge": [[0, 1, 2, 2, 4, 5, 6, 6], [0, 2, 3, 3, 4, 6, 7, 7]],
@@ -75,7 +77,15 @@ def figures(result: Any, frame: Frame) -> dict[str, float]:
 def answer(result: Any, frame: Frame, same: float, grows: str = "") -> Answer:
     """Everything that a result says."""
     said = (str(result), result.summary(), *(repr(c) for c in result.contacts))
-    return Answer(figures(result, frame), said, result.residuals().worst, same, grows)
+    errors: dict[str, float] = {}
+    for k, c in enumerate(result.contacts):
+        if c.max_pressure > 0 and np.isfinite(c.error_estimate.peak):
+            errors[f"peak {k}"] = c.error_estimate.peak
+        if c.max_pressure > 0 and result.response_error.force is not None:
+            errors[f"force {k}"] = result.response_error.force
+    warned = any(_OF_THE_MESH.search(text) for text in result.warnings)
+    worst = result.residuals().worst
+    return Answer(figures(result, frame), said, worst, same, grows, errors=errors, warned=warned)
 
 
 def _solver(frame: Frame, mu: float) -> dict[str, Any]:
@@ -122,7 +132,7 @@ def block_pressed(number: int, frame: Frame) -> Callable[[], Answer]:
 
 
 def rows_and_stacks(number: int, frame: Frame) -> Callable[[], Answer]:
-    """Two or three blocks on top of each other, or balls in a row below a plate, pressed down from above."""
+    """Two or three blocks on top of each other, pressed down from above."""
     rng = np.random.default_rng([2, number])
     mu = float(rng.choice([0.0, 0.0, 0.3]))
     level, below, bodies, contacts = 0.0, None, [], []
@@ -150,6 +160,36 @@ def rows_and_stacks(number: int, frame: Frame) -> Callable[[], Answer]:
     scene = fc.Scene(bodies, contacts)
     motion = {bodies[-1]: dict(zip("xyz", down, strict=True))}
     return lambda: answer(scene.solve(motions=motion), frame, 1e-6, "" if mu else "force 0")
+
+
+def row_of_bodies(number: int, frame: Frame) -> Callable[[], Answer]:
+    """Two to four bodies alike side by side, as copies of one, pressed down by a plate on all or a ball on each."""
+    rng = np.random.default_rng([17, number])
+    n, covered = int(rng.integers(2, 5)), bool(rng.random() < 0.5)
+    mesh, size = random_block(rng, 2)
+    mesh = mesh.mapped(lambda x: x / size)
+    soft = float(10 ** rng.uniform(-0.5, 0.5)), float(rng.choice([0.0, 0.3]))
+    places = 1.3 * np.arange(n)[:, None] * [1, 0, 0] + 0.1 * rng.uniform(-1, 1, (n, 3)) * [1, 1, 0]
+    bodies = [
+        fc.ElasticBody(frame.mesh(mesh), frame.material(*soft), "top", {"bottom": "xyz"}, name="column")
+        for _ in range(n if frame.separate else 1)
+    ]
+    columns = [frame.placed(bodies[k % len(bodies)], at) for k, at in enumerate(places)]
+    depth = float(10 ** rng.uniform(-3.5, -2)) * frame.deeper
+    if covered:
+        wide = block((1.3 * n, 1.4, 0.3), (int(rng.integers(n, 2 * n + 1)), 2, 1), "hex20")
+        upper = fc.ElasticBody(frame.mesh(wide), frame.material(2.0, 0.3), "bottom", {"top": "xyz"}, name="plate")
+        pressing = [frame.placed(upper, (-0.15, -0.2, 1.0))] * n
+    else:
+        radii, inside = 10 ** rng.uniform(-0.3, 1, n) * frame.length, rng.uniform(0.3, 0.7, (n, 2))
+        pressing = [
+            frame.rigid(fc.Sphere(float(radius)), (*(at[:2] + where), 1.0), name=f"ball {k}")
+            for k, (radius, at, where) in enumerate(zip(radii, places, inside, strict=True))
+        ]
+    contacts = [fc.Contact(one, other) for one, other in zip(columns, pressing, strict=True)]
+    scene = fc.Scene([*columns, *dict.fromkeys(pressing)], contacts)
+    down = dict(zip("xyz", frame.vector((0, 0, -depth), frame.length), strict=True))
+    return lambda: answer(scene.solve(motions=dict.fromkeys(pressing, down)), frame, 1e-8, "force 0")
 
 
 def path_of_steps(number: int, frame: Frame) -> Callable[[], Answer]:
