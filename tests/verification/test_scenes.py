@@ -75,6 +75,7 @@ def test_shrink_fit_of_two_rings_within_half_a_percent(row):
     row("9 shrink fit, 6 elements around", "spread / pressure", 0.0, np.ptp(pressure) / exact, dofs=result.n_dofs)
 
 
+@pytest.mark.by_day(every=2)
 @pytest.mark.parametrize(
     ("nu", "element", "tolerance"),
     [

@@ -70,6 +70,7 @@ def test_hexahedra_and_tetrahedra_of_a_step_file_agree(pressed, row):
         row(case, name, tets[name], hexes[name], within=within, dofs=n_hexes)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("element", CUTS)
 def test_cuts_of_a_step_file_agree_with_their_refinement(element, pressed, row):
     """A drilled pin from a STEP file: coarse against fine meshes.
