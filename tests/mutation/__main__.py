@@ -77,8 +77,8 @@ def _sample(every: list[Mutant], given: argparse.Namespace) -> list[Mutant]:
     """So many of each part, of the modules and rules that are asked for: the same as long as the functions are."""
     out: dict[str, list[Mutant]] = {}
     for each in sorted(every, key=lambda each: hashlib.sha256(f"{given.seed} {each.key}".encode()).digest()):
-        part = part_of(each.module)
-        if given.rule in each.rule and any(word in f"{part} {each.module}" for word in given.module or [""]):
+        part, inner = part_of(each.module), each.module.partition(".")[2]
+        if given.rule in each.rule and any(word in f"{part} {inner}" for word in given.module or [""]):
             out.setdefault(part, []).append(each)
     return [each for part in out.values() for each in part[: given.sample or None]]
 
