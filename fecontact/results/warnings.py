@@ -34,8 +34,10 @@ SIGNS = {"force": "large", "approach": "small", "tilt": "small"}
 def unborne_motions(result: SolvedScene) -> Iterator[str]:
     """Warnings of motions and deflections too large for linearisation."""
     error = linearisation_error(result)
-    # poses take up motions of bodies, and neither deflections nor the shift of a contact by them
-    carries = not result.originals and error.deflected < 1
+    # poses take up motions of bodies, and neither deflections nor the shift of a contact by them; directions that
+    # change by no more than twice the turn of a body change by its motion
+    turned = error.direction <= 2 * np.sqrt(2 * error.stretch)
+    carries = not result.originals and (error.deflected < 1 or turned)
     if error.worst > (BEARABLE if carries else UNMENDED) or error.friction > LARGEST_ERROR:
         if not np.isfinite(error.gap):
             what = "linearised motions lose or overlook the contact"
